@@ -1,0 +1,101 @@
+//! The nouns: [`Ray`], [`Triangle`] and [`Hit`], plain data that can be cast from and to bytes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// A half-line with the part of it that counts.
+///
+/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
+/// unit length. A hit counts where `t_min <= t < t_max`, both compared in f64. The interval is open
+/// at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A
+/// ray with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
+///
+/// The layout is that of a file of raw rays: eight little-endian f32 in the order of the fields.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Ray {
+    /// Where `t` is 0.
+    pub origin: [f32; 3],
+    /// The smallest `t` that counts.
+    pub t_min: f32,
+    /// Where the ray goes, and the unit of `t`.
+    pub dir: [f32; 3],
+    /// The smallest `t` that no longer counts.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The whole half-line: `0 <= t < infinity`.
+    ///
+    /// ```
+    /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!(ray.t_max, f32::INFINITY);
+    /// ```
+    pub fn new(origin: impl Into<[f32; 3]>, dir: impl Into<[f32; 3]>) -> Self {
+        Self { origin: origin.into(), t_min: 0.0, dir: dir.into(), t_max: f32::INFINITY }
+    }
+
+    /// The same line with the interval `t_min <= t < t_max`.
+    ///
+    /// ```
+    /// let ray = intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0]).between(1.0, 5.0);
+    /// assert_eq!((ray.t_min, ray.t_max), (1.0, 5.0));
+    /// ```
+    pub fn between(self, t_min: f32, t_max: f32) -> Self {
+        Self { t_min, t_max, ..self }
+    }
+}
+
+/// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
+///
+/// A buffer of vertices, nine f32 a triangle, can be cast to a slice of these by `bytemuck`. A
+/// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Triangle(pub [[f32; 3]; 3]);
+
+impl Triangle {
+    /// A triangle from its corners.
+    ///
+    /// ```
+    /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// assert_eq!(t.0[1], [1.0, 0.0, 5.0]);
+    /// ```
+    pub fn new(c1: impl Into<[f32; 3]>, c2: impl Into<[f32; 3]>, c3: impl Into<[f32; 3]>) -> Self {
+        Self([c1.into(), c2.into(), c3.into()])
+    }
+}
+
+/// Where a ray meets a triangle.
+///
+/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The ray
+/// `t` is the reference's, bit for bit; `u` and `v` are the same on every CPU but may stand outside
+/// of `0..=1` by rounding.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Hit {
+    /// Distance along the ray in multiples of `|dir|`; infinity for a miss.
+    pub t: f64,
+    /// The weight of the second corner.
+    pub u: f64,
+    /// The weight of the third corner.
+    pub v: f64,
+    /// The index of the triangle, or [`Hit::NOTHING`].
+    pub triangle: u64,
+}
+
+impl Hit {
+    /// The index that stands for no triangle; as a signed number it is -1.
+    pub const NOTHING: u64 = u64::MAX;
+
+    /// What a ray that meets nothing gets.
+    pub const MISS: Self = Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NOTHING };
+
+    /// Whether there is a triangle.
+    ///
+    /// ```
+    /// assert!(!intertri::Hit::MISS.is_hit());
+    /// ```
+    pub fn is_hit(&self) -> bool {
+        self.triangle != Self::NOTHING
+    }
+}

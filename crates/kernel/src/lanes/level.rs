@@ -1,0 +1,168 @@
+//! The choice of instructions: what the CPU has, and the thin entries into each level.
+
+#[cfg(target_arch = "x86_64")]
+use super::x86::{Avx2, Avx512};
+use super::{Simd, scalar::Scalar, wide::Wide};
+
+/// A piece of work that is written once over [`Simd`] and compiled for every level.
+///
+/// `run` and whatever it calls in its hot loops must be `#[inline(always)]`: a function that is
+/// called rather than inlined is compiled without the level's instructions.
+pub trait WithSimd {
+    /// What the work gives.
+    type Output;
+    /// The work, on the lanes of one level.
+    fn run<S: Simd>(self) -> Self::Output;
+}
+
+/// A level of instructions that this CPU has.
+///
+/// There is no way to make one for a CPU that lacks it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Level(Kind);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Scalar,
+    Wide,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Whether the CPU has all of some features: asked at run time with `std`, else of the build.
+#[cfg(target_arch = "x86_64")]
+macro_rules! has {
+    ($($feature:tt),*) => {{
+        #[cfg(feature = "std")]
+        { true $(&& std::arch::is_x86_feature_detected!($feature))* }
+        #[cfg(not(feature = "std"))]
+        { true $(&& cfg!(target_feature = $feature))* }
+    }};
+}
+
+impl Level {
+    /// Plain numbers, one lane at a time.
+    pub const SCALAR: Self = Self(Kind::Scalar);
+    /// The crate `wide`, with the instructions that the build was compiled for.
+    pub const WIDE: Self = Self(Kind::Wide);
+
+    #[cfg(target_arch = "x86_64")]
+    pub(super) const AVX2: Self = Self(Kind::Avx2);
+    #[cfg(target_arch = "x86_64")]
+    pub(super) const AVX512: Self = Self(Kind::Avx512);
+
+    /// The 256-bit level with fused multiply-add, where the CPU has it.
+    ///
+    /// ```
+    /// if let Some(level) = intertri::lanes::Level::avx2() {
+    ///     assert_eq!(level.name(), "avx2");
+    /// }
+    /// ```
+    pub fn avx2() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        if has!("avx2", "fma", "bmi1", "bmi2", "lzcnt", "popcnt") {
+            return Some(Self::AVX2);
+        }
+        None
+    }
+
+    /// The 512-bit level, where the CPU has it.
+    pub fn avx512() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        if has!("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl") {
+            return Self::avx2().and(Some(Self::AVX512));
+        }
+        None
+    }
+
+    /// The widest level of this CPU.
+    pub fn best() -> Self {
+        Self::avx512().or(Self::avx2()).unwrap_or(Self::WIDE)
+    }
+
+    /// Every level of this CPU, from the narrowest to the widest.
+    ///
+    /// ```
+    /// use intertri::lanes::Level;
+    /// assert!(Level::all().any(|level| level == Level::best()));
+    /// ```
+    pub fn all() -> impl Iterator<Item = Self> {
+        [Some(Self::SCALAR), Some(Self::WIDE), Self::avx2(), Self::avx512()].into_iter().flatten()
+    }
+
+    /// `scalar`, `wide`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Kind::Scalar => "scalar",
+            Kind::Wide => "wide",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => "avx512",
+        }
+    }
+
+    /// Does the work on the lanes of this level.
+    #[allow(unsafe_code)]
+    #[inline]
+    pub fn run<W: WithSimd>(self, work: W) -> W::Output {
+        match self.0 {
+            Kind::Scalar => work.run::<Scalar>(),
+            Kind::Wide => work.run::<Wide>(),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx2 => {
+                debug_assert!(Self::avx2().is_some());
+                // SAFETY: `AVX2` is handed out by `avx2()` alone, after it found these features.
+                unsafe { avx2(work) }
+            }
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => {
+                debug_assert!(Self::avx512().is_some());
+                // SAFETY: `AVX512` is handed out by `avx512()` alone, after it found these features.
+                unsafe { avx512(work) }
+            }
+        }
+    }
+}
+
+/// Does the work on the widest lanes of this CPU.
+///
+/// ```
+/// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+///
+/// struct Sum<'a>(&'a [f32]);
+/// impl WithSimd for Sum<'_> {
+///     type Output = f32;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> f32 {
+///         let mut sum = S::F32x8::splat(0.0);
+///         for chunk in self.0.chunks_exact(8) {
+///             sum = sum + S::F32x8::load(chunk);
+///         }
+///         let mut lanes = [0.0; 8];
+///         sum.store(&mut lanes);
+///         lanes.iter().sum()
+///     }
+/// }
+/// assert_eq!(dispatch(Sum(&[1.0; 32])), 32.0);
+/// ```
+#[inline]
+pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+    Level::best().run(work)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn avx2<W: WithSimd>(work: W) -> W::Output {
+    work.run::<Avx2>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(
+    enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
+)]
+fn avx512<W: WithSimd>(work: W) -> W::Output {
+    work.run::<Avx512>()
+}

@@ -1,0 +1,127 @@
+//! Lanes: N numbers side by side, and the one place that knows what the CPU has.
+//!
+//! Every algorithm of the house is written once, generic over [`Lanes`] or [`Simd`], and reaches
+//! the CPU's widest registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
+//!
+//! ```text
+//!   algorithm<S: Simd>  ──►  dispatch ──► Scalar   plain f32 and f64, one at a time
+//!                                    ├──► Wide     the crate `wide`, what the build was compiled for
+//!                                    ├──► Avx2     256 bits, fused multiply-add
+//!                                    └──► Avx512   512 bits, mask registers
+//! ```
+
+mod level;
+mod pair;
+mod scalar;
+mod wide;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+pub use level::{Level, WithSimd, dispatch};
+use pair::Pair;
+
+/// N numbers side by side, f32 or f64.
+///
+/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are IEEE 754's, lane by lane
+/// and correctly rounded, the same at every level; they are never fused or reassociated. Only
+/// [`Lanes::mul_add`] may round once or twice.
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// One lane: f32 or f64.
+    type Scalar: Copy;
+    /// One truth a lane.
+    type Mask: Mask;
+    /// How many lanes there are.
+    const N: usize;
+
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+    /// The first N numbers of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load(from: &[Self::Scalar]) -> Self;
+    /// The first N f32 of a slice, converted (exactly, for f64 lanes).
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load_f32(from: &[f32]) -> Self;
+    /// Writes the lanes to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store(self, to: &mut [Self::Scalar]);
+
+    /// `self * b + c`, rounded once where the CPU can, else twice.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// The larger; where one is NaN, either.
+    fn max(self, other: Self) -> Self;
+    /// The smaller; where one is NaN, either.
+    fn min(self, other: Self) -> Self;
+    /// Without its sign.
+    fn abs(self) -> Self;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+
+    /// `self < other`; false with NaN, as all comparisons.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self > other`.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self >= other`.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// Lane by lane `if mask { yes } else { no }`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+/// One truth a lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// How many lanes there are.
+    const N: usize;
+
+    /// Bit i is lane i; the bits above the last lane are 0.
+    fn bits(self) -> u32;
+    /// Lane i is bit i; the bits above the last lane do not count.
+    fn from_bits(bits: u32) -> Self;
+    /// Whether any lane is true.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+}
+
+/// The lane types of one level of instructions.
+///
+/// Only [`dispatch`] and [`Level::run`] hand one out, on a CPU that has the instructions.
+pub trait Simd: Copy {
+    /// Four f32.
+    type F32x4: Lanes<Scalar = f32>;
+    /// Eight f32.
+    type F32x8: Lanes<Scalar = f32>;
+    /// Sixteen f32.
+    type F32x16: Lanes<Scalar = f32>;
+    /// Four f64.
+    type F64x4: Lanes<Scalar = f64>;
+    /// Eight f64.
+    type F64x8: Lanes<Scalar = f64>;
+    /// Which level this is.
+    const LEVEL: Level;
+}
+
+#[cfg(test)]
+mod tests;

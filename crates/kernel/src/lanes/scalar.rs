@@ -1,0 +1,96 @@
+//! One lane: plain numbers, for replays, tails and the level without vector registers.
+
+use super::{Lanes, Level, Mask, Pair, Simd};
+
+impl Mask for bool {
+    const N: usize = 1;
+
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32) -> Self {
+        bits & 1 != 0
+    }
+}
+
+macro_rules! scalar {
+    ($t:ty, $sqrt:expr) => {
+        impl Lanes for $t {
+            type Scalar = $t;
+            type Mask = bool;
+            const N: usize = 1;
+
+            #[inline(always)]
+            fn splat(x: $t) -> Self {
+                x
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                from[0]
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                from[0] as $t
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                to[0] = self;
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                self * b + c
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if self < other { self } else { other }
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $sqrt(self)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> bool {
+                self <= other
+            }
+            #[inline(always)]
+            fn select(mask: bool, yes: Self, no: Self) -> Self {
+                if mask { yes } else { no }
+            }
+        }
+    };
+}
+
+// `core` has no square root; `wide` has one on every target.
+scalar!(f32, |x| ::wide::f32x4::splat(x).sqrt().to_array()[0]);
+scalar!(f64, |x| ::wide::f64x2::splat(x).sqrt().to_array()[0]);
+
+/// The level without vector registers.
+#[derive(Clone, Copy)]
+pub(super) struct Scalar;
+
+type Two<T> = Pair<T>;
+type Four<T> = Pair<Two<T>>;
+type Eight<T> = Pair<Four<T>>;
+
+impl Simd for Scalar {
+    type F32x4 = Four<f32>;
+    type F32x8 = Eight<f32>;
+    type F32x16 = Pair<Eight<f32>>;
+    type F64x4 = Four<f64>;
+    type F64x8 = Eight<f64>;
+    const LEVEL: Level = Level::SCALAR;
+}

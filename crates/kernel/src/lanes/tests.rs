@@ -1,0 +1,127 @@
+//! Every operation of every lane type against plain numbers, bit for bit.
+
+use super::{Lanes, Level, Mask, Simd, WithSimd};
+
+const NUMBERS: [f64; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.5,
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    1e-45,
+    3.4e38,
+    -3.4e38,
+    0.1,
+    -0.3,
+    1e-20,
+    7.0,
+    1e20,
+    -1e-42,
+];
+
+macro_rules! check {
+    ($name:ident, $scalar:ty) => {
+        fn $name<L: Lanes<Scalar = $scalar>>(level: Level) {
+            let numbers = NUMBERS.map(|x| x as $scalar);
+            // Every pair of numbers meets in some lane.
+            for turn in 0..16 {
+                let a: [$scalar; 16] = numbers;
+                let b: [$scalar; 16] = core::array::from_fn(|i| numbers[(i + turn) % 16]);
+                let (la, lb) = (L::load(&a), L::load(&b));
+                let same = |what: &str, lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
+                    let mut out = [0.0; 16];
+                    lanes.store(&mut out);
+                    for i in 0..L::N {
+                        let want = plain(a[i], b[i]);
+                        let equal = out[i].to_bits() == want.to_bits()
+                            || (out[i].is_nan() && want.is_nan());
+                        let (x, y) = (a[i], b[i]);
+                        assert!(equal, "{level:?} {what}({x}, {y}) = {}, not {want}", out[i]);
+                    }
+                };
+                same("add", la + lb, &|x, y| x + y);
+                same("sub", la - lb, &|x, y| x - y);
+                same("mul", la * lb, &|x, y| x * y);
+                same("div", la / lb, &|x, y| x / y);
+                same("neg", -la, &|x, _| -x);
+                same("abs", la.abs(), &|x, _| x.abs());
+                same("sqrt", la.abs().sqrt(), &|x, _| x.abs().sqrt());
+                same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
+                let ordered = |lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
+                    let mut out = [0.0; 16];
+                    lanes.store(&mut out);
+                    for i in 0..L::N {
+                        if !a[i].is_nan() && !b[i].is_nan() {
+                            assert!(out[i] == plain(a[i], b[i]), "{level:?}");
+                        }
+                    }
+                };
+                ordered(la.max(lb), &|x, y| x.max(y));
+                ordered(la.min(lb), &|x, y| x.min(y));
+
+                let bits = |plain: &dyn Fn($scalar, $scalar) -> bool| {
+                    (0..L::N).fold(0, |m, i| m | (plain(a[i], b[i]) as u32) << i)
+                };
+                assert_eq!(la.lt(lb).bits(), bits(&|x, y| x < y), "{level:?}");
+                assert_eq!(la.le(lb).bits(), bits(&|x, y| x <= y), "{level:?}");
+                assert_eq!(la.gt(lb).bits(), bits(&|x, y| x > y), "{level:?}");
+                assert_eq!(la.ge(lb).bits(), bits(&|x, y| x >= y), "{level:?}");
+
+                // Masks: bits and back, and their algebra.
+                let all = (1u32 << L::N) - 1;
+                let (m, n) = (0b0110_1001_0011_0101 & all, (turn as u32 * 0x1357) & all);
+                let (lm, ln) = (L::Mask::from_bits(m), L::Mask::from_bits(n));
+                assert_eq!(lm.bits(), m, "{level:?}");
+                assert_eq!((lm & ln).bits(), m & n, "{level:?}");
+                assert_eq!((lm | ln).bits(), m | n, "{level:?}");
+                assert_eq!((!lm).bits(), !m & all, "{level:?}");
+                assert_eq!(ln.any(), n != 0, "{level:?}");
+                assert_eq!(<L::Mask as Mask>::N, L::N);
+
+                // A multiply-add lies within both roundings.
+                let mut out = [0.0; 16];
+                la.mul_add(lb, L::splat(0.25)).store(&mut out);
+                for i in 0..L::N {
+                    let (once, twice) = (a[i].mul_add(b[i], 0.25), a[i] * b[i] + 0.25);
+                    let equal = |x: $scalar| out[i] == x || (out[i].is_nan() && x.is_nan());
+                    assert!(equal(once) || equal(twice), "{level:?}");
+                }
+
+                let from: [f32; 16] = NUMBERS.map(|x| x as f32);
+                let mut out = [0.0; 16];
+                L::load_f32(&from).store(&mut out);
+                for i in 0..L::N {
+                    let want = from[i] as $scalar;
+                    assert!(out[i] == want || (out[i].is_nan() && want.is_nan()), "{level:?}");
+                }
+            }
+        }
+    };
+}
+check!(check_f32, f32);
+check!(check_f64, f64);
+
+struct Check;
+
+impl WithSimd for Check {
+    type Output = ();
+    fn run<S: Simd>(self) {
+        check_f32::<S::F32x4>(S::LEVEL);
+        check_f32::<S::F32x8>(S::LEVEL);
+        check_f32::<S::F32x16>(S::LEVEL);
+        check_f64::<S::F64x4>(S::LEVEL);
+        check_f64::<S::F64x8>(S::LEVEL);
+        check_f32::<f32>(S::LEVEL);
+        check_f64::<f64>(S::LEVEL);
+    }
+}
+
+#[test]
+fn every_level_computes_as_plain_numbers_do() {
+    for level in Level::all() {
+        level.run(Check);
+        println!("checked {}", level.name());
+    }
+}

@@ -1,0 +1,162 @@
+//! The vectors of the crate `wide`: SSE2, NEON, wasm, or what the build was compiled for.
+
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use ::wide::{CmpLe, CmpLt};
+
+use super::{Lanes, Level, Mask, Simd};
+
+/// A vector of `wide`, or the mask that its comparisons give.
+#[derive(Clone, Copy)]
+pub(super) struct V<T>(T);
+
+macro_rules! lanes {
+    ($t:ty, $scalar:ty, $n:literal, $load_f32:expr) => {
+        impl Add for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                Self(self.0 + b.0)
+            }
+        }
+        impl Sub for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                Self(self.0 - b.0)
+            }
+        }
+        impl Mul for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                Self(self.0 * b.0)
+            }
+        }
+        impl Div for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, b: Self) -> Self {
+                Self(self.0 / b.0)
+            }
+        }
+        impl Neg for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(self.0 ^ <$t>::splat(-0.0))
+            }
+        }
+        impl BitAnd for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, b: Self) -> Self {
+                Self(self.0 & b.0)
+            }
+        }
+        impl BitOr for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, b: Self) -> Self {
+                Self(self.0 | b.0)
+            }
+        }
+        impl Not for V<$t> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+
+        impl Mask for V<$t> {
+            const N: usize = $n;
+
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask() as u32
+            }
+            #[inline(always)]
+            fn from_bits(bits: u32) -> Self {
+                let lane = |i: usize| if bits >> i & 1 != 0 { 1.0 } else { 0.0 };
+                Self(<$t>::splat(0.0).simd_lt(<$t>::new(core::array::from_fn(lane))))
+            }
+        }
+
+        impl Lanes for V<$t> {
+            type Scalar = $scalar;
+            type Mask = Self;
+            const N: usize = $n;
+
+            #[inline(always)]
+            fn splat(x: $scalar) -> Self {
+                Self(<$t>::splat(x))
+            }
+            #[inline(always)]
+            fn load(from: &[$scalar]) -> Self {
+                let from: [$scalar; $n] = from[..$n].try_into().expect("N numbers");
+                Self(<$t>::new(from))
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                Self(<$t>::new(from.map($load_f32)))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$scalar]) {
+                to[..$n].copy_from_slice(&self.0.to_array());
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                Self(self.0.mul_add(b.0, c.0))
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                Self(self.0.fast_max(other.0))
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                Self(self.0.fast_min(other.0))
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(self.0.abs())
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(self.0.sqrt())
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> Self {
+                Self(self.0.simd_lt(other.0))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Self {
+                Self(self.0.simd_le(other.0))
+            }
+            #[inline(always)]
+            fn select(mask: Self, yes: Self, no: Self) -> Self {
+                Self(mask.0.bitselect(yes.0, no.0))
+            }
+        }
+    };
+}
+
+lanes!(::wide::f32x4, f32, 4, |x| x);
+lanes!(::wide::f32x8, f32, 8, |x| x);
+lanes!(::wide::f32x16, f32, 16, |x| x);
+lanes!(::wide::f64x4, f64, 4, f64::from);
+lanes!(::wide::f64x8, f64, 8, f64::from);
+
+/// The level of the crate `wide`.
+#[derive(Clone, Copy)]
+pub(super) struct Wide;
+
+impl Simd for Wide {
+    type F32x4 = V<::wide::f32x4>;
+    type F32x8 = V<::wide::f32x8>;
+    type F32x16 = V<::wide::f32x16>;
+    type F64x4 = V<::wide::f64x4>;
+    type F64x8 = V<::wide::f64x8>;
+    const LEVEL: Level = Level::WIDE;
+}
