@@ -1,0 +1,49 @@
+//! The plainest loops over all triangles: what every faster way to find a hit must answer.
+//!
+//! A hit counts where [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open
+//! at its far end, so that a `t` of infinity never counts, whatever `t_max` is; a NaN in the interval
+//! refuses everything. With a threshold of 0 or more, a ray or triangle that is not finite is never
+//! hit.
+
+use alloc::vec::Vec;
+
+use crate::inter_tri::{Ray, Scene};
+
+impl Scene {
+    /// `t`, if the ray hits triangle `obj` with `t_min <= t < t_max`.
+    ///
+    /// # Panics
+    /// If there is no triangle `obj`.
+    pub fn hit(&self, obj: usize, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
+        let mut t = f64::NAN;
+        let inside = self.inter_tri(obj, ray, &mut t) == 1;
+        (inside && t_min <= t && t < t_max).then_some(t)
+    }
+
+    /// The number and `t` of the triangle with the smallest `t`. Where two have an equal `t`, the one
+    /// with the lower number.
+    pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
+        let mut closest = None;
+        let mut t_closest = t_max;
+        for obj in 0..self.trian.len() {
+            // Only a smaller t displaces the triangle that came first.
+            if let Some(t) = self.hit(obj, ray, t_min, t_closest) {
+                closest = Some((obj, t));
+                t_closest = t;
+            }
+        }
+        closest
+    }
+
+    /// Whether the ray hits anything.
+    pub fn any(&self, ray: &Ray, t_min: f64, t_max: f64) -> bool {
+        (0..self.trian.len()).any(|obj| self.hit(obj, ray, t_min, t_max).is_some())
+    }
+
+    /// The number and `t` of every triangle that the ray hits, in the order of the numbers.
+    pub fn all(&self, ray: &Ray, t_min: f64, t_max: f64) -> Vec<(usize, f64)> {
+        (0..self.trian.len())
+            .filter_map(|obj| self.hit(obj, ray, t_min, t_max).map(|t| (obj, t)))
+            .collect()
+    }
+}

@@ -1,0 +1,231 @@
+//! Document A: the test of one triangle against one ray.
+//!
+//! ```text
+//!                c3
+//!               /  \             h4 = c2 - c1     nrm = (h4 ^ h5) / |h4 ^ h5|
+//!              /     \  h6       h5 = c3 - c1
+//!          h5 /  h1    \         h6 = c3 - c2
+//!            /  .    .   \
+//!           / h2   h3  .   \     h1 = org + dir * t, the point in the plane
+//!          /.            .   \   h2 = h1 - c1
+//!         c1 ------------------ c2     h3 = h1 - c2
+//!                   h4
+//! ```
+//!
+//! The point lies inside where the cross product of each side with the way to the point looks the
+//! way that the normal looks. The triangle has two sides: the sign of `nrm & dir` does not matter.
+//!
+//! # What the document leaves open, and what is chosen here
+//! - **The length of the normal.** The document only says that triangles are "initialised in a
+//!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size of
+//!   the triangle. It does depend on the length of `dir`.
+//! - **The value of `Threshold`.** The document gives none. Here it is a field of [`Scene`], by
+//!   default [`THRESHOLD`]. One number serves two purposes: the smallest `|nrm & dir|` that is not
+//!   parallel, and the largest `t` that is still no hit.
+//!
+//! # What the listing does in odd cases, kept as it is
+//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
+//!   nothing is parallel: then `t = 0 / 0` is NaN, and the last line refuses it.)
+//! - **A miss leaves `t` changed** if only the edges or the last line refused it; a parallel ray
+//!   leaves `t` alone.
+//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
+//!   false. It is the last line, `t > Threshold`, that returns 0.
+//! - **Infinity**: there is no upper bound on `t`, so a `t` that overflows to infinity can return 1.
+//!   Where hits are searched ([`closest`](crate::closest)) the interval excludes it. For an infinite
+//!   direction `t` is 0 or NaN, for an infinite origin or vertex it is infinite or NaN: a ray or a
+//!   triangle that is not finite is never hit with a finite `t` (for a threshold of 0 or more).
+
+use alloc::vec::Vec;
+use core::fmt;
+
+use crate::vector::Vector;
+
+/// The default of [`Scene::threshold`].
+///
+/// Far above the rounding of f64 (about 1e-16) in a unit-sized scene and far below its features.
+/// A scene whose distances or directions are of the order of 1e-9 needs a smaller one, 0 included.
+pub const THRESHOLD: f64 = 1e-9;
+
+/// A half-line: the points `org + dir * t`. `dir` need not have unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where `t` is 0.
+    pub org: Vector,
+    /// The direction, and the unit of `t`.
+    pub dir: Vector,
+}
+
+impl Ray {
+    /// A ray from anything that is three numbers.
+    pub fn new(org: impl Into<Vector>, dir: impl Into<Vector>) -> Self {
+        Self { org: org.into(), dir: dir.into() }
+    }
+}
+
+/// A triangle of the table: three vertex numbers and what is computed once from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trian {
+    /// The first corner, a number in [`Scene::vertx`].
+    pub c1: usize,
+    /// The second corner.
+    pub c2: usize,
+    /// The third corner.
+    pub c3: usize,
+    /// The normal `h4 ^ h5` divided by its length; zero where the triangle has no area.
+    pub nrm: Vector,
+    /// `c2 - c1`
+    pub h4: Vector,
+    /// `c3 - c1`
+    pub h5: Vector,
+    /// `c3 - c2`
+    pub h6: Vector,
+}
+
+/// The document's two tables and its constant.
+///
+/// The fields are open, as the document's tables are. Who changes them keeps the corners of `trian`
+/// within `vertx` and the edges in step with them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// `Vertx`: the vertices.
+    pub vertx: Vec<Vector>,
+    /// `Trian`: the triangles.
+    pub trian: Vec<Trian>,
+    /// `Threshold`: see the [module](self). Any f64 is taken as it is, NaN and negative ones too.
+    pub threshold: f64,
+}
+
+/// A triangle that names a vertex that is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IndexOutOfRange {
+    /// The number of the triangle, from 0.
+    pub triangle: usize,
+    /// The vertex that it names.
+    pub index: usize,
+    /// How many vertices there are.
+    pub vertices: usize,
+}
+
+impl fmt::Display for IndexOutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { triangle, index, vertices } = self;
+        write!(
+            f,
+            "triangle {triangle} names vertex {index}, but there are {vertices} vertices, numbered from 0"
+        )
+    }
+}
+
+impl core::error::Error for IndexOutOfRange {}
+
+impl Scene {
+    /// A scene from a vertex table and three vertex numbers a triangle, with the default threshold.
+    ///
+    /// # Errors
+    /// If a triangle names a vertex that is not there: the first such triangle and its first such
+    /// vertex.
+    pub fn new(
+        vertx: Vec<Vector>,
+        corners: impl IntoIterator<Item = [usize; 3]>,
+    ) -> Result<Self, IndexOutOfRange> {
+        let mut scene = Self { vertx, trian: Vec::new(), threshold: THRESHOLD };
+        for corners in corners {
+            let vertices = scene.vertx.len();
+            if let Some(&index) = corners.iter().find(|&&index| index >= vertices) {
+                return Err(IndexOutOfRange { triangle: scene.trian.len(), index, vertices });
+            }
+            scene.push(corners);
+        }
+        Ok(scene)
+    }
+
+    /// A scene from triangles that share nothing: triangle `i` has the vertices `3i`, `3i+1`, `3i+2`.
+    pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
+        let mut scene = Self { vertx: Vec::new(), trian: Vec::new(), threshold: THRESHOLD };
+        for triangle in triangles {
+            let c1 = scene.vertx.len();
+            scene.vertx.extend(triangle.map(Vector::from));
+            scene.push([c1, c1 + 1, c1 + 2]);
+        }
+        scene
+    }
+
+    /// The same scene with another threshold.
+    pub fn with_threshold(self, threshold: f64) -> Self {
+        Self { threshold, ..self }
+    }
+
+    /// The document's special initialisation of a triangle.
+    fn push(&mut self, [c1, c2, c3]: [usize; 3]) {
+        let h4 = self.vertx[c2] - self.vertx[c1];
+        let h5 = self.vertx[c3] - self.vertx[c1];
+        let h6 = self.vertx[c3] - self.vertx[c2];
+        self.trian.push(Trian { c1, c2, c3, nrm: (h4 ^ h5).unit(), h4, h5, h6 });
+    }
+
+    /// Whether the ray meets triangle `obj`: 1 or 0. Edges and corners belong to the triangle.
+    ///
+    /// `t` becomes the distance to the triangle's plane, in multiples of `|dir|`, whenever the ray
+    /// is not parallel to it, also where the answer is 0; otherwise it stays as it is. Odd cases
+    /// are listed in the [module](self).
+    ///
+    /// # Panics
+    /// If there is no triangle `obj`.
+    pub fn inter_tri(&self, obj: usize, ray: &Ray, t: &mut f64) -> i32 {
+        let tmp = &self.trian[obj];
+        let c1 = self.vertx[tmp.c1];
+        let c2 = self.vertx[tmp.c2];
+
+        // Is the ray parallel to the plane? Written so that a NaN is not.
+        let vd = tmp.nrm & ray.dir;
+        if vd > -self.threshold && vd < self.threshold {
+            return 0;
+        }
+
+        // How far is the plane?
+        *t = (tmp.nrm & (c1 - ray.org)) / vd;
+
+        // Where does the ray meet it?
+        let h1 = ray.org + ray.dir * *t;
+        let h2 = h1 - c1;
+
+        // Is that point outside of one of the three edges? Not if it lies on it.
+        if (tmp.nrm & (tmp.h4 ^ h2)) < 0.0
+            || (tmp.nrm & (h2 ^ tmp.h5)) < 0.0
+            || (tmp.nrm & (tmp.h6 ^ (h1 - c2))) < 0.0
+        {
+            return 0;
+        }
+
+        // Is it in front of the origin?
+        i32::from(*t > self.threshold)
+    }
+
+    /// The weights `u` of `c2` and `v` of `c3` at the point where the ray's line meets the plane of
+    /// triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
+    ///
+    /// By Cramer's rule (document D), without `t`, without the normal's length, and without asking
+    /// whether the point lies inside. With `a = c1 - org` the equation reads
+    /// `dir * t - h4 * u - h5 * v = a`; its products with `h5 ^ dir` and `h4 ^ dir` leave one unknown
+    /// each. The operations, in the order that fixes the bits:
+    ///
+    /// ```text
+    /// q = a ^ dir
+    /// den = (h4 ^ h5) & dir
+    /// u = (h5 & q) / den
+    /// v = -(h4 & q) / den
+    /// ```
+    ///
+    /// Infinite or NaN where the ray is parallel to the plane, the triangle has no area, or an
+    /// input is not finite.
+    ///
+    /// # Panics
+    /// If there is no triangle `obj`.
+    pub fn barycentric(&self, obj: usize, ray: &Ray) -> (f64, f64) {
+        let tmp = &self.trian[obj];
+        let a = self.vertx[tmp.c1] - ray.org;
+        let q = a ^ ray.dir;
+        let den = (tmp.h4 ^ tmp.h5) & ray.dir;
+        ((tmp.h5 & q) / den, -(tmp.h4 & q) / den)
+    }
+}

@@ -1,0 +1,21 @@
+//! The five documents that the project implements, in scalar f64, one file a document.
+//!
+//! Everything here is written to be read beside its document and believed, not to be fast: the
+//! operations stand in the document's order, nothing is fused, reassociated or replaced by an
+//! approximation, and no code is shared with the kernel, so that a shared mistake cannot hide.
+//! Where a document errs, the file says so and corrects it.
+//!
+//! | document | file | what it gives |
+//! | --- | --- | --- |
+//! | A | [`inter_tri`] | the ray/triangle test that every other method is held against |
+//! |   | [`closest`] | loops over all triangles: the oracle of closest, any and all hits |
+#![no_std]
+
+extern crate alloc;
+
+pub mod closest;
+pub mod inter_tri;
+pub mod vector;
+
+pub use inter_tri::{IndexOutOfRange, Ray, Scene, THRESHOLD, Trian};
+pub use vector::Vector;

@@ -1,0 +1,143 @@
+//! Three f64 with the operators of document A, and the square root that `core` does not have.
+
+use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
+
+/// A point or a direction. `a & b` is the dot product and `a ^ b` the cross product.
+///
+/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&`
+/// and `^` bind weaker than `+` and `*` but stronger than `<`, and `&` stronger than `^`, so
+/// expressions that mix them need the document's brackets.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vector {
+    /// The first coordinate.
+    pub x: f64,
+    /// The second coordinate.
+    pub y: f64,
+    /// The third coordinate.
+    pub z: f64,
+}
+
+impl Vector {
+    /// A vector from its coordinates.
+    pub const fn new(x: f64, y: f64, z: f64) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The square root of the vector's product with itself.
+    #[expect(clippy::eq_op, reason = "`&` is the dot product")]
+    pub fn length(self) -> f64 {
+        sqrt(self & self)
+    }
+
+    /// Length 1 in the same direction: each component divided by the length.
+    ///
+    /// A vector whose length is 0, be it by underflow (below 1e-162), stays as it is. One whose
+    /// length overflows (above 1e154) becomes zero. A component that is not finite becomes NaN, and
+    /// a NaN makes all three NaN.
+    pub fn unit(self) -> Self {
+        let len = self.length();
+        if len == 0.0 { self } else { Self::new(self.x / len, self.y / len, self.z / len) }
+    }
+}
+
+/// The dot product, summed from left to right.
+impl BitAnd for Vector {
+    type Output = f64;
+
+    fn bitand(self, b: Self) -> f64 {
+        self.x * b.x + self.y * b.y + self.z * b.z
+    }
+}
+
+/// The cross product.
+impl BitXor for Vector {
+    type Output = Self;
+
+    fn bitxor(self, b: Self) -> Self {
+        Self {
+            x: self.y * b.z - self.z * b.y,
+            y: self.z * b.x - self.x * b.z,
+            z: self.x * b.y - self.y * b.x,
+        }
+    }
+}
+
+impl Add for Vector {
+    type Output = Self;
+
+    fn add(self, b: Self) -> Self {
+        Self { x: self.x + b.x, y: self.y + b.y, z: self.z + b.z }
+    }
+}
+
+impl Sub for Vector {
+    type Output = Self;
+
+    fn sub(self, b: Self) -> Self {
+        Self { x: self.x - b.x, y: self.y - b.y, z: self.z - b.z }
+    }
+}
+
+impl Mul<f64> for Vector {
+    type Output = Self;
+
+    fn mul(self, s: f64) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
+
+/// Exact: every f32 is an f64.
+impl From<[f32; 3]> for Vector {
+    fn from([x, y, z]: [f32; 3]) -> Self {
+        Self { x: f64::from(x), y: f64::from(y), z: f64::from(z) }
+    }
+}
+
+impl From<[f64; 3]> for Vector {
+    fn from([x, y, z]: [f64; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<Vector> for [f64; 3] {
+    fn from(v: Vector) -> Self {
+        [v.x, v.y, v.z]
+    }
+}
+
+/// The correctly rounded square root, bit for bit that of IEEE 754: NaN below zero, `-0.0` at `-0.0`.
+pub fn sqrt(x: f64) -> f64 {
+    // The cases without arithmetic: 0, -0, NaN and +inf are their own roots; below zero there is none.
+    if x == 0.0 || x.is_nan() || x == f64::INFINITY {
+        return x;
+    }
+    if x < 0.0 {
+        return f64::NAN;
+    }
+
+    // x = m * 2^e with m of 53 bits; a subnormal is shifted up to its leading bit.
+    let bits = x.to_bits();
+    let (mut m, mut e) = match (bits >> 52, bits & ((1 << 52) - 1)) {
+        (0, fraction) => {
+            let shift = fraction.leading_zeros() - 11;
+            (fraction << shift, -1074 - shift as i32)
+        }
+        (exponent, fraction) => (fraction | 1 << 52, exponent as i32 - 1075),
+    };
+
+    // An even exponent halves exactly.
+    if e % 2 != 0 {
+        m <<= 1;
+        e -= 1;
+    }
+
+    // The root of m * 2^54, rounded down, has 54 bits: those of the result and one to round by. The
+    // root is never half way: half way it would be odd, its square too, and m * 2^54 is even.
+    let root = (u128::from(m) << 54).isqrt() as u64;
+    let rounded = (root + 1) >> 1;
+
+    // rounded * 2^((e - 52) / 2). The leading bit adds 1 to the exponent's field, and so does a
+    // carry out of the rounding.
+    let exponent = ((e - 52) / 2 + 1074) as u64;
+    f64::from_bits((exponent << 52) + rounded)
+}
