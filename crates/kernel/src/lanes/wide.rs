@@ -2,8 +2,6 @@
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use ::wide::{CmpLe, CmpLt};
-
 use super::{Lanes, Level, Mask, Simd};
 
 /// A vector of `wide`, or the mask that its comparisons give.

@@ -3,7 +3,7 @@
 //! `wide` chooses its instructions when it is compiled; these types reach the CPU's on a plain
 //! build. They are private to this folder: a value of one exists only inside [`super::Level::run`],
 //! which has found the instructions on this CPU. That is the `SAFETY` of every call below.
-#![allow(unsafe_code)]
+#![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -1,0 +1,98 @@
+//! Three lanes make a vector of N points or directions.
+
+use core::ops::{Add, Mul, Sub};
+
+use crate::lanes::Lanes;
+
+/// N vectors in structure-of-arrays order.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3<L> {
+    /// The first components.
+    pub x: L,
+    /// The second components.
+    pub y: L,
+    /// The third components.
+    pub z: L,
+}
+
+impl<L: Lanes> Vec3<L> {
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat([x, y, z]: [L::Scalar; 3]) -> Self {
+        Self { x: L::splat(x), y: L::splat(y), z: L::splat(z) }
+    }
+
+    /// The first N vectors of three arrays.
+    #[inline(always)]
+    pub fn load<const N: usize>([x, y, z]: &[[L::Scalar; N]; 3]) -> Self {
+        Self { x: L::load(x), y: L::load(y), z: L::load(z) }
+    }
+
+    /// The first N vectors of three f32 arrays, converted.
+    #[inline(always)]
+    pub fn load_f32<const N: usize>([x, y, z]: &[[f32; N]; 3]) -> Self {
+        Self { x: L::load_f32(x), y: L::load_f32(y), z: L::load_f32(z) }
+    }
+
+    /// `x x' + y y' + z z'`, left to right, every operation rounded by itself.
+    #[inline(always)]
+    pub fn dot(self, b: Self) -> L {
+        self.x * b.x + self.y * b.y + self.z * b.z
+    }
+
+    /// The cross product, every operation rounded by itself.
+    #[inline(always)]
+    pub fn cross(self, b: Self) -> Self {
+        Self {
+            x: self.y * b.z - self.z * b.y,
+            y: self.z * b.x - self.x * b.z,
+            z: self.x * b.y - self.y * b.x,
+        }
+    }
+
+    /// The dot product with fused operations where the CPU has them, for use under a bound.
+    #[inline(always)]
+    pub fn dot_fused(self, b: Self) -> L {
+        self.z.mul_add(b.z, self.y.mul_add(b.y, self.x * b.x))
+    }
+
+    /// The cross product with fused operations where the CPU has them, for use under a bound.
+    #[inline(always)]
+    pub fn cross_fused(self, b: Self) -> Self {
+        Self {
+            x: self.y.mul_add(b.z, -(self.z * b.y)),
+            y: self.z.mul_add(b.x, -(self.x * b.z)),
+            z: self.x.mul_add(b.y, -(self.y * b.x)),
+        }
+    }
+
+    /// `|x| + |y| + |z|`.
+    #[inline(always)]
+    pub fn norm1(self) -> L {
+        self.x.abs() + self.y.abs() + self.z.abs()
+    }
+}
+
+impl<L: Lanes> Add for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self { x: self.x + b.x, y: self.y + b.y, z: self.z + b.z }
+    }
+}
+
+impl<L: Lanes> Sub for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self { x: self.x - b.x, y: self.y - b.y, z: self.z - b.z }
+    }
+}
+
+impl<L: Lanes> Mul<L> for Vec3<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: L) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
+    }
+}
