@@ -1,0 +1,138 @@
+//! The built-in scene: a torus knot on a plinth in the turn of a spiral stair.
+
+mod shapes;
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+
+use self::shapes::{Ring, Shapes};
+use crate::camera::Camera;
+use crate::light::Light;
+use crate::scene::Scene;
+
+const FLOOR: [f32; 3] = [0.56, 0.53, 0.49];
+const PLINTH: [f32; 3] = [0.72, 0.69, 0.64];
+const KNOT: [f32; 3] = [0.80, 0.36, 0.16];
+const STAIR: [f32; 3] = [0.38, 0.47, 0.52];
+const SPHERE: [f32; 3] = [0.20, 0.42, 0.40];
+const STONE: [f32; 3] = [0.62, 0.16, 0.24];
+
+/// Puts it together. One unit is about a meter, y is up.
+pub(crate) fn scene() -> Scene {
+    let mut shapes = Shapes::default();
+
+    shapes.part(FLOOR);
+    shapes.grid([36, 36], [false, false], 18.0, |u, v| {
+        DVec3::new((u - 0.5) * 26.0, 0.0, (v - 0.5) * 26.0)
+    });
+
+    // Two round steps with a narrow bevel on each.
+    shapes.part(PLINTH);
+    let profile = [
+        (1.75, 0.0),
+        (1.75, 0.22),
+        (1.70, 0.27),
+        (1.30, 0.27),
+        (1.30, 0.85),
+        (1.24, 0.91),
+        (0.0, 0.91),
+    ];
+    let rings = profile.map(|(radius, y)| Ring { radius, y, turn: 0.0 });
+    shapes.lathe(72, &rings, |p| p);
+
+    // A (2, 3) torus knot, laid a little aslant so that it stands on its rim.
+    shapes.part(KNOT);
+    let lean = DQuat::from_rotation_x(1.18);
+    shapes
+        .grid([180, 16], [true, true], 24.0, |u, v| lean * knot(u, v) + DVec3::new(0.0, 2.36, 0.0));
+
+    // Steps that climb around the plinth, each a wedge of a ring, floating.
+    shapes.part(STAIR);
+    for step in 0..30 {
+        let angle = TAU * (0.40 + 0.029 * f64::from(step));
+        shapes.wedge(
+            [2.5, 3.7],
+            0.14 + 0.135 * f64::from(step),
+            0.10,
+            [angle, angle + TAU * 0.027],
+        );
+    }
+
+    shapes.part(SPHERE);
+    shapes.icosphere(3, |p| p * 0.62 + DVec3::new(-2.05, 0.62, 2.35));
+
+    // A cut stone: table, crown, girdle and pavilion, lying on a facet.
+    shapes.part(STONE);
+    let cut = [(0.0, 0.44, 0.0), (0.52, 0.44, 0.0), (0.86, 0.24, 0.5), (1.0, 0.05, 0.0)];
+    let under = [(1.0, -0.05, 0.0), (0.55, -0.48, 0.5), (0.0, -0.92, 0.0)];
+    let rings = cut.into_iter().chain(under).map(|(radius, y, turn)| Ring { radius, y, turn });
+    let tilt = DQuat::from_rotation_z(-0.78) * DQuat::from_rotation_y(0.2);
+    shapes.lathe(9, &rings.collect::<Vec<_>>(), |p| tilt * p * 0.62 + DVec3::new(1.75, 0.44, 2.5));
+
+    let camera = Camera::new([4.4, 4.3, 9.6], [0.05, 1.55, 0.15], Camera::UP, 36.0);
+    Scene {
+        mesh: shapes.mesh,
+        camera: camera.expect("its numbers are constants, and a test draws with them"),
+        light: Light { position: [-5.5, 10.5, 8.0] },
+    }
+}
+
+/// A point of the tube around the knot: `u` along it, `v` around it, both in `0..1`.
+fn knot(u: f64, v: f64) -> DVec3 {
+    let line = |u: f64| {
+        let angle = TAU * u;
+        let radius = 1.0 + 0.42 * (3.0 * angle).cos();
+        DVec3::new(
+            radius * (2.0 * angle).cos(),
+            radius * (2.0 * angle).sin(),
+            0.55 * (3.0 * angle).sin(),
+        )
+    };
+    // A frame that follows the curve: along it, away from the middle, and across both.
+    let (center, step) = (line(u), 1e-4);
+    let along = (line(u + step) - line(u - step)).normalize();
+    let across = along.cross(center).normalize();
+    let out = across.cross(along);
+    let (sin, cos) = (TAU * v).sin_cos();
+    center + (out * cos + across * sin) * 0.235
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_whole_and_of_the_documented_size() {
+        let mesh = scene().mesh;
+        assert_eq!(mesh.triangles.len(), 10_874);
+        assert_eq!(mesh.corner_uvs.as_ref().map(Vec::len), Some(10_874));
+        assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()));
+        for i in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.corners(i).map(crate::mesh::double);
+            assert!((b - a).cross(c - a).length() > 1e-5, "triangle {i} has no area");
+        }
+    }
+
+    #[test]
+    fn nothing_but_the_floor_has_a_border() {
+        // Closed shapes: every edge of a part stands once in either direction.
+        let mesh = scene().mesh;
+        let first = mesh.parts[1].first as usize;
+        let mut edges = std::collections::HashMap::new();
+        for t in &mesh.triangles[first..] {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                *edges.entry((a, b)).or_insert(0) += 1;
+            }
+        }
+        let floating =
+            edges.iter().filter(|&(&(a, b), &n)| n != 1 || edges.get(&(b, a)) != Some(&1));
+        // The plinth stands on the floor and has no underside.
+        assert_eq!(floating.count(), 72);
+    }
+
+    #[test]
+    fn it_is_the_same_every_time() {
+        assert_eq!(scene(), scene());
+    }
+}

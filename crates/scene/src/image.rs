@@ -1,0 +1,191 @@
+//! Pictures in memory, and PNG files that are whole or not there.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::{fmt, process};
+
+use ::image::codecs::png::PngEncoder;
+use ::image::{ExtendedColorType, ImageEncoder};
+
+/// The most pixels a picture may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
+/// A picture: rows from the top, three bytes of sRGB a pixel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Image {
+    /// A black picture.
+    ///
+    /// # Errors
+    /// As [`check_size`].
+    pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
+        let pixels = check_size(width, height)?;
+        Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All pixels; `(x, y)` is at `y * width + x`.
+    pub fn pixels(&self) -> &[[u8; 3]] {
+        &self.pixels
+    }
+
+    /// All pixels, to be painted.
+    pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
+        &mut self.pixels
+    }
+
+    /// Writes the picture to `path` as PNG, whole or not at all.
+    ///
+    /// The bytes go to a hidden file beside `path`, which takes the name `path` only once it is
+    /// complete: whoever finds a picture under that name finds all of it, whenever the program was
+    /// stopped. Upon an error the hidden file is removed and an older picture at `path` is untouched.
+    ///
+    /// # Errors
+    /// As [`check_output`], and whatever the file system objects to.
+    pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
+        check_output(path)?;
+        let partial = beside(path);
+        let written = self.encode(&partial).and_then(|()| fs::rename(&partial, path));
+        written.map_err(|cause| {
+            // The first error is the one to tell; there may be no file to remove.
+            let _ = fs::remove_file(&partial);
+            ImageError::Write { path: path.into(), cause }
+        })
+    }
+
+    fn encode(&self, path: &Path) -> io::Result<()> {
+        let mut file = BufWriter::new(File::create(path)?);
+        PngEncoder::new(&mut file)
+            .write_image(
+                self.pixels.as_flattened(),
+                self.width,
+                self.height,
+                ExtendedColorType::Rgb8,
+            )
+            .map_err(|error| match error {
+                ::image::ImageError::IoError(error) => error,
+                other => io::Error::other(other),
+            })?;
+        // On the disk before it gets its name: else a power cut could leave the name without bytes.
+        file.flush()?;
+        file.get_ref().sync_all()
+    }
+}
+
+/// `.name.PID.partial` in the same folder, so that renaming stays within one file system.
+fn beside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.{}.partial", process::id()))
+}
+
+/// How many pixels a picture of that size has.
+///
+/// # Errors
+/// If a side is 0 or there are more than [`MAX_PIXELS`]. To be asked before anything is allocated.
+pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
+    let pixels = u64::from(width) * u64::from(height);
+    match usize::try_from(pixels) {
+        Ok(count) if pixels > 0 && pixels <= MAX_PIXELS => Ok(count),
+        _ => Err(ImageError::Size { width, height }),
+    }
+}
+
+/// Whether a picture could be written to `path`, as far as that can be known without writing: to be
+/// asked before the work of drawing.
+///
+/// # Errors
+/// If `path` does not end in `.png`, is a folder, or lies in a folder that is not there.
+pub fn check_output(path: &Path) -> Result<(), ImageError> {
+    let error = |why| Err(ImageError::Output { path: path.into(), why });
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        return error("a picture is written as PNG; give a name that ends in .png");
+    }
+    if path.is_dir() {
+        return error("is a folder; give the name of a file");
+    }
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            error("its folder does not exist; create it or choose another")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A picture of where two engines disagree: `image` darkened, and red where `differs`.
+///
+/// # Panics
+/// If `differs` does not have one entry per pixel.
+pub fn difference(image: &Image, differs: &[bool]) -> Image {
+    assert_eq!(differs.len(), image.pixels.len(), "one entry per pixel");
+    let mut marked = image.clone();
+    for (pixel, &differs) in marked.pixels.iter_mut().zip(differs) {
+        *pixel = if differs { [255, 32, 32] } else { pixel.map(|x| x / 4) };
+    }
+    marked
+}
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub enum ImageError {
+    /// A side is 0, or there are more than [`MAX_PIXELS`].
+    Size {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// The name cannot be that of a picture.
+    Output {
+        /// The name.
+        path: PathBuf,
+        /// What is wrong with it and what to do.
+        why: &'static str,
+    },
+    /// The file system refused.
+    Write {
+        /// The picture's name.
+        path: PathBuf,
+        /// What it said.
+        cause: io::Error,
+    },
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size { width, height } => write!(
+                f,
+                "a picture of {width}x{height}: give at least 1x1 and at most {MAX_PIXELS} pixels \
+                 (8192x8192)"
+            ),
+            Self::Output { path, why } => write!(f, "{}: {why}", path.display()),
+            Self::Write { path, cause } => {
+                write!(f, "{}: cannot write the picture: {cause}", path.display())
+            }
+        }
+    }
+}
+
+impl std::error::Error for ImageError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Write { cause, .. } => Some(cause),
+            _ => None,
+        }
+    }
+}

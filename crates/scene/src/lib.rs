@@ -1,0 +1,23 @@
+//! What a picture needs and no more: meshes and their files, a camera, a point light, shading, images.
+//!
+//! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`],
+//! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasters them
+//! gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
+//! and a shadow mask, one `bool` per pixel; [`shade`] makes an [`Image`] of both.
+
+mod builtin;
+mod camera;
+mod image;
+mod light;
+mod load;
+mod mesh;
+mod scene;
+mod shade;
+
+pub use crate::camera::{Camera, CameraError};
+pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
+pub use crate::light::{Light, hit_point};
+pub use crate::load::{LoadError, load};
+pub use crate::mesh::{Bounds, Mesh, Part};
+pub use crate::scene::Scene;
+pub use crate::shade::shade;

@@ -1,0 +1,172 @@
+//! PLY, ascii and binary, by the crate `ply-rs-bw`, element by element.
+
+use std::io::{BufRead, ErrorKind};
+
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+};
+
+use super::{Builder, Fault, fault, quote};
+use crate::mesh::Mesh;
+
+/// The names under which texture coordinates are found.
+const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+/// The names under which a face has its corners.
+const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Reads vertices and faces; other elements are read over.
+pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
+    let parser = Parser::<Element>::new();
+    let mut reader = Reader::new(input);
+    let header = parser.read_header(&mut reader).map_err(|error| Fault {
+        line: error.line().map(|line| line as u64),
+        cause: format!("the PLY header is damaged: {}", first_line(&error)),
+    })?;
+    let has_uvs = check(&header)?;
+
+    // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
+    let mut line = reader.line() as u64;
+    let mut input = reader.into_inner();
+    let mut text = String::new();
+    let mut builder = Builder::default();
+    let mut uvs = Vec::new();
+    for def in header.elements.values() {
+        for i in 0..def.count {
+            let element = match header.encoding {
+                Encoding::Ascii => ascii(&parser, &mut input, &mut text, def, i),
+                Encoding::BinaryLittleEndian => parser
+                    .read_little_endian_element(&mut input, def)
+                    .map_err(|error| damaged(&error, def, i)),
+                Encoding::BinaryBigEndian => parser
+                    .read_big_endian_element(&mut input, def)
+                    .map_err(|error| damaged(&error, def, i)),
+            };
+            let added = element.and_then(|element| match def.name.as_str() {
+                "vertex" => {
+                    uvs.extend(has_uvs.then_some(element.uv));
+                    builder.position(element.position)
+                }
+                "face" => face(&mut builder, &element, &uvs),
+                _ => Ok(()),
+            });
+            added.map_err(|fault| match header.encoding {
+                Encoding::Ascii => fault.at(line),
+                _ => Fault { cause: format!("{} {i}: {}", def.name, fault.cause), ..fault },
+            })?;
+            line += 1;
+        }
+    }
+    Ok(builder.mesh)
+}
+
+/// Whether the header announces what a mesh needs; says whether vertices have texture coordinates.
+fn check(header: &Header) -> Result<bool, Fault> {
+    let has = |element: &str, property: &str| {
+        header.elements.get(element).is_some_and(|def| def.properties.contains_key(property))
+    };
+    if !["x", "y", "z"].iter().all(|axis| has("vertex", axis)) {
+        return fault("the PLY header has no element vertex with x, y and z");
+    }
+    if !CORNERS.iter().any(|name| has("face", name)) {
+        return fault(
+            "the PLY header has no element face with vertex_indices; is it a point cloud?",
+        );
+    }
+    // Elements that take no bytes could be promised without end.
+    if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
+        return fault(format!(
+            "the PLY header has an element {} without properties",
+            quote(&def.name)
+        ));
+    }
+    Ok(UVS.iter().any(|names| names.iter().all(|name| has("vertex", name))))
+}
+
+/// The next line as an element.
+fn ascii(
+    parser: &Parser<Element>,
+    input: &mut impl BufRead,
+    text: &mut String,
+    def: &ElementDef,
+    i: usize,
+) -> Result<Element, Fault> {
+    text.clear();
+    if input.read_line(text)? == 0 {
+        return cut_off(def, i);
+    }
+    let element = parser.read_ascii_element(text, def);
+    element.or_else(|_| {
+        fault(format!(
+            "{} is not what the header announces for a {}",
+            quote(text.trim_end()),
+            def.name
+        ))
+    })
+}
+
+fn damaged(error: &ParseError, def: &ElementDef, i: usize) -> Fault {
+    let cause = match error.kind() {
+        ErrorKind::UnexpectedEof => return cut_off::<()>(def, i).unwrap_err(),
+        _ => first_line(error),
+    };
+    Fault { line: None, cause }
+}
+
+fn cut_off<T>(def: &ElementDef, i: usize) -> Result<T, Fault> {
+    fault(format!(
+        "the file is cut off: the header promises {} of {}, it has {i}",
+        def.count, def.name
+    ))
+}
+
+/// The crate's messages have several lines, of which the first says it.
+fn first_line(error: &ParseError) -> String {
+    let text = error.to_string();
+    let message =
+        text.split_once(": ").filter(|_| error.line().is_some()).map_or(&*text, |(_, m)| m);
+    quote(message.lines().next().unwrap_or_default().trim_end_matches('.'))
+}
+
+fn face(builder: &mut Builder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
+    let Some(corners) = &element.corners else {
+        return fault("a face has an index that is negative or no whole number");
+    };
+    // An index out of range has no texture coordinate either; the builder tells of it.
+    let corner_uvs: Vec<[f32; 2]> =
+        corners.iter().filter_map(|&corner| uvs.get(corner as usize).copied()).collect();
+    builder.polygon(corners, &corner_uvs)
+}
+
+/// What is wanted of a vertex and of a face.
+struct Element {
+    position: [f32; 3],
+    uv: [f32; 2],
+    corners: Option<Vec<u32>>,
+}
+
+impl PropertyAccess for Element {
+    fn new() -> Self {
+        Self { position: [0.0; 3], uv: [0.0; 2], corners: Some(Vec::new()) }
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        let place = match name {
+            "x" => &mut self.position[0],
+            "y" => &mut self.position[1],
+            "z" => &mut self.position[2],
+            _ if UVS.iter().any(|names| names[0] == name) => &mut self.uv[0],
+            _ if UVS.iter().any(|names| names[1] == name) => &mut self.uv[1],
+            _ if CORNERS.contains(&name) => {
+                self.corners = value.to_u32_list();
+                return PropertyAccessResult::Set;
+            }
+            _ => return PropertyAccessResult::Ignored,
+        };
+        let Some(number) = value.to_f32_lossy() else {
+            return PropertyAccessResult::UnsupportedType;
+        };
+        *place = number;
+        PropertyAccessResult::Set
+    }
+}

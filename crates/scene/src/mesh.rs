@@ -1,0 +1,153 @@
+//! Indexed triangles, in the order of their file.
+
+use glam::DVec3;
+use intertri::Triangle;
+
+/// A run of triangles that share a color: from `first` to the next part's `first`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// The first triangle of the part.
+    pub first: u32,
+    /// How much red, green and blue light it reflects, linear, each in `0..=1`.
+    pub tint: [f32; 3],
+}
+
+/// Triangles over a table of positions.
+///
+/// Triangles keep the order of the file, and a polygon becomes the fan of its first corner in its
+/// own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the exact f32 of the file:
+/// none is welded, moved or dropped.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Points in space; all finite where [`crate::load`] made the mesh.
+    pub positions: Vec<[f32; 3]>,
+    /// Three indices into `positions` per triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates of the three corners of each triangle, or `None` where there are none at
+    /// all. A triangle without, in a mesh with, has zeros.
+    pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
+    /// Colors by run of triangles, ascending in `first`; empty for a mesh of one color.
+    pub parts: Vec<Part>,
+}
+
+impl Mesh {
+    /// The color of clay, of whatever has no part of its own.
+    pub const CLAY: [f32; 3] = [0.62, 0.58, 0.52];
+
+    /// Every triangle with its corners written out: what the kernel traces. Index `i` here is
+    /// triangle `i` of the mesh.
+    ///
+    /// # Panics
+    /// If an index lies outside of `positions`; [`crate::load`] never makes such a mesh.
+    pub fn to_triangles(&self) -> Vec<Triangle> {
+        (0..self.triangles.len()).map(|i| Triangle(self.corners(i))).collect()
+    }
+
+    /// The three corners of triangle `index`.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn corners(&self, index: usize) -> [[f32; 3]; 3] {
+        self.triangles[index].map(|corner| self.positions[corner as usize])
+    }
+
+    /// The color of triangle `index`.
+    pub fn tint(&self, index: usize) -> [f32; 3] {
+        let after = self.parts.partition_point(|part| part.first as usize <= index);
+        after.checked_sub(1).map_or(Self::CLAY, |part| self.parts[part].tint)
+    }
+
+    /// The box around all triangles, or `None` where there is no triangle. Positions that no triangle
+    /// uses do not count.
+    pub fn bounds(&self) -> Option<Bounds> {
+        let first = *self.triangles.first()?.first()? as usize;
+        let mut bounds = Bounds { min: self.positions[first], max: self.positions[first] };
+        for &corner in self.triangles.as_flattened() {
+            let p = self.positions[corner as usize];
+            for (axis, &x) in p.iter().enumerate() {
+                bounds.min[axis] = bounds.min[axis].min(x);
+                bounds.max[axis] = bounds.max[axis].max(x);
+            }
+        }
+        Some(bounds)
+    }
+
+    /// The box around all triangles, or the origin for a mesh that has none.
+    pub(crate) fn bounds_or_point(&self) -> Bounds {
+        self.bounds().unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] })
+    }
+}
+
+/// A box along the axes, both ends inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The smallest x, y and z.
+    pub min: [f32; 3],
+    /// The largest x, y and z.
+    pub max: [f32; 3],
+}
+
+impl Bounds {
+    /// The middle, in f64 so that the largest f32 do not overflow.
+    pub(crate) fn center(&self) -> DVec3 {
+        (double(self.min) + double(self.max)) * 0.5
+    }
+
+    /// Half of the diagonal, or 1 for a box that is a single point: a length to measure by is never 0.
+    pub(crate) fn radius(&self) -> f64 {
+        let radius = (double(self.max) - double(self.min)).length() * 0.5;
+        if radius > 0.0 { radius } else { 1.0 }
+    }
+
+    /// The eight corners.
+    pub(crate) fn corners(&self) -> [DVec3; 8] {
+        let ends = [double(self.min), double(self.max)];
+        std::array::from_fn(|i| {
+            DVec3::new(ends[i & 1].x, ends[(i >> 1) & 1].y, ends[(i >> 2) & 1].z)
+        })
+    }
+}
+
+/// A point of a mesh, widened.
+pub(crate) fn double(p: [f32; 3]) -> DVec3 {
+    DVec3::from(p.map(f64::from))
+}
+
+/// A point rounded to f32.
+pub(crate) fn single(p: DVec3) -> [f32; 3] {
+    p.to_array().map(|x| x as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn strip() -> Mesh {
+        Mesh {
+            positions: vec![[9.0; 3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, -3.0]],
+            triangles: vec![[1, 2, 3], [3, 2, 4]],
+            corner_uvs: None,
+            parts: vec![Part { first: 1, tint: [0.5; 3] }],
+        }
+    }
+
+    #[test]
+    fn triangles_keep_order_and_bits() {
+        let triangles = strip().to_triangles();
+        assert_eq!(triangles[0].0, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+        assert_eq!(triangles[1].0, [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]);
+    }
+
+    #[test]
+    fn bounds_hold_only_what_is_used() {
+        let bounds = strip().bounds().unwrap();
+        assert_eq!((bounds.min, bounds.max), ([0.0, 0.0, -3.0], [1.0, 2.0, 0.0]));
+        assert_eq!(Mesh::default().bounds(), None);
+    }
+
+    #[test]
+    fn tints_run_to_the_next_part() {
+        assert_eq!(strip().tint(0), Mesh::CLAY);
+        assert_eq!(strip().tint(1), [0.5; 3]);
+    }
+}
