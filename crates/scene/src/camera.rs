@@ -112,7 +112,7 @@ impl Camera {
             let toward = -arm.dot(facing.forward);
             let across = (arm.dot(facing.right).abs() / half_width)
                 .max(arm.dot(facing.up).abs() / facing.half_height);
-            across * 1.06 + toward
+            across * 1.04 + toward
         });
         let distance = distance.fold(bounds.radius() * 0.01, f64::max);
 

@@ -25,11 +25,16 @@ impl Light {
     pub const REACH: f32 = 0.9999;
 
     /// A light for the picture of `bounds` that `camera` takes: over the photographer's left
-    /// shoulder, high, and far enough that shadows do not spread much.
+    /// shoulder, high, and far enough that shadows do not spread much. Inside of the box, which may
+    /// be a room, it is a lamp held to the left above the camera.
     pub fn over_the_shoulder(bounds: &Bounds, camera: &Camera) -> Self {
         let [right, up, forward] = camera.basis();
-        let toward = up * 1.0 - right * 0.75 - forward * 0.8;
-        let position = bounds.center() + toward.normalize() * (bounds.radius() * 4.0);
+        let position = if bounds.contains(camera.eye()) {
+            double(camera.eye()) + (up - right) * (bounds.radius() * 0.07)
+        } else {
+            let toward = up * 1.0 - right * 0.75 - forward * 0.8;
+            bounds.center() + toward.normalize() * (bounds.radius() * 4.0)
+        };
         Self { position: single(position) }
     }
 
@@ -69,6 +74,13 @@ mod tests {
         let light = double(Light::over_the_shoulder(&bounds, &camera).position);
         assert!(light.y > 1.0);
         assert!(light.dot(double(camera.eye())) > 0.0);
+    }
+
+    #[test]
+    fn in_a_room_the_light_is_in_the_room() {
+        let room = Bounds { min: [-3.0, 0.0, -4.0], max: [3.0, 2.5, 4.0] };
+        let camera = Camera::new([0.0, 1.6, 3.0], [0.0, 1.0, 0.0], Camera::UP, 60.0).unwrap();
+        assert!(room.contains(Light::over_the_shoulder(&room, &camera).position));
     }
 
     #[test]

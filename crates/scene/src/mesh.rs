@@ -99,6 +99,11 @@ impl Bounds {
         if radius > 0.0 { radius } else { 1.0 }
     }
 
+    /// Whether a point is in the box or on its border.
+    pub(crate) fn contains(&self, p: [f32; 3]) -> bool {
+        (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
+    }
+
     /// The eight corners.
     pub(crate) fn corners(&self) -> [DVec3; 8] {
         let ends = [double(self.min), double(self.max)];

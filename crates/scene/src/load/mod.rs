@@ -21,8 +21,8 @@ use crate::mesh::Mesh;
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points and lines are skipped,
 ///   materials not looked for, a fourth coordinate and colors ignored.
-/// - PLY: ascii and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or texture_u,
-///   texture_v) and `face` with vertex_indices or vertex_index. f64 is rounded to f32.
+/// - PLY: ascii and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
+///   `texture_v`) and `face` with `vertex_indices` or `vertex_index`. f64 is rounded to f32.
 /// - STL: ascii (all its solids) and binary, told apart by the size that a binary header promises.
 ///   Every triangle has three positions of its own.
 ///
