@@ -9,13 +9,21 @@
 //! | --- | --- | --- |
 //! | A | [`inter_tri`] | the ray/triangle test that every other method is held against |
 //! |   | [`closest`] | loops over all triangles: the oracle of closest, any and all hits |
+//! | B | [`z_buffer`] | the nearest convex facet at each pixel |
+//! | C | [`shadow_volume`] | silhouettes and the sides of shadow volumes |
+//! | D | [`cramer`] | triangles prepared for many rays from one origin; texture coordinates |
+//! | E | [`clip_edge`](mod@clip_edge) | edges clipped against the canonical view volume |
 #![no_std]
 
 extern crate alloc;
 
+pub mod clip_edge;
 pub mod closest;
+pub mod cramer;
 pub mod inter_tri;
+pub mod shadow_volume;
 pub mod vector;
+pub mod z_buffer;
 
 pub use inter_tri::{IndexOutOfRange, Ray, Scene, THRESHOLD, Trian};
 pub use vector::Vector;

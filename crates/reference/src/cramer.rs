@@ -1,0 +1,147 @@
+//! Document D: ray and triangle by Cramer's rule, for many rays from one origin.
+//!
+//! The line `P + t PN` and the plane `A + u AB + v AC` meet where
+//!
+//! ```text
+//! u AB + v AC - t PN = AP        AP = P - A
+//! ```
+//!
+//! Cramer's rule gives each unknown as one determinant over another, and each determinant is a dot
+//! product with a vector that does not depend on the ray's direction:
+//!
+//! ```text
+//! D = AC ^ AB     den = D & PN      D and T belong to the triangle alone   -> calc_triangle
+//! T = AB ^ AC     t = T & AP / den  U, V and T & AP to the origin too      -> Trig::seen_from
+//! U = AC ^ AP     u = U & PN / den  three dot products a ray               -> View::inter
+//! V = AP ^ AB     v = V & PN / den  a division only after a hit
+//! ```
+//!
+//! # Where the document errs
+//! - Its **listing** accepts a negative `T & AP` (there simply called `t`, though it is not yet
+//!   divided). The listing lets only `den > 0` through, so that is a point behind the viewer: a
+//!   triangle in front of the eye is not drawn, and its mirror image behind the eye is. Here the
+//!   test is `> 0`.
+//! - Its **example** puts the triangle at z = 0, into the eye's own plane, where `T & AP` is 0 and
+//!   nothing is drawn with either sign. Put it at z = 1.
+//!
+//! # What the listing does in odd cases, kept as it is
+//! - The conditions on u and v leave only `den > 0`: **one side** of the triangle is seen, that
+//!   towards which its normal `T` points.
+//! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
+//! - NaN is a miss, and so is a triangle without area.
+
+use crate::vector::Vector;
+
+/// A corner: where it is, and where in the texture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// The place.
+    pub pos: Vector,
+    /// The first texture coordinate, in texels.
+    pub u: f64,
+    /// The second texture coordinate, in texels.
+    pub v: f64,
+}
+
+impl Corner {
+    /// A corner from its place and its texture coordinates.
+    pub fn new(pos: impl Into<Vector>, u: f64, v: f64) -> Self {
+        Self { pos: pos.into(), u, v }
+    }
+}
+
+/// What depends on the triangle alone, computed once a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trig {
+    /// The corner A.
+    pub a: Vector,
+    /// `B - A`
+    pub ab: Vector,
+    /// `C - A`
+    pub ac: Vector,
+    /// The coefficients of the common denominator.
+    pub d: Vector,
+    /// The coefficients of `t`, a normal of the triangle: `-d`.
+    pub t: Vector,
+    /// The first texture coordinate: at A, its growth along AB, its growth along AC.
+    pub tu: Vector,
+    /// The second texture coordinate, likewise.
+    pub tv: Vector,
+}
+
+/// What depends on the origin of the rays too, computed once a viewpoint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The coefficients of `u`.
+    pub u: Vector,
+    /// The coefficients of `v`.
+    pub v: Vector,
+    /// The coefficients of the denominator, as in [`Trig::d`].
+    pub d: Vector,
+    /// The numerator of `t`.
+    pub t_ap: f64,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// Distance in multiples of the length of the ray's direction; over 0.
+    pub t: f64,
+    /// The weight of B.
+    pub u: f64,
+    /// The weight of C.
+    pub v: f64,
+}
+
+/// The part of the document's `calc_triangle` that needs no viewpoint.
+pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
+    let ab = b.pos - a.pos;
+    let ac = c.pos - a.pos;
+    Trig {
+        a: a.pos,
+        ab,
+        ac,
+        d: ac ^ ab,
+        t: ab ^ ac,
+        tu: Vector::new(a.u, b.u - a.u, c.u - a.u),
+        tv: Vector::new(a.v, b.v - a.v, c.v - a.v),
+    }
+}
+
+impl Trig {
+    /// The part of the document's `calc_triangle` that needs the viewpoint `p`.
+    pub fn seen_from(&self, p: Vector) -> View {
+        let ap = p - self.a;
+        View { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }
+    }
+
+    /// The texture coordinates `(tx, ty)` at the point of weights `u` and `v`.
+    pub fn texture(&self, u: f64, v: f64) -> (f64, f64) {
+        let at = |k: Vector| k.x + k.y * u + k.z * v;
+        (at(self.tu), at(self.tv))
+    }
+}
+
+impl View {
+    /// The document's test, corrected, of the ray from this viewpoint along `dir`.
+    ///
+    /// Only the side is seen towards which the normal `AB ^ AC` points: `dir` runs against it. A
+    /// point on AB or AC is a hit; one on BC, the ends included, is not; nor is one at the viewpoint.
+    pub fn inter(&self, dir: Vector) -> Option<Meeting> {
+        let u = self.u & dir;
+        let v = self.v & dir;
+        let d = self.d & dir;
+        let hit = u + v < d && u >= 0.0 && v >= 0.0 && self.t_ap > 0.0;
+        hit.then(|| Meeting { t: self.t_ap / d, u: u / d, v: v / d })
+    }
+}
+
+/// The document's texture: 256 times the exclusive or of the coordinates' whole parts, rounded
+/// towards 0. As a colour 0xRRGGBB that is a green that repeats every 256 texels, for coordinates
+/// from 0 to 255.
+///
+/// Coordinates that no `i32` holds count as the nearest one that does, and NaN as 0; a product that
+/// no `i32` holds loses its high bits.
+pub fn xor_pattern(tx: f64, ty: f64) -> i32 {
+    (tx as i32 ^ ty as i32).wrapping_mul(256)
+}

@@ -1,0 +1,126 @@
+//! Document C: the silhouette that a light sees, and the volume of shadow behind it.
+//!
+//! ```text
+//!     light                       A face that looks at the light is "front culled", the others are
+//!       *                         "back culled". Where a front-culled face has a back-culled
+//!      . .                        neighbour, their edge is on the silhouette.
+//!     .   .
+//!    1 --- 2     the edge, in the order in which it stands in the front-culled face
+//!    | \   |
+//!    |   \ |     the quad, seen from outside of the volume
+//!    4 --- 3     the edge again, BIG further along the light
+//! ```
+//!
+//! # Where the document errs
+//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the
+//! triangles (index2, index1, index3) and (index4, index3, index1) a quad. They are none: the two
+//! overlap in a quarter of it, leave a quarter uncovered, and wind in opposite directions, so that a
+//! stencil counts them against each other. With the **two new vertices exchanged**, `index3` below
+//! `index2` and `index4` below `index1`, the same index triples, in the same order, are the quad of
+//! the drawing. That is what stands here. Its winding is then the reverse of the front-culled face's
+//! along their common edge, so that lit faces and sides bound one closed, outward-looking volume.
+//!
+//! # What the document leaves open, and what is chosen here
+//! - **A missing neighbour** (an open mesh) counts as back culled, so that the volume stays closed.
+//! - **The light.** `lightdir` is the way that light travels; the test of a face uses the way to the
+//!   light. For a light at a point both differ from vertex to vertex and have unit length here, so
+//!   that BIG is a distance.
+//! - **Caps and drawing** are only announced in the document. They are not part of this file.
+//!
+//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes
+//! it, and its adjacency table cannot say anything else.
+
+use alloc::vec::Vec;
+
+use crate::vector::Vector;
+
+/// One light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// So far away that its rays are parallel; the vector points **to** the light.
+    Directional(Vector),
+    /// At a place.
+    Point(Vector),
+}
+
+impl Light {
+    /// The way from a point to the light, of any length.
+    fn seen_from(self, p: Vector) -> Vector {
+        match self {
+            Self::Directional(to_light) => to_light,
+            Self::Point(place) => place - p,
+        }
+    }
+}
+
+/// The document's `ADJ` of one face `[index1, index2, index3]`: its neighbours over the edges
+/// index1-index2, index2-index3 and index3-index1; `None` where the mesh is open.
+pub type Adj = [Option<usize>; 3];
+
+/// The sides of a shadow volume, without caps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sides {
+    /// The vertices of the mesh, then two new ones for each edge of the silhouette.
+    pub vertx: Vec<Vector>,
+    /// Two triangles for each edge, in the order of the silhouette, wound counter-clockwise as seen
+    /// from outside if the mesh is.
+    pub triangles: Vec<[usize; 3]>,
+}
+
+/// Which faces are front culled: `dot(normal, direction to the light) >= 0`.
+///
+/// The normal is `(c2 - c1) ^ (c3 - c1)`, and the direction is taken at c1. A face edge-on to the
+/// light and one without area are front culled; one with a NaN is back culled.
+///
+/// # Panics
+/// If a face names a vertex that is not there.
+pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec<bool> {
+    let front = |&[c1, c2, c3]: &[usize; 3]| {
+        let normal = (vertx[c2] - vertx[c1]) ^ (vertx[c3] - vertx[c1]);
+        (normal & light.seen_from(vertx[c1])) >= 0.0
+    };
+    faces.iter().map(front).collect()
+}
+
+/// The edges between front-culled faces and back-culled neighbours, face by face, each in the order
+/// in which it stands in the front-culled face.
+///
+/// # Panics
+/// If `faces`, `adj` and `front` differ in length, or a neighbour is not there.
+pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
+    assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry a face");
+    let mut edges = Vec::new();
+    for face in (0..faces.len()).filter(|&face| front[face]) {
+        let [index1, index2, index3] = faces[face];
+        let sides = [[index1, index2], [index2, index3], [index3, index1]];
+        for (edge, neighbour) in sides.into_iter().zip(adj[face]) {
+            let back_culled = neighbour.is_none_or(|neighbour| !front[neighbour]);
+            if back_culled {
+                edges.push(edge);
+            }
+        }
+    }
+    edges
+}
+
+/// A quad for each edge of the silhouette, from the edge to `big` behind it.
+///
+/// `big` is the document's big number: a distance that leaves the scene. An edge that goes through
+/// the place of the light, or runs along the light, makes a quad without area.
+///
+/// # Panics
+/// If an edge names a vertex that is not there.
+pub fn extrude(vertx: &[Vector], edges: &[[usize; 2]], light: Light, big: f64) -> Sides {
+    let mut vertx = Vec::from(vertx);
+    let mut triangles = Vec::new();
+    for &[index1, index2] in edges {
+        let index3 = vertx.len();
+        let index4 = index3 + 1;
+        for above in [index2, index1] {
+            let lightdir = light.seen_from(vertx[above]).unit() * -1.0;
+            vertx.push(vertx[above] + lightdir * big);
+        }
+        triangles.extend([[index2, index1, index3], [index4, index3, index1]]);
+    }
+    Sides { vertx, triangles }
+}

@@ -1,0 +1,113 @@
+//! Document B: which facet a pixel shows, by the signs of cross products and the smallest depth.
+//!
+//! ```text
+//!          a2                   v_k = a_(k+1) - a_k    along the outline, closed at its end
+//!         /  \                  r_k = p - a_k          to the pixel's centre
+//!    v1  / p   \  v2            c_kz = v_kx * r_ky - v_ky * r_kx
+//!       /  .     \
+//!     a1 --------- a3           here, clockwise with y up, every c_kz is negative
+//!            v3
+//! ```
+//!
+//! Facets are convex and have three vertices or more. Their vertices stand on the screen: x and y in
+//! pixels, z the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
+//!
+//! # What the scan lost, and what is added here
+//! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
+//! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
+//!   clockwise where y points up (counter-clockwise on a screen whose y grows downward). A picture
+//!   has both, so [`ZBuffer::draw`] mirrors the rule for the others.
+//! - **Facets without area.** For three vertices on a line every `c_kz` is 0 all along that line,
+//!   and for three equal ones everywhere. [`ZBuffer::draw`] leaves such facets out.
+//! - **The depth within a facet**, where its plane meets the pixel's projector. A facet of four or
+//!   more vertices that is not flat gets the plane of its mean normal through its first vertex. The
+//!   nearer a facet is to being seen edge-on, the less its depth can be trusted.
+//!
+//! A concave facet is drawn only in the part that sees all of its edges from inside; cut it into
+//! convex ones first, as the document does with curved ones.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::vector::Vector;
+
+/// The document's `c_kz` for each vertex of the outline, in its order; z is not looked at.
+pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
+    let next = outline.iter().cycle().skip(1);
+    outline.iter().zip(next).map(move |(&a, &b)| {
+        let v = b - a;
+        let r = p - a;
+        v.x * r.y - v.y * r.x
+    })
+}
+
+/// The document's test of a clockwise outline (y up): no `c_kz` is positive, so that edges and
+/// vertices belong to the facet. NaN is outside. An outline without vertices contains everything.
+pub fn inside(outline: &[Vector], p: Vector) -> bool {
+    turns(outline, p).all(|c| c <= 0.0)
+}
+
+/// A picture that knows for each pixel the nearest facet so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZBuffer {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The smallest z, row by row; infinity where no facet is.
+    pub depth: Vec<f64>,
+    /// The number of the facet that has it.
+    pub facet: Vec<Option<usize>>,
+}
+
+impl ZBuffer {
+    /// A picture of nothing.
+    pub fn new(width: usize, height: usize) -> Self {
+        let pixels = width * height;
+        Self { width, height, depth: vec![f64::INFINITY; pixels], facet: vec![None; pixels] }
+    }
+
+    /// Draws a convex facet under a number of the caller's choice.
+    ///
+    /// A facet owns the pixels whose centres lie in it or on its outline and whose depth is smaller
+    /// than what is there, so of equal depths the first one drawn stays. Depth has no near or far
+    /// limit. Fewer than three vertices, no area, and vertices that are not finite draw nothing.
+    pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
+        let Some((&a1, others)) = outline.split_first() else { return };
+
+        // The normal is the sum over the fan around the first vertex; its z is twice the area,
+        // positive where the outline runs against the document's direction.
+        let normal = others
+            .windows(2)
+            .map(|pair| (pair[0] - a1) ^ (pair[1] - a1))
+            .fold(Vector::default(), |sum, n| sum + n);
+        if normal.z == 0.0 || !<[f64; 3]>::from(normal).iter().all(|n| n.is_finite()) {
+            return;
+        }
+
+        for m in 0..self.height {
+            for n in 0..self.width {
+                let p = Vector::new(n as f64 + 0.5, m as f64 + 0.5, 0.0);
+
+                // Is the centre inside?
+                let inside = if normal.z < 0.0 {
+                    inside(outline, p)
+                } else {
+                    turns(outline, p).all(|c| c >= 0.0)
+                };
+                if !inside {
+                    continue;
+                }
+
+                // Where does the projector meet the facet's plane, and is that the nearest so far?
+                let r = p - a1;
+                let z = a1.z - (normal.x * r.x + normal.y * r.y) / normal.z;
+                let pixel = m * self.width + n;
+                if z < self.depth[pixel] {
+                    self.depth[pixel] = z;
+                    self.facet[pixel] = Some(facet);
+                }
+            }
+        }
+    }
+}
