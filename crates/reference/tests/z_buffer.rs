@@ -101,7 +101,8 @@ fn without_area_or_not_finite_draws_nothing() {
     // The document's rule alone would give these the whole line, and everything.
     assert!(inside(&line, v(9.5, 9.5, 0.0)) && inside(&[a; 3], v(3.0, 1.0, 0.0)));
     let nothing = ZBuffer::new(5, 5);
-    for outline in [&line[..], &[a; 3], &[a, b, b], &[a, b], &[a], &[]] {
+    let edge_on = [a, b, v(2.0, 2.0, 3.0)];
+    for outline in [&line[..], &edge_on, &[a; 3], &[a, b, b], &[a, b], &[a], &[]] {
         assert_eq!(draw(5, 5, &[outline]), nothing, "{outline:?}");
     }
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
