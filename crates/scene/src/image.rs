@@ -59,32 +59,37 @@ impl Image {
     /// As [`check_output`], and whatever the file system objects to.
     pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
         check_output(path)?;
-        let partial = beside(path);
-        let written = self.encode(&partial).and_then(|()| fs::rename(&partial, path));
-        written.map_err(|cause| {
-            // The first error is the one to tell; there may be no file to remove.
-            let _ = fs::remove_file(&partial);
-            ImageError::Write { path: path.into(), cause }
-        })
+        let written = replace(path, |file| {
+            let bytes = self.pixels.as_flattened();
+            PngEncoder::new(file)
+                .write_image(bytes, self.width, self.height, ExtendedColorType::Rgb8)
+                .map_err(|error| match error {
+                    ::image::ImageError::IoError(error) => error,
+                    other => io::Error::other(other),
+                })
+        });
+        written.map_err(|cause| ImageError::Write { path: path.into(), cause })
     }
+}
 
-    fn encode(&self, path: &Path) -> io::Result<()> {
-        let mut file = BufWriter::new(File::create(path)?);
-        PngEncoder::new(&mut file)
-            .write_image(
-                self.pixels.as_flattened(),
-                self.width,
-                self.height,
-                ExtendedColorType::Rgb8,
-            )
-            .map_err(|error| match error {
-                ::image::ImageError::IoError(error) => error,
-                other => io::Error::other(other),
-            })?;
-        // On the disk before it gets its name: else a power cut could leave the name without bytes.
+/// Puts what `write` writes at `path`, once all of it is on the disk; nothing where it fails.
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let partial = beside(path);
+    let complete = || {
+        let mut file = BufWriter::new(File::create(&partial)?);
+        write(&mut file)?;
         file.flush()?;
-        file.get_ref().sync_all()
-    }
+        // On the disk before it gets its name: else a power cut could leave the name without bytes.
+        file.get_ref().sync_all()?;
+        fs::rename(&partial, path)
+    };
+    complete().inspect_err(|_| {
+        // The first error is the one to tell; there may be no file to remove.
+        let _ = fs::remove_file(&partial);
+    })
 }
 
 /// `.name.PID.partial` in the same folder, so that renaming stays within one file system.
@@ -187,5 +192,24 @@ impl std::error::Error for ImageError {
             Self::Write { cause, .. } => Some(cause),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_write_that_fails_halfway_leaves_the_old_file_and_nothing_beside_it() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("a.png");
+        fs::write(&path, "old").unwrap();
+        let failed = replace(&path, |file| {
+            file.write_all(&[7; 100_000])?;
+            Err(io::Error::other("the disk is full"))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), "the disk is full");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

@@ -4,6 +4,29 @@
 //! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasters them
 //! gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
 //! and a shadow mask, one `bool` per pixel; [`shade`] makes an [`Image`] of both.
+//!
+//! ```
+//! use intertri::Hit;
+//! use intertri_scene::{Scene, hit_point, shade};
+//!
+//! let scene = Scene::built_in();
+//! let (width, height) = (4, 3);
+//! let closest = |_ray: &intertri::Ray| Hit::MISS; // whoever traces puts a tracer here
+//! let mut hits = Vec::new();
+//! let mut lit = Vec::new();
+//! for y in 0..height {
+//!     for x in 0..width {
+//!         let ray = scene.camera.ray(x, y, width, height);
+//!         let hit = closest(&ray);
+//!         let toward = scene.light.shadow_ray(hit_point(&ray, &hit));
+//!         lit.push(!closest(&toward).is_hit());
+//!         hits.push(hit);
+//!     }
+//! }
+//! let image = shade(&scene, width, height, &hits, &lit)?;
+//! assert_eq!(image.pixels().len(), 12);
+//! # Ok::<(), intertri_scene::ImageError>(())
+//! ```
 
 mod builtin;
 mod camera;

@@ -68,6 +68,33 @@ mod tests {
     }
 
     #[test]
+    fn a_surface_does_not_shadow_itself_but_what_stands_before_it_does() {
+        // Planes through a point, tilted up to a cosine of 1e-3 toward the light, from many sides and
+        // at any distance: where the f32 ray meets the plane must not count.
+        let mut worst: f64 = 1.0;
+        for i in 0..20_000_u32 {
+            let angle = f64::from(i) * 2.399_963;
+            let distance = 1.07_f64.powi((i % 200) as i32 - 100);
+            let toward = DVec3::new(angle.cos(), 0.3 + (angle * 0.37).sin(), angle.sin());
+            let point = DVec3::new(0.1, -0.7, 0.3) * distance;
+            let light = Light { position: single(point + toward * distance * 3.0) };
+            let ray = light.shadow_ray(point.to_array());
+
+            let toward = toward.normalize();
+            let tilt = toward.any_orthonormal_vector();
+            let normal = toward * 1e-3 + if i % 2 == 0 { tilt } else { -tilt };
+            let dir = double(ray.dir);
+            let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
+            worst = worst.min(t);
+            assert!(t >= f64::from(ray.t_max), "{i}: {t}");
+            // A blocker a thousandth of the way before the surface counts.
+            assert!(0.999 < ray.t_max);
+        }
+        // The attack was one: rounding does move the own surface before the point.
+        assert!(worst < 1.0 - 1e-5, "{worst}");
+    }
+
+    #[test]
     fn the_light_stands_above_and_on_the_side_of_the_camera() {
         let bounds = Bounds { min: [-1.0; 3], max: [1.0; 3] };
         let camera = Camera::framing(&bounds, 1.0).unwrap();

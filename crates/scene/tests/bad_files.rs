@@ -240,6 +240,8 @@ fn stl_faults() {
     bad[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
     says(&message("a.stl", bad), "a.stl: the vertex (NaN, 0, 0) is not finite", "");
     says(&message("a.stl", &bad[..100]), "a.stl: its header promises 1 triangles", "cut off");
+    bad[..10].copy_from_slice(b"solid cube");
+    says(&message("a.stl", &bad[..100]), "a.stl: its header promises 1 triangles", "cut off");
 }
 
 #[test]
@@ -259,4 +261,48 @@ fn stl_faults_in_text_name_the_line_of_their_facet() {
     says(&message("a.stl", format!("solid a\n{}", &good[..30])), "a.stl:2: the facet", "");
     let text = format!("solid a\n{good}endsolid\n{good}");
     says(&message("a.stl", text), "a.stl:10: there is text after endsolid", "");
+}
+
+#[test]
+fn damage_anywhere_is_a_model_or_one_line() {
+    // Every byte of a good file of each kind overwritten by each of some others, and the file cut there.
+    let ply_text = ply("ascii", 3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    let mut ply_bytes = ply("binary_big_endian", 3, 1, "").into_bytes();
+    ply_bytes.extend(
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_be_bytes).as_flattened(),
+    );
+    ply_bytes.extend([3_u32, 0, 1, 2].map(u32::to_be_bytes).as_flattened());
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n\
+                 endfacet\n";
+    let mut stl_bytes = vec![b' '; 80];
+    stl_bytes.extend([1, 0, 0, 0]);
+    stl_bytes.extend([1.0_f32; 12].map(f32::to_le_bytes).as_flattened());
+    stl_bytes.extend([0, 0]);
+    let files: [(&str, Vec<u8>); 5] = [
+        ("a.obj", format!("o a\n{V}vt 0 0\nf 1/1 2/1 3/1\nf -1//2 -2//1 -3//1 # end\n").into()),
+        ("a.ply", ply_text.into()),
+        ("b.ply", ply_bytes),
+        ("a.stl", format!("solid a\n{facet}endsolid a\n").into()),
+        ("b.stl", stl_bytes),
+    ];
+    let folder = TempDir::new().unwrap();
+    for (name, good) in files {
+        let path = folder.path().join(name);
+        let check = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            match load(&path) {
+                Ok(mesh) => assert!(!mesh.to_triangles().is_empty()),
+                Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
+            }
+        };
+        check(&good);
+        for place in 0..good.len() {
+            check(&good[..place]);
+            for byte in *b"\0\n -9\\\x7f\xff" {
+                let mut bytes = good.clone();
+                bytes[place] = byte;
+                check(&bytes);
+            }
+        }
+    }
 }

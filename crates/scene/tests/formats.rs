@@ -43,10 +43,12 @@ fn obj_negative_indices_count_back_from_the_last_vertex_so_far() {
 #[test]
 fn obj_texture_coordinates_follow_the_fan_and_stay_in_step_with_faces_without() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.25\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
-                f 1/1 2/2 3/3 4/4\nf 1 2 3\nf 3/3 2/2/7 1/1\n";
+                f 1/1 2/2 3/3 4/4\nf 1 2 3\nf 3/3 2/2/7 1/1\nf 1/1 2/2 3/3 4\n";
+    // A face has them at all of its corners or at none.
+    let none = [[0.0; 2]; 3];
     let uvs = mesh("a.obj", text).corner_uvs.unwrap();
     let [a, b, c, d] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    assert_eq!(uvs, [[a, b, c], [a, c, d], [[0.0; 2]; 3], [c, b, a]]);
+    assert_eq!(uvs, [[a, b, c], [a, c, d], none, [c, b, a], none, none]);
 }
 
 #[test]
@@ -144,6 +146,17 @@ fn stl_binary_also_where_it_begins_with_solid() {
         assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
         assert_eq!(mesh.positions[6..], [[2.0, 0.0, 0.1], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
     }
+}
+
+#[test]
+fn stl_binary_whose_bytes_could_all_be_text() {
+    let mut bytes = stl_binary("solid", 1);
+    for (number, value) in bytes[84..84 + 48].chunks_exact_mut(4).zip([0.5_f32, 2.0].iter().cycle())
+    {
+        number.copy_from_slice(&value.to_le_bytes());
+    }
+    assert!(bytes.is_ascii());
+    assert_eq!(mesh("a.stl", bytes).positions, [[2.0, 0.5, 2.0], [0.5, 2.0, 0.5], [2.0, 0.5, 2.0]]);
 }
 
 const FACET: &str = "facet normal 0 0 1\n outer loop\n  vertex 0 0 0\n\n  vertex 1 0 0\n  \

@@ -1,6 +1,8 @@
 //! Pictures: their sizes, their files, and what is left after a failure.
 
 use std::fs;
+#[cfg(unix)]
+use std::io::Read;
 use std::path::Path;
 
 use intertri_scene::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
@@ -31,6 +33,20 @@ fn a_png_reads_back_and_nothing_else_is_left() {
     let read = ::image::open(&path).unwrap().into_rgb8();
     assert_eq!(read.dimensions(), (5, 3));
     assert_eq!(read.as_raw().as_slice(), picture().pixels().as_flattened());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_older_picture_is_replaced_and_never_written_into() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.png");
+    fs::write(&path, "old").unwrap();
+    // Whoever has the old file open keeps all of it: the name moved, the bytes did not change.
+    let mut old = fs::File::open(&path).unwrap();
+    picture().write_png(&path).unwrap();
+    let mut text = String::new();
+    old.read_to_string(&mut text).unwrap();
+    assert_eq!(text, "old");
 }
 
 #[test]

@@ -22,7 +22,7 @@ pub(super) fn read(mut input: impl Read) -> Result<Mesh, Fault> {
     input.read_to_end(&mut bytes)?;
     let mut builder = Builder::default();
     let size = bytes.len() as u64;
-    if begins_solid(&bytes) && promised(&bytes) != Some(size) {
+    if is_ascii(&bytes, size) {
         ascii(&bytes, &mut builder)?;
     } else {
         match promised(&bytes) {
@@ -42,11 +42,15 @@ pub(super) fn read(mut input: impl Read) -> Result<Mesh, Fault> {
 
 /// Whether a file of that beginning and size is an STL.
 pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
-    begins_solid(start) || promised(start) == Some(size)
+    is_ascii(start, size) || promised(start) == Some(size)
 }
 
-fn begins_solid(bytes: &[u8]) -> bool {
-    bytes.trim_ascii_start().starts_with(b"solid")
+/// Whether it is an ascii file: it begins with `solid`, and is not a binary one whose free text does.
+/// That has the promised size or, when it is damaged, at least a zero byte in its free text or count.
+fn is_ascii(start: &[u8], size: u64) -> bool {
+    start.trim_ascii_start().starts_with(b"solid")
+        && promised(start) != Some(size)
+        && start.iter().take(HEADER).all(|&byte| byte != 0)
 }
 
 /// How large a binary file is by the number of triangles in its header.
@@ -112,4 +116,19 @@ fn add(triangle: &stl_io::Triangle, builder: &mut Builder) -> Result<(), Fault> 
         builder.position(vertex.0)?;
     }
     builder.polygon(&[first, first + 1, first + 2], &[])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_large_binary_file_without_zero_bytes_is_known_by_its_size() {
+        let mut start = b"solid as a rock".to_vec();
+        start.resize(HEADER - 4, b' ');
+        start.extend(0x0101_0101_u32.to_le_bytes());
+        let size = 84 + 0x0101_0101 * 50;
+        assert!(!is_ascii(&start, size) && looks_like(&start, size));
+        assert!(is_ascii(&start, size + 1));
+    }
 }
