@@ -205,7 +205,7 @@ mod tests {
         let path = folder.path().join("a.png");
         fs::write(&path, "old").unwrap();
         let failed = replace(&path, |file| {
-            file.write_all(&[7; 100_000])?;
+            file.write_all(&vec![7; 100_000])?;
             Err(io::Error::other("the disk is full"))
         });
         assert_eq!(failed.unwrap_err().to_string(), "the disk is full");
