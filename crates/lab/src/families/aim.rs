@@ -1,0 +1,166 @@
+//! How rays are aimed: at the places of a triangle where rounding decides.
+
+use intertri::{Ray, Triangle};
+use intertri_reference::inter_tri::THRESHOLD;
+
+use super::Scene;
+use crate::rng::{Rng, step};
+
+/// A point or direction while it is being made; rounded to f32 at the end.
+pub(super) type Point = [f64; 3];
+
+pub(super) fn add(a: Point, b: Point, scale: f64) -> Point {
+    [a[0] + b[0] * scale, a[1] + b[1] * scale, a[2] + b[2] * scale]
+}
+
+pub(super) fn round(a: Point) -> [f32; 3] {
+    a.map(|x| x as f32)
+}
+
+pub(super) fn wide(a: [f32; 3]) -> Point {
+    a.map(f64::from)
+}
+
+/// A vector with its components in another order and with other signs: exact, whatever it holds.
+#[derive(Clone, Copy)]
+pub(super) struct Turn([usize; 3], [f64; 3]);
+
+impl Turn {
+    pub(super) fn random(rng: &mut Rng) -> Self {
+        let order = rng.pick(&[[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]]);
+        Self(order, [0; 3].map(|_| rng.pick(&[-1.0, 1.0])))
+    }
+
+    pub(super) fn apply(self, a: Point) -> Point {
+        [a[self.0[0]] * self.1[0], a[self.0[1]] * self.1[1], a[self.0[2]] * self.1[2]]
+    }
+}
+
+/// The longest side of the box around a triangle, or its largest coordinate, or 1: never 0.
+pub(super) fn size(triangle: &Triangle) -> f64 {
+    let [a, b, c] = triangle.0.map(wide);
+    let mut size = 0.0_f64;
+    for k in 0..3 {
+        size = size.max(a[k].max(b[k]).max(c[k]) - a[k].min(b[k]).min(c[k]));
+    }
+    if size > 0.0 { size } else { a.iter().fold(0.0, |m: f64, x| m.max(x.abs())).max(1e-30) }
+}
+
+/// The point of a triangle's plane with these weights of the corners.
+pub(super) fn weigh(triangle: &Triangle, weights: Point) -> Point {
+    let [a, b, c] = triangle.0.map(wide);
+    [0, 1, 2].map(|k| a[k] * weights[0] + b[k] * weights[1] + c[k] * weights[2])
+}
+
+/// Weights of a random point of the triangle, away from nothing.
+pub(super) fn inside(rng: &mut Rng) -> Point {
+    let (u, v) = (rng.unit(), rng.unit());
+    let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };
+    [1.0 - u - v, u, v]
+}
+
+/// Weights of a point of the triangle's plane: of 16, eight on an edge, three on a vertex, three
+/// inside, one within 1e-9 to 1 of an edge on either side, one anywhere.
+pub(super) fn target(rng: &mut Rng) -> Point {
+    let mut weights = match rng.below(16) {
+        0..=7 => {
+            let u = if rng.one_in(8) { 0.5 } else { rng.unit() };
+            [0.0, 1.0 - u, u]
+        }
+        8..=10 => [1.0, 0.0, 0.0],
+        11..=13 => inside(rng),
+        14 => {
+            let (u, off) = (rng.unit(), rng.log(1e-9, 1.0) * rng.pick(&[-1.0, 1.0]));
+            [off, (1.0 - off) * (1.0 - u), (1.0 - off) * u]
+        }
+        _ => {
+            let (u, v) = (3.0 * rng.signed(), 3.0 * rng.signed());
+            [1.0 - u - v, u, v]
+        }
+    };
+    weights.rotate_left(rng.below(3));
+    weights
+}
+
+/// A direction moved by a few f32 steps: mostly up to 3 in each component, now and then up to 1000,
+/// so that the values at the edges spread over all that an error bound could be.
+pub(super) fn nudge(rng: &mut Rng, dir: [f32; 3]) -> [f32; 3] {
+    let steps = match rng.below(8) {
+        0 => 0,
+        1 => 1 << rng.below(11),
+        _ => 3,
+    };
+    dir.map(|x| step(x, rng.within(steps)))
+}
+
+/// The ray from a point to another, nudged; its direction about as long as the way, or about 1.
+pub(super) fn shoot(rng: &mut Rng, origin: [f32; 3], to: Point) -> Ray {
+    let way = add(to, wide(origin), -1.0);
+    let longest = way.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let length = if longest > 0.0 && rng.one_in(2) { longest } else { 1.0 };
+    Ray::new(origin, nudge(rng, round(way.map(|x| x / length))))
+}
+
+/// A point around a target, at a quarter to 16 times a size from it.
+pub(super) fn around(rng: &mut Rng, target: Point, size: f64) -> [f32; 3] {
+    let away = rng.direction();
+    round(add(target, away, size * rng.log(0.25, 16.0)))
+}
+
+/// A ray at one of the places of [`target`], from a random side.
+pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
+    let to = weigh(triangle, target(rng));
+    let origin = around(rng, to, size(triangle));
+    shoot(rng, origin, to)
+}
+
+/// A scene of `triangles` made around places of a growing cube (the first one around 0), and of rays,
+/// each made for one of them.
+pub(super) fn soup(
+    rng: &mut Rng,
+    triangles: usize,
+    rays: usize,
+    mut shape: impl FnMut(&mut Rng, Point) -> Triangle,
+    mut ray: impl FnMut(&mut Rng, &Triangle) -> Ray,
+) -> Scene {
+    let mut spread = 1;
+    while spread * spread * spread < triangles {
+        spread += 1;
+    }
+    let triangles: Vec<_> = (0..triangles)
+        .map(|i| {
+            let place = if i == 0 { [0.0; 3] } else { rng.cube().map(|x| x * spread as f64) };
+            shape(rng, place)
+        })
+        .collect();
+    let rays = (0..rays)
+        .filter(|_| !triangles.is_empty())
+        .map(|_| {
+            let triangle = rng.pick(&triangles);
+            ray(rng, &triangle)
+        })
+        .collect();
+    Scene { triangles, rays, threshold: THRESHOLD }
+}
+
+/// A soup with rays aimed by [`aim`]; in a quarter of the scenes they share their origin.
+pub(super) fn aimed(
+    rng: &mut Rng,
+    triangles: usize,
+    rays: usize,
+    shape: impl FnMut(&mut Rng, Point) -> Triangle,
+) -> Scene {
+    let share = rng.one_in(4);
+    let mut eye = None;
+    soup(rng, triangles, rays, shape, |rng, triangle| match eye {
+        Some(eye) if share => {
+            let to = weigh(triangle, target(rng));
+            shoot(rng, eye, to)
+        }
+        _ => {
+            let ray = aim(rng, triangle);
+            eye = Some(ray.origin);
+            ray
+        }
+    })
+}

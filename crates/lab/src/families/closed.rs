@@ -1,0 +1,137 @@
+//! Families of closed meshes: every edge is shared by two triangles, every vertex by several.
+
+use intertri::{Ray, Triangle};
+use intertri_reference::THRESHOLD;
+
+use super::Scene;
+use super::aim::{add, around, round, shoot, target, weigh};
+use crate::meshes::Mesh;
+use crate::rng::Rng;
+
+/// The steps of the grid on which a sum of four vertices minus four origins still fits 24 bits.
+const GRID: f64 = 262_144.0;
+
+/// The largest icosphere of at most so many faces, or the smallest.
+fn largest_icosphere(triangles: usize) -> Mesh {
+    Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
+}
+
+/// The largest torus of at most so many faces, about twice as many around as across, or the smallest.
+fn largest_torus(triangles: usize) -> Mesh {
+    let mut across = 3;
+    while 4 * (across + 1) * (across + 1) <= triangles {
+        across += 1;
+    }
+    Mesh::torus(triangles / (2 * across), across)
+}
+
+/// The largest cube of at most so many faces, or the smallest.
+fn largest_cube(triangles: usize) -> Mesh {
+    let mut n = 1;
+    while 48 * (n + 1) * (n + 1) <= triangles {
+        n += 1;
+    }
+    Mesh::cube(n)
+}
+
+/// The triangles of a mesh; where fewer are asked for, some of its neighbours.
+fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
+    let mut all = mesh.triangles();
+    if triangles < all.len() {
+        let start = rng.below(all.len());
+        all.rotate_left(start);
+        all.truncate(triangles);
+    }
+    all
+}
+
+/// A mesh moved, turned in the order of its axes and scaled, so that no coordinate is special; rays
+/// from inside and outside nearly at its edges and vertices.
+fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
+    let (center, size) = (rng.cube(), rng.log(0.1, 10.0));
+    let mesh = mesh.map(|[x, y, z]| add(center, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
+    let triangles = part(rng, &mesh, triangles);
+    let eye = around(rng, center, size);
+    let share = rng.one_in(4);
+    let rays = (0..rays)
+        .filter(|_| !triangles.is_empty())
+        .map(|_| {
+            let triangle = rng.pick(&triangles);
+            let to = weigh(&triangle, target(rng));
+            let inner = rng.cube();
+            let origin = match rng.below(2) {
+                _ if share => eye,
+                0 => round(add(center, inner, 0.4 * size)),
+                _ => around(rng, center, size),
+            };
+            shoot(rng, origin, to)
+        })
+        .collect();
+    Scene { triangles, rays, threshold: THRESHOLD }
+}
+
+/// A mesh on a grid, and rays from places of the grid, inside and outside, that meet a vertex, a
+/// quarter point of an edge or a point of a face *exactly*: origin, direction and target are free
+/// of rounding. `origin` is in steps of the grid, `unit` is its step.
+fn exact(
+    rng: &mut Rng,
+    triangles: Vec<Triangle>,
+    rays: usize,
+    unit: f64,
+    mut origin: impl FnMut(&mut Rng) -> [f64; 3],
+) -> Scene {
+    let rays = (0..rays)
+        .filter(|_| !triangles.is_empty())
+        .map(|_| {
+            let triangle = rng.pick(&triangles);
+            let mut weights = rng.pick(&[
+                [1.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [1.0, 3.0, 0.0],
+                [3.0, 1.0, 0.0],
+                [1.0, 1.0, 2.0],
+            ]);
+            weights.rotate_left(rng.below(3));
+            let total = weights.iter().sum::<f64>();
+            let origin = origin(rng).map(|x| x * unit);
+            let dir = add(weigh(&triangle, weights), origin, -total);
+            Ray::new(round(origin), round(dir))
+        })
+        .collect();
+    Scene { triangles, rays, threshold: THRESHOLD }
+}
+
+/// A mesh of radius 1 put on the grid, origins within it or up to 8 away.
+fn exact_on_grid(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
+    let mesh = mesh.map(|p| p.map(|x| (x * GRID) as i32 as f64 / GRID));
+    let triangles = part(rng, &mesh, triangles);
+    exact(rng, triangles, rays, 1.0 / GRID, |rng| {
+        let radius = rng.pick(&[0.4, 0.4, 2.0, 8.0]) * GRID;
+        [0; 3].map(|_| rng.within(radius as i32) as f64)
+    })
+}
+
+pub(super) fn icosphere(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    near(rng, largest_icosphere(triangles), triangles, rays)
+}
+
+pub(super) fn torus(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    near(rng, largest_torus(triangles), triangles, rays)
+}
+
+pub(super) fn icosphere_exact(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    exact_on_grid(rng, largest_icosphere(triangles), triangles, rays)
+}
+
+pub(super) fn torus_exact(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    exact_on_grid(rng, largest_torus(triangles), triangles, rays)
+}
+
+pub(super) fn cube_exact(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    let mesh = largest_cube(triangles);
+    let triangles = part(rng, &mesh, triangles);
+    let size = mesh.vertices.iter().fold(0.0, |m: f64, p| m.max(p[0])) as i32;
+    let reach = if rng.one_in(2) { size } else { 3 * size };
+    exact(rng, triangles, rays, 1.0, |rng| [0; 3].map(|_| rng.within(reach) as f64))
+}

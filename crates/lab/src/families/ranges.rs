@@ -1,0 +1,146 @@
+//! Families about the range of the numbers: scale, offset, zeros, subnormals, overflow, NaN.
+
+use intertri::{Ray, Triangle};
+
+use super::Scene;
+use super::aim::{
+    Point, add, aim, aimed, around, inside, nudge, round, shoot, soup, target, weigh, wide,
+};
+use super::shapes::triangle;
+use crate::rng::Rng;
+
+/// A triangle of a size around a center.
+fn sized(rng: &mut Rng, center: Point, size: f64) -> Triangle {
+    Triangle([0; 3].map(|_| round(add(center, rng.cube(), size))))
+}
+
+pub(super) fn scale(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let shape = |rng: &mut Rng, place: Point| sized(rng, place.map(|p| p * x), x);
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let to = weigh(triangle, target(rng));
+        let origin = around(rng, to, x);
+        let way = add(to, wide(origin), -1.0).map(|d| d / x);
+        Ray::new(origin, nudge(rng, round(way)))
+    })
+}
+
+pub(super) fn offset(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let away = rng.direction();
+    let shape = |rng: &mut Rng, place| sized(rng, add(place, away, x), 1.0);
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let to = weigh(triangle, target(rng));
+        let origin = around(rng, to, 1.0);
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn offset_large(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let (away, size) = (rng.direction(), x / 10_000.0);
+    aimed(rng, triangles, rays, |rng, place| {
+        let center = add(place.map(|p| p * size), away, x);
+        sized(rng, center, size)
+    })
+}
+
+pub(super) fn direction(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    soup(rng, triangles, rays, triangle, |rng, triangle| {
+        let ray = aim(rng, triangle);
+        let [dx, dy, dz] = wide(ray.dir);
+        let length = (dx * dx + dy * dy + dz * dz).sqrt();
+        Ray { dir: nudge(rng, round([dx, dy, dz].map(|d| d / length * x))), ..ray }
+    })
+}
+
+pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    // Never so many that all are infinite: the places stay within the size.
+    let shape = |rng: &mut Rng, _| {
+        let center = rng.cube().map(|p| p * x / 2.0);
+        sized(rng, center, x / 2.0)
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let origin = round(rng.cube().map(|p| p * x));
+        let to = weigh(triangle, target(rng));
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn underflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let shape = |rng: &mut Rng, _| {
+        // In a third of the triangles only some components are small.
+        let sizes = if rng.one_in(3) { [x, 1.0, x] } else { [x; 3] };
+        Triangle([0; 3].map(|_| [0, 1, 2].map(|k| (rng.signed() * sizes[k]) as f32)))
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let to = weigh(triangle, target(rng));
+        let distance = if rng.one_in(2) { x } else { 1.0 };
+        let origin = around(rng, to, distance);
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn zeros(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    const FEW: &[f32] = &[0.0, 0.0, -0.0, -0.0, 1.0, -1.0, 0.5, 1e-45, -1e-45, 1e-38];
+    let few = |rng: &mut Rng| [0; 3].map(|_| rng.pick(FEW));
+    let shape = |rng: &mut Rng, _| Triangle([0; 3].map(|_| few(rng)));
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let origin = few(rng);
+        if rng.one_in(2) {
+            return Ray::new(origin, few(rng));
+        }
+        let to = weigh(triangle, target(rng));
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn bits(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    fn any(rng: &mut Rng) -> [f32; 3] {
+        [0; 3].map(|_| {
+            loop {
+                let x = f32::from_bits(rng.bits() as u32);
+                if x.is_finite() {
+                    return x;
+                }
+            }
+        })
+    }
+    let shape = |rng: &mut Rng, _| Triangle([0; 3].map(|_| any(rng)));
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let origin = any(rng);
+        if rng.one_in(2) {
+            return Ray::new(origin, any(rng));
+        }
+        let to = weigh(triangle, inside(rng));
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn not_finite(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    const ODD: &[f32] = &[f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let Scene { mut triangles, mut rays, threshold } = soup(rng, triangles, rays, triangle, aim);
+
+    // In a scene, one triangle in four and one ray in four; of a pair of one each, either or both.
+    let alone = triangles.len() == 1 && rays.len() == 1;
+    let which = rng.below(7) + 1;
+    for triangle in &mut triangles {
+        if if alone { which & 1 != 0 } else { rng.one_in(4) } {
+            for _ in 0..=rng.below(2) {
+                triangle.0[rng.below(3)][rng.below(3)] = rng.pick(ODD);
+            }
+        }
+    }
+    for ray in &mut rays {
+        if if alone { which & 2 != 0 } else { rng.one_in(4) } {
+            match rng.below(2) {
+                0 => ray.origin[rng.below(3)] = rng.pick(ODD),
+                _ => ray.dir[rng.below(3)] = rng.pick(ODD),
+            }
+        }
+        if if alone { which & 4 != 0 } else { rng.one_in(8) } {
+            match rng.below(2) {
+                0 => ray.t_min = rng.pick(ODD),
+                _ => ray.t_max = rng.pick(ODD),
+            }
+        }
+    }
+    Scene { triangles, rays, threshold }
+}

@@ -1,0 +1,219 @@
+//! Families about the shape of the triangle and the way the ray meets it.
+
+use intertri::{Ray, Triangle};
+
+use super::Scene;
+use super::aim::{
+    Point, Turn, add, aim, aimed, around, inside, nudge, round, shoot, size, soup, target, weigh,
+    wide,
+};
+use crate::rng::{Rng, step};
+
+/// Three points of a cube of side 2.
+pub(super) fn triangle(rng: &mut Rng, place: Point) -> Triangle {
+    Triangle([0; 3].map(|_| round(add(rng.cube(), place, 1.0))))
+}
+
+pub(super) fn uniform(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    soup(rng, triangles, rays, triangle, |rng, triangle| {
+        // From the neighbourhood of a triangle in any direction, at it, or near it.
+        let to = weigh(triangle, inside(rng));
+        let origin = around(rng, to, 1.0);
+        let off = if rng.one_in(2) { 4.0 } else { 0.5 };
+        let to = add(to, rng.cube(), off);
+        Ray::new(origin, round(add(to, wide(origin), -1.0)))
+    })
+}
+
+pub(super) fn random(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    aimed(rng, triangles, rays, triangle)
+}
+
+pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let steps = (x as i32).clamp(0, 1 << 24);
+    soup(rng, triangles, rays, triangle, |rng, triangle| {
+        let u = rng.unit();
+        let mut weights = [0.0, 1.0 - u, u];
+        weights.rotate_left(rng.below(3));
+        let to = weigh(triangle, weights);
+        let origin = around(rng, to, size(triangle));
+        let dir = round(add(to, wide(origin), -1.0));
+        Ray::new(origin, dir.map(|x| step(x, rng.within(steps))))
+    })
+}
+
+/// A triangle `0, (1, 0, 0), (x, y, 0)`, its corners in any order. Half lie askew around a place, half
+/// stay in a coordinate plane at the origin of the axes, where any ratio survives rounding.
+fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
+    let mut corners = if rng.one_in(2) {
+        let turn = Turn::random(rng);
+        [[0.0; 3], [1.0, 0.0, 0.0], [x, y, 0.0]].map(|p| round(turn.apply(p)))
+    } else {
+        let long = rng.direction();
+        let other = rng.direction();
+        let along = (0..3).map(|k| long[k] * other[k]).sum::<f64>();
+        let short = add(other, long, -along);
+        let corner = |x, y| round(add(add(place, long, x), short, y));
+        [corner(0.0, 0.0), corner(1.0, 0.0), corner(x, y)]
+    };
+    corners.rotate_left(rng.below(3));
+    if rng.one_in(2) {
+        corners.swap(0, 1);
+    }
+    Triangle(corners)
+}
+
+pub(super) fn needle(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    aimed(rng, triangles, rays, |rng, place| flat(rng, place, 0.0, x))
+}
+
+pub(super) fn cap(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    aimed(rng, triangles, rays, |rng, place| flat(rng, place, 0.5, x))
+}
+
+pub(super) fn sliver(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    aimed(rng, triangles, rays, |rng, place| {
+        let along = 2.0 * rng.unit();
+        flat(rng, place, along, x)
+    })
+}
+
+pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    aimed(rng, triangles, rays, |rng, place| {
+        let p = round(add(rng.cube(), place, 1.0));
+        let q = round(add(rng.cube(), place, 1.0));
+        let mut corners = match rng.below(6) {
+            // All the same, be it at zero.
+            0 => [p; 3],
+            1 => [[0.0; 3]; 3],
+            // Two the same.
+            2 => [p, p, q],
+            // Collinear but for rounding.
+            3 => [p, q, round(add(wide(p), add(wide(q), wide(p), -1.0), 2.0 * rng.signed()))],
+            // Exactly collinear with full mantissas: through zero, in ratios of powers of 2.
+            4 => [p, p.map(|x| -2.0 * x), p.map(|x| 0.5 * x)],
+            // Exactly collinear small integers.
+            _ => {
+                let start = place.map(|x| x as i32);
+                let way = [0; 3].map(|_| rng.within(4));
+                [0, 1, 2]
+                    .map(|k| [0, 1, 2].map(|axis| (start[axis] + [0, 1, 3][k] * way[axis]) as f32))
+            }
+        };
+        corners.rotate_left(rng.below(3));
+        Triangle(corners)
+    })
+}
+
+/// Two directions along the sides of a triangle from its first corner, and its unit normal, or zeros.
+fn frame(triangle: &Triangle) -> [Point; 3] {
+    let [a, b, c] = triangle.0.map(wide);
+    let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));
+    let n = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+    [p, q, n.map(|x| if length > 0.0 { x / length } else { 0.0 })]
+}
+
+/// A triangle in a coordinate plane, exactly.
+fn in_plane(rng: &mut Rng) -> Triangle {
+    let turn = Turn::random(rng);
+    Triangle([0; 3].map(|_| round(turn.apply([rng.signed(), rng.signed(), 0.0]))))
+}
+
+pub(super) fn grazing(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    // Half of the triangles lie in a coordinate plane, where any angle survives rounding.
+    let shape = |rng: &mut Rng, place| {
+        if rng.one_in(2) { in_plane(rng) } else { triangle(rng, place) }
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let [p, q, n] = frame(triangle);
+        let way = add(add(p.map(|x| x * rng.signed()), q, rng.signed()), n, x);
+        let to = weigh(triangle, target(rng));
+        let origin = round(add(to, way, -rng.log(0.25, 16.0)));
+        let dir = if rng.one_in(2) { round(way) } else { round(add(to, wide(origin), -1.0)) };
+        Ray::new(origin, nudge(rng, dir))
+    })
+}
+
+pub(super) fn coplanar(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    let shape = |rng: &mut Rng, place| {
+        if rng.one_in(2) { in_plane(rng) } else { triangle(rng, place) }
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let [p, q, _] = frame(triangle);
+        let to = weigh(triangle, target(rng));
+        let way = add(p.map(|x| x * rng.signed()), q, rng.signed());
+        let origin = round(add(to, way, rng.log(0.25, 4.0)));
+        let dir = round(add(to, wide(origin), -1.0));
+        Ray::new(origin, if rng.one_in(2) { dir } else { nudge(rng, dir) })
+    })
+}
+
+pub(super) fn far(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    soup(rng, triangles, rays, triangle, |rng, triangle| {
+        let to = weigh(triangle, target(rng));
+        let away = rng.direction();
+        let origin = round(add(to, away, x * size(triangle)));
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn tiny(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
+    let shape = |rng: &mut Rng, place: Point| {
+        let center = add(place, rng.direction(), 1.0);
+        Triangle([0; 3].map(|_| round(add(center, rng.cube(), x))))
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        let to = weigh(triangle, target(rng));
+        let origin = around(rng, to, 1.0);
+        shoot(rng, origin, to)
+    })
+}
+
+pub(super) fn on_triangle(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    soup(rng, triangles, rays, triangle, |rng, triangle| {
+        let from = round(weigh(triangle, target(rng)));
+        let origin = if rng.one_in(2) { from } else { nudge(rng, from) };
+        Ray::new(origin, round(rng.direction()))
+    })
+}
+
+pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    let bottom = triangle(rng, [0.0; 3]);
+    let steps = rng.pick(&[0, 1, 2, 1000]);
+    let shape = |rng: &mut Rng, _| {
+        // The same corners, a few steps away, and named in another order.
+        let mut corners = bottom.0;
+        if !rng.one_in(3) {
+            corners = corners.map(|p| p.map(|x| step(x, rng.within(steps))));
+        }
+        corners.rotate_left(rng.below(3));
+        if rng.one_in(4) {
+            corners.swap(0, 1);
+        }
+        Triangle(corners)
+    };
+    soup(rng, triangles, rays, shape, aim)
+}
+
+pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
+    let shape = |rng: &mut Rng, place: Point| {
+        // Often in a coordinate plane: then the box around it has no thickness.
+        let thin = rng.below(6);
+        let level = rng.within(4);
+        let integer = |rng: &mut Rng, axis| {
+            let x = if axis == thin { level } else { rng.within(4) };
+            (place[axis] as i32 + x) as f32
+        };
+        Triangle([0; 3].map(|_| [0, 1, 2].map(|axis| integer(rng, axis))))
+    };
+    soup(rng, triangles, rays, shape, |rng, triangle| {
+        // Through a corner or between two, in half steps, from an integer distance.
+        let (p, q) = (rng.pick(&triangle.0), rng.pick(&triangle.0));
+        let to = [0, 1, 2].map(|k| f32::midpoint(p[k], q[k]));
+        let mut dir = [0; 3].map(|_| rng.pick(&[-2.0, -1.0, 0.0, 0.0, 0.0, -0.0, 1.0]));
+        dir[rng.below(3)] = rng.pick(&[-1.0, 1.0]);
+        let away = rng.pick(&[0.0, 1.0, 3.0, 8.0]);
+        Ray::new([0, 1, 2].map(|k| to[k] - away * dir[k]), dir)
+    })
+}

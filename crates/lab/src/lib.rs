@@ -1,0 +1,11 @@
+//! The laboratory: input families that are built to break a ray/triangle test.
+//!
+//! | module | what it has |
+//! | --- | --- |
+//! | [`rng`] | random numbers with the same bits on every CPU |
+//! | [`meshes`] | small closed meshes whose neighbours share their vertices bit for bit |
+//! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
+
+pub mod families;
+pub mod meshes;
+pub mod rng;
