@@ -20,7 +20,7 @@ mod x86;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use level::{Level, WithSimd, dispatch};
-use pair::Pair;
+pub(crate) use pair::Pair;
 
 /// N numbers side by side, f32 or f64.
 ///
@@ -68,6 +68,8 @@ pub trait Lanes:
     fn min(self, other: Self) -> Self;
     /// Without its sign.
     fn abs(self) -> Self;
+    /// With its sign flipped where `of` has the sign bit set.
+    fn flip(self, of: Self) -> Self;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
 

@@ -6,7 +6,7 @@ use super::{Lanes, Mask};
 
 /// The lanes of the first half, then those of the second; also the mask of such lanes.
 #[derive(Clone, Copy)]
-pub(super) struct Pair<L>(L, L);
+pub struct Pair<L>(L, L);
 
 macro_rules! both {
     ($($op:ident $f:ident),*) => {$(
@@ -87,6 +87,10 @@ impl<L: Lanes> Lanes for Pair<L> {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn flip(self, of: Self) -> Self {
+        Self(self.0.flip(of.0), self.1.flip(of.1))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

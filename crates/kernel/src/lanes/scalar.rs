@@ -55,6 +55,10 @@ macro_rules! scalar {
                 <$t>::abs(self)
             }
             #[inline(always)]
+            fn flip(self, of: Self) -> Self {
+                if of.is_sign_negative() { -self } else { self }
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $sqrt(self)
             }

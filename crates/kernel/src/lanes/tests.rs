@@ -48,6 +48,7 @@ macro_rules! check {
                 same("neg", -la, &|x, _| -x);
                 same("abs", la.abs(), &|x, _| x.abs());
                 same("sqrt", la.abs().sqrt(), &|x, _| x.abs().sqrt());
+                same("flip", la.flip(lb), &|x, y| if y.is_sign_negative() { -x } else { x });
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let ordered = |lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
                     let mut out = [0.0; 16];

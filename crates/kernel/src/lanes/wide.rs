@@ -121,6 +121,10 @@ macro_rules! lanes {
                 Self(self.0.abs())
             }
             #[inline(always)]
+            fn flip(self, of: Self) -> Self {
+                Self(self.0 ^ (of.0 & <$t>::splat(-0.0)))
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }

@@ -1,0 +1,163 @@
+//! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
+
+use crate::mode::Found;
+
+/// The closest hit so far of one ray.
+///
+/// `t_lo <= t <= t_hi` encloses the reference's t. Two hits are compared by these intervals, and in
+/// f64 only where the intervals meet; equal t go to the lower index.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    /// The exact t of the hit, NaN while nobody has asked for it.
+    t: f64,
+    t_lo: f32,
+    t_hi: f32,
+    /// The index of the triangle; [`Best::NOTHING`] before the first hit.
+    triangle: u32,
+    /// Where the caller finds the triangle again.
+    place: u32,
+}
+
+impl Best {
+    /// The index that stands for no triangle.
+    pub const NOTHING: u32 = u32::MAX;
+
+    /// No hit yet: whatever is closer than `t_max` is better.
+    #[inline(always)]
+    pub fn new(t_max: f32) -> Self {
+        Self { t: f64::from(t_max), t_lo: t_max, t_hi: t_max, triangle: Self::NOTHING, place: 0 }
+    }
+
+    /// No hit with a larger t can become the best.
+    #[inline(always)]
+    pub fn t_hi(&self) -> f32 {
+        self.t_hi
+    }
+
+    /// Whether there is a hit.
+    #[inline(always)]
+    pub fn is_hit(&self) -> bool {
+        self.triangle != Self::NOTHING
+    }
+
+    /// The index of the triangle, and where the caller put it.
+    #[inline(always)]
+    pub fn triangle(&self) -> Option<(u32, u32)> {
+        self.is_hit().then_some((self.triangle, self.place))
+    }
+
+    /// The exact t, where it is known.
+    #[inline(always)]
+    pub(crate) fn known_t(&self) -> Option<f64> {
+        (!self.t.is_nan()).then_some(self.t)
+    }
+
+    /// Offers a lane that a test found. `exact` gives the t of the triangle in a place.
+    #[inline(always)]
+    pub(crate) fn take(
+        &mut self,
+        found: &Found,
+        lane: usize,
+        triangle: u32,
+        place: u32,
+        exact: impl Fn(u32) -> f64,
+    ) {
+        if found.exact >> lane & 1 != 0 {
+            self.offer_exact(found.t[lane], triangle, place, exact);
+        } else {
+            self.offer((found.t_lo[lane], found.t_hi[lane]), triangle, place, exact);
+        }
+    }
+
+    /// Offers a hit whose t is known exactly. `exact` gives the t of the triangle in a place.
+    #[inline(always)]
+    pub(crate) fn offer_exact(
+        &mut self,
+        t: f64,
+        triangle: u32,
+        place: u32,
+        exact: impl Fn(u32) -> f64,
+    ) {
+        let (t_lo, t_hi) = enclose(t);
+        if t_lo > self.t_hi {
+            return;
+        }
+        if t_hi >= self.t_lo && !self.is_after(t, triangle, exact) {
+            return;
+        }
+        *self = Self { t, t_lo, t_hi, triangle, place };
+    }
+
+    /// Offers a hit whose t lies in `t_lo..=t_hi`. `exact` gives the t of the triangle in a place.
+    #[inline(always)]
+    pub(crate) fn offer(
+        &mut self,
+        (t_lo, t_hi): (f32, f32),
+        triangle: u32,
+        place: u32,
+        exact: impl Fn(u32) -> f64,
+    ) {
+        if t_hi < self.t_lo {
+            *self = Self { t: f64::NAN, t_lo, t_hi, triangle, place };
+        } else if t_lo <= self.t_hi {
+            let t = exact(place);
+            self.offer_exact(t, triangle, place, exact);
+        }
+    }
+
+    /// Whether a hit with this t and index comes before the best, compared in f64.
+    #[inline(always)]
+    fn is_after(&mut self, t: f64, triangle: u32, exact: impl Fn(u32) -> f64) -> bool {
+        if self.t.is_nan() {
+            self.t = exact(self.place);
+        }
+        // Before the first hit `t` is the open end of the interval, and no index comes before it.
+        t < self.t || (t == self.t && triangle < self.triangle && self.is_hit())
+    }
+}
+
+/// The two neighbouring f32 around a t.
+#[inline(always)]
+fn enclose(t: f64) -> (f32, f32) {
+    let near = t as f32;
+    let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
+    (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Best, enclose};
+
+    #[test]
+    fn an_enclosure_is_tight() {
+        for t in [0.0, 1.0, 0.1, 1e-300, 1e300, -0.3, f64::from(f32::MAX) * (1.0 + 1e-9)] {
+            let (lo, hi) = enclose(t);
+            assert!(f64::from(lo) <= t && t <= f64::from(hi), "{lo} {t} {hi}");
+            assert!(lo == hi || lo.next_up() == hi);
+        }
+    }
+
+    #[test]
+    fn the_lower_index_wins_a_tie_in_any_order() {
+        let t = [2.0, 1.0, 1.0, 1.0 + 1e-12];
+        for order in [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1], [1, 3, 0, 2]] {
+            let mut best = Best::new(f32::INFINITY);
+            for i in order {
+                let wide = (t[i as usize] as f32 - 0.1, t[i as usize] as f32 + 0.1);
+                best.offer(wide, i, i, |place| t[place as usize]);
+            }
+            assert_eq!(best.triangle(), Some((1, 1)), "{order:?}");
+        }
+    }
+
+    #[test]
+    fn the_far_end_is_open() {
+        let mut best = Best::new(1.0);
+        best.offer_exact(1.0, 0, 0, |_| 1.0);
+        assert_eq!(best.triangle(), None);
+        best.offer((0.9, 1.1), 0, 0, |_| 1.0);
+        assert_eq!(best.triangle(), None);
+        best.offer((0.9, 1.1), 0, 0, |_| 1.0 - 1e-12);
+        assert_eq!(best.triangle(), Some((0, 0)));
+    }
+}

@@ -1,0 +1,47 @@
+//! The constants of the filter's bounds. Each is derived in `docs/numerics/certified.md`.
+//!
+//! `u` is half an ulp of 1 in f32; |.|₁ and |.|₂ are the usual norms; h is the longest edge.
+
+/// Half an ulp of 1 in f32.
+const U: f32 = 1.0 / (1 << 24) as f32;
+
+/// V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)` of the truth, and the reference's own noise with
+/// them.
+pub(super) const EDGE: f32 = 7.5 * U;
+
+/// U is scaled by this before it is held against the bound of V and W, for its own is so much wider.
+pub(super) const U_SCALE: f32 = 0.42;
+
+/// The share of the edges' own length in the bound.
+pub(super) const NEAR: f32 = 0.625;
+
+/// The denominator is within `DEN |d|₂ h²`.
+pub(super) const DEN: f32 = 8.5 * U;
+
+/// The numerator is within `NUM |A|₁ h²`.
+pub(super) const NUM: f32 = 8.5 * U;
+
+/// Nothing is decided where the denominator is below `GRAZING |d|₂ h²`: there the reference's own
+/// rounding is magnified too much.
+pub(super) const GRAZING: f32 = 24.0 * U;
+
+/// The enclosure of t: `SLACK (NUM |A|₁ h² + |t| DEN |d|₂ h²) / |den| + ROUND |t|`.
+pub(super) const SLACK: f32 = 1.6;
+/// See [`SLACK`].
+pub(super) const ROUND: f32 = 8.0 * U;
+
+/// A denominator beyond this multiple of `Threshold |n|` is not parallel.
+pub(super) const PARALLEL: f32 = 1.001;
+
+/// The rounding of the hit point, relative to the origin's |.|₁: 2^-51.
+pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
+
+/// What underflow, flushed to zero or not, can take from a product or a sum.
+pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
+/// What it can take from an edge, a direction or a translated corner, as a length.
+pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
+
+/// The square root of a sum of squares, rounded up, with this much added against underflow.
+pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
+/// See [`NORM_UP`]: 2^-49.
+pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);

@@ -1,0 +1,128 @@
+//! The mode `certified`: f32 lanes decide what a proven bound lets them decide; the rare lane that
+//! it leaves undecided is replayed by the document's f64 operations.
+//!
+//! ```text
+//!   rays, triangles ──► filter (f32, 8 lanes) ──► surely a miss   nearly all, by their edges
+//!                                            ├──► surely a hit    t lies in an f32 interval; its f64
+//!                                            │                    bits only where somebody needs them
+//!                                            └──► undecided       about 1 in 10,000: replay in f64
+//! ```
+
+mod bound;
+mod filter;
+
+use crate::double::replay;
+use crate::lanes::{Lanes, Level};
+use crate::mode::{Counts, Found, Test, Threshold, lanes_of};
+use crate::{Ray, RayPacket, Triangle, TrianglePack};
+
+use filter::{Rays, Triangles, filter};
+
+/// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64
+/// reference, bit for bit, at the speed of f32.
+///
+/// ```
+/// use intertri::{Certified, Mode, Ray, Triangle};
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+/// let hit = Certified::default().closest(&[triangle], &ray);
+/// assert_eq!((hit.triangle, hit.t), (0, 5.0));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Certified {
+    threshold: Threshold,
+    level: Level,
+}
+
+impl Default for Certified {
+    fn default() -> Self {
+        Self::new(Threshold::DEFAULT)
+    }
+}
+
+impl Certified {
+    /// The mode with a threshold of one's own, at this CPU's best level.
+    pub fn new(threshold: Threshold) -> Self {
+        Self { threshold, level: Level::best() }
+    }
+
+    /// The same mode at another level. The answers do not depend on it.
+    pub fn at(self, level: Level) -> Self {
+        Self { level, ..self }
+    }
+}
+
+impl Test for Certified {
+    type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Rays<F>;
+    type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Triangles<F>;
+    type Constants = Triangles<f32>;
+
+    #[inline(always)]
+    fn level(&self) -> Level {
+        self.level
+    }
+
+    #[inline(always)]
+    fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
+        &self,
+        packet: &RayPacket<N>,
+    ) -> Rays<F> {
+        Rays::of_packet(packet, self.threshold.get())
+    }
+
+    #[inline(always)]
+    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, ray: &Ray) -> Rays<F> {
+        Rays::of_ray(ray, self.threshold.get())
+    }
+
+    #[inline(always)]
+    fn triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
+        &self,
+        pack: &TrianglePack<N>,
+    ) -> Triangles<F> {
+        Triangles::of_pack(pack)
+    }
+
+    #[inline(always)]
+    fn constants(&self, triangle: &Triangle) -> Triangles<f32> {
+        Triangles::one(triangle)
+    }
+
+    #[inline(always)]
+    fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        triangle: &Triangles<f32>,
+    ) -> Triangles<F> {
+        Triangles::splat(triangle)
+    }
+
+    #[inline(always)]
+    fn test<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        triangles: &Triangles<F>,
+        rays: &Rays<F>,
+        far: F,
+        live: u32,
+        counts: &mut Counts,
+        scalar: impl Fn(usize) -> (Ray, Triangle),
+    ) -> Option<Found> {
+        counts.tests += u64::from(live.count_ones());
+        let verdict = filter(triangles, rays, far, live, self.threshold.get())?;
+
+        // A sure hit keeps its enclosure; who needs the bits asks for them.
+        let mut found = Found::new(verdict.hit);
+        verdict.t_lo.store(&mut found.t_lo);
+        verdict.t_hi.store(&mut found.t_hi);
+
+        // An undecided lane goes through the document's test.
+        counts.undecided += u64::from(verdict.undecided.count_ones());
+        for lane in lanes_of(verdict.undecided) {
+            let (ray, triangle) = scalar(lane);
+            if let Some(t) = replay(&ray, &triangle, self.threshold.get()) {
+                found.exact |= 1 << lane;
+                found.t[lane] = t;
+            }
+        }
+        Some(found)
+    }
+}

@@ -1,0 +1,183 @@
+//! What a mode is: a way to decide which lanes are hits, and at which t.
+
+use core::fmt;
+
+use crate::lanes::{Lanes, Level, Simd};
+use crate::{Ray, RayPacket, Triangle, TrianglePack};
+
+/// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
+/// that is still no hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Threshold(f64);
+
+impl Threshold {
+    /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
+    pub const DEFAULT: Self = Self(1e-9);
+
+    /// A threshold of one's own.
+    ///
+    /// # Errors
+    /// If it is negative, infinite or NaN.
+    ///
+    /// ```
+    /// use intertri::Threshold;
+    /// assert_eq!(Threshold::new(0.0).unwrap().get(), 0.0);
+    /// assert!(Threshold::new(-1.0).is_err());
+    /// ```
+    pub fn new(threshold: f64) -> Result<Self, BadThreshold> {
+        if threshold >= 0.0 && threshold.is_finite() {
+            Ok(Self(threshold))
+        } else {
+            Err(BadThreshold(threshold))
+        }
+    }
+
+    /// The number.
+    #[inline(always)]
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl Default for Threshold {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// A threshold that is negative, infinite or NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BadThreshold(pub f64);
+
+impl fmt::Display for BadThreshold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a threshold of {}: it must be finite and not negative", self.0)
+    }
+}
+
+impl core::error::Error for BadThreshold {}
+
+/// How many lanes a packet may have: the marker `Lane<N>` of a width that there is.
+pub trait Width {
+    /// So many f32.
+    type F<S: Simd>: Lanes<Scalar = f32>;
+    /// So many f64.
+    type D<S: Simd>: Lanes<Scalar = f64>;
+}
+
+/// A width of N lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Lane<const N: usize>;
+
+impl Width for Lane<4> {
+    type F<S: Simd> = S::F32x4;
+    type D<S: Simd> = S::F64x4;
+}
+impl Width for Lane<8> {
+    type F<S: Simd> = S::F32x8;
+    type D<S: Simd> = S::F64x8;
+}
+impl Width for Lane<16> {
+    type F<S: Simd> = S::F32x16;
+    type D<S: Simd> = crate::lanes::Pair<S::F64x8>;
+}
+
+/// How many tests were made, and how many of them the f32 bound left undecided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ray/triangle tests, dead lanes not counted.
+    pub tests: u64,
+    /// Tests that were replayed in f64.
+    pub undecided: u64,
+}
+
+impl core::ops::AddAssign for Counts {
+    fn add_assign(&mut self, more: Self) {
+        self.tests += more.tests;
+        self.undecided += more.undecided;
+    }
+}
+
+/// The lanes that a test found to be hits, but for the far end of their interval.
+pub struct Found {
+    /// Lanes of which an enclosure of t is known.
+    pub(crate) near: u32,
+    /// Lanes of which t is known.
+    pub(crate) exact: u32,
+    pub(crate) t_lo: [f32; 16],
+    pub(crate) t_hi: [f32; 16],
+    pub(crate) t: [f64; 16],
+}
+
+impl Found {
+    /// These lanes are hits, each within an enclosure that is still to be written.
+    #[inline(always)]
+    pub(crate) fn new(near: u32) -> Self {
+        Self { near, exact: 0, t_lo: [0.0; 16], t_hi: [0.0; 16], t: [0.0; 16] }
+    }
+}
+
+/// The one test of a mode, generic over its width: rays against triangles, either of them the same
+/// in all lanes. All else that a mode can do is made of it, in [`Mode`](crate::Mode).
+///
+/// `F` and `D` are as many f32 as f64 lanes; a mode uses what it needs of them.
+pub trait Test: Copy + Send + Sync {
+    /// Rays as lanes.
+    type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>: Copy;
+    /// Triangles as lanes.
+    type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>: Copy;
+    /// One triangle with what is computed from it once.
+    type Constants: Copy;
+
+    /// The level of instructions to run on.
+    fn level(&self) -> Level;
+
+    /// N rays.
+    fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
+        &self,
+        packet: &RayPacket<N>,
+    ) -> Self::Rays<F, D>;
+
+    /// The same ray in all lanes.
+    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        ray: &Ray,
+    ) -> Self::Rays<F, D>;
+
+    /// N triangles.
+    fn triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
+        &self,
+        pack: &TrianglePack<N>,
+    ) -> Self::Triangles<F, D>;
+
+    /// What is computed from a triangle once.
+    fn constants(&self, triangle: &Triangle) -> Self::Constants;
+
+    /// The same triangle in all lanes.
+    fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        triangle: &Self::Constants,
+    ) -> Self::Triangles<F, D>;
+
+    /// Which of the `live` lanes are hits with `t_min <= t` and, surely or perhaps, `t <= far`.
+    /// `None` where none is. `scalar` gives the ray and the triangle of a lane.
+    fn test<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        triangles: &Self::Triangles<F, D>,
+        rays: &Self::Rays<F, D>,
+        far: F,
+        live: u32,
+        counts: &mut Counts,
+        scalar: impl Fn(usize) -> (Ray, Triangle),
+    ) -> Option<Found>;
+}
+
+/// Bits of a mask, from the lowest.
+#[inline(always)]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
+}

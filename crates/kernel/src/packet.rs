@@ -1,0 +1,200 @@
+//! Packets: N rays, or N triangles, in structure-of-arrays order.
+
+use bytemuck::Zeroable;
+
+use crate::{Ray, Triangle, Vec3, lanes::Lanes};
+
+/// N rays side by side: `origin[axis][lane]`.
+///
+/// Lanes beyond the given rays repeat the last one and are dead: no answer speaks of them.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct RayPacket<const N: usize> {
+    /// The origins by axis.
+    pub origin: [[f32; N]; 3],
+    /// The directions by axis.
+    pub dir: [[f32; N]; 3],
+    /// The near ends of the intervals.
+    pub t_min: [f32; N],
+    /// The far ends of the intervals.
+    pub t_max: [f32; N],
+    live: u32,
+}
+
+impl<const N: usize> RayPacket<N> {
+    /// A packet of the first N rays of a slice; of fewer where it is shorter, of none where it is
+    /// empty.
+    ///
+    /// ```
+    /// use intertri::{Ray, RayPacket};
+    /// let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 5];
+    /// assert_eq!(RayPacket::<8>::new(&rays).live(), 0b1_1111);
+    /// ```
+    #[inline]
+    pub fn new(rays: &[Ray]) -> Self {
+        let live = rays.len().min(N);
+        let mut packet = Self {
+            origin: [[0.0; N]; 3],
+            dir: [[0.0; N]; 3],
+            t_min: [0.0; N],
+            t_max: [0.0; N],
+            live: mask(live),
+        };
+        let last = rays[..live].last().copied().unwrap_or(Ray::zeroed());
+        for lane in 0..N {
+            let ray = rays.get(lane).unwrap_or(&last);
+            for axis in 0..3 {
+                packet.origin[axis][lane] = ray.origin[axis];
+                packet.dir[axis][lane] = ray.dir[axis];
+            }
+            packet.t_min[lane] = ray.t_min;
+            packet.t_max[lane] = ray.t_max;
+        }
+        packet
+    }
+
+    /// Bit i is set where lane i is a ray that was given.
+    #[inline(always)]
+    pub fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// The ray in a lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray {
+            origin: [0, 1, 2].map(|axis| self.origin[axis][lane]),
+            t_min: self.t_min[lane],
+            dir: [0, 1, 2].map(|axis| self.dir[axis][lane]),
+            t_max: self.t_max[lane],
+        }
+    }
+}
+
+/// N triangles side by side.
+///
+/// Lanes beyond the given triangles repeat the last one and are dead: no answer speaks of them.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct TrianglePack<const N: usize> {
+    corners: [[[f32; N]; 3]; 3],
+    longest_edges: [f32; N],
+    live: u32,
+}
+
+impl<const N: usize> TrianglePack<N> {
+    /// A pack of the first N triangles of a slice; of fewer where it is shorter, of none where it is
+    /// empty.
+    ///
+    /// ```
+    /// use intertri::{Triangle, TrianglePack};
+    /// let triangle = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// let pack = TrianglePack::<4>::new(&[triangle; 3]);
+    /// assert_eq!((pack.live(), pack.triangle(3)), (0b111, triangle));
+    /// ```
+    #[inline]
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let live = triangles.len().min(N);
+        let mut pack =
+            Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
+        let last = triangles[..live].last().copied().unwrap_or(Triangle::zeroed());
+        for lane in 0..N {
+            let triangle = triangles.get(lane).unwrap_or(&last);
+            for (to, from) in pack.corners.iter_mut().zip(&triangle.0) {
+                for axis in 0..3 {
+                    to[axis][lane] = from[axis];
+                }
+            }
+            pack.longest_edges[lane] = longest_edge(triangle);
+        }
+        pack
+    }
+
+    /// The corners: `corners()[k][axis][lane]` is of corner k+1.
+    #[inline(always)]
+    pub fn corners(&self) -> &[[[f32; N]; 3]; 3] {
+        &self.corners
+    }
+
+    /// An upper bound of each lane's longest edge, at least [`SHORTEST`].
+    #[inline(always)]
+    pub(crate) fn longest_edges(&self) -> &[f32; N] {
+        &self.longest_edges
+    }
+
+    /// Bit i is set where lane i is a triangle that was given.
+    #[inline(always)]
+    pub fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// The triangle in a lane.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> Triangle {
+        Triangle(self.corners.map(|c| c.map(|axis| axis[lane])))
+    }
+}
+
+/// The answers of a packet of rays or a pack of triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hits<const N: usize> {
+    /// Bit i is set where lane i is a hit.
+    pub bits: u32,
+    /// The `t` of each lane; meaningful where its bit is set.
+    pub t: [f64; N],
+}
+
+/// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two
+/// stays below what a rounding takes.
+const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
+
+/// The length of the longest edge, rounded up and at least [`SHORTEST`]; infinite or NaN where a
+/// corner is.
+fn longest_edge(&Triangle([c1, c2, c3]): &Triangle) -> f32 {
+    let square = |a: [f32; 3], b: [f32; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
+        x * x + y * y + z * z
+    };
+    let square = Lanes::max(square(c1, c2), Lanes::max(square(c2, c3), square(c3, c1)));
+    (Lanes::sqrt(square) as f32 + SHORTEST).next_up().next_up()
+}
+
+/// The lowest `n` bits.
+fn mask(n: usize) -> u32 {
+    ((1_u64 << n) - 1) as u32
+}
+
+/// Rays as lanes, with what a test asks of them; one ray may be spread over all lanes.
+#[derive(Clone, Copy)]
+pub struct RayLanes<L> {
+    pub(crate) org: Vec3<L>,
+    pub(crate) dir: Vec3<L>,
+    pub(crate) t_min: L,
+    pub(crate) t_max: L,
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// N different rays.
+    #[inline(always)]
+    pub(crate) fn of_packet<const N: usize>(packet: &RayPacket<N>) -> Self {
+        Self {
+            org: Vec3::load_f32(&packet.origin),
+            dir: Vec3::load_f32(&packet.dir),
+            t_min: L::load_f32(&packet.t_min),
+            t_max: L::load_f32(&packet.t_max),
+        }
+    }
+}
+
+impl<L: Lanes<Scalar: From<f32>>> RayLanes<L> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub(crate) fn of_ray(ray: &Ray) -> Self {
+        Self {
+            org: Vec3::splat(ray.origin.map(Into::into)),
+            dir: Vec3::splat(ray.dir.map(Into::into)),
+            t_min: L::splat(ray.t_min.into()),
+            t_max: L::splat(ray.t_max.into()),
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! The verbs: what every mode does with its one test.
+
+use crate::double::{barycentric, exact_t};
+use crate::lanes::{Lanes, Simd, WithSimd};
+use crate::mode::{Counts, Found, Lane, Test, Width, lanes_of};
+use crate::slices::{All, Any, ClosestOfEach};
+use crate::{Best, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
+
+/// A way to decide hits: [`Certified`](crate::Certified) or [`Double`](crate::Double).
+///
+/// Both give the same answers, those of a plain loop over the scalar f64 reference. A triangle is
+/// hit where the document's `InterTri` returns 1 and `t_min <= t < t_max`; a point on an edge or a
+/// corner belongs to every triangle that has it. A ray or a triangle with a NaN or an infinity is
+/// never hit, nor is a triangle without area.
+///
+/// [`closest`](Mode::closest), [`any`](Mode::any) and [`all`](Mode::all) take slices of any length.
+/// For an author of a hierarchy there are packets and packs; those whose names end in `_in` are to
+/// be called within a loop that was entered by [`WithSimd`].
+pub trait Mode: Test {
+    /// The closest hit; of equal t, the lowest index.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Triangle};
+    /// let near = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let far = Triangle::new([0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [0.0, 1.0, 9.0]);
+    /// let hit = Certified::default()
+    ///     .closest(&[far, near], &Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 2.0]));
+    /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (1, 2.5, 0.25, 0.25));
+    /// ```
+    fn closest(&self, triangles: &[Triangle], ray: &Ray) -> Hit {
+        let mut hit = [Hit::MISS];
+        self.closest_of_each(triangles, core::slice::from_ref(ray), &mut hit);
+        hit[0]
+    }
+
+    /// Whether anything is hit.
+    fn any(&self, triangles: &[Triangle], ray: &Ray) -> bool {
+        self.level().run(Any { mode: self, triangles, ray })
+    }
+
+    /// Every hit, in the order of the triangles.
+    fn all(&self, triangles: &[Triangle], ray: &Ray, each: impl FnMut(Hit)) {
+        self.level().run(All { mode: self, triangles, ray, each });
+    }
+
+    /// [`Mode::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    fn closest_of_each(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one hit a ray");
+        self.level().run(ClosestOfEach { mode: self, triangles, rays, hits });
+    }
+
+    /// A triangle with what this mode computes from it once.
+    fn prepare(&self, triangle: &Triangle) -> Prepared<Self> {
+        Prepared { triangle: *triangle, constants: self.constants(triangle) }
+    }
+
+    /// N rays, 4, 8 or 16, against one triangle.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, RayPacket, Triangle};
+    /// let mode = Certified::default();
+    /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let rays = [0.25, 0.75].map(|x| Ray::new([x, 0.5, 0.0], [0.0, 0.0, 1.0]));
+    /// let hits = mode.packet(&RayPacket::<4>::new(&rays), &mode.prepare(&triangle));
+    /// assert_eq!((hits.bits, hits.t[0]), (0b01, 5.0));
+    /// ```
+    fn packet<const N: usize>(&self, rays: &RayPacket<N>, triangle: &Prepared<Self>) -> Hits<N>
+    where
+        Lane<N>: Width,
+    {
+        self.level().run(Packet { mode: self, rays, triangle })
+    }
+
+    /// One ray against N triangles, 4, 8 or 16.
+    fn pack<const N: usize>(&self, ray: &Ray, pack: &TrianglePack<N>) -> Hits<N>
+    where
+        Lane<N>: Width,
+    {
+        self.level().run(Pack { mode: self, ray, pack })
+    }
+
+    /// [`Mode::packet`] within a loop at some level.
+    #[inline(always)]
+    fn packet_in<S: Simd, const N: usize>(
+        &self,
+        rays: &RayPacket<N>,
+        triangle: &Prepared<Self>,
+        counts: &mut Counts,
+    ) -> Hits<N>
+    where
+        Lane<N>: Width,
+    {
+        let lanes = self.rays::<F<S, N>, D<S, N>, N>(rays);
+        let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.constants);
+        let scalar = |lane| (rays.ray(lane), triangle.triangle);
+        let far = Lanes::load(&rays.t_max);
+        let found = self.test(&triangles, &lanes, far, rays.live(), counts, scalar);
+        Hits::of(found, scalar)
+    }
+
+    /// [`Mode::pack`] within a loop at some level.
+    #[inline(always)]
+    fn pack_in<S: Simd, const N: usize>(
+        &self,
+        ray: &Ray,
+        pack: &TrianglePack<N>,
+        counts: &mut Counts,
+    ) -> Hits<N>
+    where
+        Lane<N>: Width,
+    {
+        let lanes = self.one_ray::<F<S, N>, D<S, N>>(ray);
+        let triangles = self.triangles::<F<S, N>, D<S, N>, N>(pack);
+        let scalar = |lane| (*ray, pack.triangle(lane));
+        let far = Lanes::splat(ray.t_max);
+        let found = self.test(&triangles, &lanes, far, pack.live(), counts, scalar);
+        Hits::of(found, scalar)
+    }
+
+    /// A ray prepared for one pack after another, within a loop at some level.
+    #[inline(always)]
+    fn prepare_ray_in<S: Simd>(&self, ray: &Ray) -> PreparedRay<Self, S> {
+        PreparedRay { ray: *ray, lanes: self.one_ray(ray) }
+    }
+
+    /// Offers the hits of one ray with a pack to the ray's best.
+    ///
+    /// `indices` are the triangles' own, which break ties; lane i is in place `place + i`, by which
+    /// `find` finds a triangle again.
+    #[inline(always)]
+    fn closest_in<S: Simd>(
+        &self,
+        ray: &PreparedRay<Self, S>,
+        pack: &TrianglePack<8>,
+        indices: &[u32; 8],
+        place: u32,
+        find: impl Fn(u32) -> Triangle,
+        best: &mut Best,
+        counts: &mut Counts,
+    ) {
+        let triangles = self.triangles(pack);
+        let scalar = |lane| (ray.ray, pack.triangle(lane));
+        let far = Lanes::splat(best.t_hi());
+        if let Some(found) = self.test(&triangles, &ray.lanes, far, pack.live(), counts, scalar) {
+            for lane in lanes_of(found.near | found.exact) {
+                best.take(&found, lane, indices[lane], place + lane as u32, |place| {
+                    exact_t(&ray.ray, &find(place))
+                });
+            }
+        }
+    }
+
+    /// Eight rays prepared for one triangle after another, within a loop at some level.
+    #[inline(always)]
+    fn prepare_packet_in<'a, S: Simd>(
+        &self,
+        packet: &'a RayPacket<8>,
+    ) -> PreparedPacket<'a, Self, S> {
+        PreparedPacket { packet, lanes: self.rays(packet) }
+    }
+
+    /// Offers the hits of eight rays with one triangle to their bests; only the lanes in `live` take
+    /// part. Index, place and `find` are those of [`Mode::closest_in`].
+    #[inline(always)]
+    fn packet_closest_in<S: Simd>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S>,
+        triangle: &Prepared<Self>,
+        (index, place): (u32, u32),
+        find: impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut [Best; 8],
+        counts: &mut Counts,
+    ) {
+        let triangles = self.one_triangle(&triangle.constants);
+        let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
+        let far = Lanes::load(&bests.map(|best| best.t_hi()));
+        if let Some(found) = self.test(&triangles, &rays.lanes, far, live, counts, scalar) {
+            for lane in lanes_of(found.near | found.exact) {
+                bests[lane].take(&found, lane, index, place, |place| {
+                    exact_t(&rays.packet.ray(lane), &find(place))
+                });
+            }
+        }
+    }
+
+    /// The hit that a best stands for, with its exact t and its weights. `find` is that of
+    /// [`Mode::closest_in`].
+    #[inline]
+    fn hit(&self, ray: &Ray, best: &Best, find: impl Fn(u32) -> Triangle) -> Hit {
+        let Some((index, place)) = best.triangle() else { return Hit::MISS };
+        let triangle = find(place);
+        Hit::of(best.known_t().unwrap_or_else(|| exact_t(ray, &triangle)), index, ray, &triangle)
+    }
+}
+
+impl<M: Test> Mode for M {}
+
+type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
+type D<S, const N: usize> = <Lane<N> as Width>::D<S>;
+
+/// A triangle with what a mode computes from it once.
+#[derive(Clone, Copy)]
+pub struct Prepared<M: Test> {
+    triangle: Triangle,
+    constants: M::Constants,
+}
+
+/// A ray with what a mode computes from it once, at one level of instructions.
+#[derive(Clone, Copy)]
+pub struct PreparedRay<M: Test, S: Simd> {
+    ray: Ray,
+    lanes: M::Rays<S::F32x8, S::F64x8>,
+}
+
+/// Eight rays with what a mode computes from them once, at one level of instructions.
+#[derive(Clone, Copy)]
+pub struct PreparedPacket<'a, M: Test, S: Simd> {
+    packet: &'a RayPacket<8>,
+    lanes: M::Rays<S::F32x8, S::F64x8>,
+}
+
+impl Hit {
+    /// A hit with its weights.
+    pub(crate) fn of(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {
+        let (u, v) = barycentric(ray, triangle);
+        Self { t, u, v, triangle: u64::from(index) }
+    }
+}
+
+impl<const N: usize> Hits<N> {
+    /// The lanes that a test found, each with its exact t, within the far end of its interval.
+    #[inline(always)]
+    fn of(found: Option<Found>, scalar: impl Fn(usize) -> (Ray, Triangle)) -> Self {
+        let mut hits = Self { bits: 0, t: [f64::INFINITY; N] };
+        let Some(found) = found else { return hits };
+        for lane in lanes_of(found.near | found.exact) {
+            let (ray, triangle) = scalar(lane);
+            let known = found.exact >> lane & 1 != 0;
+            let t = if known { found.t[lane] } else { exact_t(&ray, &triangle) };
+            if t < f64::from(ray.t_max) {
+                hits.bits |= 1 << lane;
+                hits.t[lane] = t;
+            }
+        }
+        hits
+    }
+}
+
+struct Packet<'a, M: Test, const N: usize> {
+    mode: &'a M,
+    rays: &'a RayPacket<N>,
+    triangle: &'a Prepared<M>,
+}
+
+impl<M: Test, const N: usize> WithSimd for Packet<'_, M, N>
+where
+    Lane<N>: Width,
+{
+    type Output = Hits<N>;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Hits<N> {
+        self.mode.packet_in::<S, N>(self.rays, self.triangle, &mut Counts::default())
+    }
+}
+
+struct Pack<'a, M, const N: usize> {
+    mode: &'a M,
+    ray: &'a Ray,
+    pack: &'a TrianglePack<N>,
+}
+
+impl<M: Test, const N: usize> WithSimd for Pack<'_, M, N>
+where
+    Lane<N>: Width,
+{
+    type Output = Hits<N>;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Hits<N> {
+        self.mode.pack_in::<S, N>(self.ray, self.pack, &mut Counts::default())
+    }
+}
