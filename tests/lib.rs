@@ -1,0 +1,191 @@
+//! The runner of the differential tests: one question, every way to answer it.
+//!
+//! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
+//! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
+
+use intertri::lanes::Level;
+use intertri::{
+    Certified, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle, TrianglePack,
+    Width,
+};
+use intertri_lab::families::Scene;
+use intertri_reference as reference;
+
+/// What the reference says of a scene: `t[ray][triangle]`, NaN for a miss.
+pub struct Truth {
+    /// The document's tables.
+    pub scene: reference::Scene,
+    t: Vec<Vec<f64>>,
+}
+
+/// The reference's ray.
+pub fn reference_ray(ray: &Ray) -> reference::Ray {
+    reference::Ray::new(ray.origin, ray.dir)
+}
+
+impl Truth {
+    /// Asks the reference about every ray and triangle.
+    pub fn of(scene: &Scene) -> Self {
+        let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
+            .with_threshold(scene.threshold);
+        let t = scene.rays.iter().map(|ray| {
+            let (t_min, t_max) = (f64::from(ray.t_min), f64::from(ray.t_max));
+            let line = reference_ray(ray);
+            let hit = |obj| tables.hit(obj, &line, t_min, t_max).unwrap_or(f64::NAN);
+            (0..scene.triangles.len()).map(hit).collect()
+        });
+        Self { t: t.collect(), scene: tables }
+    }
+
+    /// How many hits there are among all pairs.
+    pub fn hits(&self) -> usize {
+        self.t.iter().flatten().filter(|t| !t.is_nan()).count()
+    }
+
+    /// The closest hit of a ray, by the reference's own plain loop.
+    pub fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
+        self.scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
+    }
+}
+
+/// Every pair of a scene through every mode, level, width and form of the kernel.
+///
+/// # Errors
+/// The first difference, with all that is needed to see it again.
+pub fn check_kernel(scene: &Scene) -> Result<(), String> {
+    let truth = Truth::of(scene);
+    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    for level in Level::all() {
+        check_mode(scene, &truth, &Double::new(threshold).at(level), "double")?;
+        check_mode(scene, &truth, &Certified::new(threshold).at(level), "certified")?;
+    }
+    Ok(())
+}
+
+fn check_mode<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
+    check_width::<M, 4>(scene, truth, mode, name)?;
+    check_width::<M, 8>(scene, truth, mode, name)?;
+    check_width::<M, 16>(scene, truth, mode, name)?;
+    check_slices(scene, truth, mode, name)
+}
+
+/// Packets of rays against each triangle, and each ray against packs of triangles.
+fn check_width<M: Mode, const N: usize>(
+    scene: &Scene,
+    truth: &Truth,
+    mode: &M,
+    name: &str,
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let level = mode.level().name();
+    for (obj, triangle) in scene.triangles.iter().enumerate() {
+        let prepared = mode.prepare(triangle);
+        for (k, rays) in scene.rays.chunks(N).enumerate() {
+            let hits = mode.packet(&RayPacket::<N>::new(rays), &prepared);
+            let want = |lane: usize| truth.t[N * k + lane][obj];
+            same(&hits, rays.len(), want).map_err(|(lane, what)| {
+                format!("{name} {level} packet of {N}: {what}\n{:?}\n{triangle:?}", rays[lane])
+            })?;
+        }
+    }
+    for (i, ray) in scene.rays.iter().enumerate() {
+        for (k, triangles) in scene.triangles.chunks(N).enumerate() {
+            let hits = mode.pack(ray, &TrianglePack::<N>::new(triangles));
+            let want = |lane: usize| truth.t[i][N * k + lane];
+            same(&hits, triangles.len(), want).map_err(|(lane, what)| {
+                format!("{name} {level} pack of {N}: {what}\n{ray:?}\n{:?}", triangles[lane])
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Compares the live lanes with what they should be, and that no other lane is a hit.
+fn same<const N: usize>(
+    hits: &Hits<N>,
+    live: usize,
+    want: impl Fn(usize) -> f64,
+) -> Result<(), (usize, String)> {
+    if hits.bits >> live != 0 {
+        return Err((0, format!("a dead lane is a hit: {:b} of {live}", hits.bits)));
+    }
+    for lane in 0..live {
+        let (want, hit) = (want(lane), hits.bits >> lane & 1 != 0);
+        if hit == want.is_nan() {
+            return Err((lane, format!("lane {lane} hit {hit}, the reference's t is {want:e}")));
+        }
+        if hit && hits.t[lane].to_bits() != want.to_bits() {
+            let got = hits.t[lane];
+            return Err((lane, format!("lane {lane} t {got:e}, the reference's is {want:e}")));
+        }
+    }
+    Ok(())
+}
+
+/// The verbs over slices: closest, any, all.
+fn check_slices<M: Mode>(
+    scene: &Scene,
+    truth: &Truth,
+    mode: &M,
+    name: &str,
+) -> Result<(), String> {
+    let level = mode.level().name();
+    let mut hits = vec![Hit::MISS; scene.rays.len()];
+    mode.closest_of_each(&scene.triangles, &scene.rays, &mut hits);
+    for (i, (ray, many)) in scene.rays.iter().zip(&hits).enumerate() {
+        let want = truth.closest(ray);
+        let of = |verb: &str, e: String| format!("{name} {level} {verb}: {e}\n{ray:?}");
+        same_closest(want, many).map_err(|e| of("closest of each", e))?;
+        let one = mode.closest(&scene.triangles, ray);
+        same_closest(want, &one).map_err(|e| of("closest", e))?;
+        if let Some((obj, _)) = want {
+            let (u, v) = truth.scene.barycentric(obj, &reference_ray(ray));
+            if [one.u, one.v].map(f64::to_bits) != [u, v].map(f64::to_bits) {
+                return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
+            }
+        }
+        if mode.any(&scene.triangles, ray) != want.is_some() {
+            return Err(of("any", format!("is not that of {want:?}")));
+        }
+        let mut all = Vec::new();
+        mode.all(&scene.triangles, ray, |hit| all.push((hit.triangle as usize, hit.t.to_bits())));
+        let listed = truth.t[i].iter().enumerate().filter(|(_, t)| !t.is_nan());
+        let listed: Vec<_> = listed.map(|(obj, t)| (obj, t.to_bits())).collect();
+        if all != listed {
+            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
+        }
+    }
+    Ok(())
+}
+
+/// Compares a closest hit with the reference's.
+///
+/// # Errors
+/// What differs.
+pub fn same_closest(want: Option<(usize, f64)>, hit: &Hit) -> Result<(), String> {
+    let got = hit.is_hit().then_some((hit.triangle as usize, hit.t));
+    let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+    if bits(got) == bits(want) {
+        return Ok(());
+    }
+    Err(format!("(triangle, t) is {got:?}, the reference's {want:?}"))
+}
+
+/// A scene as Rust source, to be kept as a fixture.
+pub fn as_source(scene: &Scene) -> String {
+    let bits = |x: &f32| format!("{:#010x}", x.to_bits());
+    let list = |xs: Vec<String>| xs.join(",");
+    let triangle = |t: &Triangle| list(t.0.iter().flatten().map(bits).collect());
+    let ray = |r: &Ray| {
+        let all = [&r.origin[..], &[r.t_min], &r.dir, &[r.t_max]].concat();
+        list(all.iter().map(bits).collect())
+    };
+    format!(
+        "threshold {:#018x}\n{}\n{}",
+        scene.threshold.to_bits(),
+        scene.triangles.iter().map(|t| format!("triangle {}\n", triangle(t))).collect::<String>(),
+        scene.rays.iter().map(|r| format!("ray {}\n", ray(r))).collect::<String>(),
+    )
+}

@@ -1,0 +1,59 @@
+//! Every mode, level, width and form of the kernel against the reference, over every family.
+
+use intertri_lab::families::{FAMILIES, Family};
+use intertri_lab::rng::Rng;
+use intertri_tests::{Truth, as_source, check_kernel};
+
+/// Scenes of every shape: one triangle and many rays, many triangles and one ray, some of both, with
+/// every number of lanes in the last packet, none included.
+fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
+    let mut rng = Rng::new(seed);
+    let (mut done, mut hits, mut least) = (0, 0, 0);
+    while done < pairs {
+        let (triangles, rays) = match rng.below(4) {
+            0 => (1, rng.below(18)),
+            1 => (rng.below(18), 1),
+            2 => (least % 18, (least / 18) % 18),
+            _ => (1 + rng.below(3), 1 + rng.below(17)),
+        };
+        least += 1;
+        let scene = family.scene(&mut rng, triangles, rays);
+        if let Err(difference) = check_kernel(&scene) {
+            panic!("{} (seed {seed}): {difference}\n{}", family.name, as_source(&scene));
+        }
+        done += scene.triangles.len() * scene.rays.len();
+        hits += Truth::of(&scene).hits();
+    }
+    (done, hits)
+}
+
+fn all_families(pairs: usize, seed: u64) {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let each = pairs.div_ceil(FAMILIES.len());
+    let totals = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads)
+            .map(|worker| {
+                let mine = FAMILIES.iter().skip(worker).step_by(threads);
+                scope.spawn(move || mine.map(|f| (f.name, family(f, each, seed))).collect::<Vec<_>>())
+            })
+            .collect();
+        workers.into_iter().flat_map(|w| w.join().expect("a worker failed")).collect::<Vec<_>>()
+    });
+    let (mut tests, mut hits) = (0, 0);
+    for (name, (t, h)) in &totals {
+        println!("{name:20} {t:10} pairs, {h:10} hits, 0 differences");
+        (tests, hits) = (tests + t, hits + h);
+    }
+    println!("{tests} pairs, {hits} hits, each at every level, width and form: 0 differences");
+}
+
+#[test]
+fn five_million_pairs_agree_with_the_reference() {
+    all_families(5_000_000, 1);
+}
+
+#[test]
+#[ignore = "the long test: some minutes"]
+fn a_hundred_million_pairs_agree_with_the_reference() {
+    all_families(100_000_000, 2);
+}
