@@ -1,0 +1,96 @@
+//! Whether a tree is one: for tests, and slow.
+
+use super::{BLOCK, MAX_DEPTH, Tree};
+use crate::bounds::Bounds;
+use crate::node::{EMPTY, LEAF, NONE};
+use crate::sliver::{Extent, extent};
+use intertri::Triangle;
+
+impl Tree {
+    /// Walks the whole tree. Fails with a sentence where a triangle that has a box is not in
+    /// exactly one block, or another is in any; where a box is not exactly that of what is below;
+    /// where a node or block has not exactly one parent; where the depth is not the one told.
+    pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
+        let mut walk = Walk {
+            tree: self,
+            triangles,
+            seen: vec![0; triangles.len()],
+            blocks: vec![0; self.blocks.len()],
+            nodes: vec![0; self.nodes.len()],
+            depth: 0,
+        };
+        walk.node(0, 1)?;
+        let expected = |t: &Triangle| u32::from(matches!(extent(t), Extent::Box(_)));
+        for (i, (&seen, t)) in walk.seen.iter().zip(triangles).enumerate() {
+            if seen != expected(t) {
+                return Err(format!("triangle {i} is in {seen} blocks"));
+            }
+        }
+        if walk.blocks.iter().chain(&walk.nodes).any(|&n| n != 1) {
+            return Err("a node or block has not one parent".into());
+        }
+        if walk.depth != self.depth || self.depth > MAX_DEPTH {
+            return Err(format!("depth {} is told as {}", walk.depth, self.depth));
+        }
+        Ok(())
+    }
+}
+
+struct Walk<'a> {
+    tree: &'a Tree,
+    triangles: &'a [Triangle],
+    seen: Vec<u32>,
+    blocks: Vec<u32>,
+    nodes: Vec<u32>,
+    depth: usize,
+}
+
+impl Walk<'_> {
+    fn node(&mut self, index: usize, depth: usize) -> Result<Bounds, String> {
+        self.nodes[index] += 1;
+        self.depth = self.depth.max(depth);
+        if depth > MAX_DEPTH {
+            return Err(format!("node {index} is {depth} deep"));
+        }
+        let node = &self.tree.nodes[index];
+        let (mut all, mut next) = (Bounds::EMPTY, None);
+        for slot in 0..8 {
+            let content = match node.child[slot] {
+                EMPTY => Bounds { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] },
+                leaf if leaf & LEAF != 0 => self.block((leaf & !LEAF) as usize)?,
+                child => {
+                    // Children are adjacent: none is farther than seven from another.
+                    let base = *next.get_or_insert(child);
+                    if base.abs_diff(child) > 7 || child as usize <= index {
+                        return Err(format!("node {child} is not beside {base}"));
+                    }
+                    self.node(child as usize, depth + 1)?
+                }
+            };
+            let bounds = node.bounds(slot);
+            if (0..3).any(|k| bounds.lo[k] != content.lo[k] || bounds.hi[k] != content.hi[k]) {
+                return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
+            }
+            all.join(&content);
+        }
+        Ok(all)
+    }
+
+    fn block(&mut self, index: usize) -> Result<Bounds, String> {
+        self.blocks[index] += 1;
+        let block: &[u32; BLOCK] = &self.tree.blocks[index];
+        let full = block.iter().take_while(|&&i| i != NONE).count();
+        let ascends = block[..full].windows(2).all(|w| w[0] < w[1]);
+        if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
+            return Err(format!("block {index} is {block:?}"));
+        }
+        let mut all = Bounds::EMPTY;
+        for &i in &block[..full] {
+            self.seen[i as usize] += 1;
+            if let Extent::Box(bounds) = extent(&self.triangles[i as usize]) {
+                all.join(&bounds);
+            }
+        }
+        Ok(all)
+    }
+}

@@ -1,0 +1,121 @@
+//! The builder: triangles in, wide nodes and blocks of triangles out.
+//!
+//! ```text
+//! triangles ── refs ──> boxes ── binary ──> two-way tree ── wide ──> nodes of 8, blocks of 8
+//! ```
+//!
+//! 1. [`refs`]: the box of each triangle; those that are never hit are left out.
+//! 2. [`binary`]: a two-way tree down to single triangles by the surface-area heuristic
+//!    ([`split`]). On the way back up, [`plan`] finds by dynamic programming how to cut it into
+//!    nodes of eight and blocks of eight at the least cost.
+//! 3. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
+//!
+//! The result depends on the triangles alone, never on the number of threads. At its peak the
+//! builder holds about 64 bytes a triangle besides its input and the tree, which itself takes 15
+//! to 30.
+
+mod binary;
+#[cfg(test)]
+mod check;
+mod plan;
+mod refs;
+mod split;
+#[cfg(test)]
+mod tests;
+mod wide;
+
+use crate::bounds::Bounds;
+use crate::node::{EMPTY, LEAF, Node};
+use intertri::Triangle;
+use std::fmt;
+
+/// Triangles in a block.
+pub(crate) const BLOCK: usize = 8;
+
+/// No path from the root passes more nodes than this, whatever the triangles.
+pub(crate) const MAX_DEPTH: usize = 64;
+
+/// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.
+#[derive(Debug)]
+pub(crate) struct Tree {
+    /// The root is the first. The node children of a node lie side by side.
+    pub nodes: Vec<Node>,
+    /// Triangle indices, ascending; [`crate::node::NONE`] fills up behind them.
+    pub blocks: Vec<[u32; BLOCK]>,
+    /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
+    pub depth: usize,
+}
+
+/// Why there is no hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildError {
+    /// Triangles are numbered with 31 bits.
+    TooManyTriangles {
+        /// How many there were.
+        count: usize,
+    },
+}
+
+impl fmt::Display for BuildError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::TooManyTriangles { count } = self;
+        write!(
+            f,
+            "{count} triangles are too many for one hierarchy: split them into parts of at most 2147483647"
+        )
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+/// Builds the hierarchy.
+pub(crate) fn build(triangles: &[Triangle]) -> Result<Tree, BuildError> {
+    build_with_progress(triangles, &|_, _| ())
+}
+
+/// Builds the hierarchy and tells from time to time how many triangles are done, of how many.
+/// The calls come from any thread and may overtake each other.
+pub(crate) fn build_with_progress(
+    triangles: &[Triangle],
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Tree, BuildError> {
+    if triangles.len() >= LEAF as usize {
+        return Err(BuildError::TooManyTriangles { count: triangles.len() });
+    }
+    let refs = refs::collect(triangles);
+    if refs.is_empty() {
+        return Ok(Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1 });
+    }
+    let tree = binary::build(refs, progress);
+    Ok(wide::write(&tree))
+}
+
+impl Tree {
+    /// The surface-area cost: what a random line through the root's box is expected to pay, in
+    /// units of one node's visit.
+    pub(crate) fn cost(&self) -> f64 {
+        let mut root = Bounds::EMPTY;
+        let children = |node: &Node| (0..8).filter(|&i| node.child[i] != EMPTY).collect::<Vec<_>>();
+        children(&self.nodes[0]).iter().for_each(|&i| root.join(&self.nodes[0].bounds(i)));
+        let scale = root.scale();
+        let mut sum = root.half_area(scale) as f64 * plan::NODE as f64;
+        for node in &self.nodes {
+            for i in children(node) {
+                let price = if node.child[i] & LEAF == 0 { plan::NODE } else { plan::LEAF };
+                sum += node.bounds(i).half_area(scale) as f64 * price as f64;
+            }
+        }
+        sum / root.half_area(scale) as f64
+    }
+}
+
+/// Runs both, side by side where there are threads.
+#[cfg(feature = "parallel")]
+fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    rayon::join(a, b)
+}
+
+#[cfg(not(feature = "parallel"))]
+fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    (a(), b())
+}

@@ -1,0 +1,79 @@
+//! How to cut a two-way tree into nodes of eight and blocks of eight.
+//!
+//! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
+//! Wide BVHs* (2017), section 3: for each two-way node and each `i`, the least cost of standing for
+//! its triangles by at most `i` children of some wide node. One child is either a block, if there are
+//! few enough triangles, or a wide node of its own, whose eight places are shared out between the
+//! two sides. More than one: share out `i` between the two sides, or make do with `i - 1`.
+
+use super::BLOCK;
+
+/// What the visit of a node costs.
+pub(crate) const NODE: f32 = 1.0;
+
+/// What the visit of a block costs, however full it is.
+pub(crate) const LEAF: f32 = 1.0;
+
+/// The least costs of standing for a subtree by at most 1 to 7 children: never rising.
+#[derive(Clone, Copy)]
+pub(super) struct Costs([f32; 7]);
+
+/// The choices behind the costs of a two-way node, packed: three bits for each of 2 to 8 children
+/// (how many of them the left side gets; 0 stands for one fewer child) and one for a block.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Plan(u32);
+
+const IS_BLOCK: u32 = 1 << 31;
+
+impl Costs {
+    /// A single triangle is a block, however many children it could be.
+    #[inline(always)]
+    pub(super) fn of_one(area: f32) -> Self {
+        Self([area * LEAF; 7])
+    }
+
+    /// The costs and choices for a node from those of its two sides, over `count` triangles.
+    #[inline(always)]
+    pub(super) fn join(area: f32, count: usize, left: &Self, right: &Self) -> (Self, Plan) {
+        // The cheapest way to share out 2 to 8 children.
+        let mut shared = [f32::INFINITY; 9];
+        let mut plan = 0;
+        for children in 2..=8 {
+            let mut best = 0;
+            for k in 1..children {
+                let cost = left.0[k - 1] + right.0[children - k - 1];
+                if cost < shared[children] {
+                    (shared[children], best) = (cost, k as u32);
+                }
+            }
+            plan |= best << (3 * (children - 2));
+        }
+        // One child: a block or a node.
+        let mut one = shared[8] + area * NODE;
+        if count <= BLOCK && area * LEAF <= one {
+            (one, plan) = (area * LEAF, plan | IS_BLOCK);
+        }
+        // At most so many: one child may be cheaper than several.
+        let mut costs = [one; 7];
+        for i in 1..7 {
+            costs[i] = shared[i + 1];
+            if costs[i - 1] <= costs[i] {
+                costs[i] = costs[i - 1];
+                plan &= !(7 << (3 * (i - 1)));
+            }
+        }
+        (Self(costs), Plan(plan))
+    }
+}
+
+impl Plan {
+    /// Whether the cheapest single child is a block.
+    pub(super) fn is_block(self) -> bool {
+        self.0 & IS_BLOCK != 0
+    }
+
+    /// How many of at most `children` (2 to 8) the left side gets; 0 for one child fewer.
+    pub(super) fn left(self, children: usize) -> usize {
+        (self.0 >> (3 * (children - 2)) & 7) as usize
+    }
+}

@@ -1,0 +1,156 @@
+use super::{BuildError, MAX_DEPTH, Tree, build, build_with_progress};
+use crate::node::EMPTY;
+use intertri::Triangle;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A small generator of its own: the same numbers everywhere.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f32 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f32 / (1_u64 << 24) as f32
+    }
+
+    fn point(&mut self) -> [f32; 3] {
+        [self.unit(), self.unit(), self.unit()]
+    }
+}
+
+fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
+    let mut random = Random(count as u64);
+    let triangle = |_| {
+        let at = random.point();
+        let corner = |o: [f32; 3]| [0, 1, 2].map(|k| (at[k] - 0.5 + size * (o[k] - 0.5)) * scale);
+        Triangle([(); 3].map(|()| corner(random.point())))
+    };
+    (0..count).map(triangle).collect()
+}
+
+fn checked(triangles: &[Triangle]) -> Tree {
+    let tree = build(triangles).expect("few enough");
+    if let Err(why) = tree.check(triangles) {
+        panic!("{} triangles: {why}", triangles.len());
+    }
+    tree
+}
+
+#[test]
+fn every_count() {
+    for count in (0..70).chain([127, 128, 129, 1000, 4095, 4096, 4097, 20_000]) {
+        checked(&soup(count, 0.1, 1.0));
+        checked(&soup(count, 3.0, 1.0));
+    }
+    assert_eq!(checked(&[]).nodes[0].child, [EMPTY; 8]);
+    assert_eq!(checked(&soup(1, 1.0, 1.0)).blocks.len(), 1);
+}
+
+#[test]
+fn every_unit() {
+    let plain = checked(&soup(5000, 0.1, 1.0)).cost();
+    for exponent in [-149, -140, -126, -120, -70, 70, 120, 127] {
+        let triangles = soup(5000, 0.1, (exponent as f32).exp2());
+        let tree = checked(&triangles);
+        // The tree is as good in every unit in which the numbers keep their digits.
+        if exponent > -126 {
+            assert!((tree.cost() / plain - 1.0).abs() < 0.01, "{exponent}: {}", tree.cost());
+        }
+    }
+}
+
+#[test]
+fn extremes() {
+    let m = f32::MAX;
+    let mut triangles = soup(300, 1.0, 1.0);
+    triangles.push(Triangle([[-m, -m, -m], [m, m, m], [m, -m, m]]));
+    triangles.push(Triangle([[m, m, m], [m, m, -m], [m, -m, 0.0]]));
+    triangles.push(Triangle([[-m, 0.0, m], [-m, 1e30, m], [-m, 0.0, m - 1e32]]));
+    triangles.push(Triangle([[1e-45, -0.0, 0.0], [-1e-45, 0.0, -0.0], [1e-45, 1e-45, 0.0]]));
+    triangles.push(Triangle([[m; 3]; 3]));
+    assert!(checked(&triangles).cost().is_finite());
+    // Nothing but the extremes.
+    checked(&triangles[300..]);
+    let corners = (0..5000_u32).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 0 { m } else { -m }));
+    let small = |[x, y, z]: [f32; 3]| Triangle([[x, y, z], [x * 0.9, y, z], [x, y * 0.9, z]]);
+    assert_eq!(checked(&corners.map(small).collect::<Vec<_>>()).blocks.len() / 100, 6);
+}
+
+#[test]
+fn triangles_that_are_never_hit_are_left_out() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut triangles = soup(100, 0.1, 1.0);
+        for i in 0..9 {
+            triangles[i * 11].0[i / 3][i % 3] = bad;
+        }
+        checked(&triangles);
+        let none = vec![Triangle([[bad; 3]; 3]); 20];
+        assert_eq!(checked(&none).blocks.len(), 0);
+    }
+}
+
+#[test]
+fn triangles_at_one_place() {
+    let t = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 4.0]]);
+    // In an axis' plane, where boxes have no volume, and so small that they have no area.
+    let flat = Triangle([[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 3.0, 3.0]]);
+    let speck =
+        Triangle([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0_f32.next_up()], [1.0_f32.next_up(), 2.0, 3.0]]);
+    let tiny = Triangle([[0.0; 3], [1e-44, 0.0, 0.0], [0.0, 1e-44, 0.0]]);
+    for one in [t, flat, speck, tiny] {
+        let tree = checked(&vec![one; 100_000]);
+        // Halves of full blocks, at best eight to a node.
+        assert!(tree.depth <= 17, "{}", tree.depth);
+        assert!(tree.blocks.len() == 100_000 / 8, "{}", tree.blocks.len());
+    }
+    // Boxes around one point, each inside of the next.
+    let nested = |i: usize| {
+        let r = i as f32;
+        Triangle([[r, r, r], [-r, -r, -r], [r, -r, r]])
+    };
+    checked(&(1..10_000).map(nested).collect::<Vec<_>>());
+}
+
+#[test]
+fn triangles_on_a_line() {
+    let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
+    checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
+    // Each twice as far as the one before: cut by cut, the heuristic would peel off one by one.
+    let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
+    let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
+    assert!(tree.depth <= MAX_DEPTH);
+}
+
+#[test]
+fn same_tree_on_any_number_of_threads() {
+    let triangles = soup(200_000, 0.01, 1.0);
+    let one = checked(&triangles);
+    #[cfg(feature = "parallel")]
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let other = pool.install(|| build(&triangles)).expect("few enough");
+        assert_eq!(one.blocks, other.blocks);
+        assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
+    }
+    assert!(one.depth <= 12, "{}", one.depth);
+}
+
+#[test]
+fn progress_reaches_the_end() {
+    let triangles = soup(50_000, 0.01, 1.0);
+    let (most, calls) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let tell = |done: usize, total: usize| {
+        assert_eq!(total, 50_000);
+        most.fetch_max(done, Ordering::Relaxed);
+        calls.fetch_add(1, Ordering::Relaxed);
+    };
+    build_with_progress(&triangles, &tell).expect("few enough");
+    assert_eq!(most.into_inner(), 50_000);
+    assert!((10..1000).contains(&calls.into_inner()));
+}
+
+#[test]
+fn errors_are_for_people() {
+    let text = BuildError::TooManyTriangles { count: 1 << 31 }.to_string();
+    assert!(text.contains("2147483648") && text.contains("2147483647"), "{text}");
+}

@@ -1,0 +1,156 @@
+//! The nodes and blocks of the plan, written from the root down.
+
+use super::binary::{Binary, Subtree};
+use super::{BLOCK, Tree};
+use crate::bounds::Bounds;
+use crate::node::{LEAF, NONE, Node};
+
+/// A node still to be written: what it stands for, where it goes, and how many are above it.
+struct Task {
+    part: Subtree,
+    index: usize,
+    depth: usize,
+}
+
+/// Writes the wide tree.
+pub(super) fn write(binary: &Binary) -> Tree {
+    let mut tree = Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1 };
+    let mut tasks = vec![Task { part: binary.root(), index: 0, depth: 1 }];
+    while let Some(task) = tasks.pop() {
+        tree.depth = tree.depth.max(task.depth);
+        let (children, count) = children(binary, task.part);
+        let children = &children[..count];
+        let boxes: [Bounds; 8] = std::array::from_fn(|i| {
+            children.get(i).map_or(Bounds::EMPTY, |c| binary.bounds(c.part))
+        });
+        let slots = slots(&boxes[..count]);
+        // Blocks are written at once, side by side; nodes get their places side by side and are
+        // filled later, the first of them next.
+        let first = tree.nodes.len();
+        for (i, child) in children.iter().enumerate() {
+            let pointer = if child.is_block {
+                tree.blocks.push(block(binary, child.part));
+                (tree.blocks.len() - 1) as u32 | LEAF
+            } else {
+                tree.nodes.push(Node::NO_CHILDREN);
+                (tree.nodes.len() - 1) as u32
+            };
+            tree.nodes[task.index].set(slots[i], &boxes[i], pointer);
+        }
+        let inner = children.iter().filter(|c| !c.is_block).enumerate();
+        let start = tasks.len();
+        tasks.extend(inner.map(|(k, c)| Task {
+            part: c.part,
+            index: first + k,
+            depth: task.depth + 1,
+        }));
+        tasks[start..].reverse();
+    }
+    tree
+}
+
+#[derive(Clone, Copy)]
+struct Child {
+    part: Subtree,
+    is_block: bool,
+}
+
+/// The children that the plan gives to the wide node over a subtree.
+fn children(binary: &Binary, root: Subtree) -> ([Child; 8], usize) {
+    let mut out = [Child { part: root, is_block: true }; 8];
+    // Only the root of the whole tree can be planned as a block; it becomes the one child.
+    if root.first == 0 && root.count == binary.refs.len() && is_block(binary, root) {
+        return (out, 1);
+    }
+    // Shares out the eight places, depth first. What waits has at least one place each: at most 8.
+    let mut count = 0;
+    let mut waiting = [(root, 0); 8];
+    let mut n = share(binary, root, 8, &mut waiting, 0);
+    while n > 0 {
+        n -= 1;
+        let (part, places) = waiting[n];
+        // Fewer places may cost no more than all.
+        let plan = binary.plan(part);
+        let places = (2..=places).rev().find(|&i| plan.is_some_and(|p| p.left(i) > 0));
+        if let Some(places) = places {
+            n = share(binary, part, places, &mut waiting, n);
+        } else {
+            out[count] = Child { part, is_block: is_block(binary, part) };
+            count += 1;
+        }
+    }
+    (out, count)
+}
+
+/// Puts the two sides of a subtree onto the waiting list, the left one to be taken first.
+fn share(
+    binary: &Binary,
+    part: Subtree,
+    places: usize,
+    waiting: &mut [(Subtree, usize); 8],
+    n: usize,
+) -> usize {
+    let left = binary.plan(part).map_or(0, |p| p.left(places));
+    let [a, b] = binary.sides(part);
+    waiting[n] = (b, places - left);
+    waiting[n + 1] = (a, left);
+    n + 2
+}
+
+fn is_block(binary: &Binary, part: Subtree) -> bool {
+    binary.plan(part).is_none_or(|p| p.is_block())
+}
+
+/// The indices of a subtree's triangles, ascending.
+fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
+    let mut block = [NONE; BLOCK];
+    for (to, r) in block.iter_mut().zip(&binary.refs[part.first..part.first + part.count]) {
+        *to = r.index();
+    }
+    block.sort_unstable();
+    block
+}
+
+/// A slot for each child, by octant: slot `s` is the first that rays of octant `s` look at, so it
+/// gets the child that lies farthest towards where those rays come from. The most telling pair of
+/// child and slot is chosen first, as Ylitie, Karras and Laine do (2017, section 3.3).
+fn slots(boxes: &[Bounds]) -> [usize; 8] {
+    let mut all = Bounds::EMPTY;
+    boxes.iter().for_each(|b| all.join(b));
+    let scale = all.scale();
+    let middle = all.centre(scale);
+    // How far each child lies along the mean direction of each slot's rays.
+    let mut along = [[0.0; 8]; 8];
+    for (row, b) in along.iter_mut().zip(boxes) {
+        let c = b.centre(scale);
+        let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
+        *row = [
+            x + y + z,
+            y + z - x,
+            x - y + z,
+            z - x - y,
+            x + y - z,
+            y - x - z,
+            x - y - z,
+            -x - y - z,
+        ];
+    }
+    let mut slots = [0; 8];
+    let mut open = [true; 8];
+    let mut waiting = (1_u32 << boxes.len()) - 1;
+    while waiting != 0 {
+        let (mut least, mut best) = (f32::INFINITY, (waiting.trailing_zeros() as usize, 0));
+        for child in (0..boxes.len()).filter(|c| waiting >> c & 1 == 1) {
+            for slot in 0..8 {
+                if open[slot] && along[child][slot] < least {
+                    (least, best) = (along[child][slot], (child, slot));
+                }
+            }
+        }
+        let (child, slot) = best;
+        slots[child] = slot;
+        open[slot] = false;
+        waiting &= !(1 << child);
+    }
+    slots
+}
