@@ -5,6 +5,7 @@ mod best;
 mod certified;
 mod data;
 mod double;
+pub mod fixed;
 pub mod lanes;
 mod mode;
 mod packet;

@@ -1,0 +1,417 @@
+//! The grid: where f32 become integers, the only place of this mode that rounds.
+//!
+//! ```text
+//!   scene, f32                      grid, integers
+//!   p            ── * 2^scale, rounded, - centre ──►   -2^b ..= 2^b
+//!   dir          ── * 2^k of its own, rounded    ──►   2^(q-1) <= longest component < 2^q
+//!   t            ◄── * 2^(k - scale)             ──    num / den
+//! ```
+//!
+//! Multiplying an f32 by a power of two is exact in f64, so each coordinate is rounded once, to the
+//! nearest integer, ties to even. A snapped point, taken back to the scene, is an f32 again and stays
+//! where it is when it is snapped once more.
+
+use core::fmt;
+
+use crate::Triangle as Corners;
+
+/// How many bits the integers of a grid have.
+///
+/// Coordinates lie in `-2^b ..= 2^b`, components of directions in `-2^q ..= 2^q`. The lanes compute
+/// in i64, which holds every intermediate value if `2 b + q <= 58`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bits {
+    b: u32,
+    q: u32,
+}
+
+impl Bits {
+    /// `b = 20`, `q = 18`: the finest grid.
+    pub const FINE: Self = Self { b: 20, q: 18 };
+    /// `b = 16`, `q = 16`: every edge determinant is also exact in f64.
+    pub const COARSE: Self = Self { b: 16, q: 16 };
+
+    /// Bits of one's own: `1 <= b <= 20`, `1 <= q <= 24`, `2 b + q <= 58`.
+    ///
+    /// # Errors
+    /// If they are outside of these budgets.
+    ///
+    /// ```
+    /// use intertri::fixed::Bits;
+    /// assert_eq!(Bits::new(20, 18).unwrap(), Bits::FINE);
+    /// assert!(Bits::new(20, 19).is_err());
+    /// ```
+    pub fn new(b: u32, q: u32) -> Result<Self, GridError> {
+        if (1..=20).contains(&b) && (1..=24).contains(&q) && 2 * b + q <= 58 {
+            Ok(Self { b, q })
+        } else {
+            Err(GridError::Bits { b, q })
+        }
+    }
+
+    /// The grid of `b` bits with the longest directions that it allows.
+    ///
+    /// # Errors
+    /// If `b` is not `1..=20`.
+    pub fn of_grid(b: u32) -> Result<Self, GridError> {
+        let q = 58_u32.saturating_sub(b.saturating_mul(2)).clamp(1, 24);
+        Self::new(b, q)
+    }
+
+    /// The bits of a coordinate.
+    pub fn b(self) -> u32 {
+        self.b
+    }
+
+    /// The bits of a direction.
+    pub fn q(self) -> u32 {
+        self.q
+    }
+}
+
+impl Default for Bits {
+    fn default() -> Self {
+        Self::FINE
+    }
+}
+
+/// What a grid cannot take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GridError {
+    /// Bits outside of the budgets.
+    Bits {
+        /// The bits of a coordinate.
+        b: u32,
+        /// The bits of a direction.
+        q: u32,
+    },
+    /// A scale or a centre outside of what a grid may have.
+    Place {
+        /// The exponent of the scale.
+        scale: i32,
+        /// The grid's middle.
+        centre: [i64; 3],
+    },
+    /// A point with a NaN or an infinity.
+    NotFinite([f32; 3]),
+    /// A point that lies outside of the grid.
+    Outside([f32; 3]),
+    /// A direction that is zero or has a NaN or an infinity.
+    Direction([f32; 3]),
+    /// Integers outside of the grid's budgets.
+    Integers([i32; 3]),
+}
+
+impl fmt::Display for GridError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bits { b, q } => write!(
+                f,
+                "a grid of {b} bits with directions of {q}: choose 1 to 20 and 1 to 24 with 2 * grid + direction <= 58"
+            ),
+            Self::Place { scale, centre } => write!(
+                f,
+                "a grid of scale 2^{scale} around {centre:?}: choose a scale of 2^-149 to 2^149 and a centre within 2^50"
+            ),
+            Self::NotFinite(p) => {
+                write!(f, "the point {p:?} is not finite: leave it out before snapping")
+            }
+            Self::Outside(p) => write!(
+                f,
+                "the point {p:?} lies outside of the grid: make the grid around all points that it shall hold"
+            ),
+            Self::Direction(d) => {
+                write!(
+                    f,
+                    "the direction {d:?} is zero or not finite: give one that points somewhere"
+                )
+            }
+            Self::Integers(i) => {
+                write!(
+                    f,
+                    "the integers {i:?} are outside of the grid's bits, or a direction is zero"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for GridError {}
+
+/// A triangle whose corners are points of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle(pub(super) [[i32; 3]; 3]);
+
+impl Triangle {
+    /// The corners.
+    #[inline(always)]
+    pub fn corners(&self) -> [[i32; 3]; 3] {
+        self.0
+    }
+
+    /// The same triangle in f32, in units of the grid: exact, so that boxes around it are too.
+    pub fn to_f32(&self) -> Corners {
+        Corners(self.0.map(|c| c.map(|x| x as f32)))
+    }
+}
+
+/// A ray whose origin and direction are integers of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub(super) origin: [i32; 3],
+    pub(super) dir: [i32; 3],
+    /// `t` of the caller is `t` of the integers times two to this.
+    pub(super) exponent: i32,
+    pub(super) t_min: f32,
+    pub(super) t_max: f32,
+}
+
+impl Ray {
+    /// The origin.
+    #[inline(always)]
+    pub fn origin(&self) -> [i32; 3] {
+        self.origin
+    }
+
+    /// The direction.
+    #[inline(always)]
+    pub fn dir(&self) -> [i32; 3] {
+        self.dir
+    }
+
+    /// A `t` in multiples of [`Ray::dir`] times two to this is a `t` in multiples of the direction
+    /// that was snapped.
+    #[inline(always)]
+    pub fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
+    /// The part of the ray that counts, in multiples of the direction that was snapped.
+    #[inline(always)]
+    pub fn interval(&self) -> (f32, f32) {
+        (self.t_min, self.t_max)
+    }
+
+    /// The same ray in f32, in units of the grid and of [`Ray::dir`]: for the boxes of a hierarchy.
+    /// Origin and direction are exact. The interval is that of all t: a hierarchy that wants to use
+    /// it asks the ray's best.
+    pub fn to_f32(&self) -> crate::Ray {
+        crate::Ray::new(self.origin.map(|x| x as f32), self.dir.map(|x| x as f32))
+    }
+}
+
+/// A grid of integers over a scene.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// let grid = Grid::around([[-1.0, 0.0, 0.0], [1.0, 0.5, 0.0]], Bits::FINE).unwrap();
+/// assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
+/// assert!(grid.snap([9.0, 0.0, 0.0]).is_err());
+/// assert!(grid.moved([0.1, 0.2, 0.3]).unwrap() <= grid.step() / 2.0);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    bits: Bits,
+    scale: i32,
+    centre: [i64; 3],
+}
+
+/// Beyond this a point times the scale is not snapped: f64 holds halves up to there.
+const FAR: f64 = (1_i64 << 51) as f64;
+
+impl Grid {
+    /// The finest grid that holds all of the points: the corners of a scene and the origins of the
+    /// rays that it will be asked about.
+    ///
+    /// # Errors
+    /// If a point is not finite.
+    pub fn around(
+        points: impl IntoIterator<Item = [f32; 3]>,
+        bits: Bits,
+    ) -> Result<Self, GridError> {
+        let (mut lo, mut hi) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for p in points {
+            if !p.iter().all(|x| x.is_finite()) {
+                return Err(GridError::NotFinite(p));
+            }
+            for axis in 0..3 {
+                lo[axis] = if p[axis] < lo[axis] { p[axis] } else { lo[axis] };
+                hi[axis] = if p[axis] > hi[axis] { p[axis] } else { hi[axis] };
+            }
+        }
+
+        // Without points, or with zeros only, any scale will do.
+        let far = lo.iter().chain(&hi).fold(0.0, |far: f64, &x| {
+            let x = f64::from(x).abs();
+            if x > far { x } else { far }
+        });
+        if far == 0.0 || far == f64::INFINITY {
+            return Ok(Self { bits, scale: 0, centre: [0; 3] });
+        }
+
+        // From the finest scale at which far coordinates are below 2^50, down to the first at which
+        // the scene is not wider than the grid.
+        let mut scale = (49 - exponent(far)).min(149);
+        loop {
+            let ends: [[i64; 2]; 3] = [0, 1, 2]
+                .map(|axis| [lo[axis], hi[axis]].map(|x| round(f64::from(x) * pow2(scale))));
+            if ends.iter().all(|[lo, hi]| hi - lo <= 2 << bits.b) {
+                let centre = ends.map(|[lo, hi]| lo + (hi - lo) / 2);
+                return Ok(Self { bits, scale, centre });
+            }
+            scale -= 1;
+        }
+    }
+
+    /// A grid that is known beforehand, the same for every scene: a coordinate x becomes
+    /// `x * 2^scale`, rounded, minus the centre.
+    ///
+    /// # Errors
+    /// If the scale is not within `-149..=149`, or the centre not within `-2^50..=2^50`.
+    pub fn at(bits: Bits, scale: i32, centre: [i64; 3]) -> Result<Self, GridError> {
+        if scale.unsigned_abs() <= 149 && centre.iter().all(|x| x.unsigned_abs() <= 1 << 50) {
+            Ok(Self { bits, scale, centre })
+        } else {
+            Err(GridError::Place { scale, centre })
+        }
+    }
+
+    /// The bits of the integers.
+    pub fn bits(&self) -> Bits {
+        self.bits
+    }
+
+    /// The exponent of the scale: there are two to this many steps of the grid to a unit.
+    pub fn scale(&self) -> i32 {
+        self.scale
+    }
+
+    /// The distance of neighbouring points of the grid, in units of the scene. Snapping moves no
+    /// coordinate further than half of it.
+    pub fn step(&self) -> f64 {
+        pow2(-self.scale)
+    }
+
+    /// The point of the grid next to a point of the scene.
+    ///
+    /// # Errors
+    /// If the point is not finite, or outside of the grid.
+    pub fn snap(&self, p: [f32; 3]) -> Result<[i32; 3], GridError> {
+        let mut snapped = [0; 3];
+        for axis in 0..3 {
+            let x = f64::from(p[axis]) * pow2(self.scale);
+            if !x.is_finite() {
+                return Err(GridError::NotFinite(p));
+            }
+            if x.abs() > FAR {
+                return Err(GridError::Outside(p));
+            }
+            let x = round(x) - self.centre[axis];
+            if x.unsigned_abs() > 1 << self.bits.b {
+                return Err(GridError::Outside(p));
+            }
+            snapped[axis] = x as i32;
+        }
+        Ok(snapped)
+    }
+
+    /// Where a point of the grid lies in the scene, exactly.
+    pub fn unsnap(&self, i: [i32; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|axis| (i64::from(i[axis]) + self.centre[axis]) as f64 * self.step())
+    }
+
+    /// How far snapping moves a point along the axis where it moves most, in units of the scene.
+    ///
+    /// # Errors
+    /// Those of [`Grid::snap`].
+    pub fn moved(&self, p: [f32; 3]) -> Result<f64, GridError> {
+        let to = self.unsnap(self.snap(p)?);
+        let moved = [0, 1, 2].map(|axis| (to[axis] - f64::from(p[axis])).abs());
+        Ok(moved.into_iter().fold(0.0, |far, x| if x > far { x } else { far }))
+    }
+
+    /// A triangle with its corners snapped. It may lose its area; then nothing hits it.
+    ///
+    /// # Errors
+    /// Those of [`Grid::snap`].
+    pub fn triangle(&self, &Corners([c1, c2, c3]): &Corners) -> Result<Triangle, GridError> {
+        Ok(Triangle([self.snap(c1)?, self.snap(c2)?, self.snap(c3)?]))
+    }
+
+    /// A ray with its origin snapped, and its direction by a power of two of its own, so that its
+    /// longest component has all `q` bits: each component moves by less than `2^-q` of the longest.
+    /// The interval stays as it is.
+    ///
+    /// # Errors
+    /// Those of [`Grid::snap`], and a direction that is zero or not finite.
+    pub fn ray(&self, ray: &crate::Ray) -> Result<Ray, GridError> {
+        let origin = self.snap(ray.origin)?;
+        let dir = ray.dir.map(f64::from);
+        let longest = dir.iter().fold(0.0, |far: f64, x| if x.abs() > far { x.abs() } else { far });
+        if longest == 0.0 || !dir.iter().all(|x| x.is_finite()) {
+            return Err(GridError::Direction(ray.dir));
+        }
+
+        // Where the longest component is rounded up to 2^q, one bit less keeps it at 2^(q-1): so
+        // that a snapped direction is snapped to itself.
+        let q = self.bits.q as i32;
+        let mut k = q - 1 - exponent(longest);
+        if round(longest * pow2(k)) == 1 << q {
+            k -= 1;
+        }
+        let dir = dir.map(|x| round(x * pow2(k)) as i32);
+        let (t_min, t_max) = (ray.t_min, ray.t_max);
+        Ok(Ray { origin, dir, exponent: k - self.scale, t_min, t_max })
+    }
+
+    /// A triangle from integers.
+    ///
+    /// # Errors
+    /// If a coordinate is outside of `-2^b ..= 2^b`.
+    pub fn triangle_of(&self, corners: [[i32; 3]; 3]) -> Result<Triangle, GridError> {
+        match corners.into_iter().find(|&c| exceeds(c, self.bits.b)) {
+            Some(corner) => Err(GridError::Integers(corner)),
+            None => Ok(Triangle(corners)),
+        }
+    }
+
+    /// A ray from integers, with the whole half-line `0 < t` and `t` in multiples of the direction.
+    ///
+    /// # Errors
+    /// If a coordinate is outside of `-2^b ..= 2^b`, or a component of the direction outside of
+    /// `-2^q ..= 2^q`, or the direction zero.
+    pub fn ray_of(&self, origin: [i32; 3], dir: [i32; 3]) -> Result<Ray, GridError> {
+        if exceeds(origin, self.bits.b) {
+            return Err(GridError::Integers(origin));
+        }
+        if exceeds(dir, self.bits.q) || dir == [0; 3] {
+            return Err(GridError::Integers(dir));
+        }
+        Ok(Ray { origin, dir, exponent: 0, t_min: 0.0, t_max: f32::INFINITY })
+    }
+}
+
+/// Whether a component is outside of `-2^bits ..= 2^bits`.
+fn exceeds(p: [i32; 3], bits: u32) -> bool {
+    p.iter().any(|x| x.unsigned_abs() > 1 << bits)
+}
+
+/// The nearest integer, ties to even, of a number within `-2^51..=2^51`: above 2^52 f64 has no
+/// fractions, so adding rounds as wanted, and taking away again is exact.
+fn round(x: f64) -> i64 {
+    const ABOVE: f64 = (3_i64 << 51) as f64;
+    ((x + ABOVE) - ABOVE) as i64
+}
+
+/// `2^e`, for a normal result.
+pub(super) fn pow2(e: i32) -> f64 {
+    f64::from_bits(((e + 1023) as u64) << 52)
+}
+
+/// e of `2^e <= x < 2^(e+1)`, for a normal positive x.
+fn exponent(x: f64) -> i32 {
+    (x.to_bits() >> 52) as i32 - 1023
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,116 @@
+//! The grid at its limits.
+
+use super::{Bits, Grid, GridError};
+use crate::Ray;
+
+#[test]
+fn the_budgets_are_kept() {
+    for b in 0..30 {
+        for q in 0..70 {
+            let inside = (1..=20).contains(&b) && (1..=24).contains(&q) && 2 * b + q <= 58;
+            assert_eq!(Bits::new(b, q).is_ok(), inside, "{b} {q}");
+        }
+        assert_eq!(Bits::of_grid(b).is_ok(), (1..=20).contains(&b), "{b}");
+    }
+    assert_eq!(Bits::of_grid(u32::MAX), Err(GridError::Bits { b: u32::MAX, q: 1 }));
+}
+
+/// Numbers of every size, as a small generator gives them.
+fn numbers() -> impl FnMut() -> u64 {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    move || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        state
+    }
+}
+
+#[test]
+fn snapping_rounds_once_and_a_second_time_changes_nothing() {
+    let mut next = numbers();
+    for _ in 0..20_000 {
+        // A box of any size anywhere, points in it and on its corners.
+        let size = f32::from_bits((next() % (250 << 23)) as u32);
+        let middle = f32::from_bits((next() % (250 << 23)) as u32);
+        let points: [[f32; 3]; 6] = core::array::from_fn(|_| {
+            [(); 3].map(|()| middle + size * ((next() >> 40) as f32 / 8_388_608.0 - 1.0))
+        });
+        let b = 1 + (next() % 20) as u32;
+        let Ok(grid) = Grid::around(points, Bits::of_grid(b).unwrap()) else {
+            assert!(points.iter().flatten().any(|x| !x.is_finite()));
+            continue;
+        };
+        for p in points {
+            let i = grid.snap(p).unwrap();
+            let back = grid.unsnap(i);
+            assert!(grid.moved(p).unwrap() <= grid.step() / 2.0, "{p:?}");
+            let f = back.map(|x| x as f32);
+            assert_eq!(f.map(f64::from), back, "a snapped f32 is an f32");
+            assert_eq!(grid.snap(f).unwrap(), i, "{p:?} moved twice");
+        }
+        // Directions.
+        let dir = [(); 3].map(|()| f32::from_bits(next() as u32));
+        if let Ok(ray) = grid.ray(&Ray::new(points[0], dir)) {
+            let q = grid.bits().q();
+            let longest = ray.dir().map(i32::unsigned_abs).into_iter().max().unwrap();
+            assert!(longest >= 1 << (q - 1) && longest < 1 << q, "{dir:?} {:?}", ray.dir());
+            let k = ray.exponent() + grid.scale();
+            let back = ray.dir().map(|x| f64::from(x) * 0.5_f64.powi(k));
+            let far = dir.map(f32::abs).into_iter().fold(0.0, f32::max);
+            for axis in 0..3 {
+                let moved = (back[axis] - f64::from(dir[axis])).abs();
+                assert!(moved <= f64::from(far) * 0.5_f64.powi(q as i32), "{dir:?}");
+            }
+            let again = back.map(|x| x as f32);
+            assert_eq!(again.map(f64::from), back, "a snapped direction is f32");
+            let again = grid.ray(&Ray::new(points[0], again)).unwrap();
+            assert_eq!(again, ray, "{dir:?} turned twice");
+        }
+    }
+}
+
+#[test]
+fn the_grid_is_the_finest() {
+    let grid = Grid::around([[0.0; 3], [1.0, 0.25, 0.0]], Bits::FINE).unwrap();
+    assert_eq!(grid.step(), 0.5_f64.powi(21));
+    assert_eq!(grid.snap([0.0; 3]).unwrap()[0], -(1 << 20));
+    assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
+    // One step more does not fit.
+    assert!(grid.snap([1.0 + f32::EPSILON * 4.0, 0.0, 0.0]).is_err());
+}
+
+#[test]
+fn what_does_not_fit_is_an_error_by_value() {
+    let grid = Grid::at(Bits::COARSE, 0, [0; 3]).unwrap();
+    let edge = 65536.0;
+    assert_eq!(grid.snap([edge, -edge, 0.4]).unwrap(), [65536, -65536, 0]);
+    for bad in [65537.0, -65537.0, 65536.6, 1e20, f32::MAX, -f32::MAX] {
+        for axis in 0..3 {
+            let mut p = [0.0; 3];
+            p[axis] = bad;
+            assert_eq!(grid.snap(p), Err(GridError::Outside(p)));
+        }
+    }
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in 0..3 {
+            let mut p = [0.0; 3];
+            p[axis] = bad;
+            assert!(matches!(grid.snap(p), Err(GridError::NotFinite(_))));
+            assert!(matches!(Grid::around([p], Bits::FINE), Err(GridError::NotFinite(_))));
+            let ray = Ray::new([0.0; 3], [1.0, 1.0, 1.0]);
+            assert!(matches!(grid.ray(&Ray { origin: p, ..ray }), Err(GridError::NotFinite(_))));
+            assert!(matches!(grid.ray(&Ray { dir: p, ..ray }), Err(GridError::Direction(_))));
+        }
+    }
+    assert!(matches!(grid.ray(&Ray::new([0.0; 3], [0.0; 3])), Err(GridError::Direction(_))));
+    assert!(grid.ray_of([0; 3], [0; 3]).is_err());
+    assert!(grid.ray_of([i32::MIN, 0, 0], [1; 3]).is_err());
+    assert!(grid.ray_of([0; 3], [0, i32::MIN, 0]).is_err());
+    assert!(grid.triangle_of([[0; 3], [0; 3], [0, 0, 65537]]).is_err());
+    assert!(Grid::at(Bits::FINE, 150, [0; 3]).is_err());
+    assert!(Grid::at(Bits::FINE, 0, [0, i64::MIN, 0]).is_err());
+    // Nothing, and nothing but zeros.
+    assert!(Grid::around([], Bits::FINE).is_ok());
+    assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
+}

@@ -1,0 +1,93 @@
+//! t as an exact ratio of integers, and its comparisons.
+
+use core::cmp::Ordering;
+
+use super::grid::pow2;
+
+/// A positive t in multiples of the snapped direction: `num / den`, exact, not reduced.
+///
+/// Within the budgets `num <= 2^64` and `den < 2^62`, so that a product of one's numerator and the
+/// other's denominator fits 128 bits.
+#[derive(Clone, Copy, Debug)]
+pub struct Ratio {
+    pub(super) num: u128,
+    pub(super) den: u64,
+}
+
+impl Ratio {
+    /// The numerator, positive.
+    pub fn num(self) -> u128 {
+        self.num
+    }
+
+    /// The denominator, positive.
+    pub fn den(self) -> u64 {
+        self.den
+    }
+
+    /// `num / den * 2^exponent` rounded once, to the nearest f64, ties to even. The exponent is one
+    /// that [`Ray::exponent`](super::Ray::exponent) gives.
+    pub fn to_f64(self, exponent: i32) -> f64 {
+        // A quotient of 56 bits or more, and a sticky bit for what is left, round as the ratio does.
+        let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
+        let den = u128::from(self.den);
+        let num = self.num << shift;
+        let quotient = num / den | u128::from(num % den != 0);
+        quotient as f64 * pow2(exponent - shift)
+    }
+
+    /// Compares `num / den * 2^exponent` with an f32, exactly. `None` for a NaN.
+    pub fn cmp_f32(self, exponent: i32, x: f32) -> Option<Ordering> {
+        if x.is_nan() {
+            return None;
+        }
+        if x <= 0.0 {
+            return Some(Ordering::Greater);
+        }
+        if x == f32::INFINITY {
+            return Some(Ordering::Less);
+        }
+        // x = m * 2^e: compare num with m * den * 2^(e - exponent).
+        let field = (x.to_bits() >> 23) as i32;
+        let fraction = x.to_bits() & 0x7f_ffff;
+        let (m, e) = if field == 0 { (fraction, -149) } else { (fraction | 1 << 23, field - 150) };
+        let (left, right) = (self.num, u128::from(m) * u128::from(self.den));
+        let shift = e - exponent;
+        // The number of bits decides where they differ; where they agree, the shift loses none.
+        Some((bits(left)).cmp(&(bits(right) + shift)).then_with(|| {
+            if shift < 0 { (left << -shift).cmp(&right) } else { left.cmp(&(right << shift)) }
+        }))
+    }
+
+    /// Whether `t_min <= t < t_max`; false with a NaN.
+    pub fn within(self, exponent: i32, (t_min, t_max): (f32, f32)) -> bool {
+        self.cmp_f32(exponent, t_min).is_some_and(Ordering::is_ge)
+            && self.cmp_f32(exponent, t_max).is_some_and(Ordering::is_lt)
+    }
+}
+
+/// Equal as numbers, reduced or not.
+impl PartialEq for Ratio {
+    #[inline(always)]
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+impl Eq for Ratio {}
+impl PartialOrd for Ratio {
+    #[inline(always)]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Ratio {
+    #[inline(always)]
+    fn cmp(&self, other: &Self) -> Ordering {
+        (self.num * u128::from(other.den)).cmp(&(other.num * u128::from(self.den)))
+    }
+}
+
+/// How many bits a positive number has.
+fn bits(x: u128) -> i32 {
+    128 - x.leading_zeros() as i32
+}

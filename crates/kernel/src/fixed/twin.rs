@@ -1,0 +1,58 @@
+//! The oracle: the test in i128, one triangle at a time, as plain as it can be written.
+//!
+//! With the corners A, B, C as seen from the origin and the direction d, the ray's line passes
+//! inside where the three determinants
+//!
+//! ```text
+//!   U = d . (B x C)      V = d . (C x A)      W = d . (A x B)
+//! ```
+//!
+//! have one sign, and it meets the plane at `t = A . (B x C) / (U + V + W)`.
+
+use super::{Ratio, Ray, Triangle};
+
+/// Where a ray crosses a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// t in multiples of the snapped direction.
+    pub t: Ratio,
+    /// Whether the ray runs with the normal `h4 ^ h5`: out of a mesh whose corners run
+    /// counter-clockwise as seen from outside.
+    pub leaves: bool,
+}
+
+/// Whether and where the ray crosses the triangle.
+///
+/// The whole rule: a determinant that is 0 takes the sign of the first component of its cross
+/// product that is not. The three signs and that of `A . (B x C)` must be equal and not zero, and
+/// `t_min <= t < t_max`.
+pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
+    let d = ray.dir.map(i128::from);
+    let [a, b, c] = triangle
+        .0
+        .map(|corner| [0, 1, 2].map(|i| i128::from(corner[i]) - i128::from(ray.origin[i])));
+
+    let normals = [cross(b, c), cross(c, a), cross(a, b)];
+    let volume = dot(a, normals[0]);
+    let sign = volume.signum();
+    if sign == 0 || normals.iter().any(|&n| perturbed_sign(d, n) != sign) {
+        return None;
+    }
+
+    let den: i128 = normals.iter().map(|&n| dot(d, n)).sum();
+    let t = Ratio { num: volume.unsigned_abs(), den: den.unsigned_abs() as u64 };
+    t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(Crossing { t, leaves: sign > 0 })
+}
+
+/// The sign of `(d + (e, e^2, e^3)) . n` for an e smaller than any number.
+fn perturbed_sign(d: [i128; 3], n: [i128; 3]) -> i128 {
+    [dot(d, n), n[0], n[1], n[2]].into_iter().map(i128::signum).find(|&s| s != 0).unwrap_or(0)
+}
+
+fn dot(a: [i128; 3], b: [i128; 3]) -> i128 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [i128; 3], b: [i128; 3]) -> [i128; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
