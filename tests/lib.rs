@@ -42,6 +42,11 @@ impl Truth {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
 
+    /// The number and t of every hit of ray i, in the order of the numbers.
+    pub fn all(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.t[i].iter().copied().enumerate().filter(|(_, t)| !t.is_nan())
+    }
+
     /// The closest hit of a ray, by the reference's own plain loop.
     pub fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
         self.scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
@@ -151,8 +156,7 @@ fn check_slices<M: Mode>(
         }
         let mut all = Vec::new();
         mode.all(&scene.triangles, ray, |hit| all.push((hit.triangle as usize, hit.t.to_bits())));
-        let listed = truth.t[i].iter().enumerate().filter(|(_, t)| !t.is_nan());
-        let listed: Vec<_> = listed.map(|(obj, t)| (obj, t.to_bits())).collect();
+        let listed: Vec<_> = truth.all(i).map(|(obj, t)| (obj, t.to_bits())).collect();
         if all != listed {
             return Err(of("all", format!("{all:x?} is not {listed:x?}")));
         }

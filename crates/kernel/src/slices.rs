@@ -114,7 +114,7 @@ impl<M: Test, E: FnMut(Hit)> WithSimd for All<'_, M, E> {
             let pack = TrianglePack::<8>::new(chunk);
             let hits = mode.pack_in::<S, 8>(ray, &pack, &mut Counts::default());
             for lane in lanes_of(hits.bits) {
-                each(Hit::of(hits.t[lane], (8 * k + lane) as u32, ray, &chunk[lane]));
+                each(Hit::at(hits.t[lane], (8 * k + lane) as u32, ray, &chunk[lane]));
             }
         }
     }

@@ -153,6 +153,20 @@ pub trait Mode: Test {
         }
     }
 
+    /// Whether one ray hits any triangle of a pack.
+    #[inline(always)]
+    fn any_in<S: Simd>(
+        &self,
+        ray: &PreparedRay<Self, S>,
+        pack: &TrianglePack<8>,
+        counts: &mut Counts,
+    ) -> bool {
+        let mut best = Best::new(ray.ray.t_max);
+        let find = |place| pack.triangle(place as usize);
+        self.closest_in(ray, pack, &[0; 8], 0, find, &mut best, counts);
+        best.is_hit()
+    }
+
     /// Eight rays prepared for one triangle after another, within a loop at some level.
     #[inline(always)]
     fn prepare_packet_in<'a, S: Simd>(
@@ -193,7 +207,7 @@ pub trait Mode: Test {
     fn hit(&self, ray: &Ray, best: &Best, find: impl Fn(u32) -> Triangle) -> Hit {
         let Some((index, place)) = best.triangle() else { return Hit::MISS };
         let triangle = find(place);
-        Hit::of(best.known_t().unwrap_or_else(|| exact_t(ray, &triangle)), index, ray, &triangle)
+        Hit::at(best.known_t().unwrap_or_else(|| exact_t(ray, &triangle)), index, ray, &triangle)
     }
 }
 
@@ -224,8 +238,8 @@ pub struct PreparedPacket<'a, M: Test, S: Simd> {
 }
 
 impl Hit {
-    /// A hit with its weights.
-    pub(crate) fn of(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {
+    /// A hit whose t is known, with the weights computed from the ray and the triangle.
+    pub fn at(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {
         let (u, v) = barycentric(ray, triangle);
         Self { t, u, v, triangle: u64::from(index) }
     }

@@ -31,6 +31,11 @@ impl Bounds {
         Self { lo: self.lo.map(|x| (x - by).next_down()), hi: self.hi.map(|x| (x + by).next_up()) }
     }
 
+    /// Whether no side is infinite.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
+    }
+
     /// Makes this the box around both.
     #[inline(always)]
     pub(crate) fn join(&mut self, other: &Self) {

@@ -1,0 +1,221 @@
+//! The hierarchy and its questions.
+
+use intertri::lanes::{Simd, WithSimd};
+use intertri::{Best, Counts, Hit, Mode, Ray, Triangle, TrianglePack};
+
+use crate::batch;
+use crate::build::{self, BuildError, Tree};
+use crate::node::{NONE, Node};
+use crate::search;
+use crate::sliver::{Extent, extent};
+
+/// A bounding volume hierarchy over triangles.
+///
+/// Its answers are those of a plain loop over all triangles, index and bits of t: they depend
+/// neither on the hierarchy nor on the number of threads.
+///
+/// ```
+/// use intertri::{Certified, Ray, Triangle};
+/// use intertri_trace::Bvh;
+///
+/// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+/// let bvh = Bvh::new(&[floor])?;
+/// let hit = bvh.closest(&Certified::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
+/// assert_eq!((hit.triangle, hit.t), (0, 2.0));
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+#[derive(Debug)]
+pub struct Bvh {
+    /// The root is the first; a leaf of a node is the index of a pack.
+    pub(crate) nodes: Vec<Node>,
+    /// The triangles, eight by eight.
+    pub(crate) packs: Vec<TrianglePack<8>>,
+    /// Their indices in the order given.
+    pub(crate) indices: Vec<[u32; 8]>,
+    /// How many packs, from the first, are in the nodes; the others are asked of every ray.
+    pub(crate) boxed: usize,
+    /// No coordinate of a triangle is larger.
+    pub(crate) reach: f32,
+    /// A stack of this size always suffices.
+    stack: usize,
+    triangles: usize,
+}
+
+impl Bvh {
+    /// Builds a hierarchy over triangles, which keep their indices.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
+        Self::with_progress(triangles, &|_, _| ())
+    }
+
+    /// A hierarchy over triangles that share vertices: three indices a triangle.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    ///
+    /// # Panics
+    /// If an index is beyond the positions.
+    pub fn indexed(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
+        let corners = |t: &[u32; 3]| Triangle(t.map(|i| positions[i as usize]));
+        Self::new(&triangles.iter().map(corners).collect::<Vec<_>>())
+    }
+
+    /// [`Bvh::new`], telling from time to time how many triangles are done, of how many. The calls
+    /// come from any thread.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn with_progress(
+        triangles: &[Triangle],
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, BuildError> {
+        let Tree { nodes, blocks, depth } = build::build_with_progress(triangles, progress)?;
+        let boxed = blocks.len();
+
+        // Triangles of which no box is known follow the leaves, in blocks of their own.
+        let unbounded = |&i: &u32| extent(&triangles[i as usize]) == Extent::Unbounded;
+        let unbounded: Vec<u32> = (0..triangles.len() as u32).filter(unbounded).collect();
+        let unboxed = unbounded.chunks(8).map(|chunk| {
+            let mut block = [NONE; 8];
+            block[..chunk.len()].copy_from_slice(chunk);
+            block
+        });
+        let indices: Vec<[u32; 8]> = blocks.into_iter().chain(unboxed).collect();
+
+        let pack = |block: &[u32; 8]| {
+            let used = block.iter().take_while(|&&i| i != NONE);
+            let mut corners = [Triangle([[0.0; 3]; 3]); 8];
+            let mut count = 0;
+            for &i in used {
+                corners[count] = triangles[i as usize];
+                count += 1;
+            }
+            TrianglePack::new(&corners[..count])
+        };
+        let reach = |t: &Triangle| t.0.iter().flatten().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let finite = |t: &&Triangle| t.0.iter().flatten().all(|x| x.is_finite());
+        Ok(Self {
+            packs: indices.iter().map(pack).collect(),
+            nodes,
+            indices,
+            boxed,
+            reach: triangles.iter().filter(finite).map(reach).fold(0.0, f32::max),
+            stack: 8 * depth + 8,
+            triangles: triangles.len(),
+        })
+    }
+
+    /// How many triangles it was built over.
+    pub fn len(&self) -> usize {
+        self.triangles
+    }
+
+    /// Whether it was built over no triangle.
+    pub fn is_empty(&self) -> bool {
+        self.triangles == 0
+    }
+
+    /// The closest hit; of equal t, the lowest index.
+    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Hit {
+        mode.level().run(Closest { bvh: self, mode, ray })
+    }
+
+    /// Whether anything is hit.
+    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
+        mode.level().run(Any { bvh: self, mode, ray })
+    }
+
+    /// Every hit, in the order of the triangles.
+    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
+        mode.level().run(All { bvh: self, mode, ray })
+    }
+
+    /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`. Rays that are
+    /// neighbours in the slice are best neighbours in space, too.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
+        batch::closest(self, mode, rays, hits)
+    }
+
+    /// [`Bvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn any_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
+        batch::any(self, mode, rays, hits)
+    }
+
+    /// The triangle in a place of the packs.
+    #[inline(always)]
+    pub(crate) fn triangle_in(&self, place: u32) -> Triangle {
+        self.packs[place as usize / 8].triangle(place as usize % 8)
+    }
+
+    /// The hit that a best stands for.
+    #[inline(always)]
+    pub(crate) fn hit<M: Mode>(&self, mode: &M, ray: &Ray, best: &Best) -> Hit {
+        mode.hit(ray, best, |place| self.triangle_in(place))
+    }
+
+    /// A stack for [`search`].
+    pub(crate) fn stack(&self) -> search::Stack {
+        Vec::with_capacity(self.stack)
+    }
+}
+
+struct Closest<'a, M> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    ray: &'a Ray,
+}
+
+impl<M: Mode> WithSimd for Closest<'_, M> {
+    type Output = Hit;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Hit {
+        let Self { bvh, mode, ray } = self;
+        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
+        let best = search::closest::<M, S>(bvh, mode, ray, stack, counts);
+        bvh.hit(mode, ray, &best)
+    }
+}
+
+struct Any<'a, M> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    ray: &'a Ray,
+}
+
+impl<M: Mode> WithSimd for Any<'_, M> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> bool {
+        let Self { bvh, mode, ray } = self;
+        search::any::<M, S>(bvh, mode, ray, &mut bvh.stack(), &mut Counts::default())
+    }
+}
+
+struct All<'a, M> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    ray: &'a Ray,
+}
+
+impl<M: Mode> WithSimd for All<'_, M> {
+    type Output = Vec<Hit>;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Vec<Hit> {
+        let Self { bvh, mode, ray } = self;
+        let mut hits = Vec::new();
+        search::all::<M, S>(bvh, mode, ray, &mut bvh.stack(), |place, t| {
+            let index = bvh.indices[place as usize / 8][place as usize % 8];
+            hits.push(Hit::at(t, index, ray, &bvh.triangle_in(place)));
+        });
+        hits.sort_unstable_by_key(|hit| hit.triangle);
+        hits
+    }
+}

@@ -1,0 +1,114 @@
+//! One ray against the eight boxes of a node, so that no hit is ever lost.
+//!
+//! ```text
+//!        lo      hi               near = lo·rd - (o·rd + pad·|rd|)
+//!   o ───│───────│──► d           far  = hi·rd - (o·rd - pad·|rd|)
+//!      pad     pad                and the other way round where d < 0
+//! ```
+//!
+//! The padding is in the ray's constants, so a node costs one multiply-add a plane. It covers the
+//! rounding here and in the reference; `docs/numerics/hierarchy.md` has the proof.
+
+use intertri::lanes::{Lanes, Mask};
+use intertri::{Ray, Vec3};
+
+use crate::node::Node;
+
+/// The padding, relative to the largest coordinate of origin and scene: 2^-19.
+const PAD: f32 = 1.0 / (1 << 19) as f32;
+
+/// No direction component counts as smaller than this share of the largest, which moves no point of
+/// the ray by more than a part of the padding: 2^-36.
+const STEEPEST: f32 = 1.0 / (1_u64 << 36) as f32;
+
+/// What underflow can take: 2^-120.
+const TINY: f32 = f32::from_bits((127 - 120) << 23);
+
+/// Beyond this, products could overflow: 2^120.
+const HUGE: f32 = f32::from_bits((127 + 120) << 23);
+
+/// A ray as the slab test wants it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slabs {
+    /// One over the direction.
+    rd: [f32; 3],
+    /// The ray's part of the near planes' t.
+    near: [f32; 3],
+    /// The ray's part of the far planes' t.
+    far: [f32; 3],
+    /// Bit k: the direction is negative along axis k.
+    pub(crate) octant: u8,
+}
+
+impl Slabs {
+    /// A ray in a scene whose coordinates reach to ±`reach`. `None` where the numbers are too large
+    /// or too small for f32: then only a plain loop is safe.
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray, reach: f32) -> Option<Self> {
+        let largest = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let (far_off, length) = (largest(ray.origin) + reach, largest(ray.dir));
+
+        // Everything below is at most this large, and length is not so small that it is lost.
+        let bound = far_off / (length * STEEPEST);
+        if !(bound < HUGE && length > TINY / STEEPEST && length < HUGE) {
+            return None;
+        }
+
+        let pad = far_off * PAD + TINY;
+        let mut slabs = Self { rd: [0.0; 3], near: [0.0; 3], far: [0.0; 3], octant: 0 };
+        for k in 0..3 {
+            let d = ray.dir[k].abs().max(length * STEEPEST).copysign(ray.dir[k]);
+            let rd = 1.0 / d;
+            let at = ray.origin[k] * rd;
+            let pad = pad * rd.abs() + TINY;
+            slabs.rd[k] = rd;
+            slabs.near[k] = at + pad;
+            slabs.far[k] = at - pad;
+            slabs.octant |= u8::from(d < 0.0) << k;
+        }
+        Some(slabs)
+    }
+}
+
+/// A ray's slabs in lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct SlabLanes<F> {
+    rd: Vec3<F>,
+    near: Vec3<F>,
+    far: Vec3<F>,
+    negative: [bool; 3],
+}
+
+impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(slabs: &Slabs) -> Self {
+        Self {
+            rd: Vec3::splat(slabs.rd),
+            near: Vec3::splat(slabs.near),
+            far: Vec3::splat(slabs.far),
+            negative: [0, 1, 2].map(|k| slabs.octant >> k & 1 != 0),
+        }
+    }
+
+    /// Which of a node's boxes the ray meets within `t_min..=t_max`, and from which t on. No box
+    /// that holds a hit in that interval is missing.
+    #[inline(always)]
+    pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (u32, F) {
+        // Along each axis the ray enters through one plane and leaves through the other.
+        let planes = |k: usize| {
+            let (lo, hi) = (F::load(&node.lo[k]), F::load(&node.hi[k]));
+            if self.negative[k] { (hi, lo) } else { (lo, hi) }
+        };
+        let (x, y, z) = (planes(0), planes(1), planes(2));
+        let near = (x.0.mul_add(self.rd.x, -self.near.x))
+            .max(y.0.mul_add(self.rd.y, -self.near.y))
+            .max(z.0.mul_add(self.rd.z, -self.near.z));
+        let far = (x.1.mul_add(self.rd.x, -self.far.x))
+            .min(y.1.mul_add(self.rd.y, -self.far.y))
+            .min(z.1.mul_add(self.rd.z, -self.far.z));
+
+        let near = near.max(F::splat(t_min));
+        (near.le(far.min(F::splat(t_max))).bits(), near)
+    }
+}

@@ -1,0 +1,165 @@
+//! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
+
+use intertri::lanes::Level;
+use intertri::{Certified, Double, Hit, Mode, Ray, Threshold, Triangle};
+use intertri_lab::families::{FAMILIES, Scene, find};
+use intertri_lab::rng::Rng;
+use intertri_tests::{Truth, as_source, same_closest};
+use intertri_trace::Bvh;
+
+/// Every question to the hierarchy about every ray of a scene.
+fn check(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
+    let truth = Truth::of(scene);
+    let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;
+    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    let mut hits = 0;
+    for &level in levels {
+        hits = check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
+        hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
+    }
+    Ok(hits)
+}
+
+fn check_mode<M: Mode>(
+    scene: &Scene,
+    truth: &Truth,
+    bvh: &Bvh,
+    mode: &M,
+    name: &str,
+) -> Result<usize, String> {
+    let rays = &scene.rays;
+    let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+    bvh.closest_of_each(mode, rays, &mut closest);
+    bvh.any_of_each(mode, rays, &mut any);
+    for (i, ray) in rays.iter().enumerate() {
+        let want = truth.closest(ray);
+        let of = |verb: &str, e: String| {
+            format!("{name} {} {verb}, ray {i}: {e}\n{ray:?}", mode.level().name())
+        };
+        same_closest(want, &closest[i]).map_err(|e| of("closest of each", e))?;
+        same_closest(want, &bvh.closest(mode, ray)).map_err(|e| of("closest", e))?;
+        if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
+            return Err(of("any", format!("is not that of {want:?}")));
+        }
+        let listed: Vec<_> = truth.all(i).map(|(obj, t)| (obj, t.to_bits())).collect();
+        let all = bvh.all(mode, ray);
+        let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
+        if all != listed {
+            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
+        }
+    }
+    Ok(closest.iter().filter(|hit| hit.is_hit()).count())
+}
+
+/// Every family in scenes of 1 to 5,000 triangles.
+fn scenes(each: usize, seed: u64) {
+    let levels: Vec<Level> = Level::all().collect();
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let worker = |worker: usize| {
+        for family in FAMILIES.iter().skip(worker).step_by(threads) {
+            let mut rng = Rng::new(seed);
+            let (mut rays, mut hits) = (0, 0);
+            for i in 0..each {
+                // Sizes in equal ratios; the larger ones at one level only, which is much the time.
+                let size = rng.log(1.0, 5000.0) as usize;
+                let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
+                let scene = family.scene(&mut rng, size, 40);
+                hits += check(&scene, some).unwrap_or_else(|difference| {
+                    let small = if size < 20 { as_source(&scene) } else { String::new() };
+                    panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
+                });
+                rays += scene.rays.len();
+            }
+            println!("{:20} {each:5} scenes, {rays:7} rays, {hits:7} hits", family.name);
+        }
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|w| scope.spawn(move || worker(w))).collect();
+        workers.into_iter().for_each(|w| w.join().expect("a worker failed"));
+    });
+}
+
+#[test]
+fn every_family_in_scenes_of_all_sizes() {
+    scenes(60, 3);
+}
+
+#[test]
+#[ignore = "the long test: some minutes"]
+fn every_family_in_many_scenes_of_all_sizes() {
+    scenes(2000, 4);
+}
+
+/// Few triangles, with every count at which a block or a node is full.
+#[test]
+fn small_scenes_of_every_size() {
+    let levels: Vec<Level> = Level::all().collect();
+    for family in ["random", "cube-exact", "stack", "zero-area", "axis", "needle"] {
+        let family = find(family).expect("a family of that name");
+        let mut rng = Rng::new(5);
+        for size in (0..80).chain([511, 512, 513]) {
+            let scene = family.scene(&mut rng, size, 10);
+            if let Err(difference) = check(&scene, &levels) {
+                panic!("{} of {size}: {difference}\n{}", family.name, as_source(&scene));
+            }
+        }
+    }
+}
+
+fn checked(triangles: Vec<Triangle>, rays: Vec<Ray>) -> usize {
+    let scene = Scene { triangles, rays, threshold: 1e-9 };
+    check(&scene, &Level::all().collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn no_triangles_and_triangles_at_one_point() {
+    let rays = || vec![Ray::new([0.0; 3], [0.0, 0.0, 1.0]), Ray::new([1.0; 3], [1.0, -1.0, 0.5])];
+    assert_eq!(checked(vec![], rays()), 0);
+    assert_eq!(checked(vec![Triangle([[1.0; 3]; 3]); 100], rays()), 0);
+
+    // A hundred copies of one triangle: the lowest index wins.
+    let triangle = Triangle::new([-1.0, -1.0, 2.0], [1.0, -1.0, 2.0], [0.0, 1.0, 2.0]);
+    assert_eq!(checked(vec![triangle; 100], rays()), 1);
+    let bvh = Bvh::new(&vec![triangle; 100_000]).unwrap();
+    let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+    assert_eq!(bvh.closest(&Certified::default(), &ray).triangle, 0);
+    assert_eq!(bvh.all(&Certified::default(), &ray).len(), 100_000);
+}
+
+/// Axis-parallel rays in the faces of boxes, from inside of boxes, and along their edges.
+#[test]
+fn rays_in_the_faces_of_boxes() {
+    let mut triangles = Vec::new();
+    for i in 0..200 {
+        let [x, y, z] = [i % 6, i / 6 % 6, i / 36].map(|k| k as f32);
+        triangles.push(Triangle::new([x, y, z], [x + 1.0, y, z], [x, y + 1.0, z]));
+        triangles.push(Triangle::new([x, y, z], [x, y + 1.0, z], [x, y, z + 1.0]));
+    }
+    let mut rays = Vec::new();
+    for axis in 0..3 {
+        for i in 0..500 {
+            let mut origin = [i % 7, i / 7 % 7, i / 49 % 7].map(|k| k as f32 * 0.5 + 0.5);
+            let mut dir = [0.0, -0.0, 0.0];
+            dir[axis] = if i % 2 == 0 { 1.0 } else { -2.0 };
+            rays.push(Ray::new(origin, dir));
+            origin[axis] = -20.0;
+            rays.push(Ray::new(origin, dir.map(f32::abs)));
+        }
+    }
+    assert!(checked(triangles, rays) > 500);
+}
+
+/// A scene across the whole range of f32, and dust beside it.
+#[test]
+fn the_whole_range_of_f32() {
+    let max = f32::MAX;
+    let mut triangles = vec![Triangle::new([-max, -max, 3.0], [max, -max, 3.0], [0.0, max, 3.0])];
+    let dust = |i: usize| {
+        let x = i as f32 * 1e-3;
+        Triangle::new([x, 0.0, 1.0], [x + 1e-3, 0.0, 1.0], [x, 1e-3, 1.0])
+    };
+    triangles.extend((0..100).map(dust));
+    triangles.push(Triangle([[1e-45, 0.0, 0.0], [0.0, 1e-45, 0.0], [0.0, 0.0, 1e-45]]));
+    let rays = (0..100).map(|i| Ray::new([i as f32 * 1e-3 + 1e-4, 1e-4, 0.0], [0.0, 0.0, 1.0]));
+    assert_eq!(checked(triangles, rays.collect()), 100);
+}
