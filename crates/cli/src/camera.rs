@@ -1,0 +1,77 @@
+//! Where to look from.
+
+use clap::Args;
+use intertri_scene::{Bounds, Camera, CameraError, Mesh, Scene};
+
+/// The camera. Without any of these, a model is framed as a whole and the built-in scene is seen by
+/// its own camera.
+#[derive(Args)]
+#[command(next_help_heading = "Camera")]
+pub(crate) struct Options {
+    /// Where the camera stands
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    eye: Option<[f32; 3]>,
+
+    /// What is in the middle of the picture [default: the middle of the model]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
+    target: Option<[f32; 3]>,
+
+    /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "eye")]
+    view: Option<[f32; 3]>,
+
+    /// What is up [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    up: Option<[f32; 3]>,
+
+    /// The vertical field of view in degrees [default: 35]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    fov: Option<f64>,
+}
+
+impl Options {
+    /// The scene to draw: `model`, or the built-in scene.
+    pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene, CameraError> {
+        if let Some(mesh) = model {
+            let camera = self.camera(&bounds(&mesh), aspect)?;
+            return Ok(Scene::seen_by(mesh, camera));
+        }
+        let mut scene = Scene::built_in();
+        let Self { eye, target, view, up, fov } = self;
+        let own = eye.or(*target).or(*view).or(*up).is_none() && fov.is_none();
+        if !own {
+            scene.camera = self.camera(&bounds(&scene.mesh), aspect)?;
+        }
+        Ok(scene)
+    }
+
+    fn camera(&self, bounds: &Bounds, aspect: f64) -> Result<Camera, CameraError> {
+        let up = self.up.unwrap_or(Camera::UP);
+        let fov = self.fov.unwrap_or(Camera::FOV);
+        match self.eye {
+            Some(eye) => {
+                // Halved before they are added, so that the largest f32 do not overflow.
+                let middle = |axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5;
+                let target = self.target.unwrap_or([0, 1, 2].map(middle));
+                Camera::new(eye, target, up, fov)
+            }
+            None => {
+                let view = self.view.unwrap_or(Camera::VIEW);
+                Camera::framing_from(bounds, view, up, fov, aspect)
+            }
+        }
+    }
+}
+
+/// The box around a model; one that has no triangle is a point.
+fn bounds(mesh: &Mesh) -> Bounds {
+    mesh.bounds().unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] })
+}
+
+/// Three numbers with commas between them.
+fn point(text: &str) -> Result<[f32; 3], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    numbers
+        .and_then(|numbers| <[f32; 3]>::try_from(numbers).ok())
+        .ok_or_else(|| "give three numbers with commas between them, such as 1,2.5,-3".to_owned())
+}

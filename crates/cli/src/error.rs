@@ -1,0 +1,87 @@
+//! Errors: one line for people, and an exit code for programs.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::error::ErrorKind;
+
+/// Why the program did not do what it was asked: what, where, and what to do, in one line.
+#[derive(Debug)]
+pub(crate) struct Error(String);
+
+pub(crate) type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An error of these words.
+    pub(crate) fn new(what: impl Into<String>) -> Self {
+        Self(what.into())
+    }
+
+    /// An error about a file or a stream.
+    pub(crate) fn at(place: impl fmt::Display, cause: impl fmt::Display) -> Self {
+        Self(format!("{place}: {cause}"))
+    }
+
+    /// Tells it, and gives exit code 1.
+    pub(crate) fn tell(&self) -> ExitCode {
+        tell(&self.0, 1)
+    }
+}
+
+/// What the other crates refuse already says what, where and what to do.
+macro_rules! from {
+    ($($error:ty),*) => {$(
+        impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self(error.to_string())
+            }
+        }
+    )*};
+}
+
+from!(
+    intertri_scene::LoadError,
+    intertri_scene::CameraError,
+    intertri_scene::ImageError,
+    intertri_trace::BuildError
+);
+
+/// Tells what is wrong with the command line, or the help that was asked for.
+pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
+    match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // Who closed the standard output did not want to read on.
+            let _ = error.print();
+            ExitCode::SUCCESS
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            ExitCode::from(2)
+        }
+        _ => {
+            // The first paragraph says what is wrong; usage and hints are a page of their own.
+            let text = error.to_string();
+            let cause = text.lines().map(str::trim).take_while(|line| !line.is_empty());
+            let cause = cause.collect::<Vec<_>>().join(" ");
+            let cause = cause.strip_prefix("error: ").unwrap_or(&cause);
+            tell(&format!("{cause}; see intertri --help"), 2)
+        }
+    }
+}
+
+/// One line, whatever characters the names of files have.
+fn tell(what: &str, code: u8) -> ExitCode {
+    let mut line = String::from("intertri: ");
+    for c in what.chars() {
+        if c.is_control() {
+            line.extend(c.escape_default());
+        } else {
+            line.push(c);
+        }
+    }
+    line.push('\n');
+    // Where nobody listens, the exit code must do.
+    let _ = io::stderr().write_all(line.as_bytes());
+    ExitCode::from(code)
+}

@@ -1,0 +1,53 @@
+//! The program `intertri`: draws models, and answers files of rays.
+//!
+//! Its exit code is 0 only where it did what it was asked, 1 where it could not, and 2 where the
+//! command line made no sense. An error is one line on the standard error.
+
+mod answers;
+mod camera;
+mod check;
+mod engine;
+mod error;
+mod frame;
+mod output;
+mod progress;
+mod rays;
+mod render;
+mod report;
+mod trace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Ray/triangle intersection: trace in f32, answer in f64.
+///
+/// Every engine gives the same answers, those of a plain loop over the scalar f64 reference, bit
+/// for bit; they differ in speed.
+#[derive(Parser)]
+#[command(name = "intertri", version, max_term_width = 100)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Render(render::Options),
+    Trace(trace::Options),
+}
+
+fn main() -> ExitCode {
+    let command = match CommandLine::try_parse() {
+        Ok(line) => line.command,
+        Err(error) => return error::command_line(&error),
+    };
+    let done = match command {
+        Command::Render(options) => render::run(&options),
+        Command::Trace(options) => trace::run(&options),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.tell(),
+    }
+}

@@ -1,0 +1,90 @@
+//! Where answers go: the standard output, or a file that is whole or not there.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use crate::error::{Error, Result};
+
+/// A sink of bytes.
+pub(crate) struct Output {
+    /// For error messages.
+    name: String,
+    sink: Box<dyn Write>,
+    /// The unfinished file and the name it is to have.
+    partial: Option<(PathBuf, PathBuf)>,
+}
+
+impl Output {
+    /// Opens a file, or the standard output.
+    ///
+    /// A file's bytes go to a hidden one beside it, which takes the name upon [`Output::finish`]; so
+    /// a run that fails leaves an older file as it was, and a file may be both read and written. A
+    /// device or a pipe is written to as it is.
+    pub(crate) fn open(path: Option<&Path>) -> Result<Self> {
+        let Some(path) = path else {
+            let name = "standard output".to_owned();
+            return Ok(Self { name, sink: Box::new(io::stdout()), partial: None });
+        };
+        let name = path.display().to_string();
+        let refuse = |why: &str| Err(Error::at(&name, why));
+        if path.is_dir() {
+            return refuse("is a folder; give the name of a file");
+        }
+        if path.file_name().is_none() {
+            return refuse("is not the name of a file; give one");
+        }
+        if path.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            return refuse("its folder does not exist; create it or choose another");
+        }
+
+        let special = fs::metadata(path).is_ok_and(|metadata| !metadata.is_file());
+        let partial = (!special).then(|| {
+            // The file that a link leads to, not the link.
+            let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let hidden = path.with_file_name(format!(".{name}.{}.partial", process::id()));
+            (hidden, path)
+        });
+        match File::create(partial.as_ref().map_or(path, |(hidden, _)| hidden)) {
+            Ok(file) => Ok(Self { name, sink: Box::new(file), partial }),
+            Err(cause) => Err(Error::at(name, format!("cannot write the answers: {cause}"))),
+        }
+    }
+
+    /// Writes all of `bytes`.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<()> {
+        let written = self.sink.write_all(bytes);
+        written.map_err(|cause| self.refused(&cause))
+    }
+
+    /// Gives the file its name.
+    pub(crate) fn finish(mut self) -> Result<()> {
+        let mut done = self.sink.flush();
+        if let (Ok(()), Some((hidden, path))) = (&done, &self.partial) {
+            done = fs::rename(hidden, path);
+            if done.is_ok() {
+                self.partial = None;
+            }
+        }
+        done.map_err(|cause| self.refused(&cause))
+    }
+
+    fn refused(&self, cause: &io::Error) -> Error {
+        let why = match cause.kind() {
+            io::ErrorKind::BrokenPipe => "was closed before it had all answers".to_owned(),
+            _ => format!("cannot write the answers: {cause}"),
+        };
+        Error::at(&self.name, why)
+    }
+}
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        if let Some((hidden, _)) = &self.partial {
+            // Whatever went wrong has been told.
+            let _ = fs::remove_file(hidden);
+        }
+    }
+}

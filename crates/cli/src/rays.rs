@@ -1,0 +1,246 @@
+//! Files of rays, raw or CSV, read piece by piece.
+//!
+//! - **Raw**: little-endian f32, eight a ray: origin x y z, `t_min`, dir x y z, `t_max`.
+//! - **CSV**: a first line of column names, in any order: `ox`, `oy`, `oz`, `dx`, `dy`, `dz` and,
+//!   where wanted, `t_min` (0) and `t_max` (inf). Numbers are rounded to f32; `inf` and `nan` are
+//!   numbers too.
+//!
+//! A file is CSV if its first line is printable ASCII. The zero bytes of numbers such as 0 and
+//! infinity are not, nor is any ray with one of them.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::path::Path;
+
+use intertri::Ray;
+
+use crate::error::{Error, Result};
+
+/// No line of eight numbers is longer, so that a file without line ends sizes nothing.
+const MAX_LINE: usize = 4096;
+
+/// Bytes of a raw ray.
+const RAW: usize = 32;
+
+/// The columns' names, in the order of a raw ray.
+const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
+
+/// A stream of rays.
+pub(crate) struct Rays {
+    name: String,
+    input: Box<dyn BufRead>,
+    format: Format,
+    /// How many there are, where the file's size says it.
+    pub(crate) total: Option<u64>,
+}
+
+enum Format {
+    Raw,
+    Csv {
+        /// What each column of a line is: a place in [`COLUMNS`].
+        columns: Vec<usize>,
+        /// The number of the last line read.
+        line: u64,
+    },
+}
+
+impl Rays {
+    /// Opens a file, or the standard input for `-`.
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        let (name, mut input, size): (_, Box<dyn Read>, _) = if path.as_os_str() == "-" {
+            ("<stdin>".to_owned(), Box::new(io::stdin()), None)
+        } else {
+            let name = path.display().to_string();
+            let unreadable =
+                |cause: io::Error| Error::at(&name, format!("cannot read it: {cause}"));
+            let metadata = std::fs::metadata(path).map_err(unreadable)?;
+            if metadata.is_dir() {
+                return Err(Error::at(&name, "is a folder; give a file of rays"));
+            }
+            let file = File::open(path).map_err(unreadable)?;
+            let size = metadata.is_file().then_some(metadata.len());
+            (name, Box::new(file), size)
+        };
+
+        // What does its beginning look like?
+        let mut start = Vec::new();
+        let unreadable = |cause: io::Error| Error::at(&name, format!("cannot read it: {cause}"));
+        input.by_ref().take(MAX_LINE as u64).read_to_end(&mut start).map_err(unreadable)?;
+        let csv = looks_like_csv(&start);
+        let input = Box::new(BufReader::new(Cursor::new(start).chain(input)));
+
+        let mut rays = Self { name, input, format: Format::Raw, total: None };
+        if csv {
+            rays.read_header()?;
+        } else if let Some(size) = size {
+            if size % RAW as u64 != 0 {
+                return Err(rays.ragged(size));
+            }
+            rays.total = Some(size / RAW as u64);
+        }
+        Ok(rays)
+    }
+
+    /// Up to `count` more rays into `rays`, which is emptied first; none at the end of the file.
+    pub(crate) fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        rays.clear();
+        match self.format {
+            Format::Raw => self.read_raw(rays, count),
+            Format::Csv { .. } => self.read_csv(rays, count),
+        }
+    }
+
+    fn read_raw(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        let mut bytes = Vec::new();
+        let read = self.input.by_ref().take((count * RAW) as u64).read_to_end(&mut bytes);
+        read.map_err(|cause| Error::at(&self.name, format!("cannot read it: {cause}")))?;
+        let (records, rest) = bytes.as_chunks::<RAW>();
+        if !rest.is_empty() {
+            return Err(self.ragged(rest.len() as u64));
+        }
+        rays.extend(records.iter().map(|record| {
+            let (numbers, _) = record.as_chunks::<4>();
+            ray(std::array::from_fn(|i| f32::from_le_bytes(numbers[i])))
+        }));
+        Ok(())
+    }
+
+    fn ragged(&self, size: u64) -> Error {
+        let over = size % RAW as u64;
+        let why = format!(
+            "{over} bytes follow the last whole ray; a raw ray is {RAW} bytes, eight little-endian \
+             f32 (and CSV begins with a line of names)"
+        );
+        Error::at(&self.name, why)
+    }
+
+    fn read_csv(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        let mut line = String::new();
+        while rays.len() < count && self.next_line(&mut line)? {
+            let Format::Csv { columns, line: number } = &self.format else { unreachable!() };
+            let at = |cause: String| Err(Error::at(format!("{}:{number}", self.name), cause));
+            let cells: Vec<&str> = line.split(',').collect();
+            if cells.len() != columns.len() {
+                let (found, named) = (cells.len(), columns.len());
+                return at(format!("{found} cells, but the first line names {named} columns"));
+            }
+            let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY];
+            for (&column, cell) in columns.iter().zip(cells) {
+                numbers[column] = match number_of(cell) {
+                    Ok(number) => number,
+                    Err(why) => return at(format!("{}: {cell:?} {why}", COLUMNS[column])),
+                };
+            }
+            rays.push(ray(numbers));
+        }
+        Ok(())
+    }
+
+    /// Reads the line of names.
+    fn read_header(&mut self) -> Result<()> {
+        self.format = Format::Csv { columns: Vec::new(), line: 0 };
+        let mut line = String::new();
+        self.next_line(&mut line)?;
+        let at = |cause: String| Error::at(format!("{}:1", self.name), cause);
+        let mut columns = Vec::new();
+        for name in line.split(',').map(|name| unquoted(name).to_ascii_lowercase()) {
+            let known = COLUMNS.iter().position(|&column| column == name).ok_or_else(|| {
+                at(format!("{name:?} is no column of rays; name them {}", COLUMNS.join(",")))
+            })?;
+            if columns.contains(&known) {
+                return Err(at(format!("two columns are named {name}")));
+            }
+            columns.push(known);
+        }
+        let optional = |name: &str| name == "t_min" || name == "t_max";
+        if let Some(missing) = (0..8).find(|&i| !columns.contains(&i) && !optional(COLUMNS[i])) {
+            return Err(at(format!("no column is named {}", COLUMNS[missing])));
+        }
+        self.format = Format::Csv { columns, line: 1 };
+        Ok(())
+    }
+
+    /// The next line that is not blank; false at the end of the file.
+    fn next_line(&mut self, text: &mut String) -> Result<bool> {
+        loop {
+            text.clear();
+            let read = self.input.by_ref().take(MAX_LINE as u64 + 1).read_line(text);
+            if let Format::Csv { line, .. } = &mut self.format {
+                *line += 1;
+            }
+            let at = |cause| Err(Error::at(self.place(), cause));
+            match read {
+                Ok(0) => return Ok(false),
+                Ok(length) if length > MAX_LINE => {
+                    return at(format!("a line of more than {MAX_LINE} bytes; is it CSV?"));
+                }
+                Ok(_) if text.trim().is_empty() => {}
+                Ok(_) => return Ok(true),
+                Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                    return at("is not text, though the file begins as CSV".to_owned());
+                }
+                Err(cause) => return at(format!("cannot read it: {cause}")),
+            }
+        }
+    }
+
+    /// The file and the line last read.
+    fn place(&self) -> String {
+        match self.format {
+            Format::Raw => self.name.clone(),
+            Format::Csv { line, .. } => format!("{}:{line}", self.name),
+        }
+    }
+}
+
+/// Whether the first line is printable ASCII, and there is something in it.
+fn looks_like_csv(start: &[u8]) -> bool {
+    let line = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    let printable = |&byte: &u8| matches!(byte, b' '..=b'~' | b'\t' | b'\r');
+    !line.is_empty() && line.iter().all(printable)
+}
+
+/// A ray from the numbers in the order of [`COLUMNS`].
+fn ray([ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Ray {
+    Ray::new([ox, oy, oz], [dx, dy, dz]).between(t_min, t_max)
+}
+
+/// A cell as a number.
+fn number_of(cell: &str) -> std::result::Result<f32, &'static str> {
+    let cell = unquoted(cell);
+    let number: f32 = cell.parse().map_err(|_| "is not a number")?;
+    // Infinity is welcome where it is meant.
+    if number.is_infinite() && cell.contains(|c: char| c.is_ascii_digit()) {
+        return Err("is beyond the range of f32");
+    }
+    Ok(number)
+}
+
+/// A cell without the blanks and quotes around it.
+fn unquoted(cell: &str) -> &str {
+    cell.trim().trim_matches('"').trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_f32_and_infinity_must_be_meant() {
+        assert_eq!(number_of(" 1e-3 "), Ok(1e-3));
+        assert_eq!(number_of("\"-inf\""), Ok(f32::NEG_INFINITY));
+        assert!(number_of("NaN").unwrap().is_nan());
+        assert_eq!(number_of("0.1").unwrap().to_bits(), 0.1f32.to_bits());
+        assert!(number_of("1e39").is_err());
+        assert!(number_of("").is_err() && number_of("1;2").is_err());
+    }
+
+    #[test]
+    fn rays_are_not_taken_for_text() {
+        assert!(looks_like_csv(b"ox,oy,oz,dx,dy,dz\n1"));
+        assert!(looks_like_csv(b"hello"));
+        assert!(!looks_like_csv(b""));
+        let raw = bytemuck::bytes_of(&Ray::new([40.1, 12.5, 7.0], [0.3, 0.4, 0.5])).to_owned();
+        assert!(!looks_like_csv(&raw));
+    }
+}

@@ -1,0 +1,145 @@
+//! `intertri render`: a model, or the built-in scene, as a picture.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use intertri::Threshold;
+use intertri_scene::{check_output, check_size, difference, load, shade};
+use serde::Serialize;
+
+use crate::camera;
+use crate::check::Difference;
+use crate::engine::{self, Engines, parse_threshold};
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use crate::progress::{Progress, timed};
+use crate::report::{self, Check, Render};
+
+/// Draw a model, or the built-in scene, to a PNG file
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file [default: the built-in scene]
+    model: Option<PathBuf>,
+
+    /// Where the picture goes
+    #[arg(short, long, value_name = "FILE", default_value = "intertri.png")]
+    output: PathBuf,
+
+    /// Pixels in a row, and rows
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
+    size: (u32, u32),
+
+    /// What finds the hits
+    #[arg(long, value_enum, default_value_t = engine::Name::Certified)]
+    engine: engine::Name,
+
+    /// How to find what is in shadow
+    #[arg(long, value_enum, default_value_t = Shadows::Rays)]
+    shadows: Shadows,
+
+    /// Draw with this engine too, write a picture of where they differ beside the output
+    /// (NAME.diff.png), and fail if any pixel does, in its triangle, a bit of t, or its shadow
+    #[arg(long, value_name = "ENGINE")]
+    check: Option<engine::Name>,
+
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
+    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    threshold: Threshold,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    camera: camera::Options,
+}
+
+/// How the shadow mask is made.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Shadows {
+    /// A ray from the light to each point that is seen
+    Rays,
+    /// Everything is lit
+    None,
+}
+
+/// Draws.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let (width, height) = options.size;
+    check_output(&options.output)?;
+    let mut seconds = report::Seconds::default();
+
+    // The scene.
+    let scene = timed(&mut seconds.load, || -> Result<_> {
+        let _bar = Progress::new("load", None);
+        let model = options.model.as_deref().map(load).transpose()?;
+        Ok(options.camera.scene(model, f64::from(width) / f64::from(height))?)
+    })?;
+    let triangles = scene.mesh.to_triangles();
+
+    // What is seen, and what is lit.
+    let mut engines = Engines::new(&triangles, options.threshold);
+    let engine = engines.engine(options.engine)?;
+    seconds.build = engines.seconds;
+    let shadows = options.shadows == Shadows::Rays;
+    let frame = Frame::trace(&scene, options.size, &engine, shadows)?;
+    (seconds.trace, seconds.shadow) = (frame.trace, frame.shadow);
+
+    // The picture.
+    let image =
+        timed(&mut seconds.shade, || shade(&scene, width, height, &frame.hits, &frame.lit))?;
+    timed(&mut seconds.write, || image.write_png(&options.output))?;
+
+    // The same again, if somebody doubts it.
+    let check = match options.check {
+        None => None,
+        Some(name) => {
+            let other = Frame::trace(&scene, options.size, &engines.engine(name)?, shadows)?;
+            let differs = Difference::between(&frame, &other);
+            let picture = options.output.with_extension("diff.png");
+            difference(&image, &differs.pixels).write_png(&picture)?;
+            Some(Check {
+                engine: name,
+                differing_pixels: differs.count(),
+                differing_hits: differs.hits,
+                differing_shadows: differs.shadows,
+                picture,
+                seconds: other.trace + other.shadow,
+            })
+        }
+    };
+
+    let report = Render {
+        model: options.model.clone(),
+        output: options.output.clone(),
+        triangles: triangles.len(),
+        size: [width, height],
+        engine: options.engine,
+        shadows: options.shadows,
+        threshold: options.threshold.get(),
+        rays: frame.hits.len() as u64,
+        hits: frame.hits.iter().filter(|hit| hit.is_hit()).count() as u64,
+        shadow_rays: frame.shadow_rays,
+        tests: frame.counts.tests,
+        undecided: frame.counts.undecided,
+        seconds,
+        check,
+    };
+    report::print(&report, options.json)?;
+    match report.check {
+        Some(check) if check.differing_pixels > 0 => Err(Error::at(
+            check.picture.display(),
+            format!("{} pixels differ between the two engines", check.differing_pixels),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// A size such as 1024x768.
+fn size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let (width, height) = numbers.ok_or("give width and height, such as 1024x768")?;
+    check_size(width, height).map_err(|error| error.to_string())?;
+    Ok((width, height))
+}

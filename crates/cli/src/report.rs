@@ -1,0 +1,195 @@
+//! What was done, for people and for programs.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::engine;
+use crate::error::{Error, Result};
+use crate::render::Shadows;
+
+/// Prints a report on the standard output: a few lines, or JSON and nothing else.
+pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
+    let text = if json {
+        serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
+    } else {
+        report.to_string()
+    };
+    writeln!(io::stdout(), "{text}")
+        .map_err(|cause| Error::at("standard output", format!("cannot write the report: {cause}")))
+}
+
+/// What `render` did.
+#[derive(Serialize)]
+pub(crate) struct Render {
+    /// Null for the built-in scene.
+    pub(crate) model: Option<PathBuf>,
+    pub(crate) output: PathBuf,
+    pub(crate) triangles: usize,
+    pub(crate) size: [u32; 2],
+    pub(crate) engine: engine::Name,
+    pub(crate) shadows: Shadows,
+    pub(crate) threshold: f64,
+    /// Rays of the camera, and how many of them hit something.
+    pub(crate) rays: u64,
+    pub(crate) hits: u64,
+    pub(crate) shadow_rays: u64,
+    /// Ray/triangle tests of all rays, and how many were replayed in f64; the reference counts none.
+    pub(crate) tests: u64,
+    pub(crate) undecided: u64,
+    pub(crate) seconds: Seconds,
+    pub(crate) check: Option<Check>,
+}
+
+/// How long each step took.
+#[derive(Default, Serialize)]
+pub(crate) struct Seconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    /// The rays of the camera.
+    pub(crate) trace: f64,
+    /// The shadow rays.
+    pub(crate) shadow: f64,
+    pub(crate) shade: f64,
+    pub(crate) write: f64,
+}
+
+/// What `--check` found.
+#[derive(Serialize)]
+pub(crate) struct Check {
+    pub(crate) engine: engine::Name,
+    /// Pixels that differ at all, in triangle or t, and in shadow.
+    pub(crate) differing_pixels: usize,
+    pub(crate) differing_hits: usize,
+    pub(crate) differing_shadows: usize,
+    /// Where they are.
+    pub(crate) picture: PathBuf,
+    /// For all rays of the second engine.
+    pub(crate) seconds: f64,
+}
+
+impl fmt::Display for Render {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        writeln!(f, "{}: {width}x{height} pixels", self.output.display())?;
+        let model = match &self.model {
+            Some(path) => path.display().to_string(),
+            None => "the built-in scene".to_owned(),
+        };
+        writeln!(f, "{:>12} triangles of {model}", grouped(self.triangles as u64))?;
+
+        let engine = format!("{:?}", self.engine).to_lowercase();
+        let rate = speed(self.rays, self.seconds.trace);
+        writeln!(f, "{:>12} rays, {rate}, engine {engine}", grouped(self.rays))?;
+        if self.shadow_rays > 0 {
+            let rate = speed(self.shadow_rays, self.seconds.shadow);
+            writeln!(f, "{:>12} shadow rays, {rate}", grouped(self.shadow_rays))?;
+        }
+        if self.tests > 0 {
+            let share = self.undecided as f64 / self.tests as f64 * 100.0;
+            writeln!(f, "{:>12} tests, {share:.4} % replayed in f64", grouped(self.tests))?;
+        }
+
+        let Seconds { load, build, trace, shadow, shade, write } = self.seconds;
+        let steps = [
+            ("load", load),
+            ("build", build),
+            ("trace", trace),
+            ("shadows", shadow),
+            ("shade", shade),
+            ("write", write),
+        ];
+        let steps = steps.map(|(step, seconds)| format!("{step} {seconds:.3}"));
+        write!(f, "     seconds: {}", steps.join(", "))?;
+
+        if let Some(check) = &self.check {
+            let engine = format!("{:?}", check.engine).to_lowercase();
+            let (pixels, seconds) = (grouped(check.differing_pixels as u64), check.seconds);
+            write!(f, "\n{pixels:>12} pixels differ from engine {engine} ({seconds:.3} seconds)")?;
+        }
+        Ok(())
+    }
+}
+
+/// What `trace` did.
+#[derive(Serialize)]
+pub(crate) struct Trace {
+    pub(crate) model: PathBuf,
+    /// Null for the standard output.
+    pub(crate) output: Option<PathBuf>,
+    pub(crate) triangles: usize,
+    pub(crate) engine: engine::Name,
+    pub(crate) threshold: f64,
+    pub(crate) rays: u64,
+    /// Rays that hit something.
+    pub(crate) hits: u64,
+    pub(crate) seconds: TraceSeconds,
+}
+
+/// How long each step took.
+#[derive(Default, Serialize)]
+pub(crate) struct TraceSeconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    pub(crate) read: f64,
+    pub(crate) trace: f64,
+    pub(crate) write: f64,
+}
+
+impl fmt::Display for Trace {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (rays, hits) = (grouped(self.rays), grouped(self.hits));
+        let triangles = grouped(self.triangles as u64);
+        writeln!(f, "{triangles:>12} triangles of {}", self.model.display())?;
+        let engine = format!("{:?}", self.engine).to_lowercase();
+        let rate = speed(self.rays, self.seconds.trace);
+        writeln!(f, "{rays:>12} rays, {rate}, engine {engine}")?;
+        writeln!(f, "{hits:>12} of them hit something")?;
+        let TraceSeconds { load, build, read, trace, write } = self.seconds;
+        write!(
+            f,
+            "     seconds: load {load:.3}, build {build:.3}, read {read:.3}, trace {trace:.3}, \
+             write {write:.3}"
+        )
+    }
+}
+
+/// A number in groups of three digits.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// So many rays in so much time.
+fn speed(rays: u64, seconds: f64) -> String {
+    if seconds > 0.0 {
+        format!("{:.2} million a second", rays as f64 / seconds * 1e-6)
+    } else {
+        "no time taken".to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn digits_are_grouped_from_the_right() {
+        for (number, text) in [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (1_234_567, "1,234,567"),
+            (123_456, "123,456"),
+        ] {
+            assert_eq!(super::grouped(number), text);
+        }
+    }
+}

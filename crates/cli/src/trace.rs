@@ -1,0 +1,124 @@
+//! `intertri trace`: a file of rays answered, so that other programs can ask and compare.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use intertri::Threshold;
+use intertri_scene::load;
+
+use crate::answers::{Answers, Format, Verb};
+use crate::engine::{self, Engines, parse_threshold};
+use crate::error::Result;
+use crate::output::Output;
+use crate::progress::{Progress, timed};
+use crate::rays::Rays;
+use crate::report::{self, Trace, TraceSeconds};
+
+/// Answer a file of rays: what does each hit, and where?
+///
+/// RAYS are raw, eight little-endian f32 a ray in the order origin x y z, t_min, dir x y z, t_max; or
+/// CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which t_min
+/// (0) and t_max (inf) may be left out. A hit counts where t_min <= t < t_max.
+///
+/// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
+/// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest
+/// decimals that read back to the same bits, in scientific notation below 1e-5 and from 1e16 on. A miss
+/// has empty cells. With --raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file
+    model: PathBuf,
+
+    /// The file of rays, or - for the standard input
+    #[arg(long, value_name = "FILE")]
+    rays: PathBuf,
+
+    /// Where the answers go [default: the standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Write binary records instead of CSV
+    #[arg(long)]
+    raw: bool,
+
+    /// Only say whether anything is hit: 1 or 0 (CSV ray,hit; one byte a ray with --raw)
+    #[arg(long, conflicts_with = "all")]
+    any: bool,
+
+    /// Every hit, not only the closest: a line for each, in the order of the triangles, and one with
+    /// empty cells for a miss (with --raw, each record follows the i64 number of its ray: 40 bytes)
+    #[arg(long)]
+    all: bool,
+
+    /// What finds the hits
+    #[arg(long, value_enum, default_value_t = engine::Name::Certified)]
+    engine: engine::Name,
+
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
+    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    threshold: Threshold,
+
+    /// Print a report for programs, as JSON, on the standard output
+    #[arg(long, requires = "output")]
+    json: bool,
+}
+
+/// Answers.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    // What can be refused is refused before the work.
+    let mut rays = Rays::open(&options.rays)?;
+    let mut seconds = TraceSeconds::default();
+    let mesh = timed(&mut seconds.load, || {
+        let _bar = Progress::new("load", None);
+        load(&options.model)
+    })?;
+    let triangles = mesh.to_triangles();
+    let mut engines = Engines::new(&triangles, options.threshold);
+    let engine = engines.engine(options.engine)?;
+    seconds.build = engines.seconds;
+    let mut output = Output::open(options.output.as_deref())?;
+
+    // The stream: a batch of rays at a time, so that no file is too long.
+    let verb = match options {
+        Options { any: true, .. } => Verb::Any,
+        Options { all: true, .. } => Verb::All,
+        _ => Verb::Closest,
+    };
+    let format = if options.raw { Format::Raw } else { Format::Csv };
+    output.write(format.header(verb))?;
+    // A ray may hit every triangle: only a few such answers at once.
+    let batch = if verb == Verb::All { 64 } else { engine.batch() };
+    let bar = Progress::new("trace", rays.total);
+    let (mut asked, mut done, mut hits) = (Vec::new(), 0, 0);
+    loop {
+        timed(&mut seconds.read, || rays.read(&mut asked, batch))?;
+        if asked.is_empty() {
+            break;
+        }
+        let answers = timed(&mut seconds.trace, || Answers::of(&engine, verb, &asked));
+        hits += answers.hits();
+        timed(&mut seconds.write, || {
+            answers.bytes(format, done).iter().try_for_each(|bytes| output.write(bytes))
+        })?;
+        done += asked.len() as u64;
+        bar.add(asked.len());
+    }
+    drop(bar);
+    output.finish()?;
+
+    // Where the answers are the standard output, there is no place for a report.
+    if options.output.is_none() {
+        return Ok(());
+    }
+    let report = Trace {
+        model: options.model.clone(),
+        output: options.output.clone(),
+        triangles: triangles.len(),
+        engine: options.engine,
+        threshold: options.threshold.get(),
+        rays: done,
+        hits,
+        seconds,
+    };
+    report::print(&report, options.json)
+}
