@@ -192,6 +192,12 @@ impl Ray {
         (self.t_min, self.t_max)
     }
 
+    /// The longest component of the direction.
+    #[inline(always)]
+    pub(super) fn longest(&self) -> i32 {
+        self.dir.iter().fold(0, |far, x| x.abs().max(far))
+    }
+
     /// The same ray in f32, in units of the grid and of [`Ray::dir`]: for the boxes of a hierarchy.
     /// Origin and direction are exact. The interval is that of all t: a hierarchy that wants to use
     /// it asks the ray's best.

@@ -7,11 +7,47 @@
 //!
 //! A ray that meets an edge or a corner exactly is decided as if its direction were moved by
 //! (e, e^2, e^3) with an e smaller than any number. So it crosses a closed mesh as a ray in general
-//! position does: never through an edge, never through a corner, each surface once.
+//! position does: never through an edge, never through a corner, each surface once. A crossing lies
+//! at `t > 0`: what starts on a surface does not cross it there.
+//!
+//! ```text
+//!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, Seen ──► Crossing ──► Best ──► Hit, f64
+//!          rounds     i32               f32 filter, i64        t = num / den         rounds
+//! ```
+//!
+//! Rays and triangles that meet must come from one grid. An author of a hierarchy builds it over
+//! [`Triangle::to_f32`], traverses it with [`Ray::to_f32`] and [`Best::t_hi`], and tests leaves by
+//! [`Block::crossings_in`].
 
+mod block;
+mod crossing;
+mod edges;
+mod filter;
 mod grid;
+mod packet;
 mod ratio;
 pub mod twin;
+mod verbs;
 
+use crate::lanes::{Ints, Simd};
+use crate::mode::{Lane, Width};
+
+pub use block::{Block, RayLanes};
+pub use crossing::{Best, Crossing};
 pub use grid::{Bits, Grid, GridError, Ray, Triangle};
+pub use packet::{Packet, Seen};
 pub use ratio::Ratio;
+pub use verbs::{Crossings, Fixed, blocks};
+
+/// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.
+pub trait IntWidth: Width {
+    /// So many i64.
+    type I<S: Simd>: Ints;
+}
+
+impl IntWidth for Lane<4> {
+    type I<S: Simd> = S::I64x4;
+}
+impl IntWidth for Lane<8> {
+    type I<S: Simd> = S::I64x8;
+}

@@ -9,17 +9,7 @@
 //!
 //! have one sign, and it meets the plane at `t = A . (B x C) / (U + V + W)`.
 
-use super::{Ratio, Ray, Triangle};
-
-/// Where a ray crosses a triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crossing {
-    /// t in multiples of the snapped direction.
-    pub t: Ratio,
-    /// Whether the ray runs with the normal `h4 ^ h5`: out of a mesh whose corners run
-    /// counter-clockwise as seen from outside.
-    pub leaves: bool,
-}
+use super::{Crossing, Ratio, Ray, Triangle};
 
 /// Whether and where the ray crosses the triangle.
 ///
@@ -39,9 +29,10 @@ pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
         return None;
     }
 
-    let den: i128 = normals.iter().map(|&n| dot(d, n)).sum();
-    let t = Ratio { num: volume.unsigned_abs(), den: den.unsigned_abs() as u64 };
-    t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(Crossing { t, leaves: sign > 0 })
+    let [u, v, w] = normals.map(|n| dot(d, n).unsigned_abs() as u64);
+    let t = Ratio { num: volume.unsigned_abs(), den: u + v + w };
+    let crossing = Crossing { t, v, w, leaves: sign > 0 };
+    t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(crossing)
 }
 
 /// The sign of `(d + (e, e^2, e^3)) . n` for an e smaller than any number.

@@ -1,7 +1,7 @@
 //! The choice of instructions: what the CPU has, and the thin entries into each level.
 
 #[cfg(target_arch = "x86_64")]
-use super::x86::{Avx2, Avx512};
+use super::x86::{Avx2, Avx512, Sse41};
 use super::{Simd, scalar::Scalar, wide::Wide};
 
 /// A piece of work that is written once over [`Simd`] and compiled for every level.
@@ -26,6 +26,8 @@ enum Kind {
     Scalar,
     Wide,
     #[cfg(target_arch = "x86_64")]
+    Sse41,
+    #[cfg(target_arch = "x86_64")]
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
@@ -49,9 +51,20 @@ impl Level {
     pub const WIDE: Self = Self(Kind::Wide);
 
     #[cfg(target_arch = "x86_64")]
+    pub(super) const SSE41: Self = Self(Kind::Sse41);
+    #[cfg(target_arch = "x86_64")]
     pub(super) const AVX2: Self = Self(Kind::Avx2);
     #[cfg(target_arch = "x86_64")]
     pub(super) const AVX512: Self = Self(Kind::Avx512);
+
+    /// The level of [`Level::WIDE`] with 128-bit multiplication of integers, where the CPU has it.
+    pub fn sse41() -> Option<Self> {
+        #[cfg(target_arch = "x86_64")]
+        if has!("sse4.1") {
+            return Some(Self::SSE41);
+        }
+        None
+    }
 
     /// The 256-bit level with fused multiply-add, where the CPU has it.
     ///
@@ -79,7 +92,7 @@ impl Level {
 
     /// The widest level of this CPU.
     pub fn best() -> Self {
-        Self::avx512().or(Self::avx2()).unwrap_or(Self::WIDE)
+        Self::avx512().or(Self::avx2()).or(Self::sse41()).unwrap_or(Self::WIDE)
     }
 
     /// Every level of this CPU, from the narrowest to the widest.
@@ -89,14 +102,18 @@ impl Level {
     /// assert!(Level::all().any(|level| level == Level::best()));
     /// ```
     pub fn all() -> impl Iterator<Item = Self> {
-        [Some(Self::SCALAR), Some(Self::WIDE), Self::avx2(), Self::avx512()].into_iter().flatten()
+        let levels =
+            [Some(Self::SCALAR), Some(Self::WIDE), Self::sse41(), Self::avx2(), Self::avx512()];
+        levels.into_iter().flatten()
     }
 
-    /// `scalar`, `wide`, `avx2` or `avx512`.
+    /// `scalar`, `wide`, `sse41`, `avx2` or `avx512`.
     pub fn name(self) -> &'static str {
         match self.0 {
             Kind::Scalar => "scalar",
             Kind::Wide => "wide",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Sse41 => "sse41",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
@@ -111,6 +128,12 @@ impl Level {
         match self.0 {
             Kind::Scalar => work.run::<Scalar>(),
             Kind::Wide => work.run::<Wide>(),
+            #[cfg(target_arch = "x86_64")]
+            Kind::Sse41 => {
+                debug_assert!(Self::sse41().is_some());
+                // SAFETY: `SSE41` is handed out by `sse41()` alone, after it found this feature.
+                unsafe { sse41(work) }
+            }
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => {
                 debug_assert!(Self::avx2().is_some());
@@ -151,6 +174,12 @@ impl Level {
 #[inline]
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Level::best().run(work)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "sse4.1")]
+fn sse41<W: WithSimd>(work: W) -> W::Output {
+    work.run::<Sse41>()
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -6,10 +6,14 @@
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Scalar   plain f32 and f64, one at a time
 //!                                    ├──► Wide     the crate `wide`, what the build was compiled for
+//!                                    ├──► Sse41    the same, with integers of 128 bits
 //!                                    ├──► Avx2     256 bits, fused multiply-add
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
+mod int;
+#[cfg(target_arch = "x86_64")]
+mod int_x86;
 mod level;
 mod pair;
 mod scalar;
@@ -19,6 +23,7 @@ mod x86;
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+pub use int::Ints;
 pub use level::{Level, WithSimd, dispatch};
 pub(crate) use pair::Pair;
 
@@ -121,6 +126,10 @@ pub trait Simd: Copy {
     type F64x4: Lanes<Scalar = f64>;
     /// Eight f64.
     type F64x8: Lanes<Scalar = f64>;
+    /// Four i64.
+    type I64x4: Ints;
+    /// Eight i64.
+    type I64x8: Ints;
     /// Which level this is.
     const LEVEL: Level;
 }

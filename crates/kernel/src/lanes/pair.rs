@@ -6,7 +6,7 @@ use super::{Lanes, Mask};
 
 /// The lanes of the first half, then those of the second; also the mask of such lanes.
 #[derive(Clone, Copy)]
-pub struct Pair<L>(L, L);
+pub struct Pair<L>(pub(super) L, pub(super) L);
 
 macro_rules! both {
     ($($op:ident $f:ident),*) => {$(

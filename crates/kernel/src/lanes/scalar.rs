@@ -1,5 +1,6 @@
 //! One lane: plain numbers, for replays, tails and the level without vector registers.
 
+use super::int::One;
 use super::{Lanes, Level, Mask, Pair, Simd};
 
 impl Mask for bool {
@@ -96,5 +97,7 @@ impl Simd for Scalar {
     type F32x16 = Pair<Eight<f32>>;
     type F64x4 = Four<f64>;
     type F64x8 = Eight<f64>;
+    type I64x4 = Four<One>;
+    type I64x8 = Eight<One>;
     const LEVEL: Level = Level::SCALAR;
 }

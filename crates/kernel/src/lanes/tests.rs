@@ -1,6 +1,6 @@
 //! Every operation of every lane type against plain numbers, bit for bit.
 
-use super::{Lanes, Level, Mask, Simd, WithSimd};
+use super::{Ints, Lanes, Level, Mask, Simd, WithSimd};
 
 const NUMBERS: [f64; 16] = [
     0.0,
@@ -104,6 +104,57 @@ macro_rules! check {
 check!(check_f32, f32);
 check!(check_f64, f64);
 
+/// Integer lanes against wrapping i64.
+fn check_i64<L: Ints>(level: Level) {
+    let narrow: [i64; 16] = [
+        0,
+        1,
+        -1,
+        2,
+        -3,
+        7,
+        1 << 20,
+        -(1 << 20),
+        0x7fff_ffff,
+        -0x8000_0000,
+        46341,
+        -65536,
+        5,
+        9,
+        -11,
+        13,
+    ];
+    let wide: [i64; 16] = core::array::from_fn(|i| {
+        let x = narrow[i].wrapping_mul(0x1_0000_0001 * (i as i64 + 1)) ^ (i as i64) << 40;
+        if i % 5 == 0 { -x } else { x }
+    });
+    for turn in 0..16 {
+        let a: [i64; 16] = narrow;
+        let b: [i64; 16] = core::array::from_fn(|i| narrow[(i + turn) % 16]);
+        let c: [i64; 16] = core::array::from_fn(|i| wide[(i + turn) % 16]);
+        let (la, lb, lc) = (L::load(&a), L::load(&b), L::load(&c));
+        let same = |lanes: L, plain: &dyn Fn(usize) -> i64| {
+            let mut out = [0; 16];
+            lanes.store(&mut out);
+            for (i, out) in out.into_iter().enumerate().take(L::N) {
+                assert_eq!(out, plain(i), "{level:?}");
+            }
+        };
+        same(la + lc, &|i| a[i].wrapping_add(c[i]));
+        same(la - lc, &|i| a[i].wrapping_sub(c[i]));
+        same(la.mul_narrow(lb), &|i| a[i] * b[i]);
+        same(la.mul_wide(lc), &|i| a[i].wrapping_mul(c[i]));
+        same(L::splat(c[0]), &|_| c[0]);
+        let whole = a.map(|x| x as f32);
+        let whole = whole.map(|x| if x > 1e9 { 16_777_216.0 } else { x });
+        same(L::load_f32(&whole), &|i| whole[i] as i64);
+        let bits =
+            |plain: &dyn Fn(i64) -> bool| (0..L::N).fold(0, |m, i| m | (plain(c[i]) as u32) << i);
+        assert_eq!(lc.negative(), bits(&|x| x < 0), "{level:?}");
+        assert_eq!(lc.zero(), bits(&|x| x == 0), "{level:?}");
+    }
+}
+
 struct Check;
 
 impl WithSimd for Check {
@@ -114,6 +165,8 @@ impl WithSimd for Check {
         check_f32::<S::F32x16>(S::LEVEL);
         check_f64::<S::F64x4>(S::LEVEL);
         check_f64::<S::F64x8>(S::LEVEL);
+        check_i64::<S::I64x4>(S::LEVEL);
+        check_i64::<S::I64x8>(S::LEVEL);
         check_f32::<f32>(S::LEVEL);
         check_f64::<f64>(S::LEVEL);
     }

@@ -8,11 +8,11 @@
 use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use super::{Lanes, Level, Mask, Pair, Simd};
+use super::{Lanes, Level, Mask, Pair, Simd, wide::Wide};
 
 /// A register of numbers.
 #[derive(Clone, Copy)]
-pub(super) struct Reg<T>(T);
+pub(super) struct Reg<T>(pub(super) T);
 
 /// A register of all ones or all zeros a lane, with its AVX2 meaning.
 #[derive(Clone, Copy)]
@@ -259,6 +259,21 @@ macro_rules! bits {
 bits!(__mmask16, 16);
 bits!(__mmask8, 8);
 
+/// The vectors of `wide`, and 128-bit registers of integers.
+#[derive(Clone, Copy)]
+pub(super) struct Sse41;
+
+impl Simd for Sse41 {
+    type F32x4 = <Wide as Simd>::F32x4;
+    type F32x8 = <Wide as Simd>::F32x8;
+    type F32x16 = <Wide as Simd>::F32x16;
+    type F64x4 = <Wide as Simd>::F64x4;
+    type F64x8 = <Wide as Simd>::F64x8;
+    type I64x4 = Pair<Reg<__m128i>>;
+    type I64x8 = Pair<Pair<Reg<__m128i>>>;
+    const LEVEL: Level = Level::SSE41;
+}
+
 /// 256-bit registers.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2;
@@ -269,6 +284,8 @@ impl Simd for Avx2 {
     type F32x16 = Pair<Reg<__m256>>;
     type F64x4 = Reg<__m256d>;
     type F64x8 = Pair<Reg<__m256d>>;
+    type I64x4 = Reg<__m256i>;
+    type I64x8 = Pair<Reg<__m256i>>;
     const LEVEL: Level = Level::AVX2;
 }
 
@@ -282,5 +299,7 @@ impl Simd for Avx512 {
     type F32x16 = Reg<__m512>;
     type F64x4 = Reg<__m256d>;
     type F64x8 = Reg<__m512d>;
+    type I64x4 = Reg<__m256i>;
+    type I64x8 = Reg<__m512i>;
     const LEVEL: Level = Level::AVX512;
 }

@@ -1,0 +1,173 @@
+//! One ray against a block of triangles: the leaf of a hierarchy.
+
+use super::edges::{Edges, load, load_f32, splat, splat_f32, volume};
+use super::filter::maybe;
+use super::{Crossing, IntWidth, Ratio, Ray, Triangle};
+use crate::lanes::{Ints, Lanes, Simd};
+use crate::mode::{Lane, Width, lanes_of};
+
+/// N triangles side by side, 4 or 8, each with its index.
+///
+/// The integers are kept as f32, which hold them exactly: the filter reads them as they are, the
+/// integer lanes convert. Lanes beyond the given triangles are points, which nothing hits.
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct Block<const N: usize> {
+    /// The first corner and the edges from it to the second and the third, by axis.
+    c1: [[f32; N]; 3],
+    h4: [[f32; N]; 3],
+    h5: [[f32; N]; 3],
+    /// The longest component of both edges.
+    longest: [f32; N],
+    indices: [u32; N],
+}
+
+impl<const N: usize> Block<N> {
+    /// A block of the first N triangles, each with its index; of fewer where there are fewer.
+    pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
+        let mut block = Self {
+            c1: [[0.0; N]; 3],
+            h4: [[0.0; N]; 3],
+            h5: [[0.0; N]; 3],
+            longest: [0.0; N],
+            indices: [u32::MAX; N],
+        };
+        for (lane, (Triangle([c1, c2, c3]), index)) in triangles.into_iter().take(N).enumerate() {
+            let mut longest = 0;
+            for axis in 0..3 {
+                let (h4, h5) = (c2[axis] - c1[axis], c3[axis] - c1[axis]);
+                block.c1[axis][lane] = c1[axis] as f32;
+                block.h4[axis][lane] = h4 as f32;
+                block.h5[axis][lane] = h5 as f32;
+                longest = longest.max(h4.abs()).max(h5.abs());
+            }
+            block.longest[lane] = longest as f32;
+            block.indices[lane] = index;
+        }
+        block
+    }
+
+    /// The indices of the triangles; [`u32::MAX`] where there is none.
+    pub fn indices(&self) -> &[u32; N] {
+        &self.indices
+    }
+
+    /// Every crossing of a ray with `t_min <= t < t_max`, each with the index of its triangle, lane
+    /// by lane. Within a loop at some level.
+    ///
+    /// With `FILTER`, f32 lanes look first; the answers are the same.
+    #[inline(always)]
+    pub fn crossings_in<S: Simd, const FILTER: bool>(
+        &self,
+        ray: &RayLanes<S, N>,
+        mut each: impl FnMut(Crossing, u32),
+    ) where
+        Lane<N>: IntWidth,
+    {
+        let mut lanes = (1 << N) - 1;
+        if FILTER {
+            let corners = [load_f32(&self.c1), load_f32(&self.h4), load_f32(&self.h5)];
+            lanes = maybe(ray.origin, ray.d, ray.longest, corners, Lanes::load(&self.longest));
+            if lanes == 0 {
+                return;
+            }
+        }
+
+        let edges = Edges::<I<S, N>>::new(
+            splat(ray.ray.origin),
+            splat(ray.ray.dir),
+            load(&self.c1),
+            load(&self.h4),
+            load(&self.h5),
+        );
+        let (with, against) = edges.sides(lanes);
+        if with | against == 0 {
+            return;
+        }
+
+        let at = Determinants::of(&edges);
+        for lane in lanes_of(with | against) {
+            let integers = |v: &[[f32; N]; 3]| v.each_ref().map(|x| x[lane] as i64);
+            let c1 = integers(&self.c1);
+            let a = [0, 1, 2].map(|axis| c1[axis] - i64::from(ray.ray.origin[axis]));
+            let num = volume(a, integers(&self.h4), integers(&self.h5));
+            if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, &ray.ray) {
+                each(crossing, self.indices[lane]);
+            }
+        }
+    }
+}
+
+type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
+type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
+
+/// A ray prepared for one block after another, at one level of instructions.
+#[derive(Clone, Copy)]
+pub struct RayLanes<S: Simd, const N: usize>
+where
+    Lane<N>: IntWidth,
+{
+    ray: Ray,
+    origin: [F<S, N>; 3],
+    d: [F<S, N>; 3],
+    longest: F<S, N>,
+}
+
+impl<S: Simd, const N: usize> RayLanes<S, N>
+where
+    Lane<N>: IntWidth,
+{
+    /// The ray in all lanes.
+    #[inline(always)]
+    pub fn new(ray: &Ray) -> Self {
+        Self {
+            ray: *ray,
+            origin: splat_f32(ray.origin),
+            d: splat_f32(ray.dir),
+            longest: Lanes::splat(ray.longest() as f32),
+        }
+    }
+}
+
+/// The determinants as plain numbers, for the few lanes that cross.
+pub(super) struct Determinants {
+    u: [i64; 8],
+    v: [i64; 8],
+    w: [i64; 8],
+}
+
+impl Determinants {
+    #[inline(always)]
+    fn of<I: Ints>(edges: &Edges<I>) -> Self {
+        Self::new(edges.u, edges.v, edges.w)
+    }
+
+    /// The determinants of up to eight lanes.
+    #[inline(always)]
+    pub(super) fn new<I: Ints>(u: I, v: I, w: I) -> Self {
+        let mut at = Self { u: [0; 8], v: [0; 8], w: [0; 8] };
+        u.store(&mut at.u);
+        v.store(&mut at.v);
+        w.store(&mut at.w);
+        at
+    }
+
+    /// The crossing of a lane whose determinants have one sign, if it lies in front and within the
+    /// ray's interval.
+    #[inline(always)]
+    pub(super) fn crossing(
+        &self,
+        lane: usize,
+        num: i128,
+        leaves: bool,
+        ray: &Ray,
+    ) -> Option<Crossing> {
+        if num == 0 || (num > 0) != leaves {
+            return None;
+        }
+        // All three have one sign or are 0, and not all are 0: for `num` is not.
+        let [u, v, w] = [self.u, self.v, self.w].map(|x| x[lane].unsigned_abs());
+        let t = Ratio { num: num.unsigned_abs(), den: u + v + w };
+        t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(Crossing { t, v, w, leaves })
+    }
+}

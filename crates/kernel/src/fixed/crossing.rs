@@ -1,0 +1,65 @@
+//! One crossing of a ray and a triangle, and the best of many.
+
+use super::{Ratio, Ray};
+use crate::Hit;
+
+/// Where a ray crosses a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crossing {
+    /// t in multiples of the snapped direction.
+    pub t: Ratio,
+    /// The weight of the second corner, times the denominator of t.
+    pub v: u64,
+    /// The weight of the third corner, times the denominator of t.
+    pub w: u64,
+    /// Whether the ray runs with the normal `h4 ^ h5`: out of a mesh whose corners run
+    /// counter-clockwise as seen from outside.
+    pub leaves: bool,
+}
+
+impl Crossing {
+    /// The crossing in f64, `t` in multiples of the direction that was snapped. All three numbers
+    /// are rounded once.
+    pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
+        let weight = |num: u64| Ratio { num: u128::from(num), den: self.t.den }.to_f64(0);
+        Hit {
+            t: self.t.to_f64(ray.exponent),
+            u: weight(self.v),
+            v: weight(self.w),
+            triangle: u64::from(triangle),
+        }
+    }
+}
+
+/// The closest crossing so far of one ray; of equal t, the one with the lowest index.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Best(Option<(Crossing, u32)>);
+
+impl Best {
+    /// The crossing and the index of its triangle.
+    pub fn get(&self) -> Option<(Crossing, u32)> {
+        self.0
+    }
+
+    /// Offers a crossing. The order in which crossings are offered does not matter.
+    #[inline(always)]
+    pub fn offer(&mut self, crossing: Crossing, triangle: u32) {
+        if self.0.is_none_or(|(best, index)| (crossing.t, triangle) < (best.t, index)) {
+            self.0 = Some((crossing, triangle));
+        }
+    }
+
+    /// An upper bound of t in multiples of the snapped direction, infinity before the first
+    /// crossing: no box of a hierarchy that begins behind it need be looked at.
+    pub fn t_hi(&self) -> f32 {
+        self.0.map_or(f32::INFINITY, |(crossing, _)| {
+            // Rounded twice to the nearest, so two steps up are above.
+            (crossing.t.to_f64(0) as f32).next_up().next_up()
+        })
+    }
+
+    /// The hit in f64, or [`Hit::MISS`].
+    pub fn to_hit(&self, ray: &Ray) -> Hit {
+        self.0.map_or(Hit::MISS, |(crossing, triangle)| crossing.to_hit(ray, triangle))
+    }
+}

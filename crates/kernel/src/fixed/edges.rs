@@ -1,0 +1,126 @@
+//! The three edge determinants in i64 lanes, and their signs by the tie rule.
+//!
+//! ```text
+//!           C                A, B, C   the corners as seen from the origin
+//!          / \               h4 = B - A, h5 = C - A, n = h4 x h5, R = d x A
+//!      h5 /   \
+//!        /     \             V = d . (C x A) = -h5 . R
+//!       A ----- B            W = d . (A x B) =  h4 . R
+//!           h4               U = d . (B x C) =  d . n - V - W
+//! ```
+
+use crate::lanes::{Ints, Lanes};
+
+/// N integer vectors.
+pub(super) type V3<I> = [I; 3];
+
+/// The determinants of N pairs of ray and triangle.
+pub(super) struct Edges<I> {
+    a: V3<I>,
+    h4: V3<I>,
+    h5: V3<I>,
+    /// The determinant of the edge that faces the first corner.
+    pub(super) u: I,
+    /// Of the edge that faces the second.
+    pub(super) v: I,
+    /// Of the edge that faces the third.
+    pub(super) w: I,
+}
+
+impl<I: Ints> Edges<I> {
+    /// N pairs. Every product fits: `2 b + q <= 58`.
+    #[inline(always)]
+    pub(super) fn new(origin: V3<I>, d: V3<I>, c1: V3<I>, h4: V3<I>, h5: V3<I>) -> Self {
+        // Narrow factors: a, h4 and h5 of b + 2 bits and a sign, d of q + 1.
+        let a = sub(c1, origin);
+        let n = cross(h4, h5);
+        let r = cross(d, a);
+        // r and n are wide.
+        let v = I::splat(0) - dot(h5, r);
+        let w = dot(h4, r);
+        let u = dot(d, n) - v - w;
+        Self { a, h4, h5, u, v, w }
+    }
+
+    /// Of the given lanes, those in which the ray's line crosses with the normal, and those in which
+    /// it crosses against it. A lane whose origin lies in the triangle's plane may be among them.
+    #[inline(always)]
+    pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
+        let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());
+        let (zu, zv, zw) = (self.u.zero(), self.v.zero(), self.w.zero());
+
+        // Zeros that other signs do not make irrelevant are rare.
+        let open = !(nu | nv | nw) | ((nu | zu) & (nv | zv) & (nw | zw));
+        if lanes & open & (zu | zv | zw) == 0 {
+            return (lanes & !(nu | nv | nw), lanes & nu & nv & nw);
+        }
+
+        // The direction moves by (e, e^2, e^3): the first component of B x C, C x A or A x B that is
+        // not 0 decides.
+        let (b, c) = (add(self.a, self.h4), add(self.a, self.h5));
+        let nu = nu | zu & first_sign_negative(cross(b, c));
+        let nv = nv | zv & first_sign_negative(cross(c, self.a));
+        let nw = nw | zw & first_sign_negative(cross(self.a, b));
+        (lanes & !(nu | nv | nw), lanes & nu & nv & nw)
+    }
+}
+
+/// The lanes in which the first component that is not 0 is negative.
+#[inline(always)]
+pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
+    x.negative() | x.zero() & (y.negative() | y.zero() & z.negative())
+}
+
+/// `A . (h4 x h5)`, the numerator of t, of one pair: its `3 b + 5` bits may exceed i64.
+#[inline(always)]
+pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
+    let minor = |i: usize, j: usize| i128::from(h4[i] * h5[j] - h4[j] * h5[i]);
+    i128::from(a[0]) * minor(1, 2) + i128::from(a[1]) * minor(2, 0) + i128::from(a[2]) * minor(0, 1)
+}
+
+#[inline(always)]
+pub(super) fn add<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+#[inline(always)]
+pub(super) fn sub<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// The cross product of vectors within i32.
+#[inline(always)]
+pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
+    let minor = |i: usize, j: usize| a[i].mul_narrow(b[j]) - a[j].mul_narrow(b[i]);
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
+}
+
+/// The product of a vector within i32 and any vector.
+#[inline(always)]
+pub(super) fn dot<I: Ints>(a: V3<I>, b: V3<I>) -> I {
+    a[0].mul_wide(b[0]) + a[1].mul_wide(b[1]) + a[2].mul_wide(b[2])
+}
+
+/// The same integer vector in every lane.
+#[inline(always)]
+pub(super) fn splat<I: Ints>(v: [i32; 3]) -> V3<I> {
+    v.map(|x| I::splat(i64::from(x)))
+}
+
+/// N integer vectors from f32 that hold integers.
+#[inline(always)]
+pub(super) fn load<I: Ints, const N: usize>(v: &[[f32; N]; 3]) -> V3<I> {
+    v.each_ref().map(|x| I::load_f32(x))
+}
+
+/// N f32 vectors.
+#[inline(always)]
+pub(super) fn load_f32<F: Lanes<Scalar = f32>, const N: usize>(v: &[[f32; N]; 3]) -> V3<F> {
+    v.each_ref().map(|x| F::load(x))
+}
+
+/// The same f32 vector in every lane.
+#[inline(always)]
+pub(super) fn splat_f32<F: Lanes<Scalar = f32>>(v: [i32; 3]) -> V3<F> {
+    v.map(|x| F::splat(x as f32))
+}

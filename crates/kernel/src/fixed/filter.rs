@@ -1,0 +1,71 @@
+//! The f32 filter: most lanes are misses, and f32 can prove it.
+//!
+//! Integers up to 2^24 are exact in f32, and so are their differences here. What f32 rounds is the
+//! products; `docs/fixed-point.md` derives how much, with or without fused operations. With
+//! `u = 2^-24` and the largest components a of A, h of both edges and s of d:
+//!
+//! ```text
+//!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 42.2 h)
+//! ```
+//!
+//! A lane with a value surely positive and one surely negative is a miss. No other is decided here.
+
+use super::edges::V3;
+use crate::lanes::{Lanes, Mask};
+
+const U: f32 = f32::EPSILON / 2.0;
+
+/// The lanes that may be hits. `s` bounds the components of the directions, `h` those of the edges.
+#[inline(always)]
+pub(super) fn maybe<F: Lanes<Scalar = f32>>(
+    origin: V3<F>,
+    d: V3<F>,
+    s: F,
+    [c1, h4, h5]: [V3<F>; 3],
+    h: F,
+) -> u32 {
+    let a = [c1[0] - origin[0], c1[1] - origin[1], c1[2] - origin[2]];
+    let r = cross(d, a);
+    let minus_v = dot(h5, r);
+    let w = dot(h4, r);
+    let u = dot(d, cross(h4, h5)) + minus_v - w;
+    let longest = a[0].abs().max(a[1].abs()).max(a[2].abs());
+
+    // The constants are rounded up far enough to cover the rounding of this line itself.
+    let bound = s * h * longest.mul_add(F::splat(86.0 * U), h * F::splat(44.0 * U));
+    opposite(u, -minus_v, w, bound)
+}
+
+/// [`maybe`] for rays that share their origin: from the cross products B x C, C x A and A x B,
+/// rounded to f32, and `bound >= 4.1 u s (|x| + |y| + |z|)` of each.
+#[inline(always)]
+pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
+    d: V3<F>,
+    normals: &[[f32; 3]; 3],
+    bound: F,
+) -> u32 {
+    let [u, v, w] = normals.map(|n| dot(n.map(F::splat), d));
+    opposite(u, v, w, bound)
+}
+
+/// The lanes without two certainly opposite signs. Where the bound is 0 the triangle is a point.
+#[inline(always)]
+fn opposite<F: Lanes<Scalar = f32>>(u: F, v: F, w: F, bound: F) -> u32 {
+    let least = u.min(v).min(w);
+    let most = u.max(v).max(w);
+    (least.gt(-bound) | most.lt(bound)).bits()
+}
+
+/// A factor over `s (|x| + |y| + |z|)` that gives [`maybe_seen`] its bound, in f32.
+pub(super) const SEEN: f32 = 4.5 * U;
+
+#[inline(always)]
+fn cross<F: Lanes<Scalar = f32>>(a: V3<F>, b: V3<F>) -> V3<F> {
+    let minor = |i: usize, j: usize| a[i].mul_add(b[j], -(a[j] * b[i]));
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
+}
+
+#[inline(always)]
+fn dot<F: Lanes<Scalar = f32>>(a: V3<F>, b: V3<F>) -> F {
+    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
+}

@@ -1,0 +1,181 @@
+//! Integer lanes: N i64 side by side, for tests without any rounding.
+
+use core::ops::{Add, Sub};
+
+use super::Pair;
+
+/// N i64. `+` and `-` wrap, as the CPU's do: who uses them proves that nothing does.
+///
+/// A mask is a plain number here: bit i is lane i.
+pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
+    /// How many lanes there are.
+    const N: usize;
+
+    /// The same number in every lane.
+    fn splat(x: i64) -> Self;
+    /// The first N integers of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load(from: &[i64]) -> Self;
+    /// The first N numbers of a slice, f32 that are integers within i32.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load_f32(from: &[f32]) -> Self;
+    /// Writes the lanes to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store(self, to: &mut [i64]);
+
+    /// The product of two lanes that are both within i32: exact.
+    fn mul_narrow(self, b: Self) -> Self;
+    /// The product of a lane within i32 and any `b`: exact where it fits.
+    fn mul_wide(self, b: Self) -> Self;
+
+    /// The lanes below 0.
+    fn negative(self) -> u32;
+    /// The lanes that are 0.
+    fn zero(self) -> u32;
+}
+
+impl<L: Ints> Ints for Pair<L> {
+    const N: usize = 2 * L::N;
+
+    #[inline(always)]
+    fn splat(x: i64) -> Self {
+        Self(L::splat(x), L::splat(x))
+    }
+    #[inline(always)]
+    fn load(from: &[i64]) -> Self {
+        Self(L::load(from), L::load(&from[L::N..]))
+    }
+    #[inline(always)]
+    fn load_f32(from: &[f32]) -> Self {
+        Self(L::load_f32(from), L::load_f32(&from[L::N..]))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [i64]) {
+        self.0.store(to);
+        self.1.store(&mut to[L::N..]);
+    }
+    #[inline(always)]
+    fn mul_narrow(self, b: Self) -> Self {
+        Self(self.0.mul_narrow(b.0), self.1.mul_narrow(b.1))
+    }
+    #[inline(always)]
+    fn mul_wide(self, b: Self) -> Self {
+        Self(self.0.mul_wide(b.0), self.1.mul_wide(b.1))
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        self.0.negative() | self.1.negative() << L::N
+    }
+    #[inline(always)]
+    fn zero(self) -> u32 {
+        self.0.zero() | self.1.zero() << L::N
+    }
+}
+
+/// One i64 whose `+` and `-` wrap in every build.
+#[derive(Clone, Copy)]
+pub(super) struct One(i64);
+
+impl Add for One {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self(self.0.wrapping_add(b.0))
+    }
+}
+
+impl Sub for One {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self(self.0.wrapping_sub(b.0))
+    }
+}
+
+impl Ints for One {
+    const N: usize = 1;
+
+    #[inline(always)]
+    fn splat(x: i64) -> Self {
+        Self(x)
+    }
+    #[inline(always)]
+    fn load(from: &[i64]) -> Self {
+        Self(from[0])
+    }
+    #[inline(always)]
+    fn load_f32(from: &[f32]) -> Self {
+        Self(from[0] as i64)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [i64]) {
+        to[0] = self.0;
+    }
+    #[inline(always)]
+    fn mul_narrow(self, b: Self) -> Self {
+        Self(self.0.wrapping_mul(b.0))
+    }
+    #[inline(always)]
+    fn mul_wide(self, b: Self) -> Self {
+        Self(self.0.wrapping_mul(b.0))
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        (self.0 < 0) as u32
+    }
+    #[inline(always)]
+    fn zero(self) -> u32 {
+        (self.0 == 0) as u32
+    }
+}
+
+/// The vectors of `wide`.
+macro_rules! wide {
+    ($t:ident, $n:literal) => {
+        impl Ints for ::wide::$t {
+            const N: usize = $n;
+
+            #[inline(always)]
+            fn splat(x: i64) -> Self {
+                Self::new([x; $n])
+            }
+            #[inline(always)]
+            fn load(from: &[i64]) -> Self {
+                Self::new(from[..$n].try_into().expect("N numbers"))
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                Self::new(from.map(|x| i64::from(x as i32)))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [i64]) {
+                to[..$n].copy_from_slice(&self.to_array());
+            }
+            #[inline(always)]
+            fn mul_narrow(self, b: Self) -> Self {
+                self * b
+            }
+            #[inline(always)]
+            fn mul_wide(self, b: Self) -> Self {
+                self * b
+            }
+            #[inline(always)]
+            fn negative(self) -> u32 {
+                self.to_bitmask()
+            }
+            #[inline(always)]
+            fn zero(self) -> u32 {
+                self.simd_eq(Self::new([0; $n])).to_bitmask()
+            }
+        }
+    };
+}
+wide!(i64x4, 4);
+wide!(i64x8, 8);
