@@ -1,0 +1,85 @@
+//! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer Graphics
+//! Techniques 2(1), 2013: the scene is sheared so that the ray runs along the longest axis of its
+//! direction, and the sides are tested in the plane across it. A value of exactly 0 in f32 is
+//! computed again in f64.
+
+use intertri::Vec3;
+use intertri::lanes::{Lanes, Mask};
+
+use super::axis::Axis;
+use super::{Method, Number, Real};
+
+/// The method, with its fall-back; with `fall_back` off, the bare f32 test that some code keeps.
+#[derive(Clone, Copy, Debug)]
+pub struct Woop {
+    /// Whether a value of 0 is computed again in f64.
+    pub fall_back: bool,
+}
+
+/// The shear.
+#[derive(Clone, Copy)]
+pub struct Ray<L: Lanes> {
+    origin: Vec3<L>,
+    axis: Axis<L::Mask>,
+    shear: Vec3<L>,
+}
+
+impl Method for Woop {
+    type Ray<L: Real> = Ray<L>;
+    type Triangle<L: Real> = [Vec3<L>; 3];
+
+    #[inline(always)]
+    fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Ray<L> {
+        // The paper also swaps x and y where the axis is negative, to keep the winding; a test of both
+        // sides does not need it.
+        let axis = Axis::longest(dir);
+        let d = axis.turn(dir);
+        Ray { origin, axis, shear: Vec3 { x: d.x / d.z, y: d.y / d.z, z: L::of(1.0) / d.z } }
+    }
+
+    #[inline(always)]
+    fn triangle<L: Real>(self, corners: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
+        corners
+    }
+
+    #[inline(always)]
+    fn test<L: Real>(self, corners: &[Vec3<L>; 3], ray: &Ray<L>) -> (L::Mask, L) {
+        let shear = ray.shear;
+        let seen = corners.map(|corner| ray.axis.turn(corner - ray.origin));
+        let [a, b, c] = seen.map(|p| [p.x - shear.x * p.z, p.y - shear.y * p.z]);
+
+        let side = |p: [L; 2], q: [L; 2]| p[0] * q[1] - p[1] * q[0];
+        let (mut u, mut v, mut w) = (side(c, b), side(a, c), side(b, a));
+        let zero = L::of(0.0);
+        if self.fall_back && L::Scalar::BITS == f32::MANTISSA_DIGITS {
+            let is_zero = |x: L| x.ge(zero) & x.le(zero);
+            let again = is_zero(u) | is_zero(v) | is_zero(w);
+            if again.any() {
+                u = L::select(again, side_f64(c, b), u);
+                v = L::select(again, side_f64(a, c), v);
+                w = L::select(again, side_f64(b, a), w);
+            }
+        }
+
+        let same = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
+        let det = u + v + w;
+        let z = seen.map(|p| p.z * shear.z);
+        let t = (u * z[0] + v * z[1] + w * z[2]).flip(det);
+        (same & det.abs().gt(zero) & t.gt(zero), t / det.abs())
+    }
+}
+
+/// The value of a side in f64, lane by lane, rounded back as the paper does it.
+#[inline(always)]
+fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
+    let mut lanes = [[L::Scalar::of(0.0); 16]; 4];
+    for (lanes, x) in lanes.iter_mut().zip([p[0], q[1], p[1], q[0]]) {
+        x.store(lanes);
+    }
+    let mut side = [L::Scalar::of(0.0); 16];
+    for (k, side) in side.iter_mut().enumerate() {
+        let [px, qy, py, qx]: [f64; 4] = lanes.map(|lanes| lanes[k].into());
+        *side = L::Scalar::of(px * qy - py * qx);
+    }
+    L::load(&side)
+}
