@@ -139,7 +139,17 @@ impl Camera {
         Ray::new(self.eye, single(dir.normalize()))
     }
 
-    /// To the right of the picture, toward its top, and into it: an orthonormal basis.
+    /// To the right of the picture, toward its top, and into it: three unit vectors at right angles.
+    pub fn axes(&self) -> [[f64; 3]; 3] {
+        self.basis().map(|axis| axis.to_array())
+    }
+
+    /// Half of the picture's height at distance 1: the tangent of half the vertical field of view.
+    pub fn half_height(&self) -> f64 {
+        self.half_height
+    }
+
+    /// [`Camera::axes`].
     pub(crate) fn basis(&self) -> [DVec3; 3] {
         [self.right, self.up, self.forward]
     }

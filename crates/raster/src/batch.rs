@@ -1,0 +1,112 @@
+//! Outlines ready to be drawn: clipped, snapped, and sorted into bands of rows.
+//!
+//! A picture is cut into bands of a few full rows each. One pass over the facets, in batches shared
+//! out over threads, makes the outlines and lists for each band those that reach into it; a second
+//! pass, band by band over threads, draws them in their order. Nothing depends on who did what.
+
+use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
+use crate::plane::Plane;
+use crate::spans::{BAND, first_centre};
+use crate::threads;
+use crate::view::View;
+
+/// How many facets are prepared together.
+const BATCH: usize = 2048;
+
+/// One outline in the picture.
+pub(crate) struct Piece {
+    /// Its depth.
+    pub(crate) plane: Plane,
+    /// The caller's number for it.
+    pub(crate) tag: i32,
+    /// From which row to which, the last not included.
+    rows: (u32, u32),
+    /// Where its corners are.
+    corners: (u32, u32),
+}
+
+/// The outlines of some facets, and which of them each band needs, in their order.
+pub(crate) struct Batch {
+    corners: Vec<[i32; 2]>,
+    pieces: Vec<Piece>,
+    bands: Vec<Vec<u32>>,
+    scratch: Scratch,
+}
+
+impl Batch {
+    fn new(view: &View) -> Self {
+        let bands = view.height().div_ceil(BAND) as usize;
+        Self {
+            corners: Vec::new(),
+            pieces: Vec::new(),
+            bands: vec![Vec::new(); bands],
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Clips and snaps an outline and notes it in its bands. What covers no centre is left out; its
+    /// plane is not asked for.
+    pub(crate) fn push(
+        &mut self,
+        view: &View,
+        outline: impl IntoIterator<Item = Point4>,
+        tag: i32,
+        plane: impl FnOnce() -> Option<Plane>,
+    ) {
+        let start = self.corners.len();
+        let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);
+        self.corners.extend(clipped.iter().map(|&corner| view.snap(corner)));
+
+        // Does it lie between two centre lines, or between two columns of centres?
+        let reach = |axis: usize| {
+            let corners = self.corners[start..].iter().map(|corner| corner[axis]);
+            let (lo, hi) = corners.fold((i32::MAX, 0), |(lo, hi), x| (lo.min(x), hi.max(x)));
+            (first_centre(lo), first_centre(hi))
+        };
+        let fits = clipped.len() >= 3;
+        let (columns, rows) = if fits { (reach(0), reach(1)) } else { ((0, 0), (0, 0)) };
+        if columns.0 >= columns.1 || rows.0 >= rows.1 {
+            self.corners.truncate(start);
+            return;
+        }
+        let Some(plane) = plane() else {
+            self.corners.truncate(start);
+            return;
+        };
+
+        let index = self.pieces.len() as u32;
+        let corners = (start as u32, self.corners.len() as u32);
+        self.pieces.push(Piece { plane, tag, rows, corners });
+        for band in rows.0 / BAND..=(rows.1 - 1) / BAND {
+            self.bands[band as usize].push(index);
+        }
+    }
+
+    /// The outlines that reach into a band, each with its corners and its rows there.
+    pub(crate) fn of_band(
+        &self,
+        band: usize,
+    ) -> impl Iterator<Item = (&Piece, &[[i32; 2]], (u32, u32))> {
+        let (top, bottom) = (band as u32 * BAND, (band as u32 + 1) * BAND);
+        self.bands[band].iter().map(move |&index| {
+            let piece = &self.pieces[index as usize];
+            let corners = &self.corners[piece.corners.0 as usize..piece.corners.1 as usize];
+            (piece, corners, (piece.rows.0.max(top), piece.rows.1.min(bottom)))
+        })
+    }
+}
+
+/// Batches of `count` facets, of which `prepare(batch, i)` pushes the i-th, in their order.
+pub(crate) fn batches(
+    view: &View,
+    count: usize,
+    prepare: impl Fn(&mut Batch, usize) + Sync + Send,
+) -> Vec<Batch> {
+    threads::map(count.div_ceil(BATCH), |number| {
+        let mut batch = Batch::new(view);
+        for i in number * BATCH..((number + 1) * BATCH).min(count) {
+            prepare(&mut batch, i);
+        }
+        batch
+    })
+}

@@ -1,0 +1,192 @@
+//! Document E: edges and facets in homogeneous coordinates, cut down to the canonical view volume.
+//!
+//! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`. Each of its six walls has a
+//! boundary coordinate, positive inside of it, that changes linearly along an edge:
+//!
+//! ```text
+//!          wall             in               the cut stands at t = b_in / (b_in - b_out),
+//!   inside  |  outside        \              always counted from the end that is inside, so that
+//!           |             -----+---- wall    the two facets at an edge, which name its ends in
+//!                               \            opposite order, compute the same bits
+//!                                out
+//! ```
+//!
+//! A point on a wall is outside of it. Nothing is divided by w here, so points behind the eye
+//! (w < 0) and at infinity are as good as any.
+
+/// A point in homogeneous coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point4 {
+    /// The first coordinate, times w.
+    pub x: f64,
+    /// The second coordinate, times w.
+    pub y: f64,
+    /// The third coordinate, times w.
+    pub z: f64,
+    /// The divisor.
+    pub w: f64,
+}
+
+/// All six walls, for [`clip_facet`]: bit `i` is wall `i`.
+pub const ALL_WALLS: u8 = 0b11_1111;
+
+/// The walls but the far one: bits 0 to 3 are the sides of the picture, bit 4 is the near wall.
+pub const NO_FAR_WALL: u8 = 0b01_1111;
+
+impl Point4 {
+    /// A point from its four coordinates.
+    pub const fn new(x: f64, y: f64, z: f64, w: f64) -> Self {
+        Self { x, y, z, w }
+    }
+
+    /// The six boundary coordinates: `w + x, w - x, w + y, w - y, w + z, w - z`.
+    pub fn boundaries(self) -> [f64; 6] {
+        let Self { x, y, z, w } = self;
+        [w + x, w - x, w + y, w - y, w + z, w - z]
+    }
+
+    /// `self + t * (to - self)`, each coordinate on its own.
+    fn towards(self, to: Self, t: f64) -> Self {
+        Self {
+            x: self.x + t * (to.x - self.x),
+            y: self.y + t * (to.y - self.y),
+            z: self.z + t * (to.z - self.z),
+            w: self.w + t * (to.w - self.w),
+        }
+    }
+
+    /// The same point moved by rounding's worth onto wall `i`.
+    fn on_wall(self, i: usize) -> Self {
+        let w = self.w;
+        match i {
+            0 => Self { x: -w, ..self },
+            1 => Self { x: w, ..self },
+            2 => Self { y: -w, ..self },
+            3 => Self { y: w, ..self },
+            4 => Self { z: -w, ..self },
+            _ => Self { z: w, ..self },
+        }
+    }
+}
+
+/// Bit `i` is 0 if a point is inside of wall `i`, that is if its boundary coordinate is positive; 1
+/// if it is outside, on the wall, or NaN.
+pub fn outcode(boundaries: [f64; 6]) -> u8 {
+    (0..6).fold(0, |code, i| code | u8::from(!(boundaries[i] > 0.0)) << i)
+}
+
+/// The part of an edge that is in the canonical view volume, or `None` where nothing is.
+///
+/// An end that is inside keeps its bits, a cut one lies on its wall up to rounding, and the edge
+/// from `c` to `a` gives the same two points in the other order. An edge with a coordinate that is
+/// NaN, infinite, or so large that `w + x` and the like overflow is nowhere.
+///
+/// ```
+/// use intertri_raster::{Point4, clip_edge};
+/// let inside = Point4::new(0.0, 0.0, 0.0, 1.0);
+/// let right = Point4::new(2.0, 0.0, 0.0, 1.0);
+/// let (a, c) = clip_edge(inside, right).unwrap();
+/// assert_eq!((a, c), (inside, Point4::new(1.0, 0.0, 0.0, 1.0)));
+/// ```
+pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
+    let (a_bc, c_bc) = (a.boundaries(), c.boundaries());
+    if !a_bc.iter().chain(&c_bc).all(|bc| bc.is_finite()) {
+        return None;
+    }
+
+    // Both ends outside of one wall, or both inside of all?
+    let (a_outcode, c_outcode) = (outcode(a_bc), outcode(c_bc));
+    if a_outcode & c_outcode != 0 {
+        return None;
+    }
+    if a_outcode | c_outcode == 0 {
+        return Some((a, c));
+    }
+
+    // How far the edge may go toward c, seen from a, and toward a, seen from c. Each wall has at
+    // most one end outside of it, and shortens the edge from the other one.
+    let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
+    for i in 0..6 {
+        if c_outcode >> i & 1 == 1 {
+            let t = a_bc[i] / (a_bc[i] - c_bc[i]);
+            if t < from_a.0 || from_a.1.is_none() {
+                from_a = (t, Some(i));
+            }
+        } else if a_outcode >> i & 1 == 1 {
+            let t = c_bc[i] / (c_bc[i] - a_bc[i]);
+            if t < from_c.0 || from_c.1.is_none() {
+                from_c = (t, Some(i));
+            }
+        }
+    }
+
+    // Do the two parts meet?
+    if from_a.0 + from_c.0 < 1.0 {
+        return None;
+    }
+    let cut = |from: Point4, to: Point4, (t, wall): (f64, Option<usize>)| {
+        wall.map_or(to, |wall| from.towards(to, t).on_wall(wall))
+    };
+    Some((cut(c, a, from_c), cut(a, c, from_a)))
+}
+
+/// Two outlines that [`clip_facet`] writes in turn, kept between calls to save their memory.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    outline: Vec<Point4>,
+    next: Vec<Point4>,
+}
+
+/// The part of a flat facet inside of the given walls, as an outline in the facet's own order; empty
+/// where nothing is.
+///
+/// The outline of a convex facet is convex. A concave one may come out with parts joined by edges
+/// that run to and fro along a wall. Corners that are inside keep their bits, and a cut corner
+/// depends on the ends of its edge alone, not on their order or on the facet. An outline with a
+/// coordinate that is NaN, infinite, or so large that `w + x` and the like overflow is nowhere.
+pub fn clip_facet(
+    corners: impl IntoIterator<Item = Point4>,
+    walls: u8,
+    scratch: &mut Scratch,
+) -> &[Point4] {
+    let Scratch { outline, next } = scratch;
+    outline.clear();
+    outline.extend(corners);
+
+    // All corners outside of one wall, or all inside?
+    let (mut all, mut any, mut finite) = (walls, 0, true);
+    for corner in &*outline {
+        let boundaries = corner.boundaries();
+        finite &= boundaries.iter().all(|bc| bc.is_finite());
+        let code = outcode(boundaries) & walls;
+        all &= code;
+        any |= code;
+    }
+    if all != 0 || !finite {
+        outline.clear();
+    }
+
+    // Each wall that has a corner outside of it cuts the outline of the one before.
+    for i in (0..6).filter(|i| any >> i & 1 == 1) {
+        next.clear();
+        let Some(&last) = outline.last() else { break };
+        let (mut from, mut from_bc) = (last, last.boundaries()[i]);
+        for &to in &*outline {
+            let to_bc = to.boundaries()[i];
+            match (from_bc > 0.0, to_bc > 0.0) {
+                (true, true) => next.push(to),
+                (true, false) => {
+                    next.push(from.towards(to, from_bc / (from_bc - to_bc)).on_wall(i));
+                }
+                (false, true) => {
+                    next.push(to.towards(from, to_bc / (to_bc - from_bc)).on_wall(i));
+                    next.push(to);
+                }
+                (false, false) => {}
+            }
+            (from, from_bc) = (to, to_bc);
+        }
+        std::mem::swap(outline, next);
+    }
+    outline
+}

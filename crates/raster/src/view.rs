@@ -1,0 +1,220 @@
+//! Who looks: an eye, its axes, and the picture in front of it.
+//!
+//! ```text
+//!                    up
+//!                     |                     A pixel is named by its column x and its row y, from
+//!          +----------|----------+          the top left. Its centre is (x + 0.5, y + 0.5), and the
+//!          |(0,0)     |          |          line of sight through it has the direction
+//!          |          o----------|-- right
+//!          |         /           |            d = forward + right * X + up * Y
+//!          |   forward           |
+//!          +---------------(W,H)-+          with X in +-half_width, Y in +-half_height
+//! ```
+//!
+//! A point at `eye + a` has the view depth `w = forward & a`, the scale of `d` that reaches it. Its
+//! inverse `q = 1 / w` changes linearly over the picture within one plane, and the `t` of a ray of
+//! unit length is `w * |d| = |d| / q`.
+
+use std::fmt;
+
+use crate::clip::Point4;
+use crate::vector::{Vector, add, dot, double, length, scale, sub};
+
+/// Pixels are cut in so many parts along either axis, as a power of two.
+///
+/// With 16 and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
+pub const SUBPIXEL_BITS: u32 = 16;
+
+/// The largest width and height of a picture.
+pub const MAX_SIDE: u32 = 1 << 14;
+
+/// An eye and its picture.
+///
+/// The rays of the same eye that a tracer shoots are `eye + t * d / |d|` with [`View::direction`] `d`
+/// at the centres of the pixels, up to rounding to f32; [`View::tolerance`] says how far that
+/// rounding moves them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    eye: Vector,
+    right: Vector,
+    up: Vector,
+    forward: Vector,
+    half_width: f64,
+    half_height: f64,
+    width: u32,
+    height: u32,
+}
+
+/// Where the lines of sight go, linearly over the picture: `origin + x * dx + y * dy`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight {
+    pub(crate) origin: Vector,
+    pub(crate) dx: Vector,
+    pub(crate) dy: Vector,
+}
+
+impl View {
+    /// A view from `eye` along the axes right, up and forward, of `width` times `height` square
+    /// pixels, with half of the picture's height being `half_height` at distance 1 (the tangent of
+    /// half the vertical field of view).
+    ///
+    /// # Errors
+    /// If a number is not finite, the axes are not of unit length and at right angles to 1e-9,
+    /// `half_height` is not positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
+    ///
+    /// ```
+    /// use intertri_raster::View;
+    /// let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+    /// let view = View::new([0.0; 3], axes, 0.5, 640, 480).unwrap();
+    /// assert_eq!(view.direction(320.0, 0.0), [0.0, 0.5, -1.0]);
+    /// ```
+    pub fn new(
+        eye: [f32; 3],
+        [right, up, forward]: [[f64; 3]; 3],
+        half_height: f64,
+        width: u32,
+        height: u32,
+    ) -> Result<Self, ViewError> {
+        if ![width, height].iter().all(|side| (1..=MAX_SIDE).contains(side)) {
+            return Err(ViewError::Size(width, height));
+        }
+        if !eye.iter().all(|x| x.is_finite()) {
+            return Err(ViewError::Eye);
+        }
+        let off = |a, b, wanted: f64| !((dot(a, b) - wanted).abs() <= 1e-9);
+        if [right, up, forward].iter().any(|&axis| off(axis, axis, 1.0))
+            || off(right, up, 0.0)
+            || off(up, forward, 0.0)
+            || off(forward, right, 0.0)
+        {
+            return Err(ViewError::Axes);
+        }
+        let half_width = half_height * f64::from(width) / f64::from(height);
+        if !(half_height > 1e-9 && half_width > 1e-9 && half_height.max(half_width) < 1e9) {
+            return Err(ViewError::Field(half_height));
+        }
+        Ok(Self { eye: double(eye), right, up, forward, half_width, half_height, width, height })
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Where the eye is.
+    pub fn eye(&self) -> [f64; 3] {
+        self.eye
+    }
+
+    /// The line of sight through a place of the picture, in pixels from its top left corner; its
+    /// part along `forward` is 1.
+    pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
+        let Sight { origin, dx, dy } = self.sight();
+        add(origin, add(scale(dx, x), scale(dy, y)))
+    }
+
+    /// [`View::direction`] through the centre of a pixel, and its length.
+    pub(crate) fn through(&self, x: u32, y: u32) -> (Vector, f64) {
+        let d = self.direction(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        (d, length(d))
+    }
+
+    /// The lines of sight as a linear function.
+    pub(crate) fn sight(&self) -> Sight {
+        let across = scale(self.right, self.half_width);
+        let above = scale(self.up, self.half_height);
+        Sight {
+            origin: add(sub(self.forward, across), above),
+            dx: scale(across, 2.0 / f64::from(self.width)),
+            dy: scale(above, -2.0 / f64::from(self.height)),
+        }
+    }
+
+    /// `|d|` at a corner of the picture, its largest value.
+    pub(crate) fn longest(&self) -> f64 {
+        (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
+    }
+
+    /// How far, in pixels, a traced ray and this crate's picture can disagree about where an edge is.
+    ///
+    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its directions
+    /// to f32, here the corners of facets are snapped to 2^-16 of a pixel.
+    pub fn tolerance(&self) -> f64 {
+        let pixels = f64::from(self.height) / (2.0 * self.half_height);
+        let longest = self.longest();
+        let rounded_ray = 2f64.powi(-24) * longest * longest * pixels;
+        let snapped = 2f64.powi(-(SUBPIXEL_BITS as i32));
+        rounded_ray + snapped
+    }
+
+    /// The view depth of `eye + arm`.
+    pub(crate) fn depth(&self, arm: Vector) -> f64 {
+        dot(self.forward, arm)
+    }
+
+    /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in the
+    /// homogeneous coordinates of this picture with a near wall at the view depth `near` and the far
+    /// one at infinity.
+    pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
+        let w = self.depth(arm);
+        Point4 {
+            x: dot(self.right, arm) / self.half_width,
+            y: dot(self.up, arm) / self.half_height,
+            z: w - 2.0 * near * weight,
+            w,
+        }
+    }
+
+    /// Where a point of the picture is, in pixels from its top left corner.
+    pub(crate) fn pixel(&self, point: Point4) -> [f64; 2] {
+        let half = [self.width, self.height].map(|side| f64::from(side) * 0.5);
+        [(1.0 + point.x / point.w) * half[0], (1.0 - point.y / point.w) * half[1]]
+    }
+
+    /// [`View::pixel`] in whole parts of a pixel, never outside of the picture. NaN becomes 0.
+    pub(crate) fn snap(&self, point: Point4) -> [i32; 2] {
+        let [x, y] = self.pixel(point).map(|x| (x * f64::from(1 << SUBPIXEL_BITS)).round() as i32);
+        let limit = |side: u32| (side << SUBPIXEL_BITS) as i32;
+        [x.clamp(0, limit(self.width)), y.clamp(0, limit(self.height))]
+    }
+}
+
+/// Why there is no such view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ViewError {
+    /// Width and height are not both between 1 and [`MAX_SIDE`].
+    Size(u32, u32),
+    /// The eye has a NaN or an infinity.
+    Eye,
+    /// The axes are not three unit vectors at right angles.
+    Axes,
+    /// Half of the picture's height (or width) at distance 1 is not between 1e-9 and 1e9.
+    Field(f64),
+}
+
+impl fmt::Display for ViewError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Size(width, height) => write!(
+                f,
+                "raster: a picture of {width}x{height}; give each side 1 to {MAX_SIDE} pixels"
+            ),
+            Self::Eye => write!(f, "raster: the eye is not finite; give three finite numbers"),
+            Self::Axes => write!(
+                f,
+                "raster: the axes of the view are not three unit vectors at right angles; normalize them"
+            ),
+            Self::Field(half) => write!(
+                f,
+                "raster: half of the picture is {half} high at distance 1; give a field of view between 0 and 180 degrees"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ViewError {}

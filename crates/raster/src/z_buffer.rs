@@ -1,0 +1,231 @@
+//! Document B: which facet a pixel shows. The nearest of those that cover its centre.
+//!
+//! 1. Every facet is clipped, snapped to parts of a pixel and sorted into bands of rows.
+//! 2. In each band, the rows of each facet become runs of pixels, which its winding number decides in
+//!    whole numbers, and each run keeps the facet where it is nearer than what was there.
+//! 3. What is left in a pixel becomes a [`Hit`] in f64.
+
+use intertri::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
+use intertri::{Hit, Triangle};
+
+use crate::batch::{Batch, batches};
+use crate::plane::{Plane, range};
+use crate::spans::{BAND, Crossings};
+use crate::threads;
+use crate::vector::{Vector, add, cross, dot, double, length, scale, sub};
+use crate::view::{Sight, View};
+
+/// How many facets a picture takes.
+const MAX_FACETS: usize = i32::MAX as usize;
+
+/// What each pixel of a view shows of a set of facets, row by row from the top left.
+///
+/// A facet is an outline of three or more corners in one plane; convex or concave, wound either way,
+/// and seen from both sides. It covers the pixels whose centres its outline winds around; a centre
+/// exactly on an edge belongs to the facet to its right, or below it, so that facets which share
+/// an edge never both have it and never both leave it. An outline that crosses itself covers what it
+/// winds around a number of times other than zero.
+///
+/// - `triangle` of a [`Hit`] is the facet's place in the slice.
+/// - `t` is the distance from the eye, which is a ray's `t` for rays of unit length. It belongs to
+///   the facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is
+///   seen, `threshold` being the one of the rays; the smallest `t` owns the pixel, and of equal ones
+///   the lowest facet.
+/// - `u` and `v` are the weights of the second and third corner, of which the facet's plane has
+///   `c1 + u (c2 - c1) + v (c3 - c1)`; for a facet of more corners too.
+///
+/// Nothing is seen of a facet with fewer than three corners, with a NaN or an infinity, without area
+/// (the sum of its corners' cross products is 0), or in one plane with the eye. The plane of an
+/// outline that is not flat has its mean normal, through its first corner.
+///
+/// # Panics
+/// If there are 2^31 facets or more, or `threshold` is negative, infinite or NaN.
+///
+/// ```
+/// use intertri_raster::{View, facets};
+/// let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+/// let view = View::new([0.0; 3], axes, 1.0, 9, 9).unwrap();
+/// let square = [[-1.0, -1.0, -4.0], [1.0, -1.0, -4.0], [1.0, 1.0, -4.0], [-1.0, 1.0, -4.0]];
+/// let hits = facets(&view, &[square], 1e-9);
+/// assert_eq!((hits[4 * 9 + 4].triangle, hits[4 * 9 + 4].t), (0, 4.0));
+/// assert!(!hits[0].is_hit());
+/// ```
+pub fn facets<F>(view: &View, facets: &[F], threshold: f64) -> Vec<Hit>
+where
+    F: AsRef<[[f32; 3]]> + Sync,
+{
+    assert!(facets.len() < MAX_FACETS, "fewer than 2^31 facets");
+    assert!(
+        threshold >= 0.0 && threshold.is_finite(),
+        "a threshold that is finite and not negative"
+    );
+    let near = (threshold / view.longest()).max(f64::MIN_POSITIVE);
+    let sight = view.sight();
+    let batches = batches(view, facets.len(), |batch, i| {
+        prepare(batch, view, &sight, facets[i].as_ref(), near, i as i32);
+    });
+
+    let width = view.width() as usize;
+    let mut hits = vec![Hit::MISS; width * view.height() as usize];
+    threads::parts(&mut hits, width * BAND as usize, |band, hits, buffer: &mut Buffer| {
+        dispatch(Draw { batches: &batches, sight: &sight, band, width, threshold, buffer });
+        for (row, hits) in hits.chunks_mut(width).enumerate() {
+            let y = band as u32 * BAND + row as u32;
+            for (x, hit) in hits.iter_mut().enumerate() {
+                let at = row * buffer.stride + x;
+                if let Ok(facet) = usize::try_from(buffer.facet[at]) {
+                    *hit = resolve(view, facets[facet].as_ref(), facet, buffer.q[at], x as u32, y);
+                }
+            }
+        }
+    });
+    hits
+}
+
+/// [`facets`] of triangles.
+///
+/// # Panics
+/// As [`facets`].
+pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
+    facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
+}
+
+/// The sum of the cross products over the fan around the first corner, as the reference has it.
+fn normal(corners: &[[f32; 3]]) -> Vector {
+    let arm = |corner: [f32; 3]| sub(double(corner), double(corners[0]));
+    let fan = corners[1..].windows(2).map(|pair| cross(arm(pair[0]), arm(pair[1])));
+    fan.fold([0.0; 3], add)
+}
+
+/// The depth of a facet, or `None` if it has no area or lies in one plane with the eye.
+pub(crate) fn plane(view: &View, sight: &Sight, corners: &[[f32; 3]]) -> Option<Plane> {
+    let normal = normal(corners);
+    let arm = sub(double(corners[0]), view.eye());
+    let depths = corners.iter().map(|&corner| view.depth(sub(double(corner), view.eye())));
+    (dot(normal, arm) != 0.0).then(|| Plane::new(sight, normal, arm, range(depths)))
+}
+
+/// Step 1 for one facet.
+fn prepare(
+    batch: &mut Batch,
+    view: &View,
+    sight: &Sight,
+    corners: &[[f32; 3]],
+    near: f64,
+    tag: i32,
+) {
+    if corners.len() < 3 || !corners.as_flattened().iter().all(|x| x.is_finite()) {
+        return;
+    }
+    let outline = corners.iter().map(|&c| view.project(sub(double(c), view.eye()), 1.0, near));
+    batch.push(view, outline, tag, || plane(view, sight, corners));
+}
+
+/// One band's pixels. Rows are a little longer than the picture, for lanes that stand over.
+#[derive(Default)]
+struct Buffer {
+    stride: usize,
+    q: Vec<f64>,
+    facet: Vec<i32>,
+    crossings: Crossings,
+}
+
+/// Step 2 for one band.
+struct Draw<'a> {
+    batches: &'a [Batch],
+    sight: &'a Sight,
+    band: usize,
+    width: usize,
+    threshold: f64,
+    buffer: &'a mut Buffer,
+}
+
+impl WithSimd for Draw<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { batches, sight, band, width, threshold, buffer } = self;
+        let Buffer { stride, q, facet, crossings } = buffer;
+        *stride = width + S::F64x8::N;
+        q.clear();
+        q.resize(*stride * BAND as usize, 0.0);
+        facet.clear();
+        facet.resize(*stride * BAND as usize, -1);
+
+        let top = band as u32 * BAND;
+        for (piece, outline, rows) in batches.iter().flat_map(|batch| batch.of_band(band)) {
+            // Only what comes this close can lie before the threshold: t = |d| / q, and |d| >= 1.
+            let close = piece.plane.hi() * threshold >= 1.0;
+            crossings.spans(outline, rows, |y, from, to, _| {
+                let centre = f64::from(y) + 0.5;
+                let plane = piece.plane.row::<S::F64x8>(centre);
+                let row = (y - top) as usize * *stride;
+                let end = S::F64x8::splat(f64::from(to));
+                for x in (from as usize..to as usize).step_by(S::F64x8::N) {
+                    let at = row + x;
+                    let xs = centres::<S::F64x8>(x);
+                    let new = plane.at(xs);
+                    let old = S::F64x8::load(&q[at..]);
+                    let mut nearer = new.gt(old) & xs.lt(end);
+                    if close {
+                        let d = lengths(sight, xs, centre);
+                        nearer = nearer & (new * S::F64x8::splat(threshold)).lt(d);
+                    }
+                    let bits = nearer.bits();
+                    if bits == 0 {
+                        continue;
+                    }
+                    S::F64x8::select(nearer, new, old).store(&mut q[at..]);
+                    for lane in 0..S::F64x8::N {
+                        if bits >> lane & 1 == 1 {
+                            facet[at + lane] = piece.tag;
+                        }
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// The centres of a pixel and those after it.
+#[inline(always)]
+pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
+    const STEPS: [f64; 16] = {
+        let mut steps = [0.5; 16];
+        let mut i = 0;
+        while i < 16 {
+            steps[i] += i as f64;
+            i += 1;
+        }
+        steps
+    };
+    D::splat(x as f64) + D::load(&STEPS)
+}
+
+/// `|d|` of the lines of sight through these centres of a row.
+#[inline(always)]
+fn lengths<D: Lanes<Scalar = f64>>(sight: &Sight, x: D, y: f64) -> D {
+    let d = |axis: usize| {
+        D::splat(sight.dx[axis]) * x + D::splat(sight.origin[axis] + sight.dy[axis] * y)
+    };
+    let (dx, dy, dz) = (d(0), d(1), d(2));
+    (dx * dx + dy * dy + dz * dz).sqrt()
+}
+
+/// Step 3 for one pixel: the distance, and the weights by Cramer's rule (document D).
+fn resolve(view: &View, corners: &[[f32; 3]], facet: usize, q: f64, x: u32, y: u32) -> Hit {
+    let (d, long) = view.through(x, y);
+    let c1 = double(corners[0]);
+    let (h4, h5) = (sub(double(corners[1]), c1), sub(double(corners[2]), c1));
+    let den = dot(cross(h4, h5), d);
+    let arm = cross(sub(c1, view.eye()), d);
+    let weight = |w: f64| if den == 0.0 { 0.0 } else { w / den };
+    Hit { t: long / q, u: weight(dot(h5, arm)), v: weight(-dot(h4, arm)), triangle: facet as u64 }
+}
+
+/// Where a hit is, from the eye: the point of the pixel's line of sight at its `t`.
+pub(crate) fn arm_of(view: &View, hit: &Hit, x: u32, y: u32) -> Vector {
+    let (d, _) = view.through(x, y);
+    scale(d, hit.t / length(d))
+}
