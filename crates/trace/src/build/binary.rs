@@ -80,9 +80,8 @@ pub(super) fn build(mut refs: Vec<Ref>, progress: &(dyn Fn(usize, usize) + Sync)
     let empty = Inner { lo: [0.0; 3], hi: [0.0; 3], left: 0, plan: Plan::default() };
     let mut inner = vec![empty; refs.len() - 1];
     let scale = around(&refs, |all, r| all.join(&r.0)).scale();
-    let centres = around_centres(&refs, scale);
     let builder = Builder { scale, total: refs.len(), done: AtomicUsize::new(0), progress };
-    builder.large(&mut refs, &mut inner, &centres, 0);
+    builder.large(&mut refs, &mut inner, 0);
     Binary { refs, inner }
 }
 
@@ -96,69 +95,55 @@ struct Builder<'a> {
 
 impl Builder<'_> {
     /// A subtree whose sides may be built side by side. Its depth is bounded by [`MAX_DEPTH`].
-    fn large(
-        &self,
-        refs: &mut [Ref],
-        inner: &mut [Inner],
-        centres: &Bounds,
-        depth: usize,
-    ) -> Built {
+    fn large(&self, refs: &mut [Ref], inner: &mut [Inner], depth: usize) -> Built {
         let count = refs.len();
         if count < MANY {
-            let built = self.small(refs, inner, centres, depth);
+            let built = self.small(refs, inner, depth);
             let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
             (self.progress)(done, self.total);
             return built;
         }
-        let (left, [cl, cr]) = self.cut(refs, centres, depth);
+        let left = self.cut(refs, depth);
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
-        let (a, b) =
-            join(|| self.large(lr, li, &cl, depth + 1), || self.large(rr, ri, &cr, depth + 1));
+        let (a, b) = join(|| self.large(lr, li, depth + 1), || self.large(rr, ri, depth + 1));
         self.finish(here, left, count, &a, &b)
     }
 
     /// A subtree built by one thread.
-    fn small(
-        &self,
-        refs: &mut [Ref],
-        inner: &mut [Inner],
-        centres: &Bounds,
-        depth: usize,
-    ) -> Built {
+    fn small(&self, refs: &mut [Ref], inner: &mut [Inner], depth: usize) -> Built {
         let count = refs.len();
         if count == 1 {
             let bounds = refs[0].0;
             return Built { bounds, costs: Costs::of_one(self.area(&bounds)) };
         }
-        let (left, [cl, cr]) = if count <= split::FEW {
-            (split::sort_few(refs, self.scale), [Bounds::EMPTY; 2])
+        let left = if count <= split::FEW {
+            split::sort_few(refs, self.scale)
         } else {
-            self.cut(refs, centres, depth)
+            self.cut(refs, depth)
         };
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
-        let a = self.small(lr, li, &cl, depth + 1);
-        let b = self.small(rr, ri, &cr, depth + 1);
+        let a = self.small(lr, li, depth + 1);
+        let b = self.small(rr, ri, depth + 1);
         self.finish(here, left, count, &a, &b)
     }
 
     /// Sorts the references to the two sides of the cheapest cut.
-    fn cut(&self, refs: &mut [Ref], centres: &Bounds, depth: usize) -> (usize, [Bounds; 2]) {
+    fn cut(&self, refs: &mut [Ref], depth: usize) -> usize {
         let count = refs.len();
         // Halving from here on would need so many levels: as long as there are more, the cut is
         // free. The last few boxes, cut anyhow, need at most one level each.
         let levels = count.ilog2() as usize + split::FEW;
         if depth + levels < MAX_DEPTH {
-            let binning = Binning::new(centres, self.scale);
+            let centres = around(refs, |all, r| all.reach(r.0.centre(self.scale)));
+            let binning = Binning::new(&centres, self.scale);
             if let Some(cut) = bins(refs, &binning).best(self.scale) {
                 return split::partition(refs, &binning, cut);
             }
         }
         // All centres alike, or too deep: halves, as they come, of full blocks.
-        let half = (count / 2).next_multiple_of(BLOCK);
-        let (a, b) = refs.split_at(half);
-        (half, [a, b].map(|half| around_centres(half, self.scale)))
+        (count / 2).next_multiple_of(BLOCK)
     }
 }
 
@@ -204,11 +189,6 @@ fn around(refs: &[Ref], add: impl Fn(&mut Bounds, &Ref) + Sync) -> Bounds {
         a.join(&b);
         a
     })
-}
-
-/// The box around all centres.
-fn around_centres(refs: &[Ref], scale: f32) -> Bounds {
-    around(refs, |all, r| all.reach(r.0.centre(scale)))
 }
 
 /// All references in their bins.

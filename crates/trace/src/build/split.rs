@@ -39,13 +39,23 @@ impl Binning {
 
     #[inline(always)]
     fn bins(&self, bounds: &Bounds) -> [usize; 3] {
-        // Adding this rounds to an integer in the low bits: the vector form of a conversion. The
-        // half taken off before makes it round down.
-        const TO_INTEGER: f32 = 12_582_912.0;
         let c = bounds.centre(self.scale);
-        let bin = |k: usize| ((c[k] - self.origin[k]) * self.per_unit[k] - 0.5) + TO_INTEGER;
-        [bin(0), bin(1), bin(2)].map(|x| x.to_bits() as usize & (BINS - 1))
+        [0, 1, 2].map(|k| integer((c[k] - self.origin[k]) * self.per_unit[k]))
     }
+
+    /// The bin along one axis: the same operations.
+    #[inline(always)]
+    fn bin(&self, bounds: &Bounds, axis: usize) -> usize {
+        let c = bounds.lo[axis] * self.scale + bounds.hi[axis] * self.scale;
+        integer((c - self.origin[axis]) * self.per_unit[axis])
+    }
+}
+
+/// Rounds down, and keeps the result below [`BINS`] whatever it is. Adding this number rounds to an
+/// integer in the low bits: the vector form of a conversion.
+#[inline(always)]
+fn integer(x: f32) -> usize {
+    ((x - 0.5) + 12_582_912.0).to_bits() as usize & (BINS - 1)
 }
 
 /// How many boxes fell into each bin of each axis, and the box around them.
@@ -106,31 +116,31 @@ impl Bins {
     }
 }
 
-/// Sorts the boxes in place to the two sides of a cut; returns how many are on the left, and what
-/// the centres of each side span.
+/// Sorts the boxes in place to the two sides of a cut; returns how many are on the left.
 pub(super) fn partition(
     refs: &mut [Ref],
     binning: &Binning,
     (axis, first_right): (usize, usize),
-) -> (usize, [Bounds; 2]) {
-    let mut centres = [Bounds::EMPTY; 2];
+) -> usize {
     let mut left = 0;
     // Without a branch, which would be mispredicted every other time: everything is swapped to
     // the end of the left side, which grows only if it belongs there.
     for i in 0..refs.len() {
         let r = refs[i];
-        let is_left = binning.bins(&r.0)[axis] < first_right;
-        centres[usize::from(!is_left)].reach(r.0.centre(binning.scale));
+        let is_left = binning.bin(&r.0, axis) < first_right;
         refs[i] = refs[left];
         refs[left] = r;
         left += usize::from(is_left);
     }
-    (left, centres)
+    left
 }
 
 /// Sorts two to [`FEW`] boxes along the axis of their cheapest cut; returns where to cut.
 pub(super) fn sort_few(refs: &mut [Ref], scale: f32) -> usize {
     let n = refs.len();
+    if n == 2 {
+        return 1;
+    }
     let (mut least, mut best) = (f32::INFINITY, None);
     for axis in 0..3 {
         // Insertion sort of the indices by centre.
