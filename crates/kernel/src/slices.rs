@@ -38,7 +38,7 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
             } else {
                 let packets: [RayPacket<8>; PACKETS] =
                     from_fn(|p| RayPacket::new(rays.get(8 * p..).unwrap_or(&[])));
-                let prepared = packets.each_ref().map(|packet| mode.prepare_packet_in::<S>(packet));
+                let prepared = packets.each_ref().map(|packet| mode.prepare_packet_in::<S, 8>(packet));
                 let used = rays.len().div_ceil(8);
                 for (index, triangle) in (0..).zip(triangles) {
                     let triangle = mode.prepare(triangle);

@@ -82,22 +82,34 @@ pub trait Mode: Test {
         self.level().run(Pack { mode: self, ray, pack })
     }
 
+    /// N rays prepared for one triangle after another, within a loop at some level.
+    #[inline(always)]
+    fn prepare_packet_in<'a, S: Simd, const N: usize>(
+        &self,
+        packet: &'a RayPacket<N>,
+    ) -> PreparedPacket<'a, Self, S, N>
+    where
+        Lane<N>: Width,
+    {
+        PreparedPacket { packet, lanes: self.rays(packet) }
+    }
+
     /// [`Mode::packet`] within a loop at some level.
     #[inline(always)]
     fn packet_in<S: Simd, const N: usize>(
         &self,
-        rays: &RayPacket<N>,
+        rays: &PreparedPacket<'_, Self, S, N>,
         triangle: &Prepared<Self>,
         counts: &mut Counts,
     ) -> Hits<N>
     where
         Lane<N>: Width,
     {
-        let lanes = self.rays::<F<S, N>, D<S, N>, N>(rays);
         let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.constants);
-        let scalar = |lane| (rays.ray(lane), triangle.triangle);
-        let far = Lanes::load(&rays.t_max);
-        let found = self.test(&triangles, &lanes, far, rays.live(), counts, scalar);
+        let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
+        let far = Lanes::load(&rays.packet.t_max);
+        let live = rays.packet.live();
+        let found = self.test(&triangles, &rays.lanes, far, live, counts, scalar);
         Hits::of(found, scalar)
     }
 
@@ -167,21 +179,12 @@ pub trait Mode: Test {
         best.is_hit()
     }
 
-    /// Eight rays prepared for one triangle after another, within a loop at some level.
-    #[inline(always)]
-    fn prepare_packet_in<'a, S: Simd>(
-        &self,
-        packet: &'a RayPacket<8>,
-    ) -> PreparedPacket<'a, Self, S> {
-        PreparedPacket { packet, lanes: self.rays(packet) }
-    }
-
     /// Offers the hits of eight rays with one triangle to their bests; only the lanes in `live` take
     /// part. Index, place and `find` are those of [`Mode::closest_in`].
     #[inline(always)]
     fn packet_closest_in<S: Simd>(
         &self,
-        rays: &PreparedPacket<'_, Self, S>,
+        rays: &PreparedPacket<'_, Self, S, 8>,
         triangle: &Prepared<Self>,
         (index, place): (u32, u32),
         find: impl Fn(u32) -> Triangle,
@@ -230,11 +233,14 @@ pub struct PreparedRay<M: Test, S: Simd> {
     lanes: M::Rays<S::F32x8, S::F64x8>,
 }
 
-/// Eight rays with what a mode computes from them once, at one level of instructions.
+/// N rays with what a mode computes from them once, at one level of instructions.
 #[derive(Clone, Copy)]
-pub struct PreparedPacket<'a, M: Test, S: Simd> {
-    packet: &'a RayPacket<8>,
-    lanes: M::Rays<S::F32x8, S::F64x8>,
+pub struct PreparedPacket<'a, M: Test, S: Simd, const N: usize>
+where
+    Lane<N>: Width,
+{
+    packet: &'a RayPacket<N>,
+    lanes: M::Rays<F<S, N>, D<S, N>>,
 }
 
 impl Hit {
@@ -277,7 +283,8 @@ where
     type Output = Hits<N>;
     #[inline(always)]
     fn run<S: Simd>(self) -> Hits<N> {
-        self.mode.packet_in::<S, N>(self.rays, self.triangle, &mut Counts::default())
+        let rays = self.mode.prepare_packet_in::<S, N>(self.rays);
+        self.mode.packet_in(&rays, self.triangle, &mut Counts::default())
     }
 }
 
