@@ -129,6 +129,24 @@ fn woop_by_hand() {
 }
 
 #[test]
+fn woop_falls_back_where_f32_cannot_tell() {
+    // 8193 * 8191 = 8192 * 8192 - 1, the same in f32. So the side from b to c seems to pass through the
+    // ray, and two triangles on either side of it both seem to be hit; f64 knows which is.
+    let (b, c) = ([8192.0, 8191.0, 1.0], [-8193.0, -8192.0, 1.0]);
+    let vec3 = |[x, y, z]: [f32; 3]| Vec3 { x, y, z };
+    for (y, is_hit) in [(10.0, true), (-10.0, false)] {
+        let triangle = Triangle([[0.0, y, 1.0], b, c]);
+        let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+        assert_eq!(truth(&triangle, &ray).is_hit(), is_hit);
+        for (fall_back, hit) in [(true, is_hit), (false, true)] {
+            let woop = Woop { fall_back };
+            let ray = woop.ray(vec3(ray.origin), vec3(ray.dir));
+            assert_eq!(woop.test(&woop.triangle(triangle.0.map(vec3)), &ray).0, hit);
+        }
+    }
+}
+
+#[test]
 fn every_subject_answers_ordinary_questions() {
     // Rays well inside or well outside: nobody has an excuse.
     let cases: Vec<_> = cases("uniform", 4000);
