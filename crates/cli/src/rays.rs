@@ -128,7 +128,7 @@ impl Rays {
             for (&column, cell) in columns.iter().zip(cells) {
                 numbers[column] = match number_of(cell) {
                     Ok(number) => number,
-                    Err(why) => return at(format!("{}: {cell:?} {why}", COLUMNS[column])),
+                    Err(why) => return at(format!("{}: {} {why}", COLUMNS[column], quote(cell))),
                 };
             }
             rays.push(ray(numbers));
@@ -145,7 +145,11 @@ impl Rays {
         let mut columns = Vec::new();
         for name in line.split(',').map(|name| unquoted(name).to_ascii_lowercase()) {
             let known = COLUMNS.iter().position(|&column| column == name).ok_or_else(|| {
-                at(format!("{name:?} is no column of rays; name them {}", COLUMNS.join(",")))
+                at(format!(
+                    "{} is no column of rays; name them {}",
+                    quote(&name),
+                    COLUMNS.join(",")
+                ))
             })?;
             if columns.contains(&known) {
                 return Err(at(format!("two columns are named {name}")));
@@ -219,6 +223,13 @@ fn number_of(cell: &str) -> std::result::Result<f32, &'static str> {
 /// A cell without the blanks and quotes around it.
 fn unquoted(cell: &str) -> &str {
     cell.trim().trim_matches('"').trim()
+}
+
+/// A cell for an error message, not too long.
+fn quote(cell: &str) -> String {
+    let cell = unquoted(cell);
+    let short: String = cell.chars().take(32).collect();
+    format!("{short:?}{}", if short.len() < cell.len() { "..." } else { "" })
 }
 
 #[cfg(test)]
