@@ -104,6 +104,81 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
     }
 }
 
+/// The edge functions with the bound that they share.
+#[derive(Clone, Copy)]
+pub(super) struct Edges<F> {
+    a: Vec3<F>,
+    a1: F,
+    pub(super) den: F,
+    pub(super) minus_v: F,
+    pub(super) w: F,
+    pub(super) u: F,
+    /// Beyond this the sign of V, W and `U_SCALE` U is sure.
+    pub(super) edge: F,
+    /// |d|₂h², which bounds `den`.
+    span: F,
+    /// What `den` must exceed for anything to be decided.
+    least: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Edges<F> {
+    #[inline(always)]
+    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
+        let splat = F::splat;
+        let Rays { rays, len, off, .. } = *of;
+        let a = tri.c1 - rays.org;
+        let r = rays.dir.cross_fused(a);
+        let den = tri.n.dot_fused(rays.dir);
+        let minus_v = tri.h5.dot_fused(r);
+        let w = tri.h4.dot_fused(r);
+        let u = den + minus_v - w;
+
+        let a1 = a.norm1();
+        let reach = tri.h.mul_add(splat(bound::NEAR), a1);
+        let edge =
+            tri.h.mul_add((len * splat(bound::EDGE)).mul_add(reach, off), splat(bound::TINY));
+        let span = len * tri.h * tri.h;
+        let least = span.mul_add(splat(bound::GRAZING), splat(bound::TINY));
+        Self { a, a1, den, minus_v, w, u, edge, span, least }
+    }
+
+    /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small? An
+    /// infinity or a NaN in any of V, W, den makes U one, and then the product NaN: not sure.
+    #[inline(always)]
+    pub(super) fn sure(&self) -> F::Mask {
+        self.den.abs().gt(self.u.mul_add(F::splat(0.0), self.least))
+    }
+}
+
+/// Where the ray meets the plane, with what bounds it.
+#[derive(Clone, Copy)]
+pub(super) struct Plane<F> {
+    /// The numerator, with the sign of `den` in it; t is this over |den|.
+    pub(super) num: F,
+    pub(super) num_err: F,
+    pub(super) den_err: F,
+    pub(super) t_lo: F,
+    pub(super) t_hi: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Plane<F> {
+    #[inline(always)]
+    pub(super) fn new(tri: &Triangles<F>, edges: &Edges<F>) -> Self {
+        let splat = F::splat;
+        let Edges { a, a1, den, span, .. } = *edges;
+        let num = tri.n.dot_fused(a).flip(den);
+        let recip = splat(1.0) / den.abs();
+        let t = num * recip;
+        let num_err = ((a1 + splat(bound::SMALL)) * tri.h * tri.h)
+            .mul_add(splat(bound::NUM), splat(bound::TINY));
+        let den_err = span.mul_add(splat(bound::DEN), splat(bound::TINY));
+        let err = t.abs().mul_add(den_err, num_err) * recip;
+        let rounding = t.abs().mul_add(splat(bound::ROUND), splat(bound::TINY));
+        let err = err.mul_add(splat(bound::SLACK), rounding);
+        Self { num, num_err, den_err, t_lo: t - err, t_hi: t + err }
+    }
+}
+
 /// What the bound says of each lane. A lane that is in neither mask is a miss.
 #[derive(Clone, Copy)]
 pub(crate) struct Verdict<F> {
@@ -128,27 +203,9 @@ pub(crate) fn filter<F: Lanes<Scalar = f32>>(
     threshold: f64,
 ) -> Option<Verdict<F>> {
     let splat = F::splat;
-    let Rays { rays, len, off, above, below } = *of;
-
-    // The edge functions.
-    let a = tri.c1 - rays.org;
-    let r = rays.dir.cross_fused(a);
-    let den = tri.n.dot_fused(rays.dir);
-    let minus_v = tri.h5.dot_fused(r);
-    let w = tri.h4.dot_fused(r);
-    let u = den + minus_v - w;
-
-    // Their bound, one for all three.
-    let a1 = a.norm1();
-    let reach = tri.h.mul_add(splat(bound::NEAR), a1);
-    let edge = tri.h.mul_add((len * splat(bound::EDGE)).mul_add(reach, off), splat(bound::TINY));
-
-    // Far enough from grazing for the sign of `den` to be sure and the reference's noise small? An
-    // infinity or a NaN in any of V, W, den makes U one, and then the product NaN: not sure.
-    let span = len * tri.h * tri.h;
-    let least = span.mul_add(splat(bound::GRAZING), splat(bound::TINY));
-    let den_abs = den.abs();
-    let sure = den_abs.gt(u.mul_add(splat(0.0), least));
+    let edges = Edges::new(tri, of);
+    let Edges { den, minus_v, w, u, edge, least, .. } = edges;
+    let sure = edges.sure();
 
     // The weights, positive inside whichever side the ray comes from; the least of them decides.
     let weight = (-minus_v).flip(den).min(w.flip(den)).min((u * splat(bound::U_SCALE)).flip(den));
@@ -157,23 +214,16 @@ pub(crate) fn filter<F: Lanes<Scalar = f32>>(
         return None;
     }
 
-    // The plane's t and its enclosure.
-    let num = tri.n.dot_fused(a).flip(den);
-    let recip = splat(1.0) / den_abs;
-    let t = num * recip;
-    let num_err =
-        ((a1 + splat(bound::SMALL)) * tri.h * tri.h).mul_add(splat(bound::NUM), splat(bound::TINY));
-    let den_err = span.mul_add(splat(bound::DEN), splat(bound::TINY));
-    let err = t.abs().mul_add(den_err, num_err) * recip;
-    let err =
-        err.mul_add(splat(bound::SLACK), t.abs().mul_add(splat(bound::ROUND), splat(bound::TINY)));
-    let (t_lo, t_hi) = (t - err, t + err);
-    let out_of_range = sure & (t_hi.lt(below) | t_lo.gt(far));
+    // Is the plane where hits count?
+    let Plane { t_lo, t_hi, .. } = Plane::new(tri, &edges);
+    let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
 
     // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
     let parallel = tri.n.norm1() * splat(threshold as f32 * bound::PARALLEL) + least;
-    let inside =
-        weight.gt(edge) & den_abs.gt(parallel) & t_lo.gt(above) & t_hi.lt(splat(f32::INFINITY));
+    let inside = weight.gt(edge)
+        & den.abs().gt(parallel)
+        & t_lo.gt(of.above)
+        & t_hi.lt(splat(f32::INFINITY));
     let hit = (sure & maybe & inside & !out_of_range).bits() & live;
     let undecided = (maybe & !out_of_range).bits() & live & !hit;
     Some(Verdict { hit, undecided, t_lo, t_hi })

@@ -9,6 +9,7 @@
 //! ```
 
 mod bound;
+mod evidence;
 mod filter;
 
 use crate::double::replay;
@@ -16,6 +17,7 @@ use crate::lanes::{Lanes, Level};
 use crate::mode::{Counts, Found, Test, Threshold, lanes_of};
 use crate::{Ray, RayPacket, Triangle, TrianglePack};
 
+pub use evidence::Evidence;
 use filter::{Rays, Triangles, filter};
 
 /// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64

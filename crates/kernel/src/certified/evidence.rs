@@ -1,0 +1,92 @@
+//! What the filter goes by, laid open, so that its bounds can be held against exact arithmetic.
+
+use crate::lanes::{Lanes, Mask, Simd, WithSimd};
+use crate::{Ray, Triangle, TrianglePack};
+
+use super::filter::{Edges, Plane, Rays, Triangles};
+use super::{Certified, bound};
+
+/// The numbers by which the mode `certified` decides one test, as its level computes them, each with
+/// the most that it may be off by.
+///
+/// In the words of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
+/// the denominator, `t` is `num / den`. NaN and infinities come in and out as they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// V, the weight of the second corner times the denominator.
+    pub v: f32,
+    /// W, the weight of the third corner times the denominator.
+    pub w: f32,
+    /// U, the weight of the first corner times the denominator.
+    pub u: f32,
+    /// The bound of V and of W.
+    pub edge: f32,
+    /// The bound of U.
+    pub u_edge: f32,
+    /// D, the normal (not of unit length) times the direction.
+    pub den: f32,
+    /// The bound of D.
+    pub den_err: f32,
+    /// T, the normal times the way from the origin to the first corner.
+    pub num: f32,
+    /// The bound of T.
+    pub num_err: f32,
+    /// The enclosure of t, valid if [`Evidence::sure`].
+    pub t_lo: f32,
+    /// See [`Evidence::t_lo`].
+    pub t_hi: f32,
+    /// Whether the ray is far enough from grazing for anything to be decided.
+    pub sure: bool,
+}
+
+impl Certified {
+    /// What the filter goes by for a ray and a triangle.
+    ///
+    /// ```
+    /// use intertri::{Certified, Ray, Triangle};
+    /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let seen = Certified::default().evidence(&Ray::new([0.25; 3], [0.0, 0.0, 1.0]), &triangle);
+    /// assert!(seen.sure && seen.v > seen.edge && seen.t_lo < 4.75 && 4.75 < seen.t_hi);
+    /// ```
+    pub fn evidence(&self, ray: &Ray, triangle: &Triangle) -> Evidence {
+        self.level.run(Seen { threshold: self.threshold.get(), ray, triangle })
+    }
+}
+
+struct Seen<'a> {
+    threshold: f64,
+    ray: &'a Ray,
+    triangle: &'a Triangle,
+}
+
+impl WithSimd for Seen<'_> {
+    type Output = Evidence;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Evidence {
+        let pack = TrianglePack::<8>::new(core::slice::from_ref(self.triangle));
+        let triangles = Triangles::<S::F32x8>::of_pack(&pack);
+        let rays = Rays::of_ray(self.ray, self.threshold);
+        let edges = Edges::new(&triangles, &rays);
+        let plane = Plane::new(&triangles, &edges);
+        let lane = |x: S::F32x8| {
+            let mut lanes = [0.0; 8];
+            x.store(&mut lanes);
+            lanes[0]
+        };
+        let edge = lane(edges.edge);
+        Evidence {
+            v: lane(-edges.minus_v),
+            w: lane(edges.w),
+            u: lane(edges.u),
+            edge,
+            u_edge: edge / bound::U_SCALE,
+            den: lane(edges.den),
+            den_err: lane(plane.den_err),
+            num: lane(plane.num.flip(edges.den)),
+            num_err: lane(plane.num_err),
+            t_lo: lane(plane.t_lo),
+            t_hi: lane(plane.t_hi),
+            sure: edges.sure().bits() & 1 != 0,
+        }
+    }
+}
