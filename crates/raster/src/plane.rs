@@ -32,8 +32,13 @@ impl Plane {
         if q0.is_finite() && dx.is_finite() && dy.is_finite() {
             Self { q0, dx, dy, lo, hi }
         } else {
-            Self { q0: lo, dx: 0.0, dy: 0.0, lo, hi }
+            Self::flat(lo)
         }
+    }
+
+    /// The same q everywhere; 0 is at infinity.
+    pub(crate) fn flat(q: f64) -> Self {
+        Self { q0: q, dx: 0.0, dy: 0.0, lo: q, hi: q }
     }
 
     /// The nearest that a corner comes.

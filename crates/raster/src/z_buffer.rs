@@ -12,7 +12,7 @@ use crate::batch::{Batch, batches};
 use crate::plane::{Plane, range};
 use crate::spans::{BAND, Crossings};
 use crate::threads;
-use crate::vector::{Vector, add, cross, dot, double, length, scale, sub};
+use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{Sight, View};
 
 /// How many facets a picture takes.
@@ -90,19 +90,24 @@ pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// The sum of the cross products over the fan around the first corner, as the reference has it.
-fn normal(corners: &[[f32; 3]]) -> Vector {
-    let arm = |corner: [f32; 3]| sub(double(corner), double(corners[0]));
-    let fan = corners[1..].windows(2).map(|pair| cross(arm(pair[0]), arm(pair[1])));
-    fan.fold([0.0; 3], add)
-}
-
-/// The depth of a facet, or `None` if it has no area or lies in one plane with the eye.
-pub(crate) fn plane(view: &View, sight: &Sight, corners: &[[f32; 3]]) -> Option<Plane> {
-    let normal = normal(corners);
-    let arm = sub(double(corners[0]), view.eye());
-    let depths = corners.iter().map(|&corner| view.depth(sub(double(corner), view.eye())));
-    (dot(normal, arm) != 0.0).then(|| Plane::new(sight, normal, arm, range(depths)))
+/// The depth of a facet, or `None` if it has no area or lies in one plane with the eye. Its normal is
+/// the sum of the cross products over the fan around the first corner, as the reference has it.
+pub(crate) fn plane<C>(view: &View, sight: &Sight, corners: C) -> Option<Plane>
+where
+    C: IntoIterator<Item = Vector, IntoIter: Clone>,
+{
+    let mut corners = corners.into_iter();
+    let depths = range(corners.clone().map(|corner| view.depth(sub(corner, view.eye()))));
+    let c1 = corners.next()?;
+    let mut arms = corners.map(|corner| sub(corner, c1));
+    let mut before = arms.next()?;
+    let mut normal = [0.0; 3];
+    for arm in arms {
+        normal = add(normal, cross(before, arm));
+        before = arm;
+    }
+    let arm = sub(c1, view.eye());
+    (dot(normal, arm) != 0.0).then(|| Plane::new(sight, normal, arm, depths))
 }
 
 /// Step 1 for one facet.
@@ -118,7 +123,7 @@ fn prepare(
         return;
     }
     let outline = corners.iter().map(|&c| view.project(sub(double(c), view.eye()), 1.0, near));
-    batch.push(view, outline, tag, || plane(view, sight, corners));
+    batch.push(view, outline, tag, || plane(view, sight, corners.iter().copied().map(double)));
 }
 
 /// One band's pixels. Rows are a little longer than the picture, for lanes that stand over.
@@ -222,10 +227,4 @@ fn resolve(view: &View, corners: &[[f32; 3]], facet: usize, q: f64, x: u32, y: u
     let arm = cross(sub(c1, view.eye()), d);
     let weight = |w: f64| if den == 0.0 { 0.0 } else { w / den };
     Hit { t: long / q, u: weight(dot(h5, arm)), v: weight(-dot(h4, arm)), triangle: facet as u64 }
-}
-
-/// Where a hit is, from the eye: the point of the pixel's line of sight at its `t`.
-pub(crate) fn arm_of(view: &View, hit: &Hit, x: u32, y: u32) -> Vector {
-    let (d, _) = view.through(x, y);
-    scale(d, hit.t / length(d))
 }

@@ -1,0 +1,125 @@
+//! Which faces meet at which edge: document C's table, for meshes as they come.
+//!
+//! The document gives each face exactly three neighbours. A real mesh has edges with one face (it is
+//! open), with two that are wound against each other, or with three and more. So the table is turned
+//! round: for every edge, all faces that have it, and for each of them which way it runs there.
+//!
+//! ```text
+//!        a         face 0 = (a, b, c) has the edge a-b forward,
+//!      / | \       face 1 = (b, a, d) has it backward: a consistent neighbour.
+//!     d  |  c      A third face e at a-b is one more entry.
+//!      \ | /
+//!        b
+//! ```
+
+use std::collections::HashMap;
+
+use intertri::Triangle;
+
+/// One face at an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Side {
+    /// Its place among the triangles.
+    pub face: u32,
+    /// Whether the edge runs from its first end to its second in the face's winding.
+    pub forward: bool,
+}
+
+/// One edge, and all faces that meet there in ascending order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge<'a> {
+    /// Two places in [`Adjacency::points`], the smaller first.
+    pub ends: [u32; 2],
+    /// One for an edge of an open mesh, two within a manifold, or more.
+    pub sides: &'a [Side],
+}
+
+/// Faces over welded points, and the faces at each edge.
+///
+/// Points are welded where their coordinates are equal, bit for bit but for the sign of a zero, so
+/// that a mesh whose file repeats its vertices (for texture seams, or in STL) is connected again.
+#[derive(Clone, Debug, Default)]
+pub struct Adjacency {
+    points: Vec<[f32; 3]>,
+    faces: Vec<[u32; 3]>,
+    ends: Vec<([u32; 2], u32)>,
+    sides: Vec<Side>,
+}
+
+impl Adjacency {
+    /// Welds the corners of some triangles and finds their edges. A triangle with two equal corners
+    /// has no area; it keeps its place and is at no edge.
+    ///
+    /// # Panics
+    /// If there are 2^30 triangles or more.
+    ///
+    /// ```
+    /// use intertri::Triangle;
+    /// use intertri_raster::Adjacency;
+    /// let (a, b) = ([0.0; 3], [1.0, 0.0, 0.0]);
+    /// let pair = [Triangle([a, b, [0.0, 1.0, 0.0]]), Triangle([b, a, [0.0, -1.0, 0.0]])];
+    /// let adjacency = Adjacency::new(&pair);
+    /// assert_eq!((adjacency.points().len(), adjacency.edges().count()), (4, 5));
+    /// assert_eq!(adjacency.edges().filter(|edge| edge.sides.len() == 2).count(), 1);
+    /// ```
+    pub fn new(triangles: &[Triangle]) -> Self {
+        assert!(triangles.len() < 1 << 30, "fewer than 2^30 triangles");
+
+        // Weld: the first of equal points gives the number.
+        let mut points = Vec::new();
+        let mut numbers = HashMap::with_capacity(triangles.len());
+        let mut number = |p: [f32; 3]| {
+            // -0 + 0 = 0
+            let p = p.map(|x| x + 0.0);
+            *numbers.entry(p.map(f32::to_bits)).or_insert_with(|| {
+                points.push(p);
+                points.len() as u32 - 1
+            })
+        };
+        let faces: Vec<_> = triangles.iter().map(|t| t.0.map(&mut number)).collect();
+
+        // Sort all edges of all faces; equal ones come to stand together, in the order of the faces.
+        let mut uses = Vec::with_capacity(3 * faces.len());
+        for (face, &[a, b, c]) in (0..).zip(&faces) {
+            if a != b && b != c && c != a {
+                for (a, b) in [(a, b), (b, c), (c, a)] {
+                    uses.push(([a.min(b), a.max(b)], Side { face, forward: a < b }));
+                }
+            }
+        }
+        uses.sort_unstable();
+        let mut ends = Vec::new();
+        for run in uses.chunk_by(|one, next| one.0 == next.0) {
+            let first = ends.last().map_or(0, |&(_, end)| end);
+            ends.push((run[0].0, first + run.len() as u32));
+        }
+        Self { points, faces, ends, sides: uses.into_iter().map(|(_, side)| side).collect() }
+    }
+
+    /// The different corners, in the order in which the triangles name them first.
+    pub fn points(&self) -> &[[f32; 3]] {
+        &self.points
+    }
+
+    /// The triangles in their order, as places in [`Adjacency::points`].
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
+    /// The three corners of a face.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn corners(&self, face: usize) -> [[f32; 3]; 3] {
+        self.faces[face].map(|corner| self.points[corner as usize])
+    }
+
+    /// Every edge once, in the order of its ends.
+    pub fn edges(&self) -> impl Iterator<Item = Edge<'_>> {
+        let firsts = std::iter::once(0).chain(self.ends.iter().map(|&(_, end)| end));
+        self.ends.iter().zip(firsts).map(|(&(ends, end), first)| Edge {
+            ends,
+            sides: &self.sides[first as usize..end as usize],
+        })
+    }
+}

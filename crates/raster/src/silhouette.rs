@@ -1,0 +1,98 @@
+//! Document C: which faces look at the light, and the edges along which their shadow leaves them.
+//!
+//! The document counts faces whose normal looks at the light, and takes the edges between those and
+//! the others. That is right for a closed mesh that is wound consistently. Here **every** triangle
+//! casts, whichever way it is wound, as it blocks a ray whichever way it is wound: one that looks
+//! away from the light is turned round first. Then the silhouette is a sum. Each turned face runs
+//! once round its three edges; where two faces run along an edge in opposite directions they cancel:
+//!
+//! ```text
+//!       / \
+//!      / ^ \    within a lit surface: opposite directions, the sum is 0, no silhouette
+//!     <--|-->   along the document's silhouette: the far face was turned round, so both run the
+//!      \ v /    same way, the sum is 2: one shadow each
+//!       \ /     at the border of an open mesh: 1; where three faces meet: -3, -1, 1 or 3
+//! ```
+//!
+//! Whatever the mesh, that sum is the boundary of the turned faces, so faces and silhouette close up.
+
+use robust::{Coord3D, orient3d};
+
+use crate::adjacency::Adjacency;
+use crate::vector::{Vector, double};
+
+/// What casts the shadows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// At a place. A triangle casts its shadow from `1 / reach` times its distance on.
+    Point {
+        /// Where it is.
+        position: [f32; 3],
+        /// Which part of the way from the light to a surface can hold a blocker: the `t_max` of the
+        /// shadow rays from the light (`t = 0`) to the surface (`t = 1`). It is above 0 and at most
+        /// 1. With 1, a surface still does not shadow itself.
+        reach: f64,
+    },
+    /// So far away that its rays are parallel.
+    Directional {
+        /// The way to the light, of any length but 0.
+        toward: [f32; 3],
+    },
+}
+
+/// One edge of a silhouette.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outline {
+    /// Two places in [`Adjacency::points`], in the order in which the edge runs along the faces that
+    /// look at the light (counter-clockwise around each of them, as seen from there).
+    pub ends: [u32; 2],
+    /// How many more faces run along it this way than the other way; above 0.
+    pub count: u32,
+}
+
+/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) looks at the light, -1 if it looks away, and 0
+/// if the face casts no shadow: it is edge-on to the light, without area, or not finite.
+///
+/// For a light at a point the sign is that of the exact determinant. For a directional one it is that
+/// of the exact determinant of the face's sides, rounded to f64.
+pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
+    let coord = |[x, y, z]: Vector| Coord3D { x, y, z };
+    let face = |face: usize| {
+        let corners = adjacency.corners(face);
+        if !corners.as_flattened().iter().all(|x| x.is_finite()) {
+            return 0;
+        }
+        let [c1, c2, c3] = corners.map(double);
+        // The determinant of (c1 - d, c2 - d, c3 - d) is negative where d is on the normal's side.
+        let volume = match light {
+            Light::Point { position, .. } => {
+                orient3d(coord(c1), coord(c2), coord(c3), coord(double(*position)))
+            }
+            Light::Directional { toward } => {
+                let [h4, h5] = [c2, c3].map(|c| coord(crate::vector::sub(c, c1)));
+                orient3d(Coord3D { x: 0.0, y: 0.0, z: 0.0 }, h4, h5, coord(double(*toward)))
+            }
+        };
+        i8::from(volume < 0.0) - i8::from(volume > 0.0)
+    };
+    (0..adjacency.faces().len()).map(face).collect()
+}
+
+/// The edges at which faces that look at the light, turned round where they do not, fail to cancel.
+///
+/// # Panics
+/// If `facing` has not one entry a face.
+pub fn silhouette(adjacency: &Adjacency, facing: &[i8]) -> Vec<Outline> {
+    assert_eq!(facing.len(), adjacency.faces().len(), "one entry a face");
+    let edges = adjacency.edges().filter_map(|edge| {
+        let along = edge.sides.iter().map(|side| {
+            let facing = i32::from(facing[side.face as usize]);
+            if side.forward { facing } else { -facing }
+        });
+        let sum: i32 = along.sum();
+        let [a, b] = edge.ends;
+        let ends = if sum > 0 { [a, b] } else { [b, a] };
+        (sum != 0).then_some(Outline { ends, count: sum.unsigned_abs() })
+    });
+    edges.collect()
+}

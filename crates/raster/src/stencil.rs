@@ -1,0 +1,213 @@
+//! Shadows by counting: how many volumes a visible point is in.
+//!
+//! ```text
+//!   eye  o-----------(------P----)---->     Along the line of sight, behind the visible point P, the
+//!                  enters      leaves       surfaces are counted: +1 where it enters a volume, -1
+//!                                           where it leaves one. The sum is minus the number of
+//!   eye  o--(-----)---------P---------->    volumes that P is in: 0 is lit.
+//! ```
+//!
+//! Counting behind P ("z-fail") rather than before it is right wherever the eye is, also within a
+//! shadow, because all volumes end in the end: the far caps at infinity are behind every P. Outlines
+//! are drawn by the same exact spans as facets. Their winding number is the +1 or -1, so whatever
+//! closes up in space closes up at every pixel.
+//!
+//! **A surface and its own near cap** are in one plane where the light's reach is 1. Both depths are
+//! computed by the same operations from the same corners, so they are equal to the bit, and a tie is
+//! decided so that the face is not in its own shadow: an entering surface counts as behind, a
+//! leaving one as before.
+
+use intertri::Hit;
+use intertri::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
+
+use crate::batch::{Batch, batches};
+use crate::plane::{Plane, range};
+use crate::silhouette::Light;
+use crate::spans::{BAND, Crossings};
+use crate::threads;
+use crate::vector::{cross, double, sub};
+use crate::view::{Sight, View};
+use crate::volume::Volume;
+use crate::z_buffer::{centres, plane};
+
+/// Which pixels the light reaches, given what each of them shows (by whatever engine): `false` where
+/// a face of the volume's mesh is between the visible point and the light. A pixel that shows nothing
+/// is lit.
+///
+/// The hits belong to the volume's own mesh, whose planes give the depths; of a hit on something
+/// else (an index that the mesh does not have) the `t` is taken, for a direction of unit length.
+///
+/// # Panics
+/// If `hits` has not one entry a pixel.
+pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
+    let width = view.width() as usize;
+    assert_eq!(hits.len(), width * view.height() as usize, "one hit a pixel");
+    let sight = view.sight();
+    let seen = depths(view, &sight, hits, volume);
+
+    // Nothing nearer than the nearest visible point is ever counted.
+    let nearest = seen.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let near = 0.25 / nearest;
+    let faces = volume.adjacency().faces().len();
+    let batches = batches(view, faces + volume.silhouette().len(), |batch, i| {
+        let mesh = Surfaces { view, sight: &sight, volume, near };
+        if i < faces { mesh.caps(batch, i) } else { mesh.side(batch, i - faces) }
+    });
+
+    let mut lit = vec![true; hits.len()];
+    threads::parts(&mut lit, width * BAND as usize, |band, lit, counters: &mut Counters| {
+        let first = band * BAND as usize * width;
+        let seen = &seen[first..first + lit.len()];
+        dispatch(Count { batches: &batches, band, width, seen, counters });
+        for (row, (lit, seen)) in lit.chunks_mut(width).zip(seen.chunks(width)).enumerate() {
+            let counts = &counters.counts[row * counters.stride..];
+            for ((lit, &q), &count) in lit.iter_mut().zip(seen).zip(counts) {
+                *lit = count == 0 || q == 0.0;
+            }
+        }
+    });
+    lit
+}
+
+/// `q`, the inverse of the view depth, of what each pixel shows; 0 for nothing.
+pub(crate) fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<f64> {
+    let width = view.width() as usize;
+    let mesh = volume.adjacency();
+    let mut depths = vec![0.0; hits.len()];
+    threads::parts(&mut depths, width, |y, row, last: &mut Option<(u64, Option<Plane>)>| {
+        for (x, q) in row.iter_mut().enumerate() {
+            let hit = &hits[y * width + x];
+            if !hit.is_hit() {
+                continue;
+            }
+            // Neighbouring pixels mostly show one face.
+            if last.is_none_or(|(face, _)| face != hit.triangle) {
+                let face = usize::try_from(hit.triangle).ok().filter(|&f| f < mesh.faces().len());
+                let plane =
+                    face.and_then(|face| plane(view, sight, mesh.corners(face).map(double)));
+                *last = Some((hit.triangle, plane));
+            }
+            *q = match last {
+                Some((_, Some(plane))) => plane.at(x as f64 + 0.5, y as f64 + 0.5),
+                _ => view.through(x as u32, y as u32).1 / hit.t,
+            };
+        }
+    });
+    depths
+}
+
+/// What is drawn of a volume in one view.
+struct Surfaces<'a> {
+    view: &'a View,
+    sight: &'a Sight,
+    volume: &'a Volume<'a>,
+    near: f64,
+}
+
+impl Surfaces<'_> {
+    /// The near and the far cap of one face.
+    fn caps(&self, batch: &mut Batch, face: usize) {
+        let Self { view, sight, volume, near } = *self;
+        let Some(cap) = volume.cap(face) else { return };
+        let arm = |point| sub(volume.near(point), view.eye());
+
+        // The depth comes from the corners in their own order, for equal bits with the surface.
+        let outline = cap.map(|point| view.project(arm(point), 1.0, near));
+        batch.push(view, outline, 1, || {
+            let own = volume.adjacency().faces()[face].map(|point| volume.near(point));
+            let edge_on = || Plane::flat(range(own.map(|p| view.depth(sub(p, view.eye())))).0);
+            Some(plane(view, sight, own).unwrap_or_else(edge_on))
+        });
+
+        if matches!(volume.light(), Light::Point { .. }) {
+            let [a, b, c] = cap.map(|point| view.project(volume.far(point), 0.0, near));
+            batch.push(view, [a, c, b], 1, || Some(Plane::flat(0.0)));
+        }
+    }
+
+    /// One side: from the edge of the silhouette, turned round, to infinity.
+    fn side(&self, batch: &mut Batch, i: usize) {
+        let Self { view, sight, volume, near } = *self;
+        let side = volume.silhouette()[i];
+        let [a, b] = side.ends;
+        let close = |point| view.project(sub(volume.near(point), view.eye()), 1.0, near);
+        let distant = |point| view.project(volume.far(point), 0.0, near);
+        let quad = [close(b), close(a), distant(a), distant(b)];
+        let one_far_point = matches!(volume.light(), Light::Directional { .. });
+        let corners = quad.into_iter().take(if one_far_point { 3 } else { 4 });
+
+        batch.push(view, corners, side.count as i32, || {
+            let [p, q] = [a, b].map(|point| volume.near(point));
+            let normal = cross(sub(q, p), volume.far(a));
+            let arms = [p, q].map(|p| sub(p, view.eye()));
+            // The near points are the nearest, unless the side comes back toward the eye's plane.
+            let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
+            let depths = arms.map(|arm| view.depth(arm)).into_iter();
+            let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
+            Some(Plane::new(sight, normal, arms[0], (0.0, hi)))
+        });
+    }
+}
+
+/// One band's counters; they cannot wrap, since there are fewer than 2^30 faces. Rows are a little
+/// longer than the picture, for lanes that stand over.
+#[derive(Default)]
+struct Counters {
+    stride: usize,
+    counts: Vec<i32>,
+    seen: Vec<f64>,
+    crossings: Crossings,
+}
+
+struct Count<'a> {
+    batches: &'a [Batch],
+    band: usize,
+    width: usize,
+    seen: &'a [f64],
+    counters: &'a mut Counters,
+}
+
+impl WithSimd for Count<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { batches, band, width, seen, counters } = self;
+        let Counters { stride, counts, seen: depths, crossings } = counters;
+        *stride = width + S::F64x8::N;
+        counts.clear();
+        counts.resize(*stride * BAND as usize, 0);
+        depths.clear();
+        for row in seen.chunks(width) {
+            depths.extend_from_slice(row);
+            depths.resize(depths.len() + S::F64x8::N, 0.0);
+        }
+
+        let top = band as u32 * BAND;
+        for (piece, outline, rows) in batches.iter().flat_map(|batch| batch.of_band(band)) {
+            crossings.spans(outline, rows, |y, from, to, winding| {
+                let plane = piece.plane.row::<S::F64x8>(f64::from(y) + 0.5);
+                let row = (y - top) as usize * *stride;
+                let end = S::F64x8::splat(f64::from(to));
+                let step = piece.tag * winding;
+                for x in (from as usize..to as usize).step_by(S::F64x8::N) {
+                    let at = row + x;
+                    let xs = centres::<S::F64x8>(x);
+                    let surface = plane.at(xs);
+                    let visible = S::F64x8::load(&depths[at..]);
+                    // Behind is a smaller q; a tie counts where the line of sight enters.
+                    let behind =
+                        if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
+                    let bits = (behind & xs.lt(end)).bits();
+                    if bits == 0 {
+                        continue;
+                    }
+                    let counts = &mut counts[at..at + S::F64x8::N];
+                    for (lane, count) in counts.iter_mut().enumerate() {
+                        *count += step & -((bits >> lane & 1) as i32);
+                    }
+                }
+            });
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Document C: the volumes of shadow behind the faces, as closed surfaces.
+//!
+//! ```text
+//!           * light          Each face throws a volume: all that is behind it as seen from the
+//!          / \               light, without end. Its surface is
+//!         /   \              - the near cap: the face itself, looking at the light,
+//!        a-----b             - sides along its edges: (b, a, far a, far b), outward,
+//!       /.......\            - the far cap: the face at infinity, looking away.
+//!      /.........\           Inner sides cancel between neighbours, so only the silhouette has them.
+//!  far a ------- far b
+//! ```
+//!
+//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`).
+//! Its BIG is infinity here: a far point is a direction, `w = 0` in homogeneous coordinates, so no
+//! number is too small for the scene or too large for the arithmetic. For a directional light all far
+//! points are one, the sides are triangles, and the far cap is nothing.
+//!
+//! A point is in as many volumes as there are faces between it and the light: the surfaces' winding
+//! around it. That is true of every mesh, open, self-intersecting, wound at random, or with many
+//! faces at an edge, and it is what a two-sided shadow ray asks. Faces which are edge-on to the light
+//! throw nothing.
+
+use std::fmt;
+
+use crate::adjacency::Adjacency;
+use crate::silhouette::{Light, Outline, facing, silhouette};
+use crate::vector::{Vector, add, double, scale, sub};
+
+/// The shadow volumes of a mesh in one light; they do not depend on who looks.
+#[derive(Clone, Debug)]
+pub struct Volume<'a> {
+    adjacency: &'a Adjacency,
+    light: Light,
+    facing: Vec<i8>,
+    silhouette: Vec<Outline>,
+    /// Where the volume begins behind each point, and in which direction it goes on from there.
+    near: Vec<Vector>,
+    far: Vec<Vector>,
+}
+
+impl<'a> Volume<'a> {
+    /// The volumes behind all faces of a mesh.
+    ///
+    /// # Errors
+    /// If the light is not finite, has no direction, or a reach that is not above 0 and at most 1.
+    pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
+        let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
+        match light {
+            Light::Point { position, reach } => {
+                if !finite(position) {
+                    return Err(LightError::NotFinite);
+                }
+                if !(reach > 0.0 && reach <= 1.0) {
+                    return Err(LightError::Reach(reach));
+                }
+            }
+            Light::Directional { toward } => {
+                if !finite(toward) {
+                    return Err(LightError::NotFinite);
+                }
+                if toward == [0.0; 3] {
+                    return Err(LightError::Direction);
+                }
+            }
+        }
+
+        let facing = facing(adjacency, &light);
+        let silhouette = silhouette(adjacency, &facing);
+        let points = adjacency.points().iter().copied().map(double);
+        let (near, far) = match light {
+            // The face itself must keep its bits where the reach is 1.
+            Light::Point { position, reach } => points
+                .map(|p| (p, sub(p, double(position))))
+                .map(|(p, away)| (add(p, scale(away, (1.0 - reach) / reach)), away))
+                .unzip(),
+            Light::Directional { toward } => {
+                points.map(|p| (p, scale(double(toward), -1.0))).unzip()
+            }
+        };
+        Ok(Self { adjacency, light, facing, silhouette, near, far })
+    }
+
+    /// The mesh.
+    pub fn adjacency(&self) -> &'a Adjacency {
+        self.adjacency
+    }
+
+    /// The light.
+    pub fn light(&self) -> Light {
+        self.light
+    }
+
+    /// Where the sides leave the mesh.
+    pub fn silhouette(&self) -> &[Outline] {
+        &self.silhouette
+    }
+
+    /// The face's points in the order in which they run counter-clockwise for the light, and `None`
+    /// for a face that throws no shadow.
+    pub(crate) fn cap(&self, face: usize) -> Option<[u32; 3]> {
+        let [a, b, c] = self.adjacency.faces()[face];
+        match self.facing[face] {
+            0 => None,
+            1 => Some([a, b, c]),
+            _ => Some([a, c, b]),
+        }
+    }
+
+    /// Where the volume begins behind a point.
+    pub(crate) fn near(&self, point: u32) -> Vector {
+        self.near[point as usize]
+    }
+
+    /// The direction in which it goes on from there.
+    pub(crate) fn far(&self, point: u32) -> Vector {
+        self.far[point as usize]
+    }
+}
+
+/// Why there are no shadow volumes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightError {
+    /// A coordinate of the light is NaN or infinite.
+    NotFinite,
+    /// The direction to the light is zero.
+    Direction,
+    /// The reach is not above 0 and at most 1.
+    Reach(f64),
+}
+
+impl fmt::Display for LightError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite => write!(f, "light: a coordinate is not finite; give finite numbers"),
+            Self::Direction => write!(f, "light: its direction is zero; give any other vector"),
+            Self::Reach(reach) => {
+                write!(f, "light: a reach of {reach}; give a number above 0 and at most 1")
+            }
+        }
+    }
+}
+
+impl std::error::Error for LightError {}
