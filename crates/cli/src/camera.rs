@@ -1,7 +1,7 @@
 //! Where to look from.
 
 use clap::Args;
-use intertri_scene::{Bounds, Camera, CameraError, Mesh, Scene};
+use intertri_scene::{Camera, CameraError, Mesh, Scene};
 
 /// The camera. Without any of these, a model is framed as a whole and the built-in scene is seen by
 /// its own camera.
@@ -33,39 +33,31 @@ impl Options {
     /// The scene to draw: `model`, or the built-in scene.
     pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene, CameraError> {
         if let Some(mesh) = model {
-            let camera = self.camera(&bounds(&mesh), aspect)?;
+            let camera = self.camera(&mesh, aspect)?;
             return Ok(Scene::seen_by(mesh, camera));
         }
         let mut scene = Scene::built_in();
         let Self { eye, target, view, up, fov } = self;
         let own = eye.or(*target).or(*view).or(*up).is_none() && fov.is_none();
         if !own {
-            scene.camera = self.camera(&bounds(&scene.mesh), aspect)?;
+            scene.camera = self.camera(&scene.mesh, aspect)?;
         }
         Ok(scene)
     }
 
-    fn camera(&self, bounds: &Bounds, aspect: f64) -> Result<Camera, CameraError> {
+    fn camera(&self, mesh: &Mesh, aspect: f64) -> Result<Camera, CameraError> {
         let up = self.up.unwrap_or(Camera::UP);
         let fov = self.fov.unwrap_or(Camera::FOV);
-        match self.eye {
-            Some(eye) => {
-                // Halved before they are added, so that the largest f32 do not overflow.
-                let middle = |axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5;
-                let target = self.target.unwrap_or([0, 1, 2].map(middle));
-                Camera::new(eye, target, up, fov)
-            }
-            None => {
-                let view = self.view.unwrap_or(Camera::VIEW);
-                Camera::framing_from(bounds, view, up, fov, aspect)
-            }
-        }
+        let Some(eye) = self.eye else {
+            let view = self.view.unwrap_or(Camera::VIEW);
+            return Camera::framing_from(mesh.points(), view, up, fov, aspect);
+        };
+        let middle = mesh.bounds().map_or([0.0; 3], |bounds| {
+            // Halved before they are added, so that the largest f32 do not overflow.
+            [0, 1, 2].map(|axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5)
+        });
+        Camera::new(eye, self.target.unwrap_or(middle), up, fov)
     }
-}
-
-/// The box around a model; one that has no triangle is a point.
-fn bounds(mesh: &Mesh) -> Bounds {
-    mesh.bounds().unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] })
 }
 
 /// Three numbers with commas between them.

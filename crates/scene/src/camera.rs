@@ -17,7 +17,7 @@ use std::fmt;
 use glam::DVec3;
 use intertri::Ray;
 
-use crate::mesh::{Bounds, double, single};
+use crate::mesh::{double, single};
 
 /// An eye, where it looks, and how wide.
 ///
@@ -73,51 +73,87 @@ impl Camera {
         Ok(Self { eye, right, up: right.cross(forward), forward, half_height })
     }
 
-    /// A camera that has the whole box in its picture: [`Camera::framing_from`] with
+    /// A camera that has all of `points` in its picture: [`Camera::framing_from`] with
     /// [`Camera::VIEW`], [`Camera::UP`] and [`Camera::FOV`].
     ///
     /// `aspect` is the picture's width divided by its height.
     ///
     /// # Errors
     /// If the camera would stand beyond the range of f32, or `aspect` is not positive and finite.
-    pub fn framing(bounds: &Bounds, aspect: f64) -> Result<Self, CameraError> {
-        Self::framing_from(bounds, Self::VIEW, Self::UP, Self::FOV, aspect)
+    pub fn framing(
+        points: impl IntoIterator<Item = [f32; 3]>,
+        aspect: f64,
+    ) -> Result<Self, CameraError> {
+        Self::framing_from(points, Self::VIEW, Self::UP, Self::FOV, aspect)
     }
 
-    /// A camera that has the whole box in its picture, as large as a narrow margin allows, seen from
-    /// the direction `view` (from the box toward the eye).
+    /// A camera that has all of `points` in its picture, as large as a narrow margin allows, seen
+    /// from the direction `view` (from the points toward the eye). Without points, it looks at the
+    /// origin.
+    ///
+    /// ```text
+    ///   left border                       right border
+    ///            \      .   .     .       /
+    ///             \  .    .    .   .     /       w, toward the eye
+    ///              * . .     .      .  /         |
+    ///               \     .    .     *          |
+    ///                 \          /              +---- r, to the right
+    ///                    \    /
+    ///                      eye
+    /// ```
     ///
     /// # Errors
     /// As [`Camera::new`], with `view` as the line of sight; and if `aspect` is not positive and
     /// finite.
     pub fn framing_from(
-        bounds: &Bounds,
+        points: impl IntoIterator<Item = [f32; 3]>,
         view: [f32; 3],
         up: [f32; 3],
         fov: f64,
         aspect: f64,
     ) -> Result<Self, CameraError> {
+        const MARGIN: f64 = 1.05;
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(CameraError::Aspect(aspect));
         }
         // The directions of the wanted camera are those of one that looks from `view` at the origin.
-        let center = bounds.center();
-        let facing = Self::new(view, [0.0; 3], up, fov)?;
+        let Self { right, up: top, forward, half_height, .. } = Self::new(view, [0.0; 3], up, fov)?;
+        let (half_width, half_height) = (half_height * aspect / MARGIN, half_height / MARGIN);
 
-        // A corner stays in the picture when its distance to the line of sight is at most the
-        // picture's half size at its depth: |x| <= half * (distance - toward the eye).
-        let half_width = facing.half_height * aspect;
-        let distance = bounds.corners().into_iter().map(|corner| {
-            let arm = corner - center;
-            let toward = -arm.dot(facing.forward);
-            let across = (arm.dot(facing.right).abs() / half_width)
-                .max(arm.dot(facing.up).abs() / facing.half_height);
-            across * 1.04 + toward
-        });
-        let distance = distance.fold(bounds.radius() * 0.01, f64::max);
+        // A point is in the picture where |r - r of the eye| <= half_width * (w of the eye - w), and
+        // the same up and down. Each border is pushed outward until the last point touches it.
+        let mut borders = [f64::NEG_INFINITY; 4];
+        let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            let point = double(point);
+            let [r, u, w] = [point.dot(right), point.dot(top), -point.dot(forward)];
+            let beyond = [r, -r, u, -u];
+            for (border, (side, half)) in borders.iter_mut().zip(beyond.into_iter().zip([
+                half_width,
+                half_width,
+                half_height,
+                half_height,
+            ])) {
+                *border = border.max(side + half * w);
+            }
+            min = min.min(DVec3::new(r, u, w));
+            max = max.max(DVec3::new(r, u, w));
+        }
+        if min.x > max.x {
+            return Self::framing_from([[0.0; 3]], view, up, fov, aspect);
+        }
 
-        let eye = single(center - facing.forward * distance);
-        Self::new(eye, single(center), up, fov)
+        // The eye stands where the borders of one pair meet, whichever pair meets farther away, in
+        // the middle of the other, and not in the foremost point.
+        let [r_max, r_min, u_max, u_min] = borders;
+        let size = (max - min).length();
+        let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };
+        let w = ((r_max + r_min) / (2.0 * half_width))
+            .max((u_max + u_min) / (2.0 * half_height))
+            .max(near);
+        let eye = right * ((r_max - r_min) * 0.5) + top * ((u_max - u_min) * 0.5) - forward * w;
+        let target = eye + forward * (w - (min.z + max.z) * 0.5);
+        Self::new(single(eye), single(target), up, fov)
     }
 
     /// Where the camera stands: the origin of all its rays.
@@ -224,25 +260,39 @@ mod tests {
     }
 
     #[test]
-    fn framing_holds_every_corner_and_wastes_little() {
-        let boxes = [
-            Bounds { min: [-1.0; 3], max: [1.0; 3] },
-            Bounds { min: [1e6, 0.0, -3.0], max: [1.00001e6, 100.0, 3.0] },
-            Bounds { min: [0.0, 0.0, 0.0], max: [50.0, 0.0, 1.0] },
+    fn framing_holds_every_point_and_wastes_little() {
+        let corners = |min: [f32; 3], max: [f32; 3]| {
+            let ends = [min, max];
+            let corner = |i: usize| [ends[i & 1][0], ends[i >> 1 & 1][1], ends[i >> 2][2]];
+            (0..8).map(corner).collect::<Vec<_>>()
+        };
+        let clouds = [
+            corners([-1.0; 3], [1.0; 3]),
+            corners([1e6, 0.0, -300.0], [1.0001e6, 100.0, 3.0]),
+            corners([0.0, 0.0, 0.0], [50.0, 0.0, 1.0]),
+            // Nothing like its box.
+            vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, 9.0, 1.0], [9.0, 8.0, 10.0]],
         ];
-        for bounds in boxes {
+        for points in clouds {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 3.0] {
-                let camera = Camera::framing(&bounds, aspect).unwrap();
-                // How far a corner is from the middle, 1 being the picture's edge.
-                let reach = bounds.corners().into_iter().map(|corner| {
-                    let arm = corner - double(camera.eye);
+                let camera = Camera::framing(points.iter().copied(), aspect).unwrap();
+                // Where the points are in the picture, its borders at -1 and 1.
+                let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+                for &point in &points {
+                    let arm = double(point) - double(camera.eye);
                     let depth = arm.dot(camera.forward) * camera.half_height;
                     assert!(depth > 0.0);
-                    let up = arm.dot(camera.up).abs() / depth;
-                    up.max(arm.dot(camera.right).abs() / depth / aspect)
-                });
-                let reach = reach.fold(0.0, f64::max);
-                assert!((0.85..1.0).contains(&reach), "{bounds:?} {aspect}: {reach}");
+                    let place =
+                        [arm.dot(camera.right) / depth / aspect, arm.dot(camera.up) / depth];
+                    for axis in 0..2 {
+                        min[axis] = min[axis].min(place[axis]);
+                        max[axis] = max[axis].max(place[axis]);
+                    }
+                }
+                // One pair of borders is nearly reached on both sides.
+                let reach = (0..2).map(|axis| max[axis].min(-min[axis])).fold(0.0, f64::max);
+                let most = max.into_iter().chain(min.map(|x| -x)).fold(0.0, f64::max);
+                assert!(reach > 0.9 && most < 1.0, "{points:?} {aspect}: {min:?} {max:?}");
             }
         }
     }
@@ -257,10 +307,10 @@ mod tests {
         for fov in [0.0, -1.0, 180.0, f64::INFINITY] {
             assert_eq!(new([1.0; 3], [0.0; 3], Camera::UP, fov), Err(CameraError::Fov(fov)));
         }
-        let point = Bounds { min: [2.0; 3], max: [2.0; 3] };
-        assert!(Camera::framing(&point, 1.0).is_ok());
-        assert!(Camera::framing(&point, 0.0).is_err());
-        let huge = Bounds { min: [f32::MIN; 3], max: [f32::MAX; 3] };
-        assert_eq!(Camera::framing(&huge, 1.0), Err(CameraError::NotFinite));
+        assert!(Camera::framing([[2.0; 3]], 1.0).is_ok());
+        assert!(Camera::framing([], 1.0).is_ok());
+        assert!(Camera::framing([[2.0; 3]], 0.0).is_err());
+        let huge = [[f32::MIN; 3], [f32::MAX, 0.0, 0.0]];
+        assert_eq!(Camera::framing(huge, 1.0), Err(CameraError::NotFinite));
     }
 }

@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn the_light_stands_above_and_on_the_side_of_the_camera() {
         let bounds = Bounds { min: [-1.0; 3], max: [1.0; 3] };
-        let camera = Camera::framing(&bounds, 1.0).unwrap();
+        let camera = Camera::framing([bounds.min, bounds.max], 1.0).unwrap();
         let light = double(Light::over_the_shoulder(&bounds, &camera).position);
         assert!(light.y > 1.0);
         assert!(light.dot(double(camera.eye())) > 0.0);

@@ -57,14 +57,17 @@ impl Mesh {
         after.checked_sub(1).map_or(Self::CLAY, |part| self.parts[part].tint)
     }
 
-    /// The box around all triangles, or `None` where there is no triangle. Positions that no triangle
-    /// uses do not count.
+    /// The corners of all triangles. Positions that no triangle uses are not among them.
+    pub fn points(&self) -> impl Iterator<Item = [f32; 3]> {
+        self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
+    }
+
+    /// The box around all triangles, or `None` where there is no triangle.
     pub fn bounds(&self) -> Option<Bounds> {
-        let first = *self.triangles.first()?.first()? as usize;
-        let mut bounds = Bounds { min: self.positions[first], max: self.positions[first] };
-        for &corner in self.triangles.as_flattened() {
-            let p = self.positions[corner as usize];
-            for (axis, &x) in p.iter().enumerate() {
+        let first = self.points().next()?;
+        let mut bounds = Bounds { min: first, max: first };
+        for p in self.points() {
+            for (axis, x) in p.into_iter().enumerate() {
                 bounds.min[axis] = bounds.min[axis].min(x);
                 bounds.max[axis] = bounds.max[axis].max(x);
             }
@@ -102,14 +105,6 @@ impl Bounds {
     /// Whether a point is in the box or on its border.
     pub(crate) fn contains(&self, p: [f32; 3]) -> bool {
         (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
-    }
-
-    /// The eight corners.
-    pub(crate) fn corners(&self) -> [DVec3; 8] {
-        let ends = [double(self.min), double(self.max)];
-        std::array::from_fn(|i| {
-            DVec3::new(ends[i & 1].x, ends[(i >> 1) & 1].y, ends[(i >> 2) & 1].z)
-        })
     }
 }
 

@@ -21,9 +21,9 @@ impl Scene {
     /// `aspect` = width / height.
     ///
     /// # Errors
-    /// As [`Camera::framing`]. A mesh without triangles is looked at as if it were a point.
+    /// As [`Camera::framing`].
     pub fn of(mesh: Mesh, aspect: f64) -> Result<Self, CameraError> {
-        let camera = Camera::framing(&mesh.bounds_or_point(), aspect)?;
+        let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))
     }
 
