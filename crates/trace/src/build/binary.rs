@@ -182,7 +182,9 @@ fn nodes_of(inner: &mut [Inner], left: usize) -> (&mut Inner, &mut [Inner], &mut
 fn around(refs: &[Ref], add: impl Fn(&mut Bounds, &Ref) + Sync) -> Bounds {
     let one = |refs: &[Ref]| {
         let mut all = Bounds::EMPTY;
-        refs.iter().for_each(|r| add(&mut all, r));
+        for r in refs {
+            add(&mut all, r);
+        }
         all
     };
     gather(refs, &one, &|mut a, b| {
@@ -208,4 +210,46 @@ fn gather<T: Send>(
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::refs;
+    use intertri::Triangle;
+
+    fn depth(binary: &Binary, part: Subtree) -> usize {
+        let below = |part| 1 + depth(binary, part);
+        if part.count == 1 {
+            0
+        } else {
+            binary.sides(part).map(below).into_iter().max().unwrap_or(0)
+        }
+    }
+
+    #[test]
+    fn depth_is_bounded() {
+        // Each half as far as the one before: the heuristic peels off a few at a time.
+        let at = |i: i32| {
+            let x = (i as f32).exp2();
+            Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]])
+        };
+        let triangles: Vec<_> = (-120..120).flat_map(|i| [at(i); 40]).collect();
+        let depth_from = |start| {
+            let mut refs = refs::collect(&triangles);
+            let empty = Inner { lo: [0.0; 3], hi: [0.0; 3], left: 0, plan: Plan::default() };
+            let mut inner = vec![empty; refs.len() - 1];
+            let scale = around(&refs, |all, r| all.join(&r.0)).scale();
+            let (total, done, progress) = (refs.len(), AtomicUsize::new(0), &|_, _| ());
+            Builder { scale, total, done, progress }.large(&mut refs, &mut inner, start);
+            let binary = Binary { refs, inner };
+            start + depth(&binary, binary.root())
+        };
+        let needed = triangles.len().ilog2() as usize + split::FEW;
+        let free = depth_from(0);
+        assert!(free > needed, "{free} levels are no test");
+        for start in 0..=MAX_DEPTH - needed {
+            assert!(depth_from(start) <= MAX_DEPTH, "from {start} to {}", depth_from(start));
+        }
+    }
 }

@@ -96,7 +96,9 @@ impl Tree {
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Bounds::EMPTY;
         let children = |node: &Node| (0..8).filter(|&i| node.child[i] != EMPTY).collect::<Vec<_>>();
-        children(&self.nodes[0]).iter().for_each(|&i| root.join(&self.nodes[0].bounds(i)));
+        for i in children(&self.nodes[0]) {
+            root.join(&self.nodes[0].bounds(i));
+        }
         let scale = root.scale();
         let mut sum = root.half_area(scale) as f64 * plan::NODE as f64;
         for node in &self.nodes {

@@ -38,12 +38,12 @@ impl Costs {
         // The cheapest way to share out 2 to 8 children.
         let mut shared = [f32::INFINITY; 9];
         let mut plan = 0;
-        for children in 2..=8 {
+        for (children, least) in shared.iter_mut().enumerate().skip(2) {
             let mut best = 0;
             for k in 1..children {
                 let cost = left.0[k - 1] + right.0[children - k - 1];
-                if cost < shared[children] {
-                    (shared[children], best) = (cost, k as u32);
+                if cost < *least {
+                    (*least, best) = (cost, k as u32);
                 }
             }
             plan |= best << (3 * (children - 2));

@@ -68,10 +68,9 @@ impl Bins {
     pub(super) fn of(refs: &[Ref], binning: &Binning) -> Self {
         let mut all = Self { bounds: [[Bounds::EMPTY; BINS]; 3], count: [[0; BINS]; 3] };
         for r in refs {
-            let bins = binning.bins(&r.0);
-            for axis in 0..3 {
-                all.bounds[axis][bins[axis]].join(&r.0);
-                all.count[axis][bins[axis]] += 1;
+            for (axis, bin) in binning.bins(&r.0).into_iter().enumerate() {
+                all.bounds[axis][bin].join(&r.0);
+                all.count[axis][bin] += 1;
             }
         }
         all
@@ -146,8 +145,8 @@ pub(super) fn sort_few(refs: &mut [Ref], scale: f32) -> usize {
         // Insertion sort of the indices by centre.
         let mut key = [0.0; FEW];
         let mut order = [0_u8; FEW];
-        for i in 0..n {
-            let centre = refs[i].0.centre(scale)[axis];
+        for (i, r) in refs.iter().enumerate() {
+            let centre = r.0.centre(scale)[axis];
             let mut at = i;
             while at > 0 && key[at - 1] > centre {
                 (key[at], order[at]) = (key[at - 1], order[at - 1]);

@@ -1,6 +1,7 @@
 //! The nodes and blocks of the plan, written from the root down.
 
 use super::binary::{Binary, Subtree};
+use super::plan::Plan;
 use super::{BLOCK, Tree};
 use crate::bounds::Bounds;
 use crate::node::{LEAF, NONE, Node};
@@ -98,7 +99,7 @@ fn share(
 }
 
 fn is_block(binary: &Binary, part: Subtree) -> bool {
-    binary.plan(part).is_none_or(|p| p.is_block())
+    binary.plan(part).is_none_or(Plan::is_block)
 }
 
 /// The indices of a subtree's triangles, ascending.
@@ -116,7 +117,9 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
 /// child and slot is chosen first, as Ylitie, Karras and Laine do (2017, section 3.3).
 fn slots(boxes: &[Bounds]) -> [usize; 8] {
     let mut all = Bounds::EMPTY;
-    boxes.iter().for_each(|b| all.join(b));
+    for b in boxes {
+        all.join(b);
+    }
     let scale = all.scale();
     let middle = all.centre(scale);
     // How far each child lies along the mean direction of each slot's rays.
