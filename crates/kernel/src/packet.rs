@@ -148,9 +148,16 @@ pub struct Hits<const N: usize> {
 /// stays below what a rounding takes.
 const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
-/// The length of the longest edge, rounded up and at least [`SHORTEST`]; infinite or NaN where a
-/// corner is.
-fn longest_edge(&Triangle([c1, c2, c3]): &Triangle) -> f32 {
+/// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
+const LARGEST: f32 = (1_u64 << 40) as f32;
+
+/// The length of the longest edge, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
+/// out for f32 to decide anything.
+fn longest_edge(triangle: &Triangle) -> f32 {
+    let Triangle([c1, c2, c3]) = *triangle;
+    if !triangle.0.iter().flatten().all(|x| x.abs() <= LARGEST) {
+        return f32::NAN;
+    }
     let square = |a: [f32; 3], b: [f32; 3]| {
         let [x, y, z] = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
         x * x + y * y + z * z

@@ -36,6 +36,19 @@ pub(super) const PARALLEL: f32 = 1.001;
 /// The rounding of the hit point, relative to the origin's |.|₁: 2^-51.
 pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
 
+/// No coordinate and no direction is larger (2^40), or the filter does not decide. Then no product
+/// overflows.
+pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
+/// No direction is shorter (2^-40), or the filter does not decide.
+pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
+
+/// `GRAZING h²` counts as so much more (2^-80), so that its product with a direction's length stays
+/// above what underflow takes from the denominator.
+pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
+
+/// The bound of an edge is at least `h` times this (2^-72): more than underflow takes.
+pub(super) const OFF_ADD: f32 = f32::from_bits((127 - 72) << 23);
+
 /// What underflow, flushed to zero or not, can take from a product or a sum.
 pub(super) const TINY: f32 = f32::from_bits((127 - 120) << 23);
 /// What it can take from an edge, a direction or a translated corner, as a length.

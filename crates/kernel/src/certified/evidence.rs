@@ -67,15 +67,15 @@ impl WithSimd for Seen<'_> {
         let triangles = Triangles::<S::F32x8>::of_pack(&pack);
         let rays = Rays::of_ray(self.ray, self.threshold);
         let edges = Edges::new(&triangles, &rays);
-        let plane = Plane::new(&triangles, &edges);
+        let plane = Plane::new(&triangles, &rays, &edges);
         let lane = |x: S::F32x8| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);
             lanes[0]
         };
-        let edge = lane(edges.edge);
+        let edge = -lane(edges.minus_bound);
         Evidence {
-            v: lane(-edges.minus_v),
+            v: lane(edges.v),
             w: lane(edges.w),
             u: lane(edges.u),
             edge,

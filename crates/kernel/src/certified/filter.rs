@@ -1,9 +1,9 @@
 //! The f32 filter: what the bound decides, for rays and triangles of any origin.
 //!
 //! ```text
-//!   A = c1 - o      R = d × A                     c3
+//!   A = c1 - o      R = A × d                     c3
 //!   n = h4 × h5     den = n·d     num = n·A       /\       V > 0 inside of h5
-//!   V = -h5·R       W = h4·R                 h5  /  \ h6   W > 0 inside of h4
+//!   V = h5·R        W = -h4·R                h5  /  \ h6   W > 0 inside of h4
 //!   U = den - V - W                             /____\     U > 0 inside of h6
 //!   t = num / den                             c1  h4  c2
 //! ```
@@ -21,11 +21,16 @@ use super::bound;
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
     c1: Vec3<F>,
-    h4: Vec3<F>,
+    /// `-h4`, which saves a change of sign.
+    minus_h4: Vec3<F>,
     h5: Vec3<F>,
     n: Vec3<F>,
-    /// The longest edge, rounded up.
+    /// The longest edge, rounded up; NaN where the filter must not decide.
     h: F,
+    /// `NEAR h`
+    near: F,
+    /// `GRAZING h²`, and a little.
+    grazing: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
@@ -33,8 +38,16 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     #[inline(always)]
     pub(crate) fn of_pack<const N: usize>(pack: &TrianglePack<N>) -> Self {
         let [c1, c2, c3] = pack.corners().each_ref().map(Vec3::load);
-        let (h4, h5) = (c2 - c1, c3 - c1);
-        Self { c1, h4, h5, n: h4.cross_fused(h5), h: F::load(pack.longest_edges()) }
+        let (minus_h4, h5, h) = (c1 - c2, c3 - c1, F::load(pack.longest_edges()));
+        Self {
+            c1,
+            minus_h4,
+            h5,
+            n: h5.cross_fused(minus_h4),
+            h,
+            near: h * F::splat(bound::NEAR),
+            grazing: (h * h).mul_add(F::splat(bound::GRAZING), F::splat(bound::GRAZING_ADD)),
+        }
     }
 
     /// One triangle for all lanes.
@@ -43,10 +56,12 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         let vec3 = |v: Vec3<f32>| Vec3::splat([v.x, v.y, v.z]);
         Self {
             c1: vec3(one.c1),
-            h4: vec3(one.h4),
+            minus_h4: vec3(one.minus_h4),
             h5: vec3(one.h5),
             n: vec3(one.n),
             h: F::splat(one.h),
+            near: F::splat(one.near),
+            grazing: F::splat(one.grazing),
         }
     }
 }
@@ -62,10 +77,12 @@ impl Triangles<f32> {
 #[derive(Clone, Copy)]
 pub struct Rays<F> {
     rays: RayLanes<F>,
-    /// |d|₂, rounded up.
+    /// |d|₂, rounded up; NaN where the filter must not decide.
     len: F,
-    /// The part of the bound that is the origin's.
-    off: F,
+    /// `-EDGE |d|₂`
+    minus_edge: F,
+    /// The part of the bound that is the origin's, negative.
+    minus_off: F,
     /// A t beyond this is large enough, a t under that is not.
     above: F,
     below: F,
@@ -75,17 +92,25 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
     /// Computes a ray's constants, lane by lane.
     #[inline(always)]
     pub(crate) fn new(rays: RayLanes<F>, threshold: f64) -> Self {
-        let dir = rays.dir;
-        let len = dir.dot(dir).sqrt().mul_add(F::splat(bound::NORM_UP), F::splat(bound::NORM_ADD));
-        let off = rays.org.norm1().mul_add(F::splat(bound::ORIGIN), F::splat(bound::SMALL));
+        let splat = F::splat;
+        let (dir, org) = (rays.dir, rays.org.norm1());
+        let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
+
+        // Within these limits nothing overflows, and what underflows is in the bound.
+        let sane = org.le(splat(bound::LARGEST))
+            & len.le(splat(bound::LARGEST))
+            & len.ge(splat(bound::SHORTEST_DIR));
+        let len = F::select(sane, len, splat(f32::NAN));
+        let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
         let threshold = threshold as f32;
-        let at_least = |x: f32| F::select(rays.t_min.lt(F::splat(x)), F::splat(x), rays.t_min);
+        let at_least = |x: f32| F::select(rays.t_min.lt(splat(x)), splat(x), rays.t_min);
         Self {
             rays,
             len,
-            off: len.mul_add(off, F::splat(bound::TINY)),
+            minus_edge: len * splat(-bound::EDGE),
+            minus_off: -len.mul_add(off, splat(bound::OFF_ADD)),
             above: at_least(threshold.next_up()),
             below: at_least(threshold.next_down()),
         }
@@ -110,13 +135,12 @@ pub(super) struct Edges<F> {
     a: Vec3<F>,
     a1: F,
     pub(super) den: F,
-    pub(super) minus_v: F,
+    pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// Beyond this the sign of V, W and `U_SCALE` U is sure.
-    pub(super) edge: F,
-    /// |d|₂h², which bounds `den`.
-    span: F,
+    /// Below this a weight is surely negative, above its opposite surely positive. NaN, as soon as
+    /// anything is not finite or beyond the filter's limits.
+    pub(super) minus_bound: F,
     /// What `den` must exceed for anything to be decided.
     least: F,
 }
@@ -124,29 +148,30 @@ pub(super) struct Edges<F> {
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
-        let splat = F::splat;
-        let Rays { rays, len, off, .. } = *of;
+        let Rays { rays, len, minus_edge, minus_off, .. } = *of;
         let a = tri.c1 - rays.org;
-        let r = rays.dir.cross_fused(a);
+        let r = a.cross_fused(rays.dir);
         let den = tri.n.dot_fused(rays.dir);
-        let minus_v = tri.h5.dot_fused(r);
-        let w = tri.h4.dot_fused(r);
-        let u = den + minus_v - w;
+        let v = tri.h5.dot_fused(r);
+        let w = tri.minus_h4.dot_fused(r);
+        let u = (den - v) - w;
 
         let a1 = a.norm1();
-        let reach = tri.h.mul_add(splat(bound::NEAR), a1);
-        let edge =
-            tri.h.mul_add((len * splat(bound::EDGE)).mul_add(reach, off), splat(bound::TINY));
-        let span = len * tri.h * tri.h;
-        let least = span.mul_add(splat(bound::GRAZING), splat(bound::TINY));
-        Self { a, a1, den, minus_v, w, u, edge, span, least }
+        let minus_bound = tri.h * minus_edge.mul_add(a1 + tri.near, minus_off);
+        Self { a, a1, den, v, w, u, minus_bound, least: len * tri.grazing }
     }
 
-    /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small? An
-    /// infinity or a NaN in any of V, W, den makes U one, and then the product NaN: not sure.
+    /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small?
     #[inline(always)]
     pub(super) fn sure(&self) -> F::Mask {
-        self.den.abs().gt(self.u.mul_add(F::splat(0.0), self.least))
+        self.den.abs().gt(self.least)
+    }
+
+    /// The least of the weights, positive inside whichever side the ray comes from.
+    #[inline(always)]
+    fn weight(&self) -> F {
+        let u = self.u * F::splat(bound::U_SCALE);
+        self.v.flip(self.den).min(self.w.flip(self.den)).min(u.flip(self.den))
     }
 }
 
@@ -163,15 +188,16 @@ pub(super) struct Plane<F> {
 
 impl<F: Lanes<Scalar = f32>> Plane<F> {
     #[inline(always)]
-    pub(super) fn new(tri: &Triangles<F>, edges: &Edges<F>) -> Self {
+    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>) -> Self {
         let splat = F::splat;
-        let Edges { a, a1, den, span, .. } = *edges;
+        let Edges { a, a1, den, .. } = *edges;
         let num = tri.n.dot_fused(a).flip(den);
         let recip = splat(1.0) / den.abs();
         let t = num * recip;
-        let num_err = ((a1 + splat(bound::SMALL)) * tri.h * tri.h)
-            .mul_add(splat(bound::NUM), splat(bound::TINY));
-        let den_err = span.mul_add(splat(bound::DEN), splat(bound::TINY));
+        let hh = tri.h * tri.h;
+        let num_err =
+            ((a1 + splat(bound::SMALL)) * hh).mul_add(splat(bound::NUM), splat(bound::TINY));
+        let den_err = (of.len * hh).mul_add(splat(bound::DEN), splat(bound::TINY));
         let err = t.abs().mul_add(den_err, num_err) * recip;
         let rounding = t.abs().mul_add(splat(bound::ROUND), splat(bound::TINY));
         let err = err.mul_add(splat(bound::SLACK), rounding);
@@ -204,23 +230,21 @@ pub(crate) fn filter<F: Lanes<Scalar = f32>>(
 ) -> Option<Verdict<F>> {
     let splat = F::splat;
     let edges = Edges::new(tri, of);
-    let Edges { den, minus_v, w, u, edge, least, .. } = edges;
-    let sure = edges.sure();
-
-    // The weights, positive inside whichever side the ray comes from; the least of them decides.
-    let weight = (-minus_v).flip(den).min(w.flip(den)).min((u * splat(bound::U_SCALE)).flip(den));
-    let maybe = !(sure & weight.lt(-edge));
+    let Edges { den, minus_bound, least, .. } = edges;
+    let (sure, weight) = (edges.sure(), edges.weight());
+    let maybe = !(sure & weight.lt(minus_bound));
     if maybe.bits() & live == 0 {
         return None;
     }
 
     // Is the plane where hits count?
-    let Plane { t_lo, t_hi, .. } = Plane::new(tri, &edges);
+    let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, &edges);
     let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
 
     // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
-    let parallel = tri.n.norm1() * splat(threshold as f32 * bound::PARALLEL) + least;
-    let inside = weight.gt(edge)
+    let parallel =
+        tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
+    let inside = weight.gt(-minus_bound)
         & den.abs().gt(parallel)
         & t_lo.gt(of.above)
         & t_hi.lt(splat(f32::INFINITY));
