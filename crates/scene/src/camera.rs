@@ -112,7 +112,7 @@ impl Camera {
         fov: f64,
         aspect: f64,
     ) -> Result<Self, CameraError> {
-        const MARGIN: f64 = 1.05;
+        const MARGIN: f64 = 1.1;
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(CameraError::Aspect(aspect));
         }
