@@ -192,6 +192,11 @@ impl Ray {
         (self.t_min, self.t_max)
     }
 
+    /// The same line with the interval `t_min <= t < t_max`, besides `0 < t`.
+    pub fn between(self, t_min: f32, t_max: f32) -> Self {
+        Self { t_min, t_max, ..self }
+    }
+
     /// The longest component of the direction.
     #[inline(always)]
     pub(super) fn longest(&self) -> i32 {

@@ -1,0 +1,66 @@
+//! The same bits at every level: a hash of many answers on a fixed scene.
+
+use intertri::fixed::{Bits, Fixed, Grid, blocks};
+use intertri::lanes::Level;
+use intertri::{Hit, Ray, Triangle};
+
+use crate::{Numbers, solids};
+
+/// What every CPU must give.
+const GOLDEN: u64 = 0x092f_1c9c_c4a2_8321;
+
+/// FNV-1a over 64-bit words.
+fn mix(hash: u64, word: u64) -> u64 {
+    (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3)
+}
+
+#[test]
+fn the_answers_hash_to_the_golden_number_at_every_level() {
+    // A sphere among loose triangles, on the fine and on a coarse grid.
+    let mut n = Numbers(42);
+    let mut scene: Vec<Triangle> = solids::icosphere(3)
+        .into_iter()
+        .map(|corners| Triangle(corners.map(|c| c.map(|x| x * 0.75))))
+        .collect();
+    let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
+    for _ in 0..500 {
+        let at = [number(), number(), number()];
+        let corners = [(); 3].map(|()| at.map(|x| (x + 0.25 * number()).clamp(-1.0, 1.0)));
+        scene.push(Triangle(corners));
+    }
+    let eye = [0.9, 0.8, -0.95];
+    let rays: Vec<Ray> = (0..1500)
+        .map(|i| {
+            let corner = scene[i * 7 % scene.len()].0[i % 3];
+            let target = if i % 3 == 0 { [number(), number(), number()] } else { corner };
+            let origin = if i < 1000 { eye } else { [number(), number(), number()] };
+            Ray::new(origin, [0, 1, 2].map(|axis| target[axis] - origin[axis]))
+        })
+        .collect();
+
+    for level in Level::all() {
+        let fixed = Fixed::at(level);
+        let mut hash = 0xcbf2_9ce4_8422_2325;
+        for bits in [Bits::FINE, Bits::COARSE, Bits::of_grid(6).unwrap()] {
+            let points = scene.iter().flat_map(|t| t.0).chain(rays.iter().map(|ray| ray.origin));
+            let grid = Grid::around(points, bits).unwrap();
+            let triangles: Vec<_> = scene.iter().map(|t| grid.triangle(t).unwrap()).collect();
+            let blocks: Vec<_> = blocks(&triangles).collect();
+            let rays: Vec<_> = rays.iter().map(|ray| grid.ray(ray).unwrap()).collect();
+            let mut hits = vec![Hit::MISS; rays.len()];
+            fixed.closest_of_each(&triangles, &rays, &mut hits);
+            for (ray, hit) in rays.iter().zip(&hits) {
+                assert_eq!(*hit, fixed.closest(&blocks, ray), "packets and blocks agree");
+                let count = fixed.crossings(&blocks, ray);
+                assert_eq!(fixed.any(&blocks, ray), hit.is_hit());
+                for word in [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.triangle] {
+                    hash = mix(hash, word);
+                }
+                hash = mix(mix(hash, count.signed as u64), count.unsigned);
+                fixed.all(&blocks, ray, |hit| hash = mix(mix(hash, hit.triangle), hit.t.to_bits()));
+            }
+        }
+        println!("{} {hash:#018x}", level.name());
+        assert_eq!(hash, GOLDEN, "{}", level.name());
+    }
+}

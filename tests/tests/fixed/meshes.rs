@@ -1,0 +1,268 @@
+//! Closed meshes: each ray crosses exactly once, at corners and edges too.
+
+use std::path::PathBuf;
+
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+
+use crate::solids::{icosphere, is_closed, octahedron};
+use crate::{Numbers, add, sub};
+
+/// A model of the shared folder, where there is one.
+fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {
+    let folder = std::env::var_os("INTERTRI_MODELS").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/models")),
+        PathBuf::from,
+    );
+    let path = folder.join(name);
+    if !path.exists() {
+        println!("no {}: not tested", path.display());
+        return None;
+    }
+    let mesh = intertri_scene::load(&path).unwrap();
+    Some(mesh.to_triangles().into_iter().map(|t| t.0).collect())
+}
+
+/// Whether snapping took a triangle's area.
+fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
+    let (e, f) = (sub(b, a).map(i64::from), sub(c, a).map(i64::from));
+    (0..3).all(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        e[j] * f[k] == e[k] * f[j]
+    })
+}
+
+/// Whether a point lies on a triangle, which may be a segment or a point itself.
+fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
+    let [a, b, c] = corners.map(|p| sub(p, point).map(i64::from));
+    let dot = |a: [i64; 3], b: [i64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let cross = |a: [i64; 3], b: [i64; 3]| {
+        let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+        [minor(1, 2), minor(2, 0), minor(0, 1)]
+    };
+    let sides = [cross(b, c), cross(c, a), cross(a, b)];
+    let normal = [0, 1, 2].map(|i| sides[0][i] + sides[1][i] + sides[2][i]);
+    if normal == [0; 3] {
+        // On the line of a segment, between two corners or at one.
+        sides == [[0; 3]; 3] && (dot(a, b) <= 0 || dot(b, c) <= 0 || dot(c, a) <= 0)
+    } else {
+        dot(a, normal) == 0 && sides.iter().all(|&side| dot(side, normal) >= 0)
+    }
+}
+
+/// Casts rays from a point inside at every corner, at the middle of every edge, and `random` ones;
+/// each must leave once more than it enters. Returns how many there were.
+fn cast(
+    n: &mut Numbers,
+    grid: &Grid,
+    mesh: &[[[i32; 3]; 3]],
+    origin: [i32; 3],
+    random: usize,
+) -> usize {
+    let triangles: Vec<Triangle> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
+    let blocks: Vec<_> = blocks(&triangles).collect();
+    let fixed = Fixed::default();
+    let mut rays = 0;
+    let mut check = |dir: [i32; 3]| {
+        if dir == [0; 3] {
+            return;
+        }
+        let ray = grid.ray_of(origin, dir).unwrap();
+        let count = fixed.crossings(&blocks, &ray);
+        assert_eq!(count.signed, 1, "{origin:?} {dir:?} {count:?}");
+        rays += 1;
+    };
+    for corners in mesh {
+        for k in 0..3 {
+            let [from, to] = [corners[k], corners[(k + 1) % 3]].map(|c| sub(c, origin));
+            check(from);
+            check(add(from, to));
+        }
+    }
+    for _ in 0..random {
+        let long = n.one_of(&[1, 3, grid.bits().q()]);
+        check(n.vector(1 << long));
+    }
+    rays
+}
+
+/// A mesh on grids from fine to coarse, from points inside.
+fn on_grids(
+    name: &str,
+    mesh: &[[[f32; 3]; 3]],
+    insides: &[[f32; 3]],
+    bits: &[u32],
+    random: usize,
+) -> usize {
+    let mut n = Numbers(99);
+    let mut rays = 0;
+    for &b in bits {
+        // Directions long enough for the sum of two ways across the grid.
+        let bits = Bits::new(b, (58 - 2 * b).min(24)).unwrap();
+        assert!(bits.q() >= b + 2);
+        let grid = Grid::around(mesh.iter().flatten().copied(), bits).unwrap();
+        let snapped: Vec<_> = mesh.iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
+        assert!(is_closed(&snapped), "{name} is closed");
+        let flat = snapped.iter().filter(|&&t| is_degenerate(t)).count();
+
+        // A coarse grid moves the surface, perhaps over a point or onto it. For all others one ray
+        // tells whether they are inside, and all must agree.
+        let triangles: Vec<_> = snapped.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
+        let blocks: Vec<_> = blocks(&triangles).collect();
+        let is_inside = |p: &&[f32; 3]| {
+            let at = grid.snap(**p).unwrap();
+            let winding = Fixed::default().winding(&blocks, &grid, **p).unwrap();
+            winding == 1 && !snapped.iter().any(|&t| is_on(at, t))
+        };
+        let still: Vec<_> = insides.iter().filter(is_inside).collect();
+        assert!(!still.is_empty() && (b < 12 || still.len() == insides.len()), "{name} {b}");
+        for &&inside in &still {
+            rays += cast(&mut n, &grid, &snapped, grid.snap(inside).unwrap(), random);
+        }
+        let all = mesh.len();
+        println!("{name} b={b}: {flat} of {all} without area, from {} points", still.len());
+    }
+    rays
+}
+
+fn all_meshes(fine: u32, random: usize, points: usize) -> usize {
+    let mut rays = 0;
+    let sphere = icosphere(fine);
+    let around: Vec<[f32; 3]> = [[0.0; 3], [0.25, -0.125, 0.5], [0.1, 0.2, 0.3], [-0.5, 0.5, 0.0]]
+        .into_iter()
+        .take(points)
+        .collect();
+    rays += on_grids("icosphere", &sphere, &around, &[18, 16, 10, 6, 4, 3, 2], random);
+    // Points inside, found by looking at the models, and far from their surfaces.
+    if let Some(fandisk) = model("fandisk.obj") {
+        rays +=
+            on_grids("fandisk", &fandisk, &inside_of(&fandisk, points), &[18, 9, 6, 5], random / 8);
+    }
+    if let Some(spot) = model("spot.obj") {
+        rays += on_grids("spot", &spot, &inside_of(&spot, points), &[18, 7, 5, 4], random / 4);
+    }
+    println!("{rays} rays, each crossing once");
+    rays
+}
+
+/// Points with winding number 1 from all around: below faces, by some hundredth of the size.
+fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
+    let grid = Grid::around(mesh.iter().flatten().copied(), Bits::FINE).unwrap();
+    let snapped: Vec<_> =
+        mesh.iter().map(|&t| grid.triangle(&intertri::Triangle(t)).unwrap()).collect();
+    let blocks: Vec<_> = blocks(&snapped).collect();
+    let fixed = Fixed::default();
+    let deep = grid.step() as f32 * 2.0_f32.powi(14);
+    let inside = |p: [f32; 3]| fixed.winding(&blocks, &grid, p).is_ok_and(|winding| winding == 1);
+    mesh.iter()
+        .step_by(mesh.len() / 97)
+        .map(|[a, b, c]| {
+            let [e, f] = [b, c].map(|p| [0, 1, 2].map(|i| p[i] - a[i]));
+            let normal = [0, 1, 2].map(|i| {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                e[j] * f[k] - e[k] * f[j]
+            });
+            let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+            [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0 - 3.0 * deep * normal[i] / length)
+        })
+        .filter(|&p| {
+            // And so are the points around it: coarse grids move the surface.
+            (0..27).all(|k| {
+                let way = [k % 3, k / 3 % 3, k / 9].map(|x| (x - 1) as f32 * deep);
+                inside([0, 1, 2].map(|i| p[i] + way[i]))
+            })
+        })
+        .take(points)
+        .collect()
+}
+
+#[test]
+fn a_ray_from_inside_of_a_closed_mesh_crosses_once() {
+    let rays = all_meshes(2, 2_000, 1);
+    assert!(rays > 20_000);
+}
+
+#[test]
+#[ignore = "a minute: more than five million rays"]
+fn a_ray_from_inside_of_a_closed_mesh_crosses_once_for_long() {
+    let rays = all_meshes(3, 240_000, 4);
+    assert!(rays > 5_000_000, "{rays}");
+}
+
+/// The octahedron |x| + |y| + |z| <= r is a solid whose every face is many triangles of one plane.
+#[test]
+fn points_are_inside_of_an_octahedron_where_its_formula_says_so() {
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    let (cells, cell) = (8, 3);
+    let mesh = octahedron(cells, cell);
+    assert!(is_closed(&mesh));
+    let triangles: Vec<_> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
+    let blocks: Vec<_> = blocks(&triangles).collect();
+    let fixed = Fixed::default();
+    let r = cells * cell;
+    let (mut inside, mut outside) = (0, 0);
+    for x in -r - 1..=r + 1 {
+        for y in -r - 1..=r + 1 {
+            for z in -r - 1..=r + 1 {
+                let distance = x.abs() + y.abs() + z.abs();
+                let winding = fixed.winding(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
+                let contains = fixed.contains(&blocks, &grid, [x, y, z].map(|x| x as f32)).unwrap();
+                assert_eq!(contains, winding == 1, "{winding}");
+                // On the surface, the answer is that of a neighbour.
+                if distance != r {
+                    assert_eq!(contains, distance < r, "{x} {y} {z}");
+                }
+                inside += usize::from(contains);
+                outside += usize::from(!contains);
+            }
+        }
+    }
+    println!("{inside} points inside, {outside} outside");
+    assert!(inside > 10_000 && outside > 10_000);
+    assert!(fixed.contains(&blocks, &grid, [f32::NAN; 3]).is_err());
+    assert!(fixed.contains(&blocks, &grid, [1e9; 3]).is_err());
+}
+
+#[test]
+fn turning_or_flipping_triangles_changes_no_unsigned_answer() {
+    let mut n = Numbers(5);
+    let grid = Grid::at(Bits::new(17, 24).unwrap(), 0, [0; 3]).unwrap();
+    let fixed = Fixed::default();
+    let mut mesh: Vec<_> = icosphere(2)
+        .into_iter()
+        .map(|t| t.map(|c| c.map(|x| (x * 1000.0).round() as i32)))
+        .collect();
+    mesh.extend((0..200).map(|_| [n.vector(3), n.vector(3), n.vector(3)]));
+    let make = |mesh: &[[[i32; 3]; 3]]| -> Vec<_> {
+        let triangles: Vec<_> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
+        blocks(&triangles).collect()
+    };
+    let same = make(&mesh);
+    let turned = make(&mesh.iter().map(|&[a, b, c]| [b, c, a]).collect::<Vec<_>>());
+    let flipped = make(&mesh.iter().map(|&[a, b, c]| [b, a, c]).collect::<Vec<_>>());
+    let mut hits = 0;
+    for round in 0..3_000 {
+        let reach = n.one_of(&[2, 500, 2000]);
+        let origin = n.vector(reach);
+        let corners = n.one_of(&mesh);
+        let dir = match round % 3 {
+            0 => sub(corners[0], origin),
+            1 => add(sub(corners[0], origin), sub(corners[1], origin)),
+            _ => n.vector(1000),
+        };
+        let Ok(ray) = grid.ray_of(origin, dir) else { continue };
+        let answer = |blocks: &[_]| {
+            let hit = fixed.closest(blocks, &ray);
+            let mut all = Vec::new();
+            fixed.all(blocks, &ray, |hit| all.push((hit.triangle, hit.t)));
+            (hit.triangle, hit.t, fixed.any(blocks, &ray), all)
+        };
+        let count = fixed.crossings(&same, &ray);
+        let [turned_count, flipped_count] = [&turned, &flipped].map(|b| fixed.crossings(b, &ray));
+        assert_eq!(count, turned_count);
+        assert_eq!((count.signed, count.unsigned), (-flipped_count.signed, flipped_count.unsigned));
+        assert_eq!(answer(&same), answer(&turned));
+        assert_eq!(answer(&same), answer(&flipped));
+        hits += count.unsigned;
+    }
+    assert!(hits > 3_000, "{hits}");
+}
