@@ -72,7 +72,7 @@ impl Point4 {
 /// Bit `i` is 0 if a point is inside of wall `i`, that is if its boundary coordinate is positive; 1
 /// if it is outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
-    (0..6).fold(0, |code, i| code | u8::from(!(boundaries[i] > 0.0)) << i)
+    (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
 /// The part of an edge that is in the canonical view volume, or `None` where nothing is.

@@ -1,4 +1,34 @@
 //! Clip, z-buffer and stencil shadow volumes: the second eye that must see what the rays see.
+//!
+//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] a pixel, as a tracer
+//! does with one ray a pixel; [`lit`] fills a shadow mask, as a tracer does with one shadow ray a
+//! pixel, of any visibility buffer. [`differences`] and [`shadow_differences`] judge pixel by pixel
+//! whether two engines may disagree. [`wire`] draws edges over what is visible.
+//!
+//! ```
+//! use intertri::Triangle;
+//! use intertri_raster::{Adjacency, Light, View, Volume, lit, triangles};
+//!
+//! // A floor, and a sheet half way between it and the light.
+//! let square = |y: f32, half: f32| {
+//!     let p = |x: f32, z: f32| [x * half, y, z * half - 4.0];
+//!     let (a, b, c, d) = (p(-1.0, -1.0), p(-1.0, 1.0), p(1.0, 1.0), p(1.0, -1.0));
+//!     [Triangle([a, b, c]), Triangle([a, c, d])]
+//! };
+//! let soup = [square(-1.0, 2.0), square(0.5, 0.4)].concat();
+//!
+//! let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+//! let view = View::new([0.0; 3], axes, 0.5, 64, 48)?;
+//! let hits = triangles(&view, &soup, 1e-9);
+//!
+//! let adjacency = Adjacency::new(&soup);
+//! let light = Light::Point { position: [0.0, 2.0, -4.0], reach: 1.0 };
+//! let mask = lit(&view, &hits, &Volume::new(&adjacency, light)?);
+//! // The light is straight above the sheet, and so is the shadow below it.
+//! let shadow = 36 * 64 + 32;
+//! assert!(hits[shadow].triangle < 2 && !mask[shadow]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod adjacency;
 mod batch;
@@ -13,6 +43,7 @@ mod threads;
 mod vector;
 mod view;
 mod volume;
+mod wire;
 mod z_buffer;
 
 pub use adjacency::{Adjacency, Edge, Side};
@@ -23,4 +54,5 @@ pub use silhouette::{Light, Outline, facing, silhouette};
 pub use stencil::lit;
 pub use view::{MAX_SIDE, SUBPIXEL_BITS, View, ViewError};
 pub use volume::{LightError, Volume};
+pub use wire::wire;
 pub use z_buffer::{facets, triangles};

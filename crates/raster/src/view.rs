@@ -81,12 +81,10 @@ impl View {
         if !eye.iter().all(|x| x.is_finite()) {
             return Err(ViewError::Eye);
         }
-        let off = |a, b, wanted: f64| !((dot(a, b) - wanted).abs() <= 1e-9);
-        if [right, up, forward].iter().any(|&axis| off(axis, axis, 1.0))
-            || off(right, up, 0.0)
-            || off(up, forward, 0.0)
-            || off(forward, right, 0.0)
-        {
+        let near = |a, b, wanted: f64| (dot(a, b) - wanted).abs() <= 1e-9;
+        let unit = [right, up, forward].iter().all(|&axis| near(axis, axis, 1.0));
+        let upright = near(right, up, 0.0) && near(up, forward, 0.0) && near(forward, right, 0.0);
+        if !(unit && upright) {
             return Err(ViewError::Axes);
         }
         let half_width = half_height * f64::from(width) / f64::from(height);

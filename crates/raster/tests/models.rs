@@ -1,0 +1,83 @@
+//! Both eyes on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
+
+mod common;
+
+use common::{rays_of, view_of};
+use intertri::{Certified, Hit, Ray, Threshold};
+use intertri_raster::{
+    Adjacency, Light, Verdict, Volume, differences, lit, shadow_differences, triangles,
+};
+use intertri_scene::{Light as Lamp, Scene, hit_point, load};
+use intertri_trace::Bvh;
+
+/// Draws and traces a scene, and wants that nothing differs but what the rule excuses; and that this
+/// is next to nothing, or the rule would hide something.
+fn check(name: &str, scene: &Scene) {
+    let (width, height) = (1024, 768);
+    let soup = scene.mesh.to_triangles();
+    let view = view_of(&scene.camera, width, height);
+    let drawn = triangles(&view, &soup, Threshold::DEFAULT.get());
+
+    let bvh = Bvh::new(&soup).unwrap();
+    let rays = rays_of(&scene.camera, width, height);
+    let mut traced = vec![Hit::MISS; rays.len()];
+    bvh.closest_of_each(&Certified::default(), &rays, &mut traced);
+    let seen = differences(&view, &soup, &drawn, &traced);
+
+    let adjacency = Adjacency::new(&soup);
+    let light = Light::Point { position: scene.light.position, reach: f64::from(Lamp::REACH) };
+    let volume = Volume::new(&adjacency, light).unwrap();
+    let counted = lit(&view, &traced, &volume);
+    let shadow_rays: Vec<Ray> = rays
+        .iter()
+        .zip(&traced)
+        .map(|(ray, hit)| scene.light.shadow_ray(hit_point(ray, hit)))
+        .collect();
+    let mut blocked = vec![false; rays.len()];
+    bvh.any_of_each(&Certified::default(), &shadow_rays, &mut blocked);
+    let by_rays: Vec<bool> = blocked.iter().map(|blocked| !blocked).collect();
+    let shadows = shadow_differences(&view, &traced, &volume, &counted, &by_rays);
+
+    let count = |of: &[Verdict], wanted| of.iter().filter(|&&verdict| verdict == wanted).count();
+    let covered = drawn.iter().filter(|hit| hit.is_hit()).count();
+    let dark = counted.iter().filter(|lit| !**lit).count();
+    println!(
+        "{name}: {} triangles, {covered} pixels covered, {} excused, {} not; {} edges of silhouette, {dark} pixels dark, {} excused, {} not",
+        soup.len(),
+        count(&seen, Verdict::Excused),
+        count(&seen, Verdict::Unexcused),
+        volume.silhouette().len(),
+        count(&shadows, Verdict::Excused),
+        count(&shadows, Verdict::Unexcused),
+    );
+    assert!(covered > 50_000 && dark > 5_000, "{name}");
+    for verdicts in [&seen, &shadows] {
+        assert_eq!(count(verdicts, Verdict::Unexcused), 0, "{name}");
+        assert!(count(verdicts, Verdict::Excused) < 50, "{name}");
+    }
+
+    // The rule is no blanket: a picture that is one pixel off is found out.
+    let mut shifted = traced.clone();
+    shifted.rotate_right(1);
+    let found = differences(&view, &soup, &drawn, &shifted);
+    assert!(count(&found, Verdict::Unexcused) > 1000, "{name}");
+}
+
+#[test]
+fn the_built_in_scene() {
+    check("built in", &Scene::built_in());
+}
+
+#[test]
+fn the_models() {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models");
+    let folder = std::env::var("INTERTRI_MODELS").unwrap_or(beside.into());
+    for name in ["suzanne", "spot", "teapot", "fandisk", "stanford-bunny", "kitchen"] {
+        let path = std::path::Path::new(&folder).join(name).with_extension("obj");
+        if !path.exists() {
+            println!("{}: not there, not tested", path.display());
+            continue;
+        }
+        check(name, &Scene::of(load(&path).unwrap(), 1024.0 / 768.0).unwrap());
+    }
+}
