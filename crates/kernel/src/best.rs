@@ -1,6 +1,7 @@
 //! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
 
-use crate::mode::Found;
+use crate::lanes::{Lanes, Mask};
+use crate::mode::{Found, lanes_of};
 
 /// The closest hit so far of one ray.
 ///
@@ -52,23 +53,6 @@ impl Best {
         (!self.t.is_nan()).then_some(self.t)
     }
 
-    /// Offers a lane that a test found. `exact` gives the t of the triangle in a place.
-    #[inline(always)]
-    pub(crate) fn take(
-        &mut self,
-        found: &Found,
-        lane: usize,
-        triangle: u32,
-        place: u32,
-        exact: impl Fn(u32) -> f64,
-    ) {
-        if found.exact >> lane & 1 != 0 {
-            self.offer_exact(found.t[lane], triangle, place, exact);
-        } else {
-            self.offer((found.t_lo[lane], found.t_hi[lane]), triangle, place, exact);
-        }
-    }
-
     /// Offers a hit whose t is known exactly. `exact` gives the t of the triangle in a place.
     #[inline(always)]
     pub(crate) fn offer_exact(
@@ -113,6 +97,96 @@ impl Best {
         }
         // Before the first hit `t` is the open end of the interval, and no index comes before it.
         t < self.t || (t == self.t && triangle < self.triangle && self.is_hit())
+    }
+}
+
+/// The best of each of eight rays, with the enclosures side by side.
+#[derive(Clone, Copy)]
+pub struct Bests<F> {
+    t_lo: F,
+    t_hi: F,
+    /// The rest of each best; its enclosure is the one above.
+    lanes: [Best; 8],
+}
+
+impl<F: Lanes<Scalar = f32>> Bests<F> {
+    /// No hits yet; see [`Best::new`].
+    #[inline(always)]
+    pub fn new(t_max: &[f32; 8]) -> Self {
+        let t = F::load(t_max);
+        Self { t_lo: t, t_hi: t, lanes: t_max.map(Best::new) }
+    }
+
+    /// See [`Best::t_hi`].
+    #[inline(always)]
+    pub fn t_hi(&self) -> F {
+        self.t_hi
+    }
+
+    /// The best of a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Best {
+        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        self.t_lo.store(&mut t_lo);
+        self.t_hi.store(&mut t_hi);
+        Best { t_lo: t_lo[lane], t_hi: t_hi[lane], ..self.lanes[lane] }
+    }
+
+    /// Offers to each lane the hit that was found there. `exact` gives the t of a lane's ray with the
+    /// triangle in a place.
+    #[inline(always)]
+    pub(crate) fn offer(
+        &mut self,
+        found: &Found<F>,
+        triangle: u32,
+        place: u32,
+        exact: impl Fn(usize, u32) -> f64,
+    ) {
+        // Where the enclosures tell, all lanes at once.
+        let wins = F::Mask::from_bits(found.near) & found.t_hi.lt(self.t_lo);
+        self.t_lo = F::select(wins, found.t_lo, self.t_lo);
+        self.t_hi = F::select(wins, found.t_hi, self.t_hi);
+        for lane in lanes_of(wins.bits()) {
+            let best = &mut self.lanes[lane];
+            (best.t, best.triangle, best.place) = (f64::NAN, triangle, place);
+        }
+
+        // The others one by one.
+        let rest = (found.near | found.exact) & !wins.bits();
+        if rest != 0 {
+            let (mut lo, mut hi) = ([0.0; 8], [0.0; 8]);
+            for lane in lanes_of(rest) {
+                let mut best = self.lane(lane);
+                found.offer(lane, &mut best, triangle, place, |place| exact(lane, place));
+                self.t_lo.store(&mut lo);
+                self.t_hi.store(&mut hi);
+                (lo[lane], hi[lane]) = (best.t_lo, best.t_hi);
+                (self.t_lo, self.t_hi) = (F::load(&lo), F::load(&hi));
+                self.lanes[lane] = best;
+            }
+        }
+    }
+}
+
+impl<F: Lanes<Scalar = f32>> Found<F> {
+    /// Offers the hit of a lane to a best. `exact` gives the t of the triangle in a place.
+    #[inline(always)]
+    pub(crate) fn offer(
+        &self,
+        lane: usize,
+        best: &mut Best,
+        triangle: u32,
+        place: u32,
+        exact: impl Fn(u32) -> f64,
+    ) {
+        if self.exact >> lane & 1 != 0 {
+            best.offer_exact(self.t[lane], triangle, place, exact);
+        } else {
+            let (mut t_lo, mut t_hi) = ([0.0; 16], [0.0; 16]);
+            self.t_lo.store(&mut t_lo);
+            self.t_hi.store(&mut t_hi);
+            best.offer((t_lo[lane], t_hi[lane]), triangle, place, exact);
+        }
     }
 }
 

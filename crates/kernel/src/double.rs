@@ -225,15 +225,15 @@ impl Test for Double {
         live: u32,
         counts: &mut Counts,
         _scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found> {
+    ) -> Option<Found<F>> {
         counts.tests += u64::from(live.count_ones());
         let (hit, t) = triangles.hit(rays, self.threshold.get());
         let hit = hit.bits() & live;
         if hit == 0 {
             return None;
         }
-        let mut found = Found::new(0);
-        found.exact = hit;
+        let nothing = F::splat(0.0);
+        let mut found = Found { near: 0, exact: hit, t_lo: nothing, t_hi: nothing, t: [0.0; 16] };
         t.store(&mut found.t);
         Some(found)
     }

@@ -13,7 +13,7 @@ mod slices;
 mod vec3;
 mod verbs;
 
-pub use best::Best;
+pub use best::{Best, Bests};
 pub use certified::{Certified, Evidence};
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;

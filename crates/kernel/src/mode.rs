@@ -99,22 +99,14 @@ impl core::ops::AddAssign for Counts {
 }
 
 /// The lanes that a test found to be hits, but for the far end of their interval.
-pub struct Found {
+pub struct Found<F> {
     /// Lanes of which an enclosure of t is known.
     pub(crate) near: u32,
     /// Lanes of which t is known.
     pub(crate) exact: u32,
-    pub(crate) t_lo: [f32; 16],
-    pub(crate) t_hi: [f32; 16],
+    pub(crate) t_lo: F,
+    pub(crate) t_hi: F,
     pub(crate) t: [f64; 16],
-}
-
-impl Found {
-    /// These lanes are hits, each within an enclosure that is still to be written.
-    #[inline(always)]
-    pub(crate) fn new(near: u32) -> Self {
-        Self { near, exact: 0, t_lo: [0.0; 16], t_hi: [0.0; 16], t: [0.0; 16] }
-    }
 }
 
 /// The one test of a mode, generic over its width: rays against triangles, either of them the same
@@ -169,7 +161,7 @@ pub trait Test: Copy + Send + Sync {
         live: u32,
         counts: &mut Counts,
         scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found>;
+    ) -> Option<Found<F>>;
 }
 
 /// Bits of a mask, from the lowest.

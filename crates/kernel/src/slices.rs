@@ -4,7 +4,7 @@ use core::array::from_fn;
 
 use crate::lanes::{Simd, WithSimd};
 use crate::mode::{Counts, Test, lanes_of};
-use crate::{Best, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Best, Bests, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
 
 /// From this many rays on, eight rays share each triangle.
 const FEW: usize = 4;
@@ -27,18 +27,19 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
     fn run<S: Simd>(self) {
         let Self { mode, triangles, rays, hits } = self;
         let find = |place: u32| triangles[place as usize];
-        let best = |ray: Option<&Ray>| Best::new(ray.map_or(0.0, |ray| ray.t_max));
         for (rays, hits) in rays.chunks(8 * PACKETS).zip(hits.chunks_mut(8 * PACKETS)) {
-            let mut bests: [[Best; 8]; PACKETS] =
-                from_fn(|p| from_fn(|lane| best(rays.get(8 * p + lane))));
             if rays.len() < FEW {
-                for (ray, best) in rays.iter().zip(&mut bests[0]) {
-                    one_ray::<M, S>(mode, triangles, ray, best);
+                for (ray, hit) in rays.iter().zip(hits) {
+                    let mut best = Best::new(ray.t_max);
+                    one_ray::<M, S>(mode, triangles, ray, &mut best);
+                    *hit = mode.hit(ray, &best, find);
                 }
             } else {
                 let packets: [RayPacket<8>; PACKETS] =
                     from_fn(|p| RayPacket::new(rays.get(8 * p..).unwrap_or(&[])));
-                let prepared = packets.each_ref().map(|packet| mode.prepare_packet_in::<S, 8>(packet));
+                let prepared =
+                    packets.each_ref().map(|packet| mode.prepare_packet_in::<S, 8>(packet));
+                let mut bests = packets.each_ref().map(|p| Bests::<S::F32x8>::new(&p.t_max));
                 let used = rays.len().div_ceil(8);
                 for (index, triangle) in (0..).zip(triangles) {
                     let triangle = mode.prepare(triangle);
@@ -54,9 +55,9 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
                         );
                     }
                 }
-            }
-            for ((ray, best), hit) in rays.iter().zip(bests.as_flattened()).zip(hits) {
-                *hit = mode.hit(ray, best, find);
+                for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                    *hit = mode.hit(ray, &bests[i / 8].lane(i % 8), find);
+                }
             }
         }
     }

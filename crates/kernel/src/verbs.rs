@@ -4,7 +4,7 @@ use crate::double::{barycentric, exact_t};
 use crate::lanes::{Lanes, Simd, WithSimd};
 use crate::mode::{Counts, Found, Lane, Test, Width, lanes_of};
 use crate::slices::{All, Any, ClosestOfEach};
-use crate::{Best, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Best, Bests, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
 
 /// A way to decide hits: [`Certified`](crate::Certified) or [`Double`](crate::Double).
 ///
@@ -158,9 +158,8 @@ pub trait Mode: Test {
         let far = Lanes::splat(best.t_hi());
         if let Some(found) = self.test(&triangles, &ray.lanes, far, pack.live(), counts, scalar) {
             for lane in lanes_of(found.near | found.exact) {
-                best.take(&found, lane, indices[lane], place + lane as u32, |place| {
-                    exact_t(&ray.ray, &find(place))
-                });
+                let exact = |place| exact_t(&ray.ray, &find(place));
+                found.offer(lane, best, indices[lane], place + lane as u32, exact);
             }
         }
     }
@@ -189,18 +188,15 @@ pub trait Mode: Test {
         (index, place): (u32, u32),
         find: impl Fn(u32) -> Triangle,
         live: u32,
-        bests: &mut [Best; 8],
+        bests: &mut Bests<S::F32x8>,
         counts: &mut Counts,
     ) {
         let triangles = self.one_triangle(&triangle.constants);
         let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
-        let far = Lanes::load(&bests.map(|best| best.t_hi()));
+        let far = bests.t_hi();
         if let Some(found) = self.test(&triangles, &rays.lanes, far, live, counts, scalar) {
-            for lane in lanes_of(found.near | found.exact) {
-                bests[lane].take(&found, lane, index, place, |place| {
-                    exact_t(&rays.packet.ray(lane), &find(place))
-                });
-            }
+            let exact = |lane, place| exact_t(&rays.packet.ray(lane), &find(place));
+            bests.offer(&found, index, place, exact);
         }
     }
 
@@ -254,7 +250,7 @@ impl Hit {
 impl<const N: usize> Hits<N> {
     /// The lanes that a test found, each with its exact t, within the far end of its interval.
     #[inline(always)]
-    fn of(found: Option<Found>, scalar: impl Fn(usize) -> (Ray, Triangle)) -> Self {
+    fn of<F>(found: Option<Found<F>>, scalar: impl Fn(usize) -> (Ray, Triangle)) -> Self {
         let mut hits = Self { bits: 0, t: [f64::INFINITY; N] };
         let Some(found) = found else { return hits };
         for lane in lanes_of(found.near | found.exact) {

@@ -18,7 +18,7 @@ use crate::mode::{Counts, Found, Test, Threshold, lanes_of};
 use crate::{Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-use filter::{Rays, Triangles, filter};
+use filter::{Rays, Triangles, Verdict, filter};
 
 /// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64
 /// reference, bit for bit, at the speed of f32.
@@ -107,24 +107,36 @@ impl Test for Certified {
         live: u32,
         counts: &mut Counts,
         scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found> {
+    ) -> Option<Found<F>> {
         counts.tests += u64::from(live.count_ones());
         let verdict = filter(triangles, rays, far, live, self.threshold.get())?;
+        Some(self.replay(&verdict, counts, scalar))
+    }
+}
 
-        // A sure hit keeps its enclosure; who needs the bits asks for them.
-        let mut found = Found::new(verdict.hit);
-        verdict.t_lo.store(&mut found.t_lo);
-        verdict.t_hi.store(&mut found.t_hi);
-
-        // An undecided lane goes through the document's test.
-        counts.undecided += u64::from(verdict.undecided.count_ones());
-        for lane in lanes_of(verdict.undecided) {
+impl Certified {
+    /// What a verdict comes to: a sure hit keeps its enclosure of t, for who needs the bits asks for
+    /// them; an undecided lane goes through the document's test.
+    #[inline(always)]
+    fn replay<F>(
+        &self,
+        verdict: &Verdict<F>,
+        counts: &mut Counts,
+        scalar: impl Fn(usize) -> (Ray, Triangle),
+    ) -> Found<F>
+    where
+        F: Lanes<Scalar = f32>,
+    {
+        let Verdict { hit, undecided, t_lo, t_hi } = *verdict;
+        let mut found = Found { near: hit, exact: 0, t_lo, t_hi, t: [0.0; 16] };
+        counts.undecided += u64::from(undecided.count_ones());
+        for lane in lanes_of(undecided) {
             let (ray, triangle) = scalar(lane);
             if let Some(t) = replay(&ray, &triangle, self.threshold.get()) {
                 found.exact |= 1 << lane;
                 found.t[lane] = t;
             }
         }
-        Some(found)
+        found
     }
 }
