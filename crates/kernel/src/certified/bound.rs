@@ -7,13 +7,13 @@ const U: f32 = 1.0 / (1 << 24) as f32;
 
 /// V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)` of the truth, and the reference's own noise with
 /// them.
-pub(super) const EDGE: f32 = 7.5 * U;
+pub(super) const EDGE: f32 = 6.5 * U;
 
 /// U is scaled by this before it is held against the bound of V and W, for its own is so much wider.
-pub(super) const U_SCALE: f32 = 0.42;
+pub(super) const U_SCALE: f32 = 0.52;
 
 /// The share of the edges' own length in the bound.
-pub(super) const NEAR: f32 = 0.625;
+pub(super) const NEAR: f32 = 0.6875;
 
 /// The denominator is within `DEN |d|₂ h²`.
 pub(super) const DEN: f32 = 8.5 * U;
@@ -58,3 +58,9 @@ pub(super) const SMALL: f32 = f32::from_bits((127 - 100) << 23);
 pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// See [`NORM_UP`]: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
+
+/// A linear form of the direction, rounded to f32, is within `FORM |form|₂ |d|₂`.
+pub(super) const FORM: f32 = 4.25 * U;
+
+/// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and what f64 loses in a view.
+pub(super) const NOISE: f32 = 0.25 * U;

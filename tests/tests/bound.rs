@@ -1,0 +1,438 @@
+//! How much of each bound of the mode `certified` is used: the filter's numbers held against exact
+//! arithmetic, over every family and under a search that climbs towards the largest error.
+//!
+//! `docs/numerics/certified.md` derives what is measured here. A share above 1 refutes the
+//! derivation; a constant whose share stays small is larger than it need be.
+
+use dashu_ratio::Relaxed;
+use intertri::lanes::Level;
+use intertri::{Certified, Evidence, Ray, Threshold, Triangle};
+use intertri_lab::families::{Case, FAMILIES};
+use intertri_lab::rng::{Rng, step};
+use intertri_reference as reference;
+use intertri_tests::reference_ray;
+
+/// Half an ulp of 1 in f32.
+const U: f64 = 1.0 / (1 << 24) as f64;
+
+type Exact = [Relaxed; 3];
+
+fn sub(a: &Exact, b: &Exact) -> Exact {
+    [0, 1, 2].map(|i| &a[i] - &b[i])
+}
+
+fn dot(a: &Exact, b: &Exact) -> Relaxed {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+fn cross(a: &Exact, b: &Exact) -> Exact {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| &a[i] * &b[j] - &a[j] * &b[i])
+}
+
+fn real(x: impl Into<f64>) -> Relaxed {
+    Relaxed::try_from(x.into()).expect("a finite number")
+}
+
+fn float(x: &Relaxed) -> f64 {
+    x.to_f64().value()
+}
+
+/// The shares of the bounds that one test uses; 0 where a bound does not apply.
+#[derive(Clone, Copy, Debug, Default)]
+struct Shares([f64; 8]);
+
+/// The columns of the table:
+///
+/// - the errors of V, W, U, D and T over their bounds, the rounding of the last sum left out where only
+///   the sign is asked for;
+/// - how far from the middle of its enclosure the reference's t lies, in halves of the enclosure;
+/// - *box*: the same for the quotients T/D that the bounds of T and D allow;
+/// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
+/// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound.
+const NAMES: [&str; 8] = ["V, W", "U", "D", "T", "t", "box", "rho", "noise"];
+
+impl Shares {
+    /// What a test uses, at one level. `None` where an input is not finite or f32 overflows, for
+    /// then nothing is decided.
+    fn of(case: &Case, level: Level) -> Option<Self> {
+        let Case { ray, triangle, threshold } = case;
+        let mode = Certified::new(Threshold::new(*threshold).ok()?).at(level);
+        let seen = mode.evidence(ray, triangle);
+        let Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
+        let all = [v, w, u, edge, u_edge, den, den_err, num, num_err];
+        if !all.iter().chain(triangle.0.iter().flatten()).all(|x| x.is_finite()) {
+            return None;
+        }
+
+        // The exact values.
+        let [o, d] = [ray.origin, ray.dir].map(|p| p.map(real));
+        let [c1, c2, c3] = triangle.0.map(|c| c.map(real));
+        let (a, h4, h5) = (sub(&c1, &o), sub(&c2, &c1), sub(&c3, &c1));
+        let (r, n) = (cross(&d, &a), cross(&h4, &h5));
+        let (exact_v, exact_w) = (-dot(&h5, &r), dot(&h4, &r));
+        let (exact_den, exact_num) = (dot(&n, &d), dot(&n, &a));
+        let exact_u = &exact_den - &exact_v - &exact_w;
+
+        // The rounding of the last addition changes no sign and does not count.
+        let off = |hat: f32, exact: &Relaxed| float(&(real(hat) - exact)).abs();
+        let share = |hat: f32, exact: &Relaxed, bound: f32| {
+            (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
+        };
+        let share_vw = share(v, &exact_v, edge).max(share(w, &exact_w, edge));
+        let share_u = share(u, &exact_u, u_edge);
+        let share_d = off(den, &exact_den) / f64::from(den_err);
+        let share_t = off(num, &exact_num) / f64::from(num_err);
+        if !seen.sure {
+            return Some(Self([share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, 0.0]));
+        }
+
+        // The enclosure of t: of the reference's, and of every quotient that the bounds of D and T
+        // leave possible.
+        let tables = reference::Scene::from_triangles([triangle.0]).with_threshold(0.0);
+        let line = reference_ray(ray);
+        let mut t = 0.0;
+        tables.inter_tri(0, &line, &mut t);
+        let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
+        let (mut enclosure, mut quotients) = (0.0, 0.0);
+        if hi.is_finite() && lo.is_finite() {
+            let (middle, half) = (f64::midpoint(lo, hi), (hi - lo) / 2.0);
+            enclosure = (t - middle).abs() / half;
+            let [num, num_err, den, den_err] =
+                [num.abs(), num_err, den.abs(), den_err].map(f64::from);
+            quotients = ((num + num_err) / (den - den_err) - num / den) / half;
+        }
+
+        // How much the reference's noise is magnified.
+        let length = |x: &Exact| float(&dot(x, x)).sqrt();
+        let rho = length(&h4) * length(&h5) * length(&d) / float(&exact_den).abs();
+        let rho = rho / 20.1_f64.exp2();
+
+        // How far from an edge the reference takes the wrong side. The document's three values, in
+        // its operations.
+        let tri = &tables.trian[0];
+        let h1 = line.org + line.dir * t;
+        let (h2, h3) = (h1 - tables.vertx[0], h1 - tables.vertx[1]);
+        let values = [tri.nrm & (h2 ^ tri.h5), tri.nrm & (tri.h4 ^ h2), tri.nrm & (tri.h6 ^ h3)];
+        let side = if float(&exact_den) < 0.0 { -1.0 } else { 1.0 };
+        let mut noise = 0.0_f64;
+        for (value, (exact, bound)) in
+            values.iter().zip([(exact_v, edge), (exact_w, edge), (exact_u, u_edge)])
+        {
+            let exact = side * float(&exact);
+            if (*value < 0.0) != (exact < 0.0) {
+                noise = noise.max(exact.abs() / f64::from(bound));
+            }
+        }
+        Some(Self([share_vw, share_u, share_d, share_t, enclosure, quotients, rho, noise]))
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.0 = std::array::from_fn(|i| self.0[i].max(other.0[i]));
+    }
+
+    fn print(&self, name: &str) {
+        let cells: String = self.0.iter().map(|x| format!(" {x:7.3}")).collect();
+        println!("{name:20}{cells}");
+    }
+}
+
+/// Separate and fused operations.
+fn levels() -> impl Iterator<Item = Level> {
+    [Some(Level::SCALAR), Level::avx2()].into_iter().flatten()
+}
+
+fn print_names() {
+    let cells: String = NAMES.iter().map(|x| format!(" {x:>7}")).collect();
+    println!("{:20}{cells}", "share of");
+}
+
+#[test]
+fn no_family_uses_more_than_the_bound() {
+    let of = |family: &intertri_lab::families::Family| {
+        let (mut rng, mut most) = (Rng::new(11), Shares::default());
+        for _ in 0..3000 {
+            let case = family.case(&mut rng);
+            for shares in levels().filter_map(|level| Shares::of(&case, level)) {
+                assert!(shares.0.iter().all(|&x| x <= 1.0), "{shares:?}\n{case:?}");
+                most.join(&shares);
+            }
+        }
+        (family.name, most)
+    };
+    let halves = [0, 1].map(|k| FAMILIES.iter().skip(k).step_by(2));
+    let rows = std::thread::scope(|scope| {
+        let workers = halves.map(|half| scope.spawn(move || half.map(of).collect::<Vec<_>>()));
+        workers.map(|w| w.join().expect("a worker failed")).concat()
+    });
+    print_names();
+    rows.iter().for_each(|(name, most)| most.print(name));
+}
+
+/// Fifteen numbers: the ray's origin and direction, and the corners.
+fn case(x: &[f32; 15]) -> Case {
+    let p = |i: usize| [x[i], x[i + 1], x[i + 2]];
+    Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
+}
+
+/// Climbs from a start, one to three numbers at a time, and gives the largest share and where it is.
+fn climb(
+    rng: &mut Rng,
+    level: Level,
+    what: usize,
+    steps: usize,
+    start: [f32; 15],
+) -> (f64, [f32; 15]) {
+    let mut best = start;
+    let share = |x: &[f32; 15]| Shares::of(&case(x), level).map_or(0.0, |s| s.0[what]);
+    let mut most = share(&best);
+    for _ in 0..steps {
+        let mut x = best;
+        for _ in 0..1 + rng.below(3) {
+            let i = rng.below(15);
+            x[i] = match rng.below(16) {
+                0 => x[i] * (0.5 + rng.unit() as f32),
+                1 => -x[i],
+                2 => x[rng.below(15)],
+                3 => x[i] * 2.0,
+                4 | 5 => x[i] * 0.5,
+                6 => x[i] * (1.0 + rng.signed() as f32 * 1e-2),
+                7 => x[i] * (1.0 + rng.signed() as f32 * 1e-4),
+                8 => f32::from_bits(x[i].to_bits() ^ 1 << rng.below(23)),
+                9 | 10 => step(x[i], rng.within(1000)),
+                _ => step(x[i], rng.within(8)),
+            };
+        }
+        if x.iter().any(|x| x.abs() < 1e-12) {
+            continue;
+        }
+        let share = share(&x);
+        assert!(share <= 1.0, "{} uses {share} of its bound\n{:?}", NAMES[what], case(&x));
+        if share >= most {
+            (best, most) = (x, share);
+        }
+    }
+    (most, best)
+}
+
+/// Where to start: the two edges, the way to the first corner and the direction along axes, but for
+/// little, so that every product is nearly the product of the lengths and every sum rounds.
+fn start(rng: &mut Rng) -> [f32; 15] {
+    let mut near_axis = || {
+        let mut x = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e-1));
+        x[rng.below(3)] += if rng.one_in(2) { 1.0 } else { -1.0 };
+        x
+    };
+    let [a, d, h4, h5] = [(); 4].map(|()| near_axis());
+    let origin = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e1));
+    let add = |p: [f64; 3], q: [f64; 3]| [0, 1, 2].map(|i| p[i] + q[i]);
+    let c1 = add(origin, a);
+    let all = [origin, d, c1, add(c1, h4), add(c1, h5)];
+    std::array::from_fn(|i| all[i / 3][i % 3] as f32)
+}
+
+/// Where earlier searches ended: the column, the constants that it is there for, and the numbers.
+const FOUND: [(usize, &str, [f32; 15]); 8] = [
+    (
+        0,
+        "EDGE",
+        [
+            -0.015973011,
+            2.003_471_4,
+            0.0063019227,
+            5.794106e-5,
+            -0.004_546_103_5,
+            2.0034668,
+            -0.12520248,
+            -0.031945825,
+            -0.006337226,
+            0.00056717545,
+            -0.008038396,
+            -0.004_542_789_4,
+            -0.010662427,
+            -0.010662427,
+            0.015548073,
+        ],
+    ),
+    (
+        1,
+        "U_SCALE",
+        [
+            -0.00080236,
+            -2.4028993e-6,
+            4.094513e-5,
+            -0.50005174,
+            0.0009322114,
+            8.642438e-5,
+            0.010827807,
+            0.0007106066,
+            -0.0119086495,
+            0.005_981_903_5,
+            -1.0033108,
+            -2.0230525,
+            0.010783884,
+            -2.0014074,
+            -0.0037486854,
+        ],
+    ),
+    (
+        1,
+        "NEAR",
+        [
+            1.1493188,
+            0.015340227,
+            -0.025362717,
+            -0.94744325,
+            -6.144774e-5,
+            4.526711e-5,
+            1.1492223,
+            0.015333832,
+            -0.025373638,
+            1.0767767,
+            0.005_262_046_6,
+            1.1492252,
+            1.1466609,
+            -0.9846734,
+            0.53834367,
+        ],
+    ),
+    (
+        2,
+        "DEN",
+        [
+            -0.003_760_360_6,
+            0.010114852,
+            0.006_909_484_5,
+            0.999_999_94,
+            0.006909356,
+            -0.00023752917,
+            0.001_136_929_4,
+            -0.2952755,
+            1.0091325,
+            -0.0015549563,
+            -1.2953027,
+            0.504585,
+            0.033023622,
+            -0.2883385,
+            0.009134323,
+        ],
+    ),
+    (
+        3,
+        "NUM",
+        [
+            1.0000329,
+            0.00013034852,
+            0.00011309057,
+            -4.619_642_4e-6,
+            -6.065_247_4e-5,
+            -6.065289e-5,
+            2.020_597_5e-5,
+            1.960_992_6e-5,
+            -9.238718e-6,
+            0.00055843446,
+            -1.0140933,
+            -4.665125e-6,
+            -0.00017663768,
+            -0.53430676,
+            1.0000204,
+        ],
+    ),
+    (
+        4,
+        "",
+        [
+            -0.4827296,
+            0.002_933_476_1,
+            0.000_872_552_4,
+            0.508_225_5,
+            -3.090358e-6,
+            -0.577_523_4,
+            -0.577_589_63,
+            0.000_872_571,
+            1.0047958,
+            -8.642_673_5e-7,
+            1.0633746,
+            0.5041684,
+            0.2893422,
+            0.0011758114,
+            0.0029333234,
+        ],
+    ),
+    (
+        5,
+        "SLACK",
+        [
+            -0.006605828,
+            -0.021213619,
+            0.024649706,
+            1.0080678,
+            -0.04868098,
+            -0.04990237,
+            -0.004629991,
+            -1.9813439,
+            2.0880117,
+            -0.006_057_621_4,
+            0.01181835,
+            -3.487919,
+            -5.216687e-5,
+            0.009_047_925_5,
+            -3.481301,
+        ],
+    ),
+    (
+        6,
+        "GRAZING",
+        [
+            -0.006605828,
+            -0.021213619,
+            0.024649706,
+            1.0080678,
+            -0.04868098,
+            -0.04990237,
+            -0.004629991,
+            -1.9813439,
+            2.0880117,
+            -0.006_057_621_4,
+            0.01181835,
+            -3.487919,
+            -5.216687e-5,
+            0.009_047_925_5,
+            -3.481301,
+        ],
+    ),
+];
+
+/// Every constant is needed: with half of it, some input would be outside of the bound.
+#[test]
+fn half_of_a_constant_would_not_do() {
+    print_names();
+    for (what, constant, start) in FOUND {
+        let (mut most, mut row) = (0.0_f64, Shares::default());
+        for level in levels() {
+            let (share, x) = climb(&mut Rng::new(21), level, what, 2000, start);
+            most = most.max(share);
+            row.join(&Shares::of(&case(&x), level).expect("a decided case"));
+        }
+        row.print(&format!("search for {}", NAMES[what]));
+        assert!(constant.is_empty() || most > 0.5, "{constant} is too large: {most}");
+    }
+}
+
+/// No start of many leads beyond a bound.
+#[test]
+fn no_search_gets_beyond_the_bound() {
+    let search = |what: usize| {
+        let mut rng = Rng::new(31 + what as u64);
+        for level in levels() {
+            for _ in 0..20 {
+                let start = start(&mut rng);
+                climb(&mut rng, level, what, 300, start);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for k in 0..2 {
+            scope.spawn(move || (k..NAMES.len()).step_by(2).for_each(search));
+        }
+    });
+}
