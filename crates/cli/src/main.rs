@@ -25,7 +25,7 @@ use clap::{Parser, Subcommand};
 /// Every engine gives the same answers, those of a plain loop over the scalar f64 reference, bit
 /// for bit; they differ in speed.
 #[derive(Parser)]
-#[command(name = "intertri", version, max_term_width = 100)]
+#[command(name = "intertri", version)]
 struct CommandLine {
     #[command(subcommand)]
     command: Command,

@@ -25,6 +25,8 @@ use crate::report::{self, Trace, TraceSeconds};
 /// decimals that read back to the same bits, in scientific notation below 1e-5 and from 1e16 on. A miss
 /// has empty cells. With --raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
 #[derive(Args)]
+#[expect(clippy::doc_markdown, reason = "it is printed as it stands")]
+#[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
 pub(crate) struct Options {
     /// An OBJ, PLY or STL file
     model: PathBuf,
