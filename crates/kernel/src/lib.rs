@@ -14,7 +14,7 @@ mod vec3;
 mod verbs;
 
 pub use best::{Best, Bests};
-pub use certified::{Certified, Evidence};
+pub use certified::{Certified, Evidence, View};
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;
 pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};

@@ -239,6 +239,23 @@ where
     lanes: M::Rays<F<S, N>, D<S, N>>,
 }
 
+impl<M: Test, S: Simd, const N: usize> PreparedPacket<'_, M, S, N>
+where
+    Lane<N>: Width,
+{
+    /// The rays.
+    #[inline(always)]
+    pub(crate) fn packet(&self) -> &RayPacket<N> {
+        self.packet
+    }
+
+    /// What the mode computed from them.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> &M::Rays<F<S, N>, D<S, N>> {
+        &self.lanes
+    }
+}
+
 impl Hit {
     /// A hit whose t is known, with the weights computed from the ray and the triangle.
     pub fn at(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {

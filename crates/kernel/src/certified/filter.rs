@@ -129,6 +129,25 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
     }
 }
 
+impl<F: Copy> Rays<F> {
+    #[inline(always)]
+    pub(super) fn dir(&self) -> Vec3<F> {
+        self.rays.dir
+    }
+    #[inline(always)]
+    pub(super) fn len(&self) -> F {
+        self.len
+    }
+    #[inline(always)]
+    pub(super) fn above(&self) -> F {
+        self.above
+    }
+    #[inline(always)]
+    pub(super) fn below(&self) -> F {
+        self.below
+    }
+}
+
 /// The edge functions with the bound that they share.
 #[derive(Clone, Copy)]
 pub(super) struct Edges<F> {
@@ -242,8 +261,7 @@ pub(crate) fn filter<F: Lanes<Scalar = f32>>(
     let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
 
     // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
-    let parallel =
-        tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
+    let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
     let inside = weight.gt(-minus_bound)
         & den.abs().gt(parallel)
         & t_lo.gt(of.above)

@@ -11,13 +11,16 @@
 mod bound;
 mod evidence;
 mod filter;
+mod view;
 
-use crate::double::replay;
-use crate::lanes::{Lanes, Level};
+use crate::double::{exact_t, replay};
+use crate::lanes::{Lanes, Level, Simd};
 use crate::mode::{Counts, Found, Test, Threshold, lanes_of};
-use crate::{Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
+pub use view::View;
+
 use filter::{Rays, Triangles, Verdict, filter};
 
 /// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64
@@ -115,6 +118,37 @@ impl Test for Certified {
 }
 
 impl Certified {
+    /// A triangle as it is seen from the origin that rays share (document D): computed once, it makes
+    /// each ray's test three dot products.
+    pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
+        View::new(triangle, origin, self.threshold.get())
+    }
+
+    /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
+    /// origin of the view.
+    #[inline(always)]
+    pub fn view_closest_in<S: Simd>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S, 8>,
+        view: &View,
+        (index, place): (u32, u32),
+        find: impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut Bests<S::F32x8>,
+        counts: &mut Counts,
+    ) {
+        counts.tests += u64::from(live.count_ones());
+        if view.never {
+            return;
+        }
+        if let Some(verdict) = view::filter(view, rays.lanes(), bests.t_hi(), live) {
+            let found =
+                self.replay(&verdict, counts, |lane| (rays.packet().ray(lane), view.triangle));
+            let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
+            bests.offer(&found, index, place, exact);
+        }
+    }
+
     /// What a verdict comes to: a sure hit keeps its enclosure of t, for who needs the bits asks for
     /// them; an undecided lane goes through the document's test.
     #[inline(always)]

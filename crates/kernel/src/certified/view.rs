@@ -1,0 +1,140 @@
+//! The filter for rays that share an origin, after document D: what depends on the triangle and the
+//! viewpoint is computed once, and then a ray costs three dot products.
+//!
+//! ```text
+//!   with A = c1 - o:   D = n·d   V = (h5 × A)·d   W = (A × h4)·d   U = D - V - W   T = n·A
+//!                                                                                    t = T / D
+//! ```
+//!
+//! Each edge function is a linear form of the direction. The forms are computed in f64, turned by the
+//! sign of T, so that a hit in front has all of them positive, and scaled by their common bound, which
+//! thus becomes |d|. Bounds and proof: `docs/numerics/certified.md`.
+
+use crate::lanes::{Lanes, Mask};
+use crate::{Triangle, Vec3};
+
+use super::bound;
+use super::filter::{Rays, Verdict};
+
+/// A triangle as it is seen from one origin.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    pub(super) triangle: Triangle,
+    /// Nothing seen from here can hit it.
+    pub(super) never: bool,
+    u: Vec3<f32>,
+    v: Vec3<f32>,
+    w: Vec3<f32>,
+    n: Vec3<f32>,
+    /// The numerator of t, positive; NaN where its sign is not sure.
+    num: f32,
+    num_err: f32,
+    /// Within `|d|` times this the sum of U, V and W does not tell the sign of D.
+    doubtful: f32,
+    /// D must exceed `|d|` times this for anything to be decided.
+    least: f32,
+    /// Within `|d|` times this n·d is D.
+    den_err: f32,
+    /// D must exceed `least` and this not to be parallel.
+    parallel: f32,
+}
+
+impl View {
+    /// What depends on the triangle and the origin.
+    #[inline]
+    pub(super) fn new(triangle: &Triangle, origin: [f32; 3], threshold: f64) -> Self {
+        let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
+        let [c1, c2, c3] = triangle.0.map(vec3);
+        let (a, h4, h5, h6) = (c1 - vec3(origin), c2 - c1, c3 - c1, c3 - c2);
+        let n = h4.cross(h5);
+        let (v, w, t) = (h5.cross(a), a.cross(h4), n.dot(a));
+        let u = n - v - w;
+
+        // The bound of the forms, of the reference's noise, and of the origin's rounding.
+        let length = |x: Vec3<f64>| Lanes::sqrt(x.dot(x));
+        let longest = |x: f64, y: f64, z: f64| x.max(y).max(z);
+        let h = longest(length(h4), length(h5), length(h6));
+        let away = length(a);
+        let form = longest(length(u), length(v), length(w));
+        let noise = f64::from(bound::NOISE) * h * (away + h);
+        let offset = f64::from(bound::ORIGIN) * h * vec3(origin).norm1();
+        let scale = 1.0 / (f64::from(bound::FORM) * form + noise + offset);
+
+        // In front of the triangle or behind, T has the same sign as D wherever it is hit.
+        let num_err = f64::from(bound::NOISE) * h * h * away;
+        let turn = if t.abs() > num_err { scale.copysign(t) } else { f64::NAN };
+        let to_f32 = |x: Vec3<f64>| Vec3 {
+            x: (x.x * turn) as f32,
+            y: (x.y * turn) as f32,
+            z: (x.z * turn) as f32,
+        };
+        let (normal, hh) = (length(n), h * h * scale);
+        let den_err = f64::from(bound::FORM) * normal * scale + f64::from(bound::NOISE) * hh;
+        let least = f64::from(bound::GRAZING) * hh;
+        Self {
+            triangle: *triangle,
+            // No area, or not finite.
+            never: normal == 0.0 || !normal.is_finite() || !away.is_finite(),
+            u: to_f32(u),
+            v: to_f32(v),
+            w: to_f32(w),
+            n: to_f32(n),
+            num: (t * turn) as f32,
+            num_err: (num_err * scale) as f32,
+            doubtful: (least + 4.0) as f32,
+            least: (least + den_err) as f32,
+            den_err: den_err as f32,
+            parallel: (f64::from(bound::PARALLEL) * threshold * normal * scale) as f32,
+        }
+    }
+}
+
+/// [`filter`](super::filter::filter) for rays that start at the origin of a view.
+#[inline(always)]
+pub(super) fn filter<F: Lanes<Scalar = f32>>(
+    view: &View,
+    of: &Rays<F>,
+    far: F,
+    live: u32,
+) -> Option<Verdict<F>> {
+    let splat = F::splat;
+    let vec3 = |v: Vec3<f32>| Vec3::splat([v.x, v.y, v.z]);
+    let (dir, len) = (of.dir(), of.len());
+
+    // Three dot products; the least of them decides, if their sum says that the ray does not graze.
+    let (u, v, w) =
+        (dir.dot_fused(vec3(view.u)), dir.dot_fused(vec3(view.v)), dir.dot_fused(vec3(view.w)));
+    let weight = u.min(v).min(w);
+    let sure = (u + v + w).abs().gt(len * splat(view.doubtful));
+    let maybe = !(sure & weight.lt(-len));
+    if maybe.bits() & live == 0 {
+        return None;
+    }
+
+    // The sum of three is not as sharp as a dot product of its own.
+    let den = dir.dot_fused(vec3(view.n));
+    let den_abs = den.abs();
+    let sure = den_abs.gt(len * splat(view.least));
+    let maybe = !(sure & (weight.lt(-len) | den.lt(splat(0.0))));
+    if maybe.bits() & live == 0 {
+        return None;
+    }
+
+    // The plane's t and its enclosure.
+    let recip = splat(1.0) / den_abs;
+    let t = splat(view.num) * recip;
+    let err = t.mul_add(len * splat(view.den_err), splat(view.num_err)) * recip;
+    let round = t.mul_add(splat(bound::ROUND), splat(bound::TINY));
+    let err = err.mul_add(splat(bound::SLACK), round);
+    let (t_lo, t_hi) = (t - err, t + err);
+    let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
+
+    // A hit, if nothing is in doubt.
+    let inside = weight.gt(len)
+        & den.gt(len.mul_add(splat(view.least), splat(view.parallel)))
+        & t_lo.gt(of.above())
+        & t_hi.lt(splat(f32::INFINITY));
+    let hit = (sure & maybe & inside & !out_of_range).bits() & live;
+    let undecided = (maybe & !out_of_range).bits() & live & !hit;
+    Some(Verdict { hit, undecided, t_lo, t_hi })
+}
