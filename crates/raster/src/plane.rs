@@ -90,3 +90,33 @@ pub(crate) fn range(depths: impl IntoIterator<Item = f64>) -> (f64, f64) {
     }
     (1.0 / most, if least > 0.0 { 1.0 / least } else { f64::INFINITY })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::View;
+
+    #[test]
+    fn a_plane_seen_edge_on_stays_between_its_corners() {
+        // A facet 1 to 3 ahead, in a plane that passes the eye at a hair's breadth: just beside it the
+        // plane itself is anywhere.
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
+        let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
+        let plane =
+            Plane::new(&view.sight(), [1.0, 0.0, 0.0], [1e-9, 0.0, -1.0], range([1.0, 3.0]));
+        for x in [0.0, 49.0, 50.0, 51.0, 100.0] {
+            let q = plane.at(x, 20.0);
+            assert!((1.0 / 3.0..=1.0).contains(&q), "{x}: {q}");
+        }
+        // One through the eye, and a facet that reaches behind it.
+        let through =
+            Plane::new(&view.sight(), [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], range([1.0, 4.0]));
+        assert_eq!(through.at(3.0, 4.0), 0.25);
+        assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
+        // In front, it is the plane: at half the view depth, twice the q.
+        let slope =
+            Plane::new(&view.sight(), [0.0, 1.0, 0.0], [0.0, -1.0, -1.0], range([1.0, 9.0]));
+        assert!((slope.at(50.0, 75.0) - 0.5).abs() < 1e-15);
+        assert!((slope.at(50.0, 62.5) - 0.25).abs() < 1e-15);
+    }
+}
