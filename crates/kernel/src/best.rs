@@ -100,19 +100,19 @@ impl Best {
     }
 }
 
-/// The best of each of eight rays, with the enclosures side by side.
+/// The best of each of N rays, with the enclosures side by side.
 #[derive(Clone, Copy)]
-pub struct Bests<F> {
+pub struct Bests<F, const N: usize> {
     t_lo: F,
     t_hi: F,
     /// The rest of each best; its enclosure is the one above.
-    lanes: [Best; 8],
+    lanes: [Best; N],
 }
 
-impl<F: Lanes<Scalar = f32>> Bests<F> {
+impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
     /// No hits yet; see [`Best::new`].
     #[inline(always)]
-    pub fn new(t_max: &[f32; 8]) -> Self {
+    pub fn new(t_max: &[f32; N]) -> Self {
         let t = F::load(t_max);
         Self { t_lo: t, t_hi: t, lanes: t_max.map(Best::new) }
     }
@@ -126,7 +126,7 @@ impl<F: Lanes<Scalar = f32>> Bests<F> {
     /// The best of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Best {
-        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        let (mut t_lo, mut t_hi) = ([0.0; N], [0.0; N]);
         self.t_lo.store(&mut t_lo);
         self.t_hi.store(&mut t_hi);
         Best { t_lo: t_lo[lane], t_hi: t_hi[lane], ..self.lanes[lane] }
@@ -154,7 +154,7 @@ impl<F: Lanes<Scalar = f32>> Bests<F> {
         // The others one by one.
         let rest = (found.near | found.exact) & !wins.bits();
         if rest != 0 {
-            let (mut lo, mut hi) = ([0.0; 8], [0.0; 8]);
+            let (mut lo, mut hi) = ([0.0; N], [0.0; N]);
             for lane in lanes_of(rest) {
                 let mut best = self.lane(lane);
                 found.offer(lane, &mut best, triangle, place, |place| exact(lane, place));

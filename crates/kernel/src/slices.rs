@@ -39,7 +39,7 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
                     from_fn(|p| RayPacket::new(rays.get(8 * p..).unwrap_or(&[])));
                 let prepared =
                     packets.each_ref().map(|packet| mode.prepare_packet_in::<S, 8>(packet));
-                let mut bests = packets.each_ref().map(|p| Bests::<S::F32x8>::new(&p.t_max));
+                let mut bests = packets.each_ref().map(|p| Bests::<S::F32x8, 8>::new(&p.t_max));
                 let used = rays.len().div_ceil(8);
                 for (index, triangle) in (0..).zip(triangles) {
                     let triangle = mode.prepare(triangle);

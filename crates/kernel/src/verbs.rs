@@ -178,19 +178,21 @@ pub trait Mode: Test {
         best.is_hit()
     }
 
-    /// Offers the hits of eight rays with one triangle to their bests; only the lanes in `live` take
+    /// Offers the hits of N rays with one triangle to their bests; only the lanes in `live` take
     /// part. Index, place and `find` are those of [`Mode::closest_in`].
     #[inline(always)]
-    fn packet_closest_in<S: Simd>(
+    fn packet_closest_in<S: Simd, const N: usize>(
         &self,
-        rays: &PreparedPacket<'_, Self, S, 8>,
+        rays: &PreparedPacket<'_, Self, S, N>,
         triangle: &Prepared<Self>,
         (index, place): (u32, u32),
         find: impl Fn(u32) -> Triangle,
         live: u32,
-        bests: &mut Bests<S::F32x8>,
+        bests: &mut Bests<F<S, N>, N>,
         counts: &mut Counts,
-    ) {
+    ) where
+        Lane<N>: Width,
+    {
         let triangles = self.one_triangle(&triangle.constants);
         let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
         let far = bests.t_hi();
@@ -198,6 +200,19 @@ pub trait Mode: Test {
             let exact = |lane, place| exact_t(&rays.packet.ray(lane), &find(place));
             bests.offer(&found, index, place, exact);
         }
+    }
+
+    /// The index and the exact t of the hit that a best stands for. `find` is that of
+    /// [`Mode::closest_in`].
+    #[inline]
+    fn index_and_t(
+        &self,
+        ray: &Ray,
+        best: &Best,
+        find: impl Fn(u32) -> Triangle,
+    ) -> Option<(u32, f64)> {
+        let (index, place) = best.triangle()?;
+        Some((index, best.known_t().unwrap_or_else(|| exact_t(ray, &find(place)))))
     }
 
     /// The hit that a best stands for, with its exact t and its weights. `find` is that of

@@ -15,7 +15,7 @@ mod view;
 
 use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Level, Simd};
-use crate::mode::{Counts, Found, Test, Threshold, lanes_of};
+use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
@@ -127,16 +127,18 @@ impl Certified {
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
     /// origin of the view.
     #[inline(always)]
-    pub fn view_closest_in<S: Simd>(
+    pub fn view_closest_in<S: Simd, const N: usize>(
         &self,
-        rays: &PreparedPacket<'_, Self, S, 8>,
+        rays: &PreparedPacket<'_, Self, S, N>,
         view: &View,
         (index, place): (u32, u32),
         find: impl Fn(u32) -> Triangle,
         live: u32,
-        bests: &mut Bests<S::F32x8>,
+        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
         counts: &mut Counts,
-    ) {
+    ) where
+        Lane<N>: Width,
+    {
         counts.tests += u64::from(live.count_ones());
         if view.never {
             return;
