@@ -8,9 +8,28 @@
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
 //! | [`subjects`] | the known tests, each written once for any lanes |
 //! | [`truth`] | where a line meets a triangle, without any rounding |
+//! | [`workloads`] | what is measured: camera, secondary, edge-and-vertex rays, the mix |
+//! | [`timing`] | how long the subjects take, side by side |
+//! | [`judge`] | how often they are wrong on a workload |
+//! | [`metrics`] | how they fare on each family |
+//! | [`stress`] | where they begin to fail |
+//! | [`edge_count`] | the kernel's promises, on very many rays |
+//! | [`draw`], [`tables`], [`machine`] | pictures, text, and what was measured on |
+//!
+//! A seed gives the same counts on every run and every CPU; only times differ.
 
+mod cases;
+pub mod draw;
+pub mod edge_count;
 pub mod families;
+pub mod judge;
+pub mod machine;
 pub mod meshes;
+pub mod metrics;
 pub mod rng;
+pub mod stress;
 pub mod subjects;
+pub mod tables;
+pub mod timing;
 pub mod truth;
+pub mod workloads;

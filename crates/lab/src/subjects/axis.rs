@@ -31,6 +31,16 @@ impl<M: Mask> Axis<M> {
         }
     }
 
+    /// The axis of one lane in all lanes of another kind.
+    #[inline(always)]
+    pub(super) fn spread<N: Mask>(self) -> Axis<N> {
+        let all = |mask: M| N::from_bits(if mask.any() { u32::MAX } else { 0 });
+        match self {
+            Self::Same(axis) => Axis::Same(axis),
+            Self::Mixed(x, y) => Axis::Mixed(all(x), all(y)),
+        }
+    }
+
     /// The vector turned so that each lane's axis is its z; a turn keeps the order of x, y, z.
     #[inline(always)]
     pub(super) fn turn<L: Lanes<Mask = M>>(self, v: Vec3<L>) -> Vec3<L> {

@@ -9,7 +9,7 @@ use intertri::Vec3;
 use intertri::lanes::Lanes;
 
 use super::axis::Axis;
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,18 @@ impl Method for Badouel {
             axis,
             corner: [corner.x, corner.y],
             sides: [[e1.x / area, e1.y / area], [e2.x / area, e2.y / area]],
+        }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { n, d, axis, corner, sides } = one;
+        Triangle {
+            n: splat(n),
+            d: L::splat(d),
+            axis: axis.spread(),
+            corner: corner.map(L::splat),
+            sides: sides.map(|side| side.map(L::splat)),
         }
     }
 

@@ -14,7 +14,7 @@
 use intertri::Vec3;
 
 use super::axis::Axis;
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// The method, with the full 3 by 4 matrix and so without a branch on the axis at the test.
 #[derive(Clone, Copy, Debug)]
@@ -59,6 +59,12 @@ impl Method for BaldwinWeber {
                 -n.dot(v0) / k,
             ],
         }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { rows, constants } = one;
+        Triangle { rows: rows.map(splat), constants: constants.map(L::splat) }
     }
 
     #[inline(always)]

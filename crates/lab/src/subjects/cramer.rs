@@ -7,7 +7,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +35,12 @@ impl Method for Cramer {
     fn triangle<L: Real>(self, [a, b, c]: [Vec3<L>; 3]) -> Triangle<L> {
         let (ab, ac) = (b - a, c - a);
         Triangle { a, ab, ac, t: ab.cross(ac) }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { a, ab, ac, t } = one;
+        Triangle { a: splat(a), ab: splat(ab), ac: splat(ac), t: splat(t) }
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@
 use intertri::Vec3;
 use intertri::lanes::Lanes;
 
-use super::{Method, Number, PlainRay, Real};
+use super::{Method, Number, PlainRay, Real, splat};
 
 /// The fast form: the ray's moment about the first corner against two edges, the third value by
 /// subtraction from the determinant.
@@ -34,6 +34,12 @@ impl Method for EdgeForm {
     fn triangle<L: Real>(self, [v0, v1, v2]: [Vec3<L>; 3]) -> Edges<L> {
         let (e1, e2) = (v0 - v1, v2 - v0);
         Edges { v0, e1, e2, n: e2.cross(e1) }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Edges<L::Scalar>) -> Edges<L> {
+        let &Edges { v0, e1, e2, n } = one;
+        Edges { v0: splat(v0), e1: splat(e1), e2: splat(e2), n: splat(n) }
     }
 
     #[inline(always)]
@@ -68,6 +74,11 @@ impl Method for Robust {
     #[inline(always)]
     fn triangle<L: Real>(self, corners: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
         corners
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
+        one.map(splat)
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// Document A with its threshold, for the parallel test and for `t`.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,13 @@ impl Method for InterTri {
         let length = c.dot(c).sqrt();
         let length = L::select(length.le(L::of(0.0)), L::of(1.0), length);
         let nrm = Vec3 { x: c.x / length, y: c.y / length, z: c.z / length };
+        Triangle { c1, c2, h4, h5, h6, nrm }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { c1, c2, h4, h5, h6, nrm } = one;
+        let [c1, c2, h4, h5, h6, nrm] = [c1, c2, h4, h5, h6, nrm].map(splat);
         Triangle { c1, c2, h4, h5, h6, nrm }
     }
 

@@ -5,13 +5,17 @@
 //! puts it there, and want `t > 0` (or their source's epsilon). All accept by `>=` and `>`, so that a
 //! NaN is a miss. What a method computes once for a triangle or for a ray is its own type, so that it
 //! is not paid for at every test. Products are not fused: none of the sources counts on it.
+//!
+//! A new method is a file with an implementation of [`Method`], and a line in the table [`SUBJECTS`].
 
 mod axis;
 pub mod badouel;
 pub mod baldwin_weber;
 pub mod cramer;
 pub mod embree;
+mod forms;
 pub mod inter_tri;
+mod kernel;
 pub mod moller_trumbore;
 pub mod pluecker;
 pub mod signed_volume;
@@ -21,23 +25,25 @@ pub mod woop;
 use intertri::Vec3;
 use intertri::lanes::Lanes;
 
-pub use table::{Answer, SUBJECTS, Subject};
+pub use forms::{Answer, Bundle, Form, Layout, Nearest};
+pub use kernel::{on_grid, reference_closest};
+pub use table::{SUBJECTS, Subject};
 
 /// f32 or f64: what the lanes of a method can be made of.
-pub trait Number: Copy + Into<f64> {
+pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {
     /// How many significant bits it has.
     const BITS: u32;
     /// One unit in the last place of 1.
     const UNIT: f64;
     /// The nearest to an f64.
-    fn of(x: f64) -> Self;
+    fn nearest(x: f64) -> Self;
 }
 
 impl Number for f32 {
     const BITS: u32 = Self::MANTISSA_DIGITS;
     const UNIT: f64 = Self::EPSILON as f64;
     #[inline(always)]
-    fn of(x: f64) -> Self {
+    fn nearest(x: f64) -> Self {
         x as Self
     }
 }
@@ -46,7 +52,7 @@ impl Number for f64 {
     const BITS: u32 = Self::MANTISSA_DIGITS;
     const UNIT: f64 = Self::EPSILON;
     #[inline(always)]
-    fn of(x: f64) -> Self {
+    fn nearest(x: f64) -> Self {
         x
     }
 }
@@ -56,7 +62,7 @@ pub trait Real: Lanes<Scalar: Number> {
     /// A constant in every lane.
     #[inline(always)]
     fn of(x: f64) -> Self {
-        Self::splat(Self::Scalar::of(x))
+        Self::splat(Self::Scalar::nearest(x))
     }
 }
 
@@ -75,8 +81,17 @@ pub trait Method: Copy {
     /// Triangles from their three corners.
     fn triangle<L: Real>(self, corners: [Vec3<L>; 3]) -> Self::Triangle<L>;
 
+    /// One triangle in all lanes: how it meets many rays after it was stored once.
+    fn spread<L: Real>(one: &Self::Triangle<L::Scalar>) -> Self::Triangle<L>;
+
     /// Which lanes are hits, and their `t`, which means nothing where there is no hit.
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
+}
+
+/// One vector in all lanes.
+#[inline(always)]
+fn splat<L: Real>(v: Vec3<L::Scalar>) -> Vec3<L> {
+    Vec3::splat([v.x, v.y, v.z])
 }
 
 /// A ray for which nothing is computed in advance.

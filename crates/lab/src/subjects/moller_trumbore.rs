@@ -3,7 +3,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// The method with the smallest determinant that is not parallel.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,12 @@ impl Method for MollerTrumbore {
     #[inline(always)]
     fn triangle<L: Real>(self, [v0, v1, v2]: [Vec3<L>; 3]) -> Triangle<L> {
         Triangle { v0, e1: v1 - v0, e2: v2 - v0 }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { v0, e1, e2 } = one;
+        Triangle { v0: splat(v0), e1: splat(e1), e2: splat(e2) }
     }
 
     #[inline(always)]

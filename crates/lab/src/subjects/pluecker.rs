@@ -7,7 +7,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, Real};
+use super::{Method, Real, splat};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +48,17 @@ impl Method for Pluecker {
             moments: [v0.cross(v1), v1.cross(v2), v2.cross(v0)],
             n,
             d: n.dot(v0),
+        }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { sides, moments, n, d } = one;
+        Triangle {
+            sides: sides.map(splat),
+            moments: moments.map(splat),
+            n: splat(n),
+            d: L::splat(d),
         }
     }
 

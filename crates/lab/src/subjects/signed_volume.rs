@@ -4,7 +4,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, PlainRay, Real};
+use super::{Method, PlainRay, Real, splat};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,11 @@ impl Method for SignedVolume {
     #[inline(always)]
     fn triangle<L: Real>(self, corners: [Vec3<L>; 3]) -> [Vec3<L>; 3] {
         corners
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
+        one.map(splat)
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use intertri::Vec3;
 use intertri::lanes::{Lanes, Mask};
 
 use super::axis::Axis;
-use super::{Method, Number, Real};
+use super::{Method, Number, Real, splat};
 
 /// The method, with its fall-back; with `fall_back` off, the bare f32 test that some code keeps.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +43,11 @@ impl Method for Woop {
     }
 
     #[inline(always)]
+    fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
+        one.map(splat)
+    }
+
+    #[inline(always)]
     fn test<L: Real>(self, corners: &[Vec3<L>; 3], ray: &Ray<L>) -> (L::Mask, L) {
         let shear = ray.shear;
         let seen = corners.map(|corner| ray.axis.turn(corner - ray.origin));
@@ -72,14 +77,14 @@ impl Method for Woop {
 /// The value of a side in f64, lane by lane, rounded back as the paper does it.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
-    let mut lanes = [[L::Scalar::of(0.0); 16]; 4];
+    let mut lanes = [[L::Scalar::nearest(0.0); 16]; 4];
     for (lanes, x) in lanes.iter_mut().zip([p[0], q[1], p[1], q[0]]) {
         x.store(lanes);
     }
-    let mut side = [L::Scalar::of(0.0); 16];
+    let mut side = [L::Scalar::nearest(0.0); 16];
     for (k, side) in side.iter_mut().enumerate() {
         let [px, qy, py, qx]: [f64; 4] = lanes.map(|lanes| lanes[k].into());
-        *side = L::Scalar::of(px * qy - py * qx);
+        *side = L::Scalar::nearest(px * qy - py * qx);
     }
     L::load(&side)
 }

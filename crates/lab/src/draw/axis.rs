@@ -1,0 +1,50 @@
+//! Logarithmic axes.
+
+/// Numbers onto places, in equal ratios.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Log {
+    from: f64,
+    to: f64,
+    places: [f64; 2],
+}
+
+impl Log {
+    /// From a number at one place to a number at another, both positive.
+    pub(super) fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
+        Self { from: from.log10(), to: to.log10(), places }
+    }
+
+    pub(super) fn at(&self, x: f64) -> f64 {
+        let share = (x.log10() - self.from) / (self.to - self.from);
+        self.places[0] + share * (self.places[1] - self.places[0])
+    }
+
+    /// The powers of ten on the axis, every so many.
+    pub(super) fn decades(&self, every: i32) -> Vec<i32> {
+        let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
+        let (lo, hi) = ((lo - 1e-9).ceil() as i32, (hi + 1e-9).floor() as i32);
+        (lo..=hi).filter(|k| k.rem_euclid(every) == 0).collect()
+    }
+}
+
+/// A power of ten in few characters.
+pub(super) fn power(k: i32) -> String {
+    match k {
+        -2 => "0.01".into(),
+        -1 => "0.1".into(),
+        0 => "1".into(),
+        1 => "10".into(),
+        2 => "100".into(),
+        3 => "1,000".into(),
+        k => format!("10{}", superscript(k)),
+    }
+}
+
+/// An integer as an exponent.
+pub(super) fn superscript(k: i32) -> String {
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let sign = if k < 0 { "⁻" } else { "" };
+    let number = k.unsigned_abs().to_string();
+    let raised = number.bytes().map(|b| digits[usize::from(b - b'0')]);
+    sign.chars().chain(raised).collect()
+}

@@ -1,0 +1,165 @@
+//! Edge maps: rays in single steps of f32 around a shared edge and around a shared vertex, coloured
+//! by what was hit.
+
+use intertri::lanes::Level;
+use intertri::{Ray, Triangle};
+use intertri_reference::THRESHOLD;
+
+use super::Svg;
+use super::svg::{Anchor, Font, GREY};
+use crate::rng::step;
+use crate::subjects::{Answer, Bundle, SUBJECTS};
+use crate::truth::truth;
+
+/// Steps on either side.
+const REACH: i32 = 16;
+const PIXEL: f64 = 4.0;
+const COLUMNS: usize = 7;
+
+/// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin:
+/// their directions differ by single f32 steps in x and in y.
+struct Square {
+    triangles: Vec<Triangle>,
+    rays: Vec<Ray>,
+}
+
+impl Square {
+    fn new(triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
+        // An origin without special bits, the direction of the length of the way.
+        let origin = [0.137_f32, -0.291, -2.713];
+        let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
+        let at = |(i, j): (i32, i32)| Ray::new(origin, [step(dir[0], i), step(dir[1], -j), dir[2]]);
+        let square = (-REACH..=REACH).flat_map(|j| (-REACH..=REACH).map(move |i| (i, j)));
+        Self { triangles, rays: square.map(at).collect() }
+    }
+
+    /// An edge that runs askew.
+    fn edge() -> Self {
+        let (a, b) = ([-0.731, -0.583, 0.217], [0.612, 0.877, 0.389]);
+        let (left, right) = ([-0.893, 0.671, 0.118], [0.934, -0.428, 0.253]);
+        let target = [0, 1, 2].map(|k| a[k] + 0.457 * (b[k] - a[k]));
+        Self::new(vec![Triangle([a, b, left]), Triangle([b, a, right])], target)
+    }
+
+    /// Six triangles around a vertex.
+    fn vertex() -> Self {
+        let middle = [0.0713, 0.0519, 0.1937];
+        let around = [
+            [0.913, 0.127, 0.311],
+            [0.417, 0.829, 0.253],
+            [-0.457, 0.761, 0.157],
+            [-0.871, -0.071, 0.283],
+            [-0.389, -0.823, 0.331],
+            [0.503, -0.751, 0.227],
+        ];
+        let triangle = |k: usize| Triangle([middle, around[k], around[(k + 1) % 6]]);
+        Self::new((0..6).map(triangle).collect(), middle)
+    }
+
+    /// For each ray a set of triangles, as bits.
+    fn truth(&self) -> Vec<u32> {
+        let hit = |ray: &Ray| {
+            let bit = |(k, t): (usize, &Triangle)| u32::from(truth(t, ray).is_hit()) << k;
+            self.triangles.iter().enumerate().map(bit).sum()
+        };
+        self.rays.iter().map(hit).collect()
+    }
+
+    /// The same by a subject. `fixed` snaps all of them to one grid.
+    fn by(&self, subject: usize) -> Vec<u32> {
+        let subject = &SUBJECTS[subject];
+        let mut sets = vec![0; self.rays.len()];
+        for (k, triangle) in self.triangles.iter().enumerate() {
+            if subject.name == "fixed" {
+                let bundle = Bundle { rays: self.rays.clone(), triangles: self.triangles.clone() };
+                let on_grid = crate::subjects::on_grid(&bundle).unwrap_or(bundle);
+                // Of a snapped pair the finest grid is as good as the common one.
+                let to = ask(subject, on_grid.triangles[k], &on_grid.rays);
+                sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
+            } else {
+                let to = ask(subject, *triangle, &self.rays);
+                sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
+            }
+        }
+        sets
+    }
+}
+
+fn ask(subject: &crate::subjects::Subject, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
+    let mut to = vec![Answer::default(); rays.len()];
+    subject.pairs(Level::best(), THRESHOLD, &vec![triangle; rays.len()], rays, &mut to);
+    to
+}
+
+/// The colour of a set of triangles: one of them, pale and by turns; none; two or more.
+fn colour(set: u32) -> &'static str {
+    match set.count_ones() {
+        0 => "#000000",
+        1 if set.trailing_zeros().is_multiple_of(2) => "#A6CEE8",
+        1 => "#F6DFA0",
+        _ => "#D55E00",
+    }
+}
+
+/// A picture of the edge and one of the vertex for the truth and each method.
+pub fn edge_maps(caption: &str) -> Svg {
+    let (edge, vertex) = (Square::edge(), Square::vertex());
+    let mut columns = vec![("the truth", edge.truth(), vertex.truth())];
+    for (k, subject) in SUBJECTS.iter().enumerate() {
+        columns.push((subject.name, edge.by(k), vertex.by(k)));
+    }
+
+    let side = PIXEL * f64::from(2 * REACH + 1);
+    let [w, h] = [side + 38.0, 2.0 * side + 66.0];
+    let bands = columns.len().div_ceil(COLUMNS);
+    let mut svg = Svg::new(COLUMNS as f64 * w + 30.0, bands as f64 * h + 130.0);
+    let title = "Around a shared edge and a shared vertex, in single f32 steps of the direction";
+    svg.text([18.0, 30.0], title, Font::new(18.0, Anchor::Start).bold());
+    let mut x = 18.0;
+    for (set, text) in
+        [(1, "one triangle"), (2, "its neighbour"), (3, "both: counted twice"), (0, "none: a leak")]
+    {
+        svg.rect([x, 44.0], [13.0, 13.0], colour(set));
+        svg.frame([x, 44.0], [13.0, 13.0], "#888888");
+        svg.text([x + 19.0, 55.0], text, Font::new(12.5, Anchor::Start));
+        x += 50.0 + super::svg::width(text, 12.5);
+    }
+    let numbers = "below each: leaks / counted twice, of 1,089 rays";
+    svg.text([x, 55.0], numbers, Font::new(12.5, Anchor::Start).fill(GREY));
+
+    for (k, (name, edge, vertex)) in columns.iter().enumerate() {
+        let [x, y] = [20.0 + w * (k % COLUMNS) as f64, 74.0 + h * (k / COLUMNS) as f64];
+        let bold = super::is_kernel(name) || k == 0;
+        let font = Font { bold, ..Font::new(12.0, Anchor::Start) };
+        svg.text([x, y + 12.0], name, font);
+        for (row, sets) in [edge, vertex].into_iter().enumerate() {
+            let top = y + 18.0 + row as f64 * (side + 20.0);
+            picture(&mut svg, [x, top], sets);
+            let count = |of: fn(u32) -> bool| sets.iter().filter(|s| of(s.count_ones())).count();
+            let text = format!("{} / {}", count(|n| n == 0), count(|n| n > 1));
+            let font = Font::new(10.5, Anchor::Middle).fill(GREY);
+            svg.text([x + side / 2.0, top + side + 13.0], &text, font);
+        }
+    }
+    let font = Font::new(11.0, Anchor::Start).fill(GREY);
+    for (k, line) in caption.lines().enumerate() {
+        svg.text([18.0, 74.0 + bands as f64 * h + 18.0 + 14.0 * k as f64], line, font);
+    }
+    svg
+}
+
+/// The square, neighbours of one colour in one piece.
+fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
+    let side = (2 * REACH + 1) as usize;
+    for (j, row) in sets.chunks(side).enumerate() {
+        let mut start = 0;
+        for run in row.chunk_by(|&a, &b| colour(a) == colour(b)) {
+            let at = [x + PIXEL * start as f64, y + PIXEL * j as f64];
+            // A hair higher, so that no seam shows between rows.
+            svg.rect(at, [PIXEL * run.len() as f64, PIXEL + 0.1], colour(run[0]));
+            start += run.len();
+        }
+    }
+    let side = PIXEL * side as f64;
+    svg.frame([x, y], [side, side], "#888888");
+}

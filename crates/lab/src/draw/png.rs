@@ -1,0 +1,42 @@
+//! An SVG as pixels.
+
+use std::sync::Arc;
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
+
+use super::Svg;
+
+/// So many pixels to a unit of the picture.
+const SCALE: f32 = 2.0;
+
+/// The picture as a PNG file.
+///
+/// # Errors
+/// In one line, if the system has no fonts, or the picture has no size that a PNG could have.
+pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_system_fonts();
+    if fonts.is_empty() {
+        return Err("no fonts are installed: a PNG would lack its text; the SVG has all".into());
+    }
+    // Whatever sans serif there is stands in for those that the picture asks for.
+    let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];
+    let has = |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|f| f.0 == **name));
+    let family = any.iter().find(has).map_or_else(
+        || fonts.faces().next().and_then(|face| face.families.first()).map(|f| f.0.clone()),
+        |name| Some((*name).to_owned()),
+    );
+    if let Some(family) = &family {
+        fonts.set_sans_serif_family(family.clone());
+    }
+    let options = Options { fontdb: Arc::new(fonts), ..Options::default() };
+    let tree = Tree::from_str(&svg.to_string(), &options).map_err(|error| error.to_string())?;
+
+    let size = tree.size();
+    let (width, height) = ((size.width() * SCALE) as u32, (size.height() * SCALE) as u32);
+    let mut pixels = Pixmap::new(width, height)
+        .ok_or_else(|| format!("a picture of {width} by {height} pixels cannot be made"))?;
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| error.to_string())
+}

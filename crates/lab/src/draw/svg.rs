@@ -1,0 +1,154 @@
+//! A picture as SVG: a few shapes and text, in the order in which they are drawn.
+
+use std::fmt::{self, Write as _};
+
+/// The ink of text and axes.
+pub(super) const INK: &str = "#222222";
+/// Lines that stay in the background.
+pub(super) const FAINT: &str = "#dddddd";
+/// Text that stays in the background.
+pub(super) const GREY: &str = "#666666";
+
+/// A picture while it is being drawn; y grows downward.
+#[derive(Clone, Debug)]
+pub struct Svg {
+    width: f64,
+    height: f64,
+    body: String,
+}
+
+/// Where text is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// How text looks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Font<'a> {
+    pub(super) size: f64,
+    pub(super) anchor: Anchor,
+    pub(super) bold: bool,
+    pub(super) fill: &'a str,
+    /// Turned a quarter against the clock.
+    pub(super) upright: bool,
+}
+
+impl<'a> Font<'a> {
+    pub(super) fn new(size: f64, anchor: Anchor) -> Self {
+        Self { size, anchor, bold: false, fill: INK, upright: false }
+    }
+    pub(super) fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+    pub(super) fn fill(self, fill: &'a str) -> Self {
+        Self { fill, ..self }
+    }
+    pub(super) fn upright(self) -> Self {
+        Self { upright: true, ..self }
+    }
+}
+
+/// About how wide a text is, for the fonts that [`Svg`] asks for.
+pub(super) fn width(text: &str, size: f64) -> f64 {
+    text.chars()
+        .map(|c| match c {
+            'i' | 'l' | 'j' | '.' | ',' | '\'' | '|' => 0.32,
+            't' | 'f' | 'r' | ' ' | '(' | ')' | '-' => 0.42,
+            'm' | 'w' | 'M' | 'W' | '×' | '%' => 0.95,
+            c if c.is_uppercase() => 0.72,
+            _ => 0.63,
+        })
+        .sum::<f64>()
+        * size
+}
+
+impl Svg {
+    /// White, of so many units.
+    pub(super) fn new(width: f64, height: f64) -> Self {
+        let mut svg = Self { width, height, body: String::new() };
+        svg.rect([0.0, 0.0], [width, height], "#ffffff");
+        svg
+    }
+
+    fn push(&mut self, element: fmt::Arguments<'_>) {
+        // A string takes whatever is written to it.
+        let _ = writeln!(self.body, "{element}");
+    }
+
+    pub(super) fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str) {
+        self.push(format_args!(
+            r#"<rect x="{x:.2}" y="{y:.2}" width="{w:.2}" height="{h:.2}" fill="{fill}"/>"#
+        ));
+    }
+
+    pub(super) fn frame(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], stroke: &str) {
+        self.push(format_args!(
+            r#"<rect x="{x:.2}" y="{y:.2}" width="{w:.2}" height="{h:.2}" fill="none" stroke="{stroke}"/>"#
+        ));
+    }
+
+    pub(super) fn line(&mut self, a: [f64; 2], b: [f64; 2], stroke: &str, wide: f64) {
+        let ([x1, y1], [x2, y2]) = (a, b);
+        self.push(format_args!(
+            r#"<line x1="{x1:.2}" y1="{y1:.2}" x2="{x2:.2}" y2="{y2:.2}" stroke="{stroke}" stroke-width="{wide}"/>"#
+        ));
+    }
+
+    /// An open line through points, drawn solid or in dashes such as `6 3`.
+    pub(super) fn path(&mut self, points: &[[f64; 2]], stroke: &str, wide: f64, dashes: &str) {
+        let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+        let points = points.join(" ");
+        let dashes = match dashes {
+            "" => String::new(),
+            dashes => format!(r#" stroke-dasharray="{dashes}""#),
+        };
+        self.push(format_args!(
+            r#"<polyline points="{points}" fill="none" stroke="{stroke}" stroke-width="{wide}" stroke-linejoin="round"{dashes}/>"#
+        ));
+    }
+
+    pub(super) fn polygon(&mut self, points: &[[f64; 2]], fill: &str, stroke: &str) {
+        let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
+        let points = points.join(" ");
+        self.push(format_args!(r#"<polygon points="{points}" fill="{fill}" stroke="{stroke}"/>"#));
+    }
+
+    pub(super) fn circle(&mut self, [x, y]: [f64; 2], r: f64, fill: &str, stroke: &str) {
+        self.push(format_args!(
+            r#"<circle cx="{x:.2}" cy="{y:.2}" r="{r}" fill="{fill}" stroke="{stroke}"/>"#
+        ));
+    }
+
+    /// Text whose base line runs through a point.
+    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, font: Font<'_>) {
+        let Font { size, anchor, bold, fill, upright } = font;
+        let anchor = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let weight = if bold { r#" font-weight="bold""# } else { "" };
+        let turn = match upright {
+            true => format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#),
+            false => String::new(),
+        };
+        let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        self.push(format_args!(
+            r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" text-anchor="{anchor}" fill="{fill}"{weight}{turn}>{text}</text>"#
+        ));
+    }
+}
+
+impl fmt::Display for Svg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { width, height, body } = self;
+        writeln!(
+            f,
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" font-family="DejaVu Sans, Verdana, Arial, Helvetica, sans-serif">"#
+        )?;
+        write!(f, "{body}</svg>")
+    }
+}

@@ -1,0 +1,147 @@
+//! The long count: rays at shared edges and vertices, against the promises of the kernel.
+
+use intertri::fixed::{self, Bits, Fixed, Grid};
+use intertri::{Certified, Mode, TrianglePack};
+use intertri_reference as reference;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::rng::Rng;
+use crate::subjects::Bundle;
+use crate::workloads::closed;
+
+/// What was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct EdgeCount {
+    /// Rays of each mode: half of them exactly at a vertex or a point of an edge of a closed mesh,
+    /// half but for rounding.
+    pub rays: u64,
+    /// Pairs of a ray and a triangle that `certified` was asked about.
+    pub pairs: u64,
+    /// Of these, pairs where hit or miss, or a bit of `t`, is not the reference's.
+    pub not_reference: u64,
+    /// Rays for which `fixed` finds no crossing.
+    pub leaks: u64,
+    /// Rays for which `fixed` finds more than one.
+    pub doubles: u64,
+}
+
+const PIECE: u64 = 4096;
+
+/// Counts at least so many rays. The counts depend on the seed and the number alone.
+pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
+    let piece = |piece: u64| {
+        let mut rng = Rng::new(seed ^ piece << 16);
+        let near = piece % 2 == 1;
+        let mut count = EdgeCount::default();
+        certified(&bundle(&mut rng, 18, near), &mut count);
+        fixed(&bundle(&mut rng, 15, near), &mut count);
+        step(PIECE);
+        count
+    };
+    let sum = |a: EdgeCount, b: EdgeCount| EdgeCount {
+        rays: a.rays + b.rays,
+        pairs: a.pairs + b.pairs,
+        not_reference: a.not_reference + b.not_reference,
+        leaks: a.leaks + b.leaks,
+        doubles: a.doubles + b.doubles,
+    };
+    (0..rays.div_ceil(PIECE)).into_par_iter().map(piece).reduce(EdgeCount::default, sum)
+}
+
+/// Rays exactly at edges and vertices; or the same scaled, so that all is rounded.
+fn bundle(rng: &mut Rng, bits: u32, near: bool) -> Bundle {
+    let mut bundle = closed(rng, bits, PIECE as usize);
+    if near {
+        let scale = (0.5 + rng.unit()) as f32;
+        for x in bundle.triangles.iter_mut().flat_map(|t| t.0.as_flattened_mut()) {
+            *x *= scale;
+        }
+        for ray in &mut bundle.rays {
+            ray.origin = ray.origin.map(|x| x * scale);
+            ray.dir = ray.dir.map(|x| x * scale);
+        }
+    }
+    bundle
+}
+
+/// `certified` against the reference, bit for bit.
+fn certified(bundle: &Bundle, count: &mut EdgeCount) {
+    let mode = Certified::default();
+    let scene = reference::Scene::from_triangles(bundle.triangles.iter().map(|t| t.0));
+    let packs: Vec<TrianglePack<8>> = bundle.triangles.chunks(8).map(TrianglePack::new).collect();
+    for ray in &bundle.rays {
+        let line = reference::Ray::new(ray.origin, ray.dir);
+        for (k, pack) in packs.iter().enumerate() {
+            let hits = mode.pack(ray, pack);
+            for lane in 0..8.min(bundle.triangles.len() - 8 * k) {
+                let expected = scene.hit(8 * k + lane, &line, 0.0, f64::INFINITY);
+                let got = (hits.bits >> lane & 1 == 1).then_some(hits.t[lane]);
+                let same = expected.map(f64::to_bits) == got.map(f64::to_bits);
+                count.not_reference += u64::from(!same);
+                count.pairs += 1;
+            }
+        }
+        count.rays += 1;
+    }
+}
+
+/// `fixed` against the number of times that a ray leaves a closed convex mesh.
+fn fixed(bundle: &Bundle, count: &mut EdgeCount) {
+    let origins = bundle.rays.iter().map(|ray| ray.origin);
+    let points = bundle.triangles.iter().flat_map(|t| t.0).chain(origins);
+    let crossings = || {
+        let grid = Grid::around(points, Bits::FINE)?;
+        let triangles: Result<Vec<_>, _> =
+            bundle.triangles.iter().map(|t| grid.triangle(t)).collect();
+        let blocks: Vec<_> = fixed::blocks(&triangles?).collect();
+        let mode = Fixed::default();
+        let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
+        bundle.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
+    };
+    // What does not fit the grid is not crossed.
+    let crossings = crossings().unwrap_or_else(|_| vec![0; bundle.rays.len()]);
+    count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
+    count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EdgeCount, bundle, edge_count};
+    use crate::rng::Rng;
+    use crate::truth::{Place, truth};
+
+    fn kept(count: &EdgeCount) {
+        assert_eq!((count.not_reference, count.leaks, count.doubles), (0, 0, 0), "{count:?}");
+    }
+
+    #[test]
+    fn the_promises_hold_on_a_hundred_thousand_rays() {
+        let count = edge_count(3, 100_000, &|_| ());
+        kept(&count);
+        assert!(count.rays >= 100_000 && count.pairs >= 48 * count.rays);
+        assert_eq!(count, edge_count(3, 100_000, &|_| ()));
+    }
+
+    #[test]
+    #[ignore = "minutes: a hundred million rays"]
+    fn the_promises_hold_on_a_hundred_million_rays() {
+        let count = edge_count(5, 100_000_000, &|_| ());
+        println!("{count:?}");
+        kept(&count);
+    }
+
+    #[test]
+    fn the_rays_are_where_they_are_said_to_be() {
+        // Each ray meets exactly the triangles around one edge or vertex, for the truth too.
+        for bits in [15, 18] {
+            let bundle = bundle(&mut Rng::new(9), bits, false);
+            for ray in &bundle.rays {
+                let places = bundle.triangles.iter().map(|t| truth(t, ray));
+                let met: Vec<Place> = places.filter(|t| t.is_hit()).map(|t| t.place).collect();
+                let at_side = |p: &Place| matches!(p, Place::Edge(_) | Place::Vertex(_));
+                assert!(met.len() >= 2 && met.iter().all(at_side), "{met:?}");
+            }
+        }
+    }
+}

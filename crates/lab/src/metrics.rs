@@ -1,0 +1,169 @@
+//! The table: how each method fares on each family.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::cases::Asked;
+use crate::families::{Case, Family};
+use crate::judge::{self, Verdict};
+use crate::rng::Rng;
+use crate::subjects::{Bundle, SUBJECTS};
+use crate::timing::quantile;
+use crate::truth::{exact_t, t_error, t_error_ulps, t_error_ulps_f32};
+
+/// How a method fares on a family.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// The family.
+    pub family: &'static str,
+    /// The method.
+    pub method: &'static str,
+    /// Pairs of a ray and a triangle.
+    pub trials: u64,
+    /// Pairs that the truth calls a hit.
+    pub true_hits: u64,
+    /// True hits that the method calls a miss.
+    pub false_misses: u64,
+    /// True misses that the method calls a hit.
+    pub false_hits: u64,
+    /// Hits whose `t` is NaN or infinite.
+    pub t_not_finite: u64,
+    /// Pairs where it disagrees with the truth: the two kinds together.
+    pub not_truth: u64,
+    /// Pairs where it disagrees with the scalar f64 reference.
+    pub not_reference: u64,
+    /// Rays from within a closed convex mesh; 0 where the family has none.
+    pub closed_trials: u64,
+    /// Of these, rays that hit nothing.
+    pub leaks: u64,
+    /// Of these, rays that hit two or more triangles, although they leave the mesh once.
+    pub doubles: u64,
+    /// Hits that are true ones, whose `t` was held against the exact one.
+    pub t_trials: u64,
+    /// The median of the relative error of `t`.
+    pub t_median: f64,
+    /// 999 of 1,000 have less.
+    pub t_p999: f64,
+    /// The worst.
+    pub t_worst: f64,
+    /// The median of the error of `t` in units of the last place of the method's own precision.
+    pub t_ulps_median: f64,
+    /// 999 of 1,000 have less.
+    pub t_ulps_p999: f64,
+    /// The worst.
+    pub t_ulps_worst: f64,
+}
+
+/// So many cases make one piece of work, with a seed of its own.
+const PIECE: u64 = 500;
+/// Of so many true hits in a piece the exact `t` is computed.
+const EXACT: usize = 50;
+/// The families whose scenes are closed convex meshes, and how many triangles they have.
+const CLOSED: [(&str, usize); 3] =
+    [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
+
+/// What one piece of work found of one method.
+#[derive(Clone, Default)]
+struct Found {
+    true_hits: u64,
+    false_misses: u64,
+    false_hits: u64,
+    t_not_finite: u64,
+    not_reference: u64,
+    /// Relative, and in units of the last place.
+    errors: Vec<[f64; 2]>,
+}
+
+/// Asks every subject about at least so many cases of a family. The counts depend on the seed and
+/// the number alone. `step` is told how many more are done.
+pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
+    let pieces: Vec<(Vec<Found>, Vec<Verdict>)> = (0..cases.div_ceil(PIECE))
+        .into_par_iter()
+        .map(|piece| {
+            let mut rng = Rng::new(seed ^ piece << 8);
+            let cases: Vec<Case> = (0..PIECE).map(|_| family.case(&mut rng)).collect();
+            let found = (ask(&cases), closed(family, &mut rng));
+            step(PIECE);
+            found
+        })
+        .collect();
+
+    let row = |(k, subject): (usize, &crate::subjects::Subject)| {
+        let sum =
+            |of: fn(&Found) -> u64| pieces.iter().map(|(found, _)| of(&found[k])).sum::<u64>();
+        let closed = |of: fn(&Verdict) -> u64| {
+            pieces.iter().filter_map(|(_, verdicts)| verdicts.get(k)).map(of).sum::<u64>()
+        };
+        let (false_misses, false_hits) = (sum(|f| f.false_misses), sum(|f| f.false_hits));
+        let errors = || pieces.iter().flat_map(|(found, _)| &found[k].errors);
+        let mut relative: Vec<f64> = errors().map(|e| e[0]).collect();
+        let mut ulps: Vec<f64> = errors().map(|e| e[1]).collect();
+        Row {
+            family: family.name,
+            method: subject.name,
+            trials: pieces.len() as u64 * PIECE,
+            true_hits: sum(|f| f.true_hits),
+            false_misses,
+            false_hits,
+            t_not_finite: sum(|f| f.t_not_finite),
+            not_truth: false_misses + false_hits,
+            not_reference: sum(|f| f.not_reference),
+            closed_trials: closed(|v| v.trials),
+            leaks: closed(|v| v.leaks),
+            doubles: closed(|v| v.doubles),
+            t_trials: relative.len() as u64,
+            t_median: quantile(&mut relative, 0.5),
+            t_p999: quantile(&mut relative, 0.999),
+            t_worst: quantile(&mut relative, 1.0),
+            t_ulps_median: quantile(&mut ulps, 0.5),
+            t_ulps_p999: quantile(&mut ulps, 0.999),
+            t_ulps_worst: quantile(&mut ulps, 1.0),
+        }
+    };
+    SUBJECTS.iter().enumerate().map(row).collect()
+}
+
+/// All subjects on some cases.
+fn ask(cases: &[Case]) -> Vec<Found> {
+    let asked = Asked::of(cases);
+    // The exact t of the first true hits.
+    let hits = (0..cases.len()).filter(|&i| asked.truth[i].is_hit()).take(EXACT);
+    let exact: Vec<_> =
+        hits.filter_map(|i| Some((i, exact_t(&cases[i].triangle, &cases[i].ray)?))).collect();
+    let of_subject = |(subject, answers): (&crate::subjects::Subject, &Vec<_>)| {
+        let answers: &[crate::subjects::Answer] = answers;
+        let mut found = Found::default();
+        for (i, answer) in answers.iter().enumerate() {
+            let is_hit = asked.truth[i].is_hit();
+            found.true_hits += u64::from(is_hit);
+            found.false_misses += u64::from(is_hit && !answer.hit);
+            found.false_hits += u64::from(!is_hit && answer.hit);
+            found.t_not_finite += u64::from(answer.hit && !answer.t.is_finite());
+            found.not_reference += u64::from(answer.hit != asked.reference[i]);
+        }
+        for (i, exact) in exact.iter().filter(|(i, _)| answers[*i].hit) {
+            let t = answers[*i].t;
+            let ulps = match subject.bits {
+                24 => t_error_ulps_f32(t as f32, exact),
+                _ => t_error_ulps(t, exact),
+            };
+            found.errors.push([t_error(t, exact), ulps]);
+        }
+        found
+    };
+    SUBJECTS.iter().zip(&asked.answers).map(of_subject).collect()
+}
+
+/// Leaks and double counts of a family of closed convex meshes, by the rays that start within.
+fn closed(family: &Family, rng: &mut Rng) -> Vec<Verdict> {
+    let Some(&(_, triangles)) = CLOSED.iter().find(|(name, _)| *name == family.name) else {
+        return Vec::new();
+    };
+    let scene = family.scene(rng, triangles, 64);
+    let mut bundle = Bundle { rays: scene.rays, triangles: scene.triangles };
+    let triangles = &bundle.triangles;
+    bundle.rays.retain(|ray| judge::is_within(triangles, ray.origin));
+    let mut verdicts = vec![Verdict::default(); SUBJECTS.len()];
+    judge::edges(&bundle, &mut verdicts);
+    verdicts
+}

@@ -1,0 +1,105 @@
+//! How long the methods take, side by side.
+//!
+//! All subjects in all their layouts run in turn, again and again, each for a fraction of a
+//! millisecond, so that whatever the machine does meanwhile hits all alike. A time is relative to the
+//! scalar f64 reference's in the same turn; of these ratios the median is given, with the tenth and
+//! the ninetieth percentile.
+
+use intertri::lanes::Level;
+use serde::Serialize;
+
+use crate::rng::Rng;
+use crate::subjects::{Bundle, Form, Layout, SUBJECTS, reference_closest};
+use crate::workloads::{Model, Workload};
+
+/// What one subject took in one layout.
+#[derive(Clone, Debug, Serialize)]
+pub struct Time {
+    /// What was measured.
+    pub workload: &'static str,
+    /// The subject.
+    pub method: &'static str,
+    /// The form.
+    pub form: &'static str,
+    /// The number of lanes.
+    pub lanes: usize,
+    /// Nanoseconds a ray/triangle test, the median of the turns.
+    pub ns_per_test: f64,
+    /// The reference's time over this one: the median of the turns.
+    pub times_faster: f64,
+    /// The tenth percentile of the same.
+    pub times_faster_p10: f64,
+    /// The ninetieth percentile of the same.
+    pub times_faster_p90: f64,
+}
+
+/// The name of the scalar f64 reference in the tables.
+pub const REFERENCE: &str = "reference";
+
+/// So many bundles are run in a turn.
+const BUNDLES: usize = 12;
+
+/// Measures every subject in every layout that it has. `step` is called after each turn.
+pub fn measure(
+    workload: Workload,
+    model: &Model,
+    turns: usize,
+    mut step: impl FnMut(),
+) -> Vec<Time> {
+    let mut rng = Rng::new(11);
+    let bundles: Vec<_> = (0..BUNDLES).map(|_| workload.bundle(&mut rng, model)).collect();
+    let tests: usize =
+        bundles.iter().map(|Bundle { rays, triangles }| rays.len() * triangles.len()).sum();
+
+    // Who runs, and the seconds of each turn.
+    let mut contenders = Vec::new();
+    for subject in SUBJECTS {
+        for form in [Form::Packets, Form::Packs] {
+            for lanes in [1, 4, 8] {
+                contenders.push((subject, Layout { form, lanes }, Vec::new()));
+            }
+        }
+    }
+    let (level, mut nearest) = (Level::best(), Vec::new());
+    let mut reference = Vec::new();
+    // The first turn warms up.
+    for turn in 0..=turns {
+        let seconds = reference_closest(&bundles, &mut nearest);
+        reference.push(seconds);
+        for (subject, layout, seconds) in &mut contenders {
+            seconds.extend(subject.closest(level, &bundles, *layout, &mut nearest));
+        }
+        if turn == 0 {
+            reference.clear();
+            contenders.retain_mut(|(.., seconds)| seconds.pop().is_some());
+        }
+        step();
+    }
+
+    let time = |method, form, lanes, seconds: &[f64]| {
+        let mut ratios: Vec<f64> = reference.iter().zip(seconds).map(|(a, b)| a / b).collect();
+        let mut seconds = seconds.to_vec();
+        Time {
+            workload: workload.name(),
+            method,
+            form,
+            lanes,
+            ns_per_test: quantile(&mut seconds, 0.5) / tests as f64 * 1e9,
+            times_faster: quantile(&mut ratios, 0.5),
+            times_faster_p10: quantile(&mut ratios, 0.1),
+            times_faster_p90: quantile(&mut ratios, 0.9),
+        }
+    };
+    let mut times = vec![time(REFERENCE, "scalar", 1, &reference)];
+    times.extend(contenders.iter().map(|(subject, layout, seconds)| {
+        time(subject.name, layout.form.name(), layout.lanes, seconds)
+    }));
+    times
+}
+
+/// The number below which a share of all lies; NaN of none. Sorts them.
+pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let last = numbers.len().saturating_sub(1);
+    numbers.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
+}
