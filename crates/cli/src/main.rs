@@ -5,6 +5,8 @@
 
 mod answers;
 mod camera;
+mod chart;
+mod charts;
 mod check;
 mod engine;
 mod error;
@@ -14,6 +16,7 @@ mod progress;
 mod rays;
 mod render;
 mod report;
+mod stress;
 mod trace;
 
 use std::process::ExitCode;
@@ -35,6 +38,8 @@ struct CommandLine {
 enum Command {
     Render(render::Options),
     Trace(trace::Options),
+    Chart(chart::Options),
+    Stress(stress::Options),
 }
 
 fn main() -> ExitCode {
@@ -45,6 +50,8 @@ fn main() -> ExitCode {
     let done = match command {
         Command::Render(options) => render::run(&options),
         Command::Trace(options) => trace::run(&options),
+        Command::Chart(options) => chart::run(&options),
+        Command::Stress(options) => stress::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,150 @@
+//! `intertri chart`: every known method, speed against accuracy.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use intertri_lab::draw;
+use intertri_lab::families::FAMILIES;
+use intertri_lab::judge::{Verdict, judge};
+use intertri_lab::metrics::{Row, metrics};
+use intertri_lab::tables::count;
+use intertri_lab::timing::{Time, measure};
+use intertri_lab::workloads::{Model, Workload};
+use intertri_scene::load;
+use serde::Serialize;
+
+use crate::charts::{Charts, Machine};
+use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::report;
+
+/// Run every known method and draw speed against accuracy
+///
+/// Writes a chart (SVG and PNG) and its numbers (CSV). Run it on a quiet machine.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file for the camera and secondary rays [default: a sphere and a torus]
+    model: Option<PathBuf>,
+
+    /// The folder that gets the files
+    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
+    output: PathBuf,
+
+    /// Less than a minute, and less sharp
+    #[arg(long)]
+    quick: bool,
+
+    /// Where the random numbers start: the same seed gives the same counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    machine: Machine,
+    model: Option<PathBuf>,
+    seed: u64,
+    seconds: f64,
+    files: Vec<PathBuf>,
+    times: Vec<Time>,
+    verdicts: Vec<Verdict>,
+    families: Vec<Row>,
+}
+
+/// Measures, judges and draws.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
+    let mut charts = Charts::new(&options.output)?;
+    let model = match &options.model {
+        None => Model::built_in(),
+        Some(path) => Model::new(&load(path)?.to_triangles())
+            .ok_or_else(|| Error::at(path.display(), "has no triangle to measure with"))?,
+    };
+    let seed = options.seed;
+    let (turns, rays, cases) =
+        if options.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
+
+    // Times first, while nothing else runs.
+    let bar = Progress::new("time", Some(Workload::ALL.len() as u64 * (turns as u64 + 1)));
+    let time = |workload| measure(workload, &model, turns, || bar.add(1));
+    let times: Vec<Time> = Workload::ALL.into_iter().flat_map(time).collect();
+    drop(bar);
+
+    let bar = Progress::new("judge", Some(Workload::ALL.len() as u64 * rays));
+    let step = |n: u64| bar.add(n as usize);
+    let verdict = |workload| judge(workload, &model, seed, rays, &step);
+    let verdicts: Vec<Verdict> = Workload::ALL.into_iter().flat_map(verdict).collect();
+    drop(bar);
+
+    let bar = Progress::new("families", Some(FAMILIES.len() as u64 * cases));
+    let step = |n: u64| bar.add(n as usize);
+    let rows = FAMILIES.iter().flat_map(|family| metrics(family, seed, cases, &step));
+    let families: Vec<Row> = rows.collect();
+    drop(bar);
+
+    let named = options.model.as_ref().and_then(|path| path.file_name());
+    let named = named.map_or("a sphere and a torus".into(), |name| name.to_string_lossy());
+    let what = format!(
+        "model: {named}, {} triangles; {rays} rays or pairs a panel; {turns} turns; seed {seed}",
+        model.len()
+    );
+    let caption = format!("{}\n{what}", charts.machine);
+    charts.picture("chart", &draw::chart(&times, &verdicts, &caption))?;
+    charts.table("times", &times, &what)?;
+    charts.table("verdicts", &verdicts, &what)?;
+    charts.table("families", &families, &what)?;
+
+    let report = Report {
+        machine: charts.machine,
+        model: options.model.clone(),
+        seed,
+        seconds: start.elapsed().as_secs_f64(),
+        files: charts.files,
+        times,
+        verdicts,
+        families,
+    };
+    report::print(&report, options.json)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.machine)?;
+        for workload in Workload::ALL {
+            let form = workload.form().name();
+            let faster = format!("× ({form} of 8)");
+            writeln!(f, "\n{:22} {faster:>18}  wrong", workload.name())?;
+            for verdict in self.verdicts.iter().filter(|v| v.workload == workload.name()) {
+                let own = |time: &&Time| {
+                    time.workload == verdict.workload
+                        && time.method == verdict.method
+                        && (time.form, time.lanes) == (form, 8)
+                };
+                let time = self.times.iter().find(own);
+                let time = time.map_or(String::new(), |time| {
+                    let Time {
+                        times_faster: at, times_faster_p10: lo, times_faster_p90: hi, ..
+                    } = time;
+                    format!("{at:.1} ({lo:.1}–{hi:.1})")
+                });
+                let wrong = count(verdict.wrong, verdict.trials);
+                write!(f, "{:22} {time:>18}  {wrong}", verdict.method)?;
+                if workload == Workload::Edges {
+                    write!(f, ": {} leaks, {} counted twice", verdict.leaks, verdict.doubles)?;
+                }
+                writeln!(f)?;
+            }
+        }
+        writeln!(f)?;
+        for file in &self.files {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{:.1} seconds", self.seconds)
+    }
+}

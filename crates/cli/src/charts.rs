@@ -1,0 +1,73 @@
+//! The folder of charts: pictures and tables, dated, with the machine that they were made on.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use intertri_lab::draw::{Svg, png};
+use intertri_lab::{machine, tables};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::output::Output;
+
+/// When and on what.
+#[derive(Clone, Serialize)]
+pub(crate) struct Machine {
+    date: String,
+    cpu: String,
+    rustc: String,
+}
+
+impl fmt::Display for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { date, cpu, rustc } = self;
+        write!(f, "{date}; {cpu}; {rustc}")
+    }
+}
+
+/// A folder that gets files.
+pub(crate) struct Charts {
+    folder: PathBuf,
+    pub(crate) machine: Machine,
+    /// What was written.
+    pub(crate) files: Vec<PathBuf>,
+}
+
+impl Charts {
+    /// Makes the folder where it is not there.
+    pub(crate) fn new(folder: &Path) -> Result<Self> {
+        fs::create_dir_all(folder).map_err(|cause| {
+            Error::at(folder.display(), format!("cannot make this folder: {cause}"))
+        })?;
+        let machine = Machine {
+            date: machine::date(),
+            cpu: machine::cpu(),
+            rustc: machine::rustc().to_owned(),
+        };
+        Ok(Self { folder: folder.to_owned(), machine, files: Vec::new() })
+    }
+
+    fn write(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.folder.join(format!("{}-{name}", self.machine.date));
+        let mut output = Output::open(Some(&path))?;
+        output.write(bytes)?;
+        output.finish()?;
+        self.files.push(path);
+        Ok(())
+    }
+
+    /// Writes a picture as SVG and as PNG.
+    pub(crate) fn picture(&mut self, name: &str, svg: &Svg) -> Result<()> {
+        self.write(&format!("{name}.svg"), svg.to_string().as_bytes())?;
+        let pixels = png(svg).map_err(|cause| Error::at(format!("{name}.png"), cause))?;
+        self.write(&format!("{name}.png"), &pixels)
+    }
+
+    /// Writes a table as CSV; its first line says on what and of what.
+    pub(crate) fn table<T: Serialize>(&mut self, name: &str, rows: &[T], what: &str) -> Result<()> {
+        let table = tables::csv(rows).map_err(|cause| Error::at(name, cause))?;
+        let text = format!("# {}; {what}\n{table}", self.machine);
+        self.write(&format!("{name}.csv"), text.as_bytes())
+    }
+}

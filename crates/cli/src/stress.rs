@@ -1,0 +1,93 @@
+//! `intertri stress`: where each method begins to fail.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use intertri_lab::draw;
+use intertri_lab::stress::{Onset, SWEEPS, first, sweep_all};
+use intertri_lab::subjects::SUBJECTS;
+use serde::Serialize;
+
+use crate::charts::{Charts, Machine};
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::report;
+
+/// Run the adversarial families and draw where each method begins to fail
+///
+/// Writes onset curves, the table of onsets and edge maps (SVG and PNG), and the curves as CSV.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The folder that gets the files
+    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
+    output: PathBuf,
+
+    /// Less than a minute, and less sharp
+    #[arg(long)]
+    quick: bool,
+
+    /// Where the random numbers start: the same seed gives the same counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    machine: Machine,
+    seed: u64,
+    seconds: f64,
+    files: Vec<PathBuf>,
+    onsets: Vec<Onset>,
+}
+
+/// Sweeps and draws.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
+    let mut charts = Charts::new(&options.output)?;
+    let (points, cases) = if options.quick { (13, 2_000) } else { (37, 20_000) };
+
+    let bar = Progress::new("sweep", Some((SWEEPS.len() * points) as u64));
+    let onsets = sweep_all(options.seed, points, cases, &|| bar.add(1));
+    drop(bar);
+
+    let what = format!("up to {cases} cases a value; seed {}", options.seed);
+    let caption = format!("{}; {what}", charts.machine);
+    charts.picture("onsets", &draw::onsets(&onsets, &caption))?;
+    charts.picture("heat", &draw::heat(&onsets, &caption))?;
+    charts.picture("edge-maps", &draw::edge_maps(&charts.machine.to_string()))?;
+    charts.table("onsets", &onsets, &what)?;
+
+    let report = Report {
+        machine: charts.machine,
+        seed: options.seed,
+        seconds: start.elapsed().as_secs_f64(),
+        files: charts.files,
+        onsets,
+    };
+    report::print(&report, options.json)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}\n\nwhere one answer in 1,000 is first wrong:", self.machine)?;
+        for sweep in SWEEPS {
+            writeln!(f, "\n{}, from {:e} to {:e}", sweep.name, sweep.from, sweep.to)?;
+            for subject in SUBJECTS {
+                let value = first(&self.onsets, sweep.name, subject.name);
+                let value = value.map_or("never".to_owned(), |x| format!("{x:.1e}"));
+                writeln!(f, "  {:24} {value}", subject.name)?;
+            }
+        }
+        writeln!(f)?;
+        for file in &self.files {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{:.1} seconds", self.seconds)
+    }
+}
