@@ -16,48 +16,75 @@ pub struct Workload {
     pub triangles: Vec<Triangle>,
 }
 
+/// A triangle somewhere in the cube, with corners up to `size` from its centre.
+fn triangle(rng: &mut Rng, size: f64) -> Triangle {
+    let centre = rng.cube();
+    let mut corner = || {
+        let away = rng.cube();
+        [0, 1, 2].map(|k| (centre[k] + size * away[k]) as f32)
+    };
+    Triangle([corner(), corner(), corner()])
+}
+
 impl Workload {
-    /// Triangles with corners anywhere in a cube, rays from one side through it; about one test in
-    /// ten is a hit. With `shared` all rays start at one point, as a camera's do.
-    pub fn random(rays: usize, triangles: usize, shared: bool) -> Self {
+    /// Rays from all over the cube in all directions, triangles strewn about it: no two rays of a
+    /// packet are alike, and about one test in fifty is a hit.
+    pub fn strewn(rays: usize, triangles: usize) -> Self {
+        let mut rng = Rng::new(8);
+        let f32s = |v: [f64; 3]| v.map(|x| x as f32);
+        let mut ray = || Ray::new(f32s(rng.cube()), f32s(rng.direction()));
+        let rays = (0..rays).map(|_| ray()).collect();
+        Self { rays, triangles: (0..triangles).map(|_| triangle(&mut rng, 0.4)).collect() }
+    }
+
+    /// A camera's view of triangles strewn about a cube, 4 × 2 pixels a packet; about one test in
+    /// fifty is a hit. With `shared` all rays start at one point, else each at its own.
+    ///
+    /// # Panics
+    /// If `rays` is not a multiple of 8 or `triangles` is 0.
+    pub fn view(rays: usize, triangles: usize, shared: bool) -> Self {
+        assert!(rays % 8 == 0 && triangles > 0);
         let mut rng = Rng::new(7);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
-        let eye = [0.1, 0.2, -3.0];
-        let ray = |rng: &mut Rng| {
-            let origin = if shared { eye } else { [rng.signed(), rng.signed(), rng.signed() - 3.0] };
-            let target = rng.cube();
+        let across = ((rays as f64 / 8.0).sqrt().ceil() * 4.0) as usize;
+        let ray = |i: usize, rng: &mut Rng| {
+            let (packet, pixel) = (i / 8, i % 8);
+            let column = packet * 4 % across + pixel % 4;
+            let row = packet * 4 / across * 2 + pixel / 4;
+            let target = [
+                (column as f64 + 0.5) / across as f64 * 2.0 - 1.0,
+                (row as f64 + 0.5) / (across / 2) as f64 * 2.0 - 1.0,
+                0.0,
+            ];
+            let moved = if shared { [0.0; 3] } else { rng.cube() };
+            let eye = [0.1, 0.2, -3.0];
+            let origin = [0, 1, 2].map(|k| eye[k] + 0.02 * moved[k]);
             let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
             let length = dir.iter().map(|x| x * x).sum::<f64>().sqrt();
             Ray::new(f32s(origin), f32s(dir.map(|x| x / length)))
         };
-        let small = std::env::var("SMALL").map_or(1.0, |s| s.parse().unwrap_or(1.0));
-        let triangle = |rng: &mut Rng| {
-            let c = rng.cube();
-            let mut corner = || { let d = rng.cube(); f32s([0, 1, 2].map(|k| c[k] + small * (d[k] - c[k]))) };
-            Triangle([corner(), corner(), corner()])
-        };
         Self {
-            rays: (0..rays).map(|_| ray(&mut rng)).collect(),
-            triangles: (0..triangles).map(|_| triangle(&mut rng)).collect(),
+            rays: (0..rays).map(|i| ray(i, &mut rng)).collect(),
+            triangles: (0..triangles).map(|_| triangle(&mut rng, 0.4)).collect(),
         }
     }
 }
 
-/// What a contender answers: how many hits there are, and the bits of all their t, mixed.
+/// What a contender answers: how many rays hit, which triangles, and all bits of t, mixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// The number of hits.
+    /// The number of rays that hit.
     pub hits: u64,
-    /// The exclusive or of the bits of t.
-    pub t: u64,
+    /// The sum of the triangles' indices and of the bits of t.
+    pub mixed: u64,
 }
 
 impl Answer {
-    /// Adds a hit.
+    /// Adds the closest hit of a ray.
     #[inline(always)]
-    pub fn add(&mut self, t: f64) {
+    pub fn add(&mut self, triangle: u64, t: f64) {
         self.hits += 1;
-        self.t ^= t.to_bits();
+        self.mixed = self.mixed.wrapping_add(triangle).wrapping_add(t.to_bits());
     }
 }
 
@@ -86,7 +113,11 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
             let start = Instant::now();
             let answer = std::hint::black_box((contender.run)());
             let time = start.elapsed().as_secs_f64();
-            assert!(!contender.exact || answer == truth, "{}: {answer:?} {truth:?}", contender.name);
+            assert!(
+                !contender.exact || answer == truth,
+                "{}: {answer:?} {truth:?}",
+                contender.name
+            );
             // The first turns warm up.
             if turn >= 2 {
                 times.push(time);

@@ -1,12 +1,13 @@
 //! The plain, uncertified f32 test that certified is held against: Möller and Trumbore, "Fast, minimum
-//! storage ray/triangle intersection" (1997), two-sided, without an epsilon.
+//! storage ray/triangle intersection" (1997), two-sided, without an epsilon. The closest hit, without
+//! a branch.
 
-use intertri::lanes::{Lanes, Mask, Simd, WithSimd};
+use intertri::lanes::{Lanes, Simd, WithSimd};
 use intertri::{RayPacket, Triangle, Vec3};
 
 use crate::Answer;
 
-/// All packets against all triangles, eight or sixteen rays at a time.
+/// The closest hits of all packets among all triangles, eight or sixteen rays at a time.
 pub struct MollerTrumbore<'a, const N: usize> {
     /// The rays.
     pub packets: &'a [RayPacket<N>],
@@ -26,8 +27,10 @@ impl<const N: usize> MollerTrumbore<'_, N> {
         let mut answer = Answer::default();
         for packet in self.packets {
             let (org, dir) = (Vec3::<F>::load(&packet.origin), Vec3::<F>::load(&packet.dir));
-            let (t_min, t_max) = (F::load(&packet.t_min), F::load(&packet.t_max));
-            for &[a, e1, e2] in self.triangles {
+            let t_min = F::load(&packet.t_min);
+            let mut best = F::load(&packet.t_max);
+            let mut index = F::splat(f32::NAN);
+            for (i, &[a, e1, e2]) in self.triangles.iter().enumerate() {
                 let (a, e1, e2) = (Vec3::splat(a), Vec3::splat(e1), Vec3::splat(e2));
                 let p = dir.cross_fused(e2);
                 let inv = F::splat(1.0) / e1.dot_fused(p);
@@ -37,16 +40,17 @@ impl<const N: usize> MollerTrumbore<'_, N> {
                 let v = dir.dot_fused(q) * inv;
                 let t = e2.dot_fused(q) * inv;
                 let zero = F::splat(0.0);
-                let hit = u.ge(zero) & v.ge(zero) & (u + v).le(F::splat(1.0));
-                let hit = (hit & t.gt(t_min) & t.lt(t_max)).bits();
-                if hit != 0 {
-                    let mut ts = [0.0; N];
-                    t.store(&mut ts);
-                    for (lane, t) in ts.iter().enumerate() {
-                        if hit >> lane & 1 != 0 {
-                            answer.add(f64::from(*t));
-                        }
-                    }
+                let inside = u.ge(zero) & v.ge(zero) & (u + v).le(F::splat(1.0));
+                let hit = inside & t.gt(t_min) & t.lt(best);
+                best = F::select(hit, t, best);
+                index = F::select(hit, F::splat(i as f32), index);
+            }
+            let (mut ts, mut indices) = ([0.0; N], [0.0; N]);
+            best.store(&mut ts);
+            index.store(&mut indices);
+            for (t, index) in ts.into_iter().zip(indices) {
+                if !index.is_nan() {
+                    answer.add(index as u64, f64::from(t));
                 }
             }
         }

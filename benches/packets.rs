@@ -5,23 +5,22 @@
 //! criterion measures each by itself.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use intertri::lanes::{Level, Simd, WithSimd};
+use intertri::lanes::{Lanes, Level, Simd, WithSimd};
 use intertri::{
-    Certified, Counts, Double, Lane, Mode, Prepared, Ray, RayPacket, TrianglePack, Width,
+    Best, Bests, Certified, Counts, Double, Lane, Mode, Prepared, Ray, RayPacket, Triangle,
+    TrianglePack, Width,
 };
 use intertri_benches::moller_trumbore::{MollerTrumbore, edges};
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
-/// The scalar f64 reference, test by test.
+/// The scalar f64 reference's plain loop.
 fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
     let mut answer = Answer::default();
     for ray in rays {
         let line = reference::Ray::new(ray.origin, ray.dir);
-        for obj in 0..scene.trian.len() {
-            if let Some(t) = scene.hit(obj, &line, ray.t_min.into(), ray.t_max.into()) {
-                answer.add(t);
-            }
+        if let Some((obj, t)) = scene.closest(&line, ray.t_min.into(), ray.t_max.into()) {
+            answer.add(obj as u64, t);
         }
     }
     answer
@@ -30,6 +29,7 @@ fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
 /// Packets of N rays against one triangle after another.
 struct Packets<'a, M: Mode, const N: usize> {
     mode: M,
+    data: &'a Data,
     packets: &'a [RayPacket<N>],
     triangles: &'a [Prepared<M>],
 }
@@ -41,41 +41,83 @@ where
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
+        let Self { mode, data, packets, triangles } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
-        for packet in self.packets {
-            let rays = self.mode.prepare_packet_in::<S, N>(packet);
-            for triangle in self.triangles {
-                let hits = self.mode.packet_in(&rays, triangle, &mut counts);
-                for lane in (0..N).filter(|lane| hits.bits >> lane & 1 != 0) {
-                    answer.add(hits.t[lane]);
-                }
+        for packet in packets {
+            let rays = mode.prepare_packet_in::<S, N>(packet);
+            let mut bests = Bests::new(&packet.t_max);
+            for (i, triangle) in (0..).zip(triangles) {
+                let (live, find) = (packet.live(), |place| data.triangle(place));
+                mode.packet_closest_in(
+                    &rays,
+                    triangle,
+                    (i, i),
+                    find,
+                    live,
+                    &mut bests,
+                    &mut counts,
+                );
             }
+            data.add(&mode, packet, &bests, &mut answer);
         }
         answer
     }
 }
 
-/// One ray after another against packs of N triangles.
-struct Packs<'a, M, const N: usize> {
-    mode: M,
-    rays: &'a [Ray],
-    packs: &'a [TrianglePack<N>],
+/// Packets of N rays with one origin against one view after another, the views' making included.
+struct Views<'a, const N: usize> {
+    mode: Certified,
+    data: &'a Data,
+    packets: &'a [RayPacket<N>],
 }
 
-impl<M: Mode, const N: usize> WithSimd for Packs<'_, M, N>
+impl<const N: usize> WithSimd for Views<'_, N>
 where
     Lane<N>: Width,
 {
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
+        let Self { mode, data, packets } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
-        for ray in self.rays {
-            for pack in self.packs {
-                let hits = self.mode.pack_in::<S, N>(ray, pack, &mut counts);
-                for lane in (0..N).filter(|lane| hits.bits >> lane & 1 != 0) {
-                    answer.add(hits.t[lane]);
-                }
+        let origin = data.rays[0].origin;
+        let views: Vec<_> = data.triangles.iter().map(|t| mode.view(t, origin)).collect();
+        for packet in packets {
+            let rays = mode.prepare_packet_in::<S, N>(packet);
+            let mut bests = Bests::new(&packet.t_max);
+            for (i, view) in (0..).zip(&views) {
+                let (live, find) = (packet.live(), |place| data.triangle(place));
+                mode.view_closest_in(&rays, view, (i, i), find, live, &mut bests, &mut counts);
+            }
+            data.add(&mode, packet, &bests, &mut answer);
+        }
+        answer
+    }
+}
+
+/// One ray after another against packs of eight triangles.
+struct Packs<'a, M> {
+    mode: M,
+    data: &'a Data,
+}
+
+impl<M: Mode> WithSimd for Packs<'_, M> {
+    type Output = Answer;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Answer {
+        let Self { mode, data } = self;
+        let (mut answer, mut counts) = (Answer::default(), Counts::default());
+        for ray in &data.rays {
+            let prepared = mode.prepare_ray_in::<S>(ray);
+            let mut best = Best::new(ray.t_max);
+            for (k, pack) in (0..).zip(&data.packs) {
+                let indices = std::array::from_fn(|i| 8 * k + i as u32);
+                let find = |place| data.triangle(place);
+                mode.closest_in(&prepared, pack, &indices, 8 * k, find, &mut best, &mut counts);
+            }
+            let hit = mode.index_and_t(ray, &best, |place| data.triangle(place));
+            if let Some((triangle, t)) = hit {
+                answer.add(triangle.into(), t);
             }
         }
         answer
@@ -86,61 +128,100 @@ where
 struct Data {
     scene: reference::Scene,
     rays: Vec<Ray>,
+    triangles: Vec<Triangle>,
     packets4: Vec<RayPacket<4>>,
-    packets8: Vec<RayPacket<8>>,
+    packets: Vec<RayPacket<8>>,
     packets16: Vec<RayPacket<16>>,
-    packs4: Vec<TrianglePack<4>>,
-    packs8: Vec<TrianglePack<8>>,
+    packs: Vec<TrianglePack<8>>,
     double: Vec<Prepared<Double>>,
     certified: Vec<Prepared<Certified>>,
     plain: Vec<[[f32; 3]; 3]>,
+    shared: bool,
 }
 
 impl Data {
-    fn new(shared: bool) -> Self {
-        let Workload { rays, triangles } = Workload::random(512, 128, shared);
+    fn new(Workload { rays, triangles }: Workload, shared: bool) -> Self {
         let (double, certified) = (Double::default(), Certified::default());
         Self {
             scene: reference::Scene::from_triangles(triangles.iter().map(|t| t.0)),
             packets4: rays.chunks(4).map(RayPacket::new).collect(),
-            packets8: rays.chunks(8).map(RayPacket::new).collect(),
+            packets: rays.chunks(8).map(RayPacket::new).collect(),
             packets16: rays.chunks(16).map(RayPacket::new).collect(),
-            packs4: triangles.chunks(4).map(TrianglePack::new).collect(),
-            packs8: triangles.chunks(8).map(TrianglePack::new).collect(),
+            packs: triangles.chunks(8).map(TrianglePack::new).collect(),
             double: triangles.iter().map(|t| double.prepare(t)).collect(),
             certified: triangles.iter().map(|t| certified.prepare(t)).collect(),
             plain: triangles.iter().map(edges).collect(),
             rays,
+            triangles,
+            shared,
         }
     }
 
-    /// Packets of rays against a triangle.
+    #[inline(always)]
+    fn triangle(&self, place: u32) -> Triangle {
+        self.triangles[place as usize]
+    }
+
+    /// Adds the hits of a packet.
+    #[inline(always)]
+    fn add<M: Mode, F: Lanes<Scalar = f32>, const N: usize>(
+        &self,
+        mode: &M,
+        packet: &RayPacket<N>,
+        bests: &Bests<F, N>,
+        answer: &mut Answer,
+    ) {
+        for lane in 0..N {
+            let (ray, best) = (packet.ray(lane), bests.lane(lane));
+            let hit = mode.index_and_t(&ray, &best, |place| self.triangle(place));
+            if let Some((triangle, t)) = hit {
+                answer.add(triangle.into(), t);
+            }
+        }
+    }
+
+    /// Packets of rays against one triangle after another.
     fn packets(&self) -> Vec<Contender<'_>> {
         let mut all = vec![exact("scalar f64 reference", || scalar(&self.scene, &self.rays))];
         for level in Level::all().skip(1) {
             let named = |what: &str| format!("{what}, {}", level.name());
             let (d, c) = (Double::default().at(level), Certified::default().at(level));
-            let (double, certified, plain) = (&self.double, &self.certified, &self.plain);
             all.push(exact(named("double x4"), move || {
-                level.run(Packets { mode: d, packets: &self.packets4, triangles: double })
+                let (packets, triangles) = (&self.packets4[..], &self.double[..]);
+                level.run(Packets { mode: d, data: self, packets, triangles })
             }));
             all.push(exact(named("double x8"), move || {
-                level.run(Packets { mode: d, packets: &self.packets8, triangles: double })
+                let (packets, triangles) = (&self.packets[..], &self.double[..]);
+                level.run(Packets { mode: d, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x4"), move || {
-                level.run(Packets { mode: c, packets: &self.packets4, triangles: certified })
+                let (packets, triangles) = (&self.packets4[..], &self.certified[..]);
+                level.run(Packets { mode: c, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x8"), move || {
-                level.run(Packets { mode: c, packets: &self.packets8, triangles: certified })
+                let (packets, triangles) = (&self.packets[..], &self.certified[..]);
+                level.run(Packets { mode: c, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x16"), move || {
-                level.run(Packets { mode: c, packets: &self.packets16, triangles: certified })
+                let (packets, triangles) = (&self.packets16[..], &self.certified[..]);
+                level.run(Packets { mode: c, data: self, packets, triangles })
             }));
-            let run = move || level.run(MollerTrumbore { packets: &self.packets8, triangles: plain });
+            if self.shared {
+                all.push(exact(named("certified x8, shared origin"), move || {
+                    level.run(Views { mode: c, data: self, packets: &self.packets })
+                }));
+                all.push(exact(named("certified x16, shared origin"), move || {
+                    level.run(Views { mode: c, data: self, packets: &self.packets16 })
+                }));
+            }
+            let run = move || {
+                level.run(MollerTrumbore { packets: &self.packets, triangles: &self.plain })
+            };
             let name = named("plain f32 Moller-Trumbore x8");
             all.push(Contender { name, run: Box::new(run), exact: false });
-            let run =
-                move || level.run(MollerTrumbore { packets: &self.packets16, triangles: plain });
+            let run = move || {
+                level.run(MollerTrumbore { packets: &self.packets16, triangles: &self.plain })
+            };
             let name = named("plain f32 Moller-Trumbore x16");
             all.push(Contender { name, run: Box::new(run), exact: false });
         }
@@ -153,18 +234,9 @@ impl Data {
         for level in Level::all().skip(1) {
             let named = |what: &str| format!("{what}, {}", level.name());
             let (d, c) = (Double::default().at(level), Certified::default().at(level));
-            let (rays, packs4, packs8) = (&self.rays, &self.packs4, &self.packs8);
-            all.push(exact(named("double x4"), move || {
-                level.run(Packs { mode: d, rays, packs: packs4 })
-            }));
-            all.push(exact(named("double x8"), move || {
-                level.run(Packs { mode: d, rays, packs: packs8 })
-            }));
-            all.push(exact(named("certified x4"), move || {
-                level.run(Packs { mode: c, rays, packs: packs4 })
-            }));
+            all.push(exact(named("double x8"), move || level.run(Packs { mode: d, data: self })));
             all.push(exact(named("certified x8"), move || {
-                level.run(Packs { mode: c, rays, packs: packs8 })
+                level.run(Packs { mode: c, data: self })
             }));
         }
         all
@@ -177,14 +249,24 @@ fn exact<'a>(name: impl Into<String>, run: impl FnMut() -> Answer + 'a) -> Conte
 }
 
 fn bench(criterion: &mut Criterion) {
-    let data = Data::new(false);
-    let tests = data.rays.len() * data.scene.trian.len();
-    // `cargo test` runs every benchmark once: then a few turns suffice to check the answers.
+    let strewn = Data::new(Workload::strewn(512, 256), false);
+    let each = Data::new(Workload::view(512, 256, false), false);
+    let one = Data::new(Workload::view(512, 256, true), true);
+    let tests = each.rays.len() * each.triangles.len();
+    // `cargo test` runs every benchmark once: then one turn suffices to check the answers.
     let turns = if std::env::args().any(|arg| arg == "--bench") { 300 } else { 1 };
-    compare("packets of rays against a triangle", tests, turns, &mut data.packets());
-    compare("one ray against packs of triangles", tests, turns, &mut data.packs());
+    compare("packets of rays in all directions", tests, turns, &mut strewn.packets());
+    compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());
+    compare("packets, a camera's: one origin", tests, turns, &mut one.packets());
+    compare("one ray against packs of triangles", tests, turns, &mut strewn.packs());
 
-    for (form, contenders) in [("packets", data.packets()), ("packs", data.packs())] {
+    let forms = [
+        ("packets in all directions", strewn.packets()),
+        ("packets alike", each.packets()),
+        ("packets of one origin", one.packets()),
+        ("packs", strewn.packs()),
+    ];
+    for (form, contenders) in forms {
         let mut group = criterion.benchmark_group(form);
         group.throughput(criterion::Throughput::Elements(tests as u64));
         for mut contender in contenders {

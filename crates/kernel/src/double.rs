@@ -123,12 +123,15 @@ impl Tri<f64> {
 }
 
 /// One ray against one triangle: t, if it is a hit.
+#[cold]
+#[inline(never)]
 pub(crate) fn replay(ray: &Ray, triangle: &Triangle, threshold: f64) -> Option<f64> {
     let (hit, t) = Tri::one(triangle).hit(&RayLanes::of_ray(ray), threshold);
     hit.then_some(t)
 }
 
 /// The reference's t of a triangle that is known to be hit.
+#[inline(never)]
 pub(crate) fn exact_t(ray: &Ray, triangle: &Triangle) -> f64 {
     let rays = RayLanes::of_ray(ray);
     Tri::one(triangle).t(rays.org, rays.dir)

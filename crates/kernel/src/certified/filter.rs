@@ -237,36 +237,40 @@ pub(crate) struct Verdict<F> {
     pub(crate) t_hi: F,
 }
 
-/// Decides what the bound lets it decide. A lane whose t surely exceeds `far` is a miss, too.
-/// `None` where every live lane is a miss already by its edges, as nearly always.
-#[inline(always)]
-pub(crate) fn filter<F: Lanes<Scalar = f32>>(
-    tri: &Triangles<F>,
-    of: &Rays<F>,
-    far: F,
-    live: u32,
-    threshold: f64,
-) -> Option<Verdict<F>> {
-    let splat = F::splat;
-    let edges = Edges::new(tri, of);
-    let Edges { den, minus_bound, least, .. } = edges;
-    let (sure, weight) = (edges.sure(), edges.weight());
-    let maybe = !(sure & weight.lt(minus_bound));
-    if maybe.bits() & live == 0 {
-        return None;
+impl<F: Lanes<Scalar = f32>> Edges<F> {
+    /// Whether every live lane is surely a miss by its edges, as nearly always.
+    #[inline(always)]
+    pub(super) fn all_miss(&self, live: u32) -> bool {
+        (!(self.sure() & self.weight().lt(self.minus_bound))).bits() & live == 0
     }
 
-    // Is the plane where hits count?
-    let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, &edges);
-    let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
+    /// Decides what the bound lets it decide. A lane whose t surely exceeds `far` is a miss, too.
+    #[inline(always)]
+    pub(super) fn decide(
+        &self,
+        tri: &Triangles<F>,
+        of: &Rays<F>,
+        far: F,
+        live: u32,
+        threshold: f64,
+    ) -> Verdict<F> {
+        let splat = F::splat;
+        let Self { den, minus_bound, least, .. } = *self;
+        let (sure, weight) = (self.sure(), self.weight());
+        let maybe = !(sure & weight.lt(minus_bound));
 
-    // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
-    let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
-    let inside = weight.gt(-minus_bound)
-        & den.abs().gt(parallel)
-        & t_lo.gt(of.above)
-        & t_hi.lt(splat(f32::INFINITY));
-    let hit = (sure & maybe & inside & !out_of_range).bits() & live;
-    let undecided = (maybe & !out_of_range).bits() & live & !hit;
-    Some(Verdict { hit, undecided, t_lo, t_hi })
+        // Is the plane where hits count?
+        let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, self);
+        let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
+
+        // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
+        let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
+        let inside = weight.gt(-minus_bound)
+            & den.abs().gt(parallel)
+            & t_lo.gt(of.above)
+            & t_hi.lt(splat(f32::INFINITY));
+        let hit = (sure & maybe & inside & !out_of_range).bits() & live;
+        let undecided = (maybe & !out_of_range).bits() & live & !hit;
+        Verdict { hit, undecided, t_lo, t_hi }
+    }
 }

@@ -21,7 +21,7 @@ use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 pub use evidence::Evidence;
 pub use view::View;
 
-use filter::{Rays, Triangles, Verdict, filter};
+use filter::{Edges, Rays, Triangles, Verdict};
 
 /// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64
 /// reference, bit for bit, at the speed of f32.
@@ -112,7 +112,11 @@ impl Test for Certified {
         scalar: impl Fn(usize) -> (Ray, Triangle),
     ) -> Option<Found<F>> {
         counts.tests += u64::from(live.count_ones());
-        let verdict = filter(triangles, rays, far, live, self.threshold.get())?;
+        let edges = Edges::new(triangles, rays);
+        if edges.all_miss(live) {
+            return None;
+        }
+        let verdict = edges.decide(triangles, rays, far, live, self.threshold.get());
         Some(self.replay(&verdict, counts, scalar))
     }
 }
@@ -143,9 +147,13 @@ impl Certified {
         if view.never {
             return;
         }
-        if let Some(verdict) = view::filter(view, rays.lanes(), bests.t_hi(), live) {
-            let found =
-                self.replay(&verdict, counts, |lane| (rays.packet().ray(lane), view.triangle));
+        let forms = view::Forms::new(view, rays.lanes());
+        if forms.all_miss(view, live) {
+            return;
+        }
+        if let Some(verdict) = forms.decide(view, rays.lanes(), bests.t_hi(), live) {
+            let scalar = |lane| (rays.packet().ray(lane), view.triangle);
+            let found = self.replay(&verdict, counts, scalar);
             let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
             bests.offer(&found, index, place, exact);
         }

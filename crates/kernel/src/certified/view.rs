@@ -89,52 +89,73 @@ impl View {
     }
 }
 
-/// [`filter`](super::filter::filter) for rays that start at the origin of a view.
-#[inline(always)]
-pub(super) fn filter<F: Lanes<Scalar = f32>>(
-    view: &View,
-    of: &Rays<F>,
-    far: F,
-    live: u32,
-) -> Option<Verdict<F>> {
-    let splat = F::splat;
-    let vec3 = |v: Vec3<f32>| Vec3::splat([v.x, v.y, v.z]);
-    let (dir, len) = (of.dir(), of.len());
+/// The three forms of rays that start at the origin of a view.
+#[derive(Clone, Copy)]
+pub(super) struct Forms<F> {
+    dir: Vec3<F>,
+    len: F,
+    /// The least of U, V and W.
+    weight: F,
+    /// The size of their sum, which is D but for rounding.
+    sum: F,
+}
 
-    // Three dot products; the least of them decides, if their sum says that the ray does not graze.
-    let (u, v, w) =
-        (dir.dot_fused(vec3(view.u)), dir.dot_fused(vec3(view.v)), dir.dot_fused(vec3(view.w)));
-    let weight = u.min(v).min(w);
-    let sure = (u + v + w).abs().gt(len * splat(view.doubtful));
-    let maybe = !(sure & weight.lt(-len));
-    if maybe.bits() & live == 0 {
-        return None;
+impl<F: Lanes<Scalar = f32>> Forms<F> {
+    /// Three dot products.
+    #[inline(always)]
+    pub(super) fn new(view: &View, of: &Rays<F>) -> Self {
+        let vec3 = |v: Vec3<f32>| Vec3::splat([v.x, v.y, v.z]);
+        let (dir, len) = (of.dir(), of.len());
+        let (u, v, w) =
+            (dir.dot_fused(vec3(view.u)), dir.dot_fused(vec3(view.v)), dir.dot_fused(vec3(view.w)));
+        Self { dir, len, weight: u.min(v).min(w), sum: (u + v + w).abs() }
     }
 
-    // The sum of three is not as sharp as a dot product of its own.
-    let den = dir.dot_fused(vec3(view.n));
-    let den_abs = den.abs();
-    let sure = den_abs.gt(len * splat(view.least));
-    let maybe = !(sure & (weight.lt(-len) | den.lt(splat(0.0))));
-    if maybe.bits() & live == 0 {
-        return None;
+    /// Whether every live lane is surely a miss by its edges, as nearly always.
+    #[inline(always)]
+    pub(super) fn all_miss(&self, view: &View, live: u32) -> bool {
+        let sure = self.sum.gt(self.len * F::splat(view.doubtful));
+        (!(sure & self.weight.lt(-self.len))).bits() & live == 0
     }
 
-    // The plane's t and its enclosure.
-    let recip = splat(1.0) / den_abs;
-    let t = splat(view.num) * recip;
-    let err = t.mul_add(len * splat(view.den_err), splat(view.num_err)) * recip;
-    let round = t.mul_add(splat(bound::ROUND), splat(bound::TINY));
-    let err = err.mul_add(splat(bound::SLACK), round);
-    let (t_lo, t_hi) = (t - err, t + err);
-    let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
+    /// As [`super::filter::Edges::decide`]; `None` where every lane is a miss after all.
+    #[inline(always)]
+    pub(super) fn decide(
+        &self,
+        view: &View,
+        of: &Rays<F>,
+        far: F,
+        live: u32,
+    ) -> Option<Verdict<F>> {
+        let splat = F::splat;
+        let Self { dir, len, weight, .. } = *self;
 
-    // A hit, if nothing is in doubt.
-    let inside = weight.gt(len)
-        & den.gt(len.mul_add(splat(view.least), splat(view.parallel)))
-        & t_lo.gt(of.above())
-        & t_hi.lt(splat(f32::INFINITY));
-    let hit = (sure & maybe & inside & !out_of_range).bits() & live;
-    let undecided = (maybe & !out_of_range).bits() & live & !hit;
-    Some(Verdict { hit, undecided, t_lo, t_hi })
+        // The sum of three is not as sharp as a dot product of its own. Below zero the ray goes away
+        // from the triangle.
+        let den = dir.dot_fused(Vec3::splat([view.n.x, view.n.y, view.n.z]));
+        let den_abs = den.abs();
+        let sure = den_abs.gt(len * splat(view.least));
+        let maybe = !(sure & (weight.lt(-len) | den.lt(splat(0.0))));
+        if maybe.bits() & live == 0 {
+            return None;
+        }
+
+        // The plane's t and its enclosure.
+        let recip = splat(1.0) / den_abs;
+        let t = splat(view.num) * recip;
+        let err = t.mul_add(len * splat(view.den_err), splat(view.num_err)) * recip;
+        let round = t.mul_add(splat(bound::ROUND), splat(bound::TINY));
+        let err = err.mul_add(splat(bound::SLACK), round);
+        let (t_lo, t_hi) = (t - err, t + err);
+        let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
+
+        // A hit, if nothing is in doubt.
+        let inside = weight.gt(len)
+            & den.gt(len.mul_add(splat(view.least), splat(view.parallel)))
+            & t_lo.gt(of.above())
+            & t_hi.lt(splat(f32::INFINITY));
+        let hit = (sure & maybe & inside & !out_of_range).bits() & live;
+        let undecided = (maybe & !out_of_range).bits() & live & !hit;
+        Some(Verdict { hit, undecided, t_lo, t_hi })
+    }
 }
