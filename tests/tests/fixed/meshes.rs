@@ -49,14 +49,25 @@ fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
     }
 }
 
-/// Casts rays from a point inside at every corner, at the middle of every edge, and `random` ones;
-/// each must leave once more than it enters. Returns how many there were.
+/// How much of the work the ordinary test does, and the long one.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Rays at the corners and edges of every so many triangles.
+    every: usize,
+    /// Random rays.
+    random: usize,
+    /// Points inside.
+    points: usize,
+}
+
+/// Casts rays from a point inside at corners, at the middles of edges, and anywhere; each must leave
+/// once more than it enters. Returns how many there were.
 fn cast(
     n: &mut Numbers,
     grid: &Grid,
     mesh: &[[[i32; 3]; 3]],
     origin: [i32; 3],
-    random: usize,
+    effort: Effort,
 ) -> usize {
     let triangles: Vec<Triangle> = mesh.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
     let blocks: Vec<_> = blocks(&triangles).collect();
@@ -71,14 +82,14 @@ fn cast(
         assert_eq!(count.signed, 1, "{origin:?} {dir:?} {count:?}");
         rays += 1;
     };
-    for corners in mesh {
+    for corners in mesh.iter().step_by(effort.every) {
         for k in 0..3 {
             let [from, to] = [corners[k], corners[(k + 1) % 3]].map(|c| sub(c, origin));
             check(from);
             check(add(from, to));
         }
     }
-    for _ in 0..random {
+    for _ in 0..effort.random {
         let long = n.one_of(&[1, 3, grid.bits().q()]);
         check(n.vector(1 << long));
     }
@@ -91,7 +102,7 @@ fn on_grids(
     mesh: &[[[f32; 3]; 3]],
     insides: &[[f32; 3]],
     bits: &[u32],
-    random: usize,
+    effort: Effort,
 ) -> usize {
     let mut n = Numbers(99);
     let mut rays = 0;
@@ -116,7 +127,7 @@ fn on_grids(
         let still: Vec<_> = insides.iter().filter(is_inside).collect();
         assert!(!still.is_empty() && (b < 12 || still.len() == insides.len()), "{name} {b}");
         for &&inside in &still {
-            rays += cast(&mut n, &grid, &snapped, grid.snap(inside).unwrap(), random);
+            rays += cast(&mut n, &grid, &snapped, grid.snap(inside).unwrap(), effort);
         }
         let all = mesh.len();
         println!("{name} b={b}: {flat} of {all} without area, from {} points", still.len());
@@ -124,21 +135,21 @@ fn on_grids(
     rays
 }
 
-fn all_meshes(fine: u32, random: usize, points: usize) -> usize {
+fn all_meshes(fine: u32, effort: Effort) -> usize {
     let mut rays = 0;
+    let Effort { every, random, points } = effort;
     let sphere = icosphere(fine);
     let around: Vec<[f32; 3]> = [[0.0; 3], [0.25, -0.125, 0.5], [0.1, 0.2, 0.3], [-0.5, 0.5, 0.0]]
         .into_iter()
         .take(points)
         .collect();
-    rays += on_grids("icosphere", &sphere, &around, &[18, 16, 10, 6, 4, 3, 2], random);
-    // Points inside, found by looking at the models, and far from their surfaces.
-    if let Some(fandisk) = model("fandisk.obj") {
-        rays +=
-            on_grids("fandisk", &fandisk, &inside_of(&fandisk, points), &[18, 9, 6, 5], random / 8);
-    }
-    if let Some(spot) = model("spot.obj") {
-        rays += on_grids("spot", &spot, &inside_of(&spot, points), &[18, 7, 5, 4], random / 4);
+    let all = Effort { every: 1, ..effort };
+    rays += on_grids("icosphere", &sphere, &around, &[18, 16, 10, 6, 4, 3, 2], all);
+    let fewer = Effort { every, random: random / 8, points };
+    for (name, bits) in [("fandisk.obj", [18, 9, 6, 5]), ("spot.obj", [18, 7, 5, 4])] {
+        if let Some(mesh) = model(name) {
+            rays += on_grids(name, &mesh, &inside_of(&mesh, points), &bits, fewer);
+        }
     }
     println!("{rays} rays, each crossing once");
     rays
@@ -177,14 +188,14 @@ fn inside_of(mesh: &[[[f32; 3]; 3]], points: usize) -> Vec<[f32; 3]> {
 
 #[test]
 fn a_ray_from_inside_of_a_closed_mesh_crosses_once() {
-    let rays = all_meshes(2, 2_000, 1);
-    assert!(rays > 20_000);
+    let rays = all_meshes(3, Effort { every: 16, random: 2_000, points: 3 });
+    assert!(rays > 100_000);
 }
 
 #[test]
 #[ignore = "a minute: more than five million rays"]
 fn a_ray_from_inside_of_a_closed_mesh_crosses_once_for_long() {
-    let rays = all_meshes(3, 240_000, 4);
+    let rays = all_meshes(3, Effort { every: 1, random: 240_000, points: 4 });
     assert!(rays > 5_000_000, "{rays}");
 }
 
@@ -265,4 +276,38 @@ fn turning_or_flipping_triangles_changes_no_unsigned_answer() {
         hits += count.unsigned;
     }
     assert!(hits > 3_000, "{hits}");
+}
+
+#[test]
+fn equal_t_go_to_the_lowest_index() {
+    let mut n = Numbers(6);
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    let mesh: Vec<_> = (0..40).map(|_| [n.vector(99), n.vector(99), n.vector(99)]).collect();
+    // Everything three times, turned, far apart, in another order.
+    let again = mesh.iter().rev().map(|&[a, b, c]| [c, a, b]);
+    let scene: Vec<Triangle> = (mesh.iter().copied().chain(again).chain(mesh.iter().copied()))
+        .map(|t| grid.triangle_of(t).unwrap())
+        .collect();
+    let blocks: Vec<_> = blocks(&scene).collect();
+    let fixed = Fixed::default();
+    let rays: Vec<_> = (0..800)
+        .map(|i| {
+            let origin = if i < 400 { n.vector(200) } else { [7, 8, 300] };
+            grid.ray_of(origin, sub(n.vector(20), origin)).unwrap()
+        })
+        .collect();
+    let mut hits = vec![intertri::Hit::MISS; rays.len()];
+    fixed.closest_of_each(&scene, &rays, &mut hits);
+    let mut count = 0;
+    for (ray, hit) in rays.iter().zip(hits) {
+        assert_eq!(hit, fixed.closest(&blocks, ray));
+        if hit.is_hit() {
+            assert!(hit.triangle < 40, "{hit:?}");
+            let mut all = Vec::new();
+            fixed.all(&blocks, ray, |hit| all.push(hit));
+            assert!(all.len() >= 3 && all.iter().all(|other| other.t >= hit.t));
+            count += 1;
+        }
+    }
+    assert!(count > 200, "{count}");
 }

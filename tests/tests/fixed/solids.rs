@@ -35,7 +35,8 @@ pub(crate) fn icosphere(levels: u32) -> Vec<[[f32; 3]; 3]> {
             .into_iter()
             .flat_map(|[a, b, c]| {
                 // The sum of two does not depend on their order, so neighbours share the middle.
-                let middle = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| (a[i] + b[i]) / 2.0);
+                let middle =
+                    |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i| f64::midpoint(a[i], b[i]));
                 let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
                 [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
             })

@@ -1,6 +1,8 @@
 //! Every form, width and level against the twin, on integers at the limits of the budgets.
 
-use intertri::fixed::{Bits, Block, Crossing, Grid, Packet, Ray, RayLanes, Seen, Triangle, twin};
+use intertri::fixed::{
+    Bits, Block, Crossing, Grid, Packet, Prepared, Ray, RayLanes, Seen, Triangle, twin,
+};
 use intertri::lanes::{Level, Simd, WithSimd};
 
 use crate::{Numbers, add, sub};
@@ -140,8 +142,9 @@ impl Batch {
                 let context = |form: &str| {
                     format!("{form} {N} {FILTER} {}: {packet:?} {triangle:?}", S::LEVEL.name())
                 };
+                let prepared = Prepared::new(triangle);
                 let mut found = [None; N];
-                packet.crossings_in::<S, FILTER>(triangle, packet.live(), |lane, crossing| {
+                packet.crossings_in::<S, FILTER>(&prepared, packet.live(), |lane, crossing| {
                     assert!(found[lane].replace(crossing).is_none());
                 });
                 same(&found, &answers, || context("packet"));
@@ -166,9 +169,8 @@ impl Batch {
 /// The same crossings, the ratio's numerator and denominator included.
 fn same(found: &[Option<Crossing>], answers: &[Option<Crossing>], context: impl Fn() -> String) {
     let numbers = |c: &Option<Crossing>| c.map(|c| (c.t.num(), c.t.den(), c.v, c.w, c.leaves));
-    if !found.iter().map(numbers).eq(answers.iter().map(numbers)) {
-        panic!("{}\nfound {found:?}\n twin {answers:?}", context());
-    }
+    let equal = found.iter().map(numbers).eq(answers.iter().map(numbers));
+    assert!(equal, "{}\nfound {found:?}\n twin {answers:?}", context());
 }
 
 impl WithSimd for &Batch {

@@ -1,23 +1,20 @@
 //! One ray against a block of triangles: the leaf of a hierarchy.
 
-use super::edges::{Edges, load, load_f32, splat, splat_f32, volume};
+use super::edges::{Edges, f32s, i64s, load, load_f32, splat, splat_f32, volume};
 use super::filter::maybe;
-use super::{Crossing, IntWidth, Ratio, Ray, Triangle};
+use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::lanes::{Ints, Lanes, Simd};
 use crate::mode::{Lane, Width, lanes_of};
 
-/// N triangles side by side, 4 or 8, each with its index.
-///
-/// The integers are kept as f32, which hold them exactly: the filter reads them as they are, the
-/// integer lanes convert. Lanes beyond the given triangles are points, which nothing hits.
+/// N prepared triangles side by side, 4 or 8, each with its index. Lanes beyond the given triangles
+/// are points, which nothing hits.
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Block<const N: usize> {
-    /// The first corner and the edges from it to the second and the third, by axis.
     c1: [[f32; N]; 3],
     h4: [[f32; N]; 3],
     h5: [[f32; N]; 3],
-    /// The longest component of both edges.
+    n: [[f32; N]; 3],
     longest: [f32; N],
     indices: [u32; N],
 }
@@ -25,26 +22,22 @@ pub struct Block<const N: usize> {
 impl<const N: usize> Block<N> {
     /// A block of the first N triangles, each with its index; of fewer where there are fewer.
     pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
-        let mut block = Self {
-            c1: [[0.0; N]; 3],
-            h4: [[0.0; N]; 3],
-            h5: [[0.0; N]; 3],
-            longest: [0.0; N],
-            indices: [u32::MAX; N],
-        };
-        for (lane, (Triangle([c1, c2, c3]), index)) in triangles.into_iter().take(N).enumerate() {
-            let mut longest = 0;
-            for axis in 0..3 {
-                let (h4, h5) = (c2[axis] - c1[axis], c3[axis] - c1[axis]);
-                block.c1[axis][lane] = c1[axis] as f32;
-                block.h4[axis][lane] = h4 as f32;
-                block.h5[axis][lane] = h5 as f32;
-                longest = longest.max(h4.abs()).max(h5.abs());
-            }
-            block.longest[lane] = longest as f32;
-            block.indices[lane] = index;
+        let (mut prepared, mut indices) = ([Prepared::NONE; N], [u32::MAX; N]);
+        for (lane, (triangle, index)) in triangles.into_iter().take(N).enumerate() {
+            prepared[lane] = Prepared::new(&triangle);
+            indices[lane] = index;
         }
-        block
+        let lanes = |of: fn(&Prepared) -> [f32; 3]| {
+            [0, 1, 2].map(|axis| prepared.each_ref().map(|triangle| of(triangle)[axis]))
+        };
+        Self {
+            c1: lanes(|triangle| triangle.c1),
+            h4: lanes(|triangle| triangle.h4),
+            h5: lanes(|triangle| triangle.h5),
+            n: lanes(|triangle| triangle.n),
+            longest: prepared.map(|triangle| triangle.longest),
+            indices,
+        }
     }
 
     /// The indices of the triangles; [`u32::MAX`] where there is none.
@@ -66,16 +59,17 @@ impl<const N: usize> Block<N> {
     {
         let mut lanes = (1 << N) - 1;
         if FILTER {
-            let corners = [load_f32(&self.c1), load_f32(&self.h4), load_f32(&self.h5)];
-            lanes = maybe(ray.origin, ray.d, ray.longest, corners, Lanes::load(&self.longest));
+            let triangles =
+                [load_f32(&self.c1), load_f32(&self.h4), load_f32(&self.h5), load_f32(&self.n)];
+            lanes = maybe(ray.origin, ray.d, ray.longest, triangles, Lanes::load(&self.longest));
             if lanes == 0 {
                 return;
             }
         }
 
         let edges = Edges::<I<S, N>>::new(
-            splat(ray.ray.origin),
-            splat(ray.ray.dir),
+            splat(i64s(ray.ray.origin)),
+            splat(i64s(ray.ray.dir)),
             load(&self.c1),
             load(&self.h4),
             load(&self.h5),
@@ -87,15 +81,20 @@ impl<const N: usize> Block<N> {
 
         let at = Determinants::of(&edges);
         for lane in lanes_of(with | against) {
-            let integers = |v: &[[f32; N]; 3]| v.each_ref().map(|x| x[lane] as i64);
-            let c1 = integers(&self.c1);
-            let a = [0, 1, 2].map(|axis| c1[axis] - i64::from(ray.ray.origin[axis]));
-            let num = volume(a, integers(&self.h4), integers(&self.h5));
+            let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin));
+            let a = [c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]];
+            let num = volume(a, integers(&self.h4, lane), integers(&self.h5, lane));
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, &ray.ray) {
                 each(crossing, self.indices[lane]);
             }
         }
     }
+}
+
+/// The integers of a lane.
+#[inline(always)]
+fn integers<const N: usize>(of: &[[f32; N]; 3], lane: usize) -> [i64; 3] {
+    [of[0][lane] as i64, of[1][lane] as i64, of[2][lane] as i64]
 }
 
 type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
@@ -122,8 +121,8 @@ where
     pub fn new(ray: &Ray) -> Self {
         Self {
             ray: *ray,
-            origin: splat_f32(ray.origin),
-            d: splat_f32(ray.dir),
+            origin: splat_f32(f32s(ray.origin)),
+            d: splat_f32(f32s(ray.dir)),
             longest: Lanes::splat(ray.longest() as f32),
         }
     }
@@ -166,7 +165,9 @@ impl Determinants {
             return None;
         }
         // All three have one sign or are 0, and not all are 0: for `num` is not.
-        let [u, v, w] = [self.u, self.v, self.w].map(|x| x[lane].unsigned_abs());
+        let u = self.u[lane].unsigned_abs();
+        let v = self.v[lane].unsigned_abs();
+        let w = self.w[lane].unsigned_abs();
         let t = Ratio { num: num.unsigned_abs(), den: u + v + w };
         t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(Crossing { t, v, w, leaves })
     }

@@ -74,8 +74,21 @@ pub(super) fn first_sign_negative<I: Ints>([x, y, z]: V3<I>) -> u32 {
 /// `A . (h4 x h5)`, the numerator of t, of one pair: its `3 b + 5` bits may exceed i64.
 #[inline(always)]
 pub(super) fn volume(a: [i64; 3], h4: [i64; 3], h5: [i64; 3]) -> i128 {
-    let minor = |i: usize, j: usize| i128::from(h4[i] * h5[j] - h4[j] * h5[i]);
-    i128::from(a[0]) * minor(1, 2) + i128::from(a[1]) * minor(2, 0) + i128::from(a[2]) * minor(0, 1)
+    product(a, cross_i64(h4, h5))
+}
+
+/// `a . n` where i64 may not hold it.
+#[inline(always)]
+pub(super) fn product(a: [i64; 3], n: [i64; 3]) -> i128 {
+    i128::from(a[0]) * i128::from(n[0])
+        + i128::from(a[1]) * i128::from(n[1])
+        + i128::from(a[2]) * i128::from(n[2])
+}
+
+/// The cross product of two vectors of the grid.
+#[inline(always)]
+pub(super) fn cross_i64(a: [i64; 3], b: [i64; 3]) -> [i64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[inline(always)]
@@ -91,8 +104,11 @@ pub(super) fn sub<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
 /// The cross product of vectors within i32.
 #[inline(always)]
 pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
-    let minor = |i: usize, j: usize| a[i].mul_narrow(b[j]) - a[j].mul_narrow(b[i]);
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
+    [
+        a[1].mul_narrow(b[2]) - a[2].mul_narrow(b[1]),
+        a[2].mul_narrow(b[0]) - a[0].mul_narrow(b[2]),
+        a[0].mul_narrow(b[1]) - a[1].mul_narrow(b[0]),
+    ]
 }
 
 /// The product of a vector within i32 and any vector.
@@ -101,26 +117,40 @@ pub(super) fn dot<I: Ints>(a: V3<I>, b: V3<I>) -> I {
     a[0].mul_wide(b[0]) + a[1].mul_wide(b[1]) + a[2].mul_wide(b[2])
 }
 
+// Closures over registers are not always inlined, and then lose their level: so no `map` here.
+
 /// The same integer vector in every lane.
 #[inline(always)]
-pub(super) fn splat<I: Ints>(v: [i32; 3]) -> V3<I> {
-    v.map(|x| I::splat(i64::from(x)))
+pub(super) fn splat<I: Ints>([x, y, z]: [i64; 3]) -> V3<I> {
+    [I::splat(x), I::splat(y), I::splat(z)]
 }
 
 /// N integer vectors from f32 that hold integers.
 #[inline(always)]
-pub(super) fn load<I: Ints, const N: usize>(v: &[[f32; N]; 3]) -> V3<I> {
-    v.each_ref().map(|x| I::load_f32(x))
+pub(super) fn load<I: Ints, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<I> {
+    [I::load_f32(x), I::load_f32(y), I::load_f32(z)]
 }
 
 /// N f32 vectors.
 #[inline(always)]
-pub(super) fn load_f32<F: Lanes<Scalar = f32>, const N: usize>(v: &[[f32; N]; 3]) -> V3<F> {
-    v.each_ref().map(|x| F::load(x))
+pub(super) fn load_f32<F: Lanes<Scalar = f32>, const N: usize>([x, y, z]: &[[f32; N]; 3]) -> V3<F> {
+    [F::load(x), F::load(y), F::load(z)]
 }
 
 /// The same f32 vector in every lane.
 #[inline(always)]
-pub(super) fn splat_f32<F: Lanes<Scalar = f32>>(v: [i32; 3]) -> V3<F> {
-    v.map(|x| F::splat(x as f32))
+pub(super) fn splat_f32<F: Lanes<Scalar = f32>>([x, y, z]: [f32; 3]) -> V3<F> {
+    [F::splat(x), F::splat(y), F::splat(z)]
+}
+
+/// A vector of the grid as i64.
+#[inline(always)]
+pub(super) fn i64s([x, y, z]: [i32; 3]) -> [i64; 3] {
+    [i64::from(x), i64::from(y), i64::from(z)]
+}
+
+/// A vector of the grid as f32, exactly.
+#[inline(always)]
+pub(super) fn f32s([x, y, z]: [i32; 3]) -> [f32; 3] {
+    [x as f32, y as f32, z as f32]
 }

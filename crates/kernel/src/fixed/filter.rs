@@ -10,25 +10,26 @@
 //!
 //! A lane with a value surely positive and one surely negative is a miss. No other is decided here.
 
-use super::edges::V3;
+use super::edges::{V3, splat_f32};
 use crate::lanes::{Lanes, Mask};
 
 const U: f32 = f32::EPSILON / 2.0;
 
-/// The lanes that may be hits. `s` bounds the components of the directions, `h` those of the edges.
+/// The lanes that may be hits. `s` bounds the components of the directions, `h` those of the edges;
+/// `n` is `h4 x h5`, rounded to f32.
 #[inline(always)]
 pub(super) fn maybe<F: Lanes<Scalar = f32>>(
     origin: V3<F>,
     d: V3<F>,
     s: F,
-    [c1, h4, h5]: [V3<F>; 3],
+    [c1, h4, h5, n]: [V3<F>; 4],
     h: F,
 ) -> u32 {
     let a = [c1[0] - origin[0], c1[1] - origin[1], c1[2] - origin[2]];
     let r = cross(d, a);
     let minus_v = dot(h5, r);
     let w = dot(h4, r);
-    let u = dot(d, cross(h4, h5)) + minus_v - w;
+    let u = dot(d, n) + minus_v - w;
     let longest = a[0].abs().max(a[1].abs()).max(a[2].abs());
 
     // The constants are rounded up far enough to cover the rounding of this line itself.
@@ -44,7 +45,9 @@ pub(super) fn maybe_seen<F: Lanes<Scalar = f32>>(
     normals: &[[f32; 3]; 3],
     bound: F,
 ) -> u32 {
-    let [u, v, w] = normals.map(|n| dot(n.map(F::splat), d));
+    let u = dot(splat_f32(normals[0]), d);
+    let v = dot(splat_f32(normals[1]), d);
+    let w = dot(splat_f32(normals[2]), d);
     opposite(u, v, w, bound)
 }
 
@@ -61,8 +64,11 @@ pub(super) const SEEN: f32 = 4.5 * U;
 
 #[inline(always)]
 fn cross<F: Lanes<Scalar = f32>>(a: V3<F>, b: V3<F>) -> V3<F> {
-    let minor = |i: usize, j: usize| a[i].mul_add(b[j], -(a[j] * b[i]));
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
+    [
+        a[1].mul_add(b[2], -(a[2] * b[1])),
+        a[2].mul_add(b[0], -(a[0] * b[2])),
+        a[0].mul_add(b[1], -(a[1] * b[0])),
+    ]
 }
 
 #[inline(always)]

@@ -25,6 +25,7 @@ mod edges;
 mod filter;
 mod grid;
 mod packet;
+mod prepared;
 mod ratio;
 pub mod twin;
 mod verbs;
@@ -36,6 +37,7 @@ pub use block::{Block, RayLanes};
 pub use crossing::{Best, Crossing};
 pub use grid::{Bits, Grid, GridError, Ray, Triangle};
 pub use packet::{Packet, Seen};
+pub use prepared::Prepared;
 pub use ratio::Ratio;
 pub use verbs::{Crossings, Fixed, blocks};
 

@@ -1,9 +1,12 @@
 //! Rays in packets against one triangle, with any origins or with one that they share.
 
 use super::block::Determinants;
-use super::edges::{Edges, dot, load, load_f32, splat, splat_f32, volume};
+use super::edges::{
+    Edges, cross_i64, dot, i64s, load, load_f32, product, splat, splat_f32, volume,
+};
 use super::filter::{SEEN, maybe, maybe_seen};
-use super::{Crossing, IntWidth, Ray, Triangle};
+use super::prepared::minus;
+use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
 use crate::lanes::{Ints, Lanes, Simd};
 use crate::mode::{Lane, Width, lanes_of};
 
@@ -59,30 +62,28 @@ impl<const N: usize> Packet<N> {
     #[inline(always)]
     pub fn crossings_in<S: Simd, const FILTER: bool>(
         &self,
-        triangle: &Triangle,
+        triangle: &Prepared,
         live: u32,
         mut each: impl FnMut(usize, Crossing),
     ) where
         Lane<N>: IntWidth,
     {
-        let Triangle([c1, c2, c3]) = *triangle;
-        let (h4, h5) = ([0, 1, 2].map(|i| c2[i] - c1[i]), [0, 1, 2].map(|i| c3[i] - c1[i]));
-
+        let Prepared { c1, h4, h5, n, longest } = *triangle;
         let mut lanes = live;
         if FILTER {
-            let longest = h4.iter().chain(&h5).fold(0, |far, x| x.abs().max(far));
             lanes &= maybe::<F<S, N>>(
                 load_f32(&self.origin),
                 load_f32(&self.dir),
                 Lanes::splat(self.longest),
-                [splat_f32(c1), splat_f32(h4), splat_f32(h5)],
-                Lanes::splat(longest as f32),
+                [splat_f32(c1), splat_f32(h4), splat_f32(h5), splat_f32(n)],
+                Lanes::splat(longest),
             );
             if lanes == 0 {
                 return;
             }
         }
 
+        let (c1, h4, h5) = (whole(c1), whole(h4), whole(h5));
         let (origin, dir) = (load(&self.origin), load(&self.dir));
         let edges = Edges::<I<S, N>>::new(origin, dir, splat(c1), splat(h4), splat(h5));
         let (with, against) = edges.sides(lanes);
@@ -92,8 +93,8 @@ impl<const N: usize> Packet<N> {
         let at = Determinants::new(edges.u, edges.v, edges.w);
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
-            let a = [0, 1, 2].map(|i| i64::from(c1[i] - ray.origin[i]));
-            let num = volume(a, h4.map(i64::from), h5.map(i64::from));
+            let o = i64s(ray.origin);
+            let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
             }
@@ -121,13 +122,12 @@ impl Seen {
     /// no area: then no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
-        let [a, b, c] = triangle.0.map(|p| [0, 1, 2].map(|i| i64::from(p[i] - origin[i])));
-        let cross = |a: [i64; 3], b: [i64; 3]| {
-            let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
-            [minor(1, 2), minor(2, 0), minor(0, 1)]
-        };
-        let normals = [cross(b, c), cross(c, a), cross(a, b)];
-        let num: i128 = (0..3).map(|i| i128::from(a[i]) * i128::from(normals[0][i])).sum();
+        let [c1, c2, c3] = triangle.0;
+        let a = i64s(minus(c1, origin));
+        let b = i64s(minus(c2, origin));
+        let c = i64s(minus(c3, origin));
+        let normals = [cross_i64(b, c), cross_i64(c, a), cross_i64(a, b)];
+        let num = product(a, normals[0]);
         if num == 0 {
             return None;
         }
@@ -162,17 +162,17 @@ impl Seen {
 
         // Twice the determinant and the tie's sign: never 0, and with the right sign.
         let d = load::<I<S, N>, N>(&packet.dir);
-        let determinants = self.normals.map(|n| dot(d, n.map(Ints::splat)));
-        let [nu, nv, nw] = [0, 1, 2].map(|k| {
-            let determinant = determinants[k];
-            (determinant + determinant + Ints::splat(self.ties[k])).negative()
-        });
+        let u = dot(d, splat(self.normals[0]));
+        let v = dot(d, splat(self.normals[1]));
+        let w = dot(d, splat(self.normals[2]));
+        let nu = (u + u + Ints::splat(self.ties[0])).negative();
+        let nv = (v + v + Ints::splat(self.ties[1])).negative();
+        let nw = (w + w + Ints::splat(self.ties[2])).negative();
         let leaves = self.num > 0;
         let lanes = lanes & if leaves { !(nu | nv | nw) } else { nu & nv & nw };
         if lanes == 0 {
             return;
         }
-        let [u, v, w] = determinants;
         let at = Determinants::new(u, v, w);
         for lane in lanes_of(lanes) {
             if let Some(crossing) = at.crossing(lane, self.num, leaves, &packet.rays[lane]) {
@@ -180,6 +180,12 @@ impl Seen {
             }
         }
     }
+}
+
+/// The integers that f32 hold.
+#[inline(always)]
+fn whole([x, y, z]: [f32; 3]) -> [i64; 3] {
+    [x as i64, y as i64, z as i64]
 }
 
 type F<S, const N: usize> = <Lane<N> as Width>::F<S>;

@@ -32,7 +32,8 @@ impl Ratio {
         let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
         let den = u128::from(self.den);
         let num = self.num << shift;
-        let quotient = num / den | u128::from(num % den != 0);
+        let sticky = u128::from(!num.is_multiple_of(den));
+        let quotient = (num / den) | sticky;
         quotient as f64 * pow2(exponent - shift)
     }
 

@@ -2,7 +2,9 @@
 
 use core::array::from_fn;
 
-use super::{Best, Block, Crossing, Grid, GridError, Packet, Ray, RayLanes, Seen, Triangle};
+use super::{
+    Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, Seen, Triangle,
+};
 use crate::Hit;
 use crate::lanes::{Level, Simd, WithSimd};
 
@@ -135,16 +137,16 @@ impl Fixed {
         self.level.run(ClosestOfEach { triangles, rays, hits });
     }
 
-    /// Every crossing until `each` returns false.
-    fn each(&self, blocks: &[Block<8>], ray: &Ray, each: impl FnMut(Crossing, u32) -> bool) {
-        self.level.run(Each { blocks, ray, each });
+    /// Every crossing, until `go_on` returns false.
+    fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
+        self.level.run(Each { blocks, ray, go_on });
     }
 }
 
 struct Each<'a, E> {
     blocks: &'a [Block<8>],
     ray: &'a Ray,
-    each: E,
+    go_on: E,
 }
 
 impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
@@ -156,7 +158,7 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
-                more = more && (self.each)(crossing, index);
+                more = more && (self.go_on)(crossing, index);
             });
             if !more {
                 return;
@@ -197,9 +199,10 @@ impl WithSimd for ClosestOfEach<'_> {
                         });
                     }
                 } else {
+                    let triangle = Prepared::new(triangle);
                     for (packet, bests) in packets.iter().zip(&mut bests) {
                         packet.crossings_in::<S, true>(
-                            triangle,
+                            &triangle,
                             packet.live(),
                             |lane, crossing| {
                                 bests[lane].offer(crossing, index);
