@@ -5,7 +5,7 @@
 //! `u = 2^-24` and the largest components a of A, h of both edges and s of d:
 //!
 //! ```text
-//!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 42.2 h)
+//!   |V - exact|, |W - exact| <= 30.1 u s h a      |U - exact| <= u s h (84.3 a + 36.2 h)
 //! ```
 //!
 //! A lane with a value surely positive and one surely negative is a miss. No other is decided here.
