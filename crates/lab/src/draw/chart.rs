@@ -14,7 +14,7 @@ const PANEL: [f64; 2] = [700.0, 470.0];
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 688.0;
 const TOP: f64 = 46.0;
-const BREAK: f64 = 322.0;
+const BREAK: f64 = 318.0;
 const BOTTOM: f64 = 425.0;
 
 /// A method in a panel.
@@ -73,9 +73,10 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
         Workload::Secondary => {
             ("Secondary rays: one ray × 8 triangles", "rays with a wrong closest hit")
         }
-        Workload::Edges => {
-            ("Rays exactly at shared edges and vertices", "rays that leak out of a closed mesh")
-        }
+        Workload::Edges => (
+            "Rays exactly at shared edges and vertices",
+            "rays that leak out of a closed mesh; the dash above: that hit two or more triangles",
+        ),
         Workload::Mix => ("The adversarial mix", "pairs with hit or miss wrong"),
     }
 }
@@ -112,7 +113,8 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
 
     // The axes.
     let fastest = points.iter().fold(10.0, |far: f64, p| far.max(p.faster[2]));
-    let x = Log::new(0.8, 1.25 * fastest, [left, right]);
+    let slowest = points.iter().fold(0.85, |far: f64, p| far.min(0.9 * p.faster[0]));
+    let x = Log::new(slowest, 1.25 * fastest, [left, right]);
     let seen = points.iter().flat_map(|p| [p.share, p.doubles.unwrap_or(0.0)]);
     let least = seen.filter(|&share| share > 0.0).fold(0.1, f64::min);
     let y = Log::new(1.0, 10_f64.powf(least.log10().floor()), [top, broken - 14.0]);
@@ -148,7 +150,7 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
     svg.text([right - 4.0, bottom - 6.0], &bound, Font::new(10.0, Anchor::End).fill(GREY));
 
     // The Pareto front: from the right, each that is more often right than all faster ones.
-    let height = |share: f64| if share > 0.0 { y.at(share) } else { broken + 16.0 };
+    let height = |share: f64| if share > 0.0 { y.at(share) } else { broken + 44.0 };
     let at = |p: &Point| [x.at(p.faster[1]), height(p.share)];
     let mut order: Vec<_> = points.iter().filter(|p| p.name != "fixed").collect();
     order.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]).then(a.share.total_cmp(&b.share)));
@@ -185,11 +187,6 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
     for p in points {
         mark(svg, &p.name, at(p), 4.3, p.share == 0.0);
     }
-    if workload == Workload::Edges {
-        let note = "dash above: share counted twice";
-        svg.text([right - 4.0, top + 12.0], note, Font::new(10.0, Anchor::End).fill(GREY));
-    }
-
     // The labels.
     let wanted: Vec<_> = points
         .iter()

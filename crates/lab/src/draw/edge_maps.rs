@@ -23,26 +23,41 @@ struct Square {
     rays: Vec<Ray>,
 }
 
+/// How far neighbouring rays of a square are apart.
+#[derive(Clone, Copy)]
+enum Step {
+    /// One step of f32.
+    Single,
+    /// One step of the directions on the grid of the mode `fixed`.
+    Grid,
+}
+
 impl Square {
-    fn new(triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
+    fn new(by: Step, triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
         // An origin without special bits, the direction of the length of the way.
         let origin = [0.137_f32, -0.291, -2.713];
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
-        let at = |(i, j): (i32, i32)| Ray::new(origin, [step(dir[0], i), step(dir[1], -j), dir[2]]);
+        let moved = |x: f32, steps: i32| match by {
+            Step::Single => step(x, steps),
+            // The longest component, between 2 and 4, has 18 bits there.
+            Step::Grid => x + steps as f32 / 65_536.0,
+        };
+        let at =
+            |(i, j): (i32, i32)| Ray::new(origin, [moved(dir[0], i), moved(dir[1], -j), dir[2]]);
         let square = (-REACH..=REACH).flat_map(|j| (-REACH..=REACH).map(move |i| (i, j)));
         Self { triangles, rays: square.map(at).collect() }
     }
 
     /// An edge that runs askew.
-    fn edge() -> Self {
+    fn edge(by: Step) -> Self {
         let (a, b) = ([-0.731, -0.583, 0.217], [0.612, 0.877, 0.389]);
         let (left, right) = ([-0.893, 0.671, 0.118], [0.934, -0.428, 0.253]);
         let target = [0, 1, 2].map(|k| a[k] + 0.457 * (b[k] - a[k]));
-        Self::new(vec![Triangle([a, b, left]), Triangle([b, a, right])], target)
+        Self::new(by, vec![Triangle([a, b, left]), Triangle([b, a, right])], target)
     }
 
     /// Six triangles around a vertex.
-    fn vertex() -> Self {
+    fn vertex(by: Step) -> Self {
         let middle = [0.0713, 0.0519, 0.1937];
         let around = [
             [0.913, 0.127, 0.311],
@@ -53,7 +68,7 @@ impl Square {
             [0.503, -0.751, 0.227],
         ];
         let triangle = |k: usize| Triangle([middle, around[k], around[(k + 1) % 6]]);
-        Self::new((0..6).map(triangle).collect(), middle)
+        Self::new(by, (0..6).map(triangle).collect(), middle)
     }
 
     /// For each ray a set of triangles, as bits.
@@ -103,10 +118,15 @@ fn colour(set: u32) -> &'static str {
 
 /// A picture of the edge and one of the vertex for the truth and each method.
 pub fn edge_maps(caption: &str) -> Svg {
-    let (edge, vertex) = (Square::edge(), Square::vertex());
+    let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
     let mut columns = vec![("the truth", edge.truth(), vertex.truth())];
     for (k, subject) in SUBJECTS.iter().enumerate() {
         columns.push((subject.name, edge.by(k), vertex.by(k)));
+        if subject.name == "fixed" {
+            // To which the rays above are all the same.
+            let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
+            columns.push(("fixed, in grid steps", edge.by(k), vertex.by(k)));
+        }
     }
 
     let side = PIXEL * f64::from(2 * REACH + 1);
@@ -129,7 +149,7 @@ pub fn edge_maps(caption: &str) -> Svg {
 
     for (k, (name, edge, vertex)) in columns.iter().enumerate() {
         let [x, y] = [20.0 + w * (k % COLUMNS) as f64, 74.0 + h * (k / COLUMNS) as f64];
-        let bold = super::is_kernel(name) || k == 0;
+        let bold = super::is_kernel(name) || k == 0 || name.starts_with("fixed");
         let font = Font { bold, ..Font::new(12.0, Anchor::Start) };
         svg.text([x, y + 12.0], name, font);
         for (row, sets) in [edge, vertex].into_iter().enumerate() {

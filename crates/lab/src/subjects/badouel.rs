@@ -53,13 +53,13 @@ impl Method for Badouel {
 
     #[inline(always)]
     fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
-        let &Triangle { n, d, axis, corner, sides } = one;
+        let &Triangle { n, d, axis, corner: [x, y], sides: [[ax, ay], [bx, by]] } = one;
         Triangle {
             n: splat(n),
             d: L::splat(d),
             axis: axis.spread(),
-            corner: corner.map(L::splat),
-            sides: sides.map(|side| side.map(L::splat)),
+            corner: [L::splat(x), L::splat(y)],
+            sides: [[L::splat(ax), L::splat(ay)], [L::splat(bx), L::splat(by)]],
         }
     }
 

@@ -14,7 +14,7 @@
 use intertri::Vec3;
 
 use super::axis::Axis;
-use super::{Method, PlainRay, Real, splat};
+use super::{Method, PlainRay, Real, splat3};
 
 /// The method, with the full 3 by 4 matrix and so without a branch on the axis at the test.
 #[derive(Clone, Copy, Debug)]
@@ -63,8 +63,8 @@ impl Method for BaldwinWeber {
 
     #[inline(always)]
     fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
-        let &Triangle { rows, constants } = one;
-        Triangle { rows: rows.map(splat), constants: constants.map(L::splat) }
+        let &Triangle { rows, constants: [a, b, c] } = one;
+        Triangle { rows: splat3(rows), constants: [L::splat(a), L::splat(b), L::splat(c)] }
     }
 
     #[inline(always)]

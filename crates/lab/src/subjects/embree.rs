@@ -5,7 +5,7 @@
 use intertri::Vec3;
 use intertri::lanes::Lanes;
 
-use super::{Method, Number, PlainRay, Real, splat};
+use super::{Method, Number, PlainRay, Real, splat, splat3};
 
 /// The fast form: the ray's moment about the first corner against two edges, the third value by
 /// subtraction from the determinant.
@@ -78,12 +78,13 @@ impl Method for Robust {
 
     #[inline(always)]
     fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
-        one.map(splat)
+        splat3(*one)
     }
 
     #[inline(always)]
     fn test<L: Real>(self, corners: &[Vec3<L>; 3], ray: &PlainRay<L>) -> (L::Mask, L) {
-        let [v0, v1, v2] = corners.map(|corner| corner - ray.origin);
+        let seen = |k: usize| corners[k] - ray.origin;
+        let (v0, v1, v2) = (seen(0), seen(1), seen(2));
         let (e0, e1, e2) = (v2 - v0, v0 - v1, v1 - v2);
         let u = e0.cross(v2 + v0).dot(ray.dir);
         let v = e1.cross(v0 + v1).dot(ray.dir);

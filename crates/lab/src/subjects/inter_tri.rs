@@ -44,8 +44,8 @@ impl Method for InterTri {
     #[inline(always)]
     fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
         let &Triangle { c1, c2, h4, h5, h6, nrm } = one;
-        let [c1, c2, h4, h5, h6, nrm] = [c1, c2, h4, h5, h6, nrm].map(splat);
-        Triangle { c1, c2, h4, h5, h6, nrm }
+        let (h4, h5, h6) = (splat(h4), splat(h5), splat(h6));
+        Triangle { c1: splat(c1), c2: splat(c2), h4, h5, h6, nrm: splat(nrm) }
     }
 
     #[inline(always)]

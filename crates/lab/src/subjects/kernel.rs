@@ -1,6 +1,5 @@
 //! The kernel's modes and the scalar reference as subjects, in the same forms as the methods.
 
-use std::slice;
 use std::time::Instant;
 
 use intertri::fixed::{self, Bits, Grid};
@@ -83,26 +82,28 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
         nearest.clear();
         nearest.reserve(bundles.iter().map(|bundle| bundle.rays.len()).sum());
         match (layout.form, layout.lanes) {
-            (Form::Packets, 4) => packets_of_4::<M, S>(mode, bundles, nearest),
-            (Form::Packets, _) => packets_of_8::<M, S>(mode, bundles, nearest),
+            (Form::Packets, 4) => packets::<M, S, 4>(mode, bundles, nearest),
+            (Form::Packets, _) => packets::<M, S, 8>(mode, bundles, nearest),
             (Form::Packs, 4) => packs_of_4::<M, S>(mode, bundles, nearest),
             (Form::Packs, _) => packs_of_8::<M, S>(mode, bundles, nearest),
         }
     }
 }
 
-/// Eight rays against one triangle after another: `t` enclosed in f32 while they run, exact at the
-/// end.
+/// N rays against one triangle after another: `t` enclosed in f32 while they run, exact at the end.
 #[inline(always)]
-fn packets_of_8<M: Mode, S: Simd>(
+fn packets<M: Mode, S: Simd, const N: usize>(
     mode: M,
     bundles: &[Bundle],
     nearest: &mut Vec<Nearest>,
-) -> Seconds {
-    let prepared: Vec<(Vec<RayPacket<8>>, Vec<_>)> = bundles
+) -> Seconds
+where
+    Lane<N>: Width,
+{
+    let prepared: Vec<(Vec<RayPacket<N>>, Vec<_>)> = bundles
         .iter()
         .map(|bundle| {
-            let packets = bundle.rays.chunks(8).map(RayPacket::new).collect();
+            let packets = bundle.rays.chunks(N).map(RayPacket::new).collect();
             (packets, bundle.triangles.iter().map(|t| mode.prepare(t)).collect())
         })
         .collect();
@@ -112,15 +113,14 @@ fn packets_of_8<M: Mode, S: Simd>(
     for ((packets, triangles), bundle) in prepared.iter().zip(bundles) {
         let find = |place: u32| bundle.triangles[place as usize];
         for packet in packets {
-            let rays = mode.prepare_packet_in::<S, 8>(packet);
+            let rays = mode.prepare_packet_in::<S, N>(packet);
             let mut bests = Bests::new(&packet.t_max);
             for (number, triangle) in (0..).zip(triangles) {
-                let number = (number, number);
-                let live = packet.live();
+                let (numbers, live) = ((number, number), packet.live());
                 mode.packet_closest_in(
                     &rays,
                     triangle,
-                    number,
+                    numbers,
                     find,
                     live,
                     &mut bests,
@@ -161,37 +161,6 @@ fn packs_of_8<M: Mode, S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Four rays against one triangle after another; every hit's `t` is made exact.
-#[inline(always)]
-fn packets_of_4<M: Mode, S: Simd>(
-    mode: M,
-    bundles: &[Bundle],
-    nearest: &mut Vec<Nearest>,
-) -> Seconds {
-    let prepared: Vec<(Vec<RayPacket<4>>, Vec<_>)> = bundles
-        .iter()
-        .map(|bundle| {
-            let packets = bundle.rays.chunks(4).map(RayPacket::new).collect();
-            (packets, bundle.triangles.iter().map(|t| mode.prepare(t)).collect())
-        })
-        .collect();
-    let mut counts = Counts::default();
-
-    let start = Instant::now();
-    for (packets, triangles) in &prepared {
-        for packet in packets {
-            let rays = mode.prepare_packet_in::<S, 4>(packet);
-            let mut bests = [Nearest::MISS; 4];
-            for (number, triangle) in (0..).zip(triangles) {
-                let hits = mode.packet_in(&rays, triangle, &mut counts);
-                each(&hits, |lane, t| offer(&mut bests[lane], t, number));
-            }
-            nearest.extend_from_slice(&bests[..packet.live().count_ones() as usize]);
-        }
-    }
-    start.elapsed().as_secs_f64()
-}
-
 /// One ray after another against four triangles at a time.
 #[inline(always)]
 fn packs_of_4<M: Mode, S: Simd>(
@@ -223,8 +192,8 @@ fn packs<const N: usize>(bundles: &[Bundle]) -> Vec<Vec<TrianglePack<N>>> {
 /// The answer with its exact `t`, as a caller gets it.
 #[inline(always)]
 fn answer<M: Mode>(mode: &M, ray: &Ray, best: &Best, find: impl Fn(u32) -> Triangle) -> Nearest {
-    let hit = mode.hit(ray, best, find);
-    Nearest { t: hit.t, triangle: hit.triangle as u32 }
+    let found = mode.index_and_t(ray, best, find);
+    found.map_or(Nearest::MISS, |(triangle, t)| Nearest { t, triangle })
 }
 
 #[inline(always)]
@@ -247,58 +216,63 @@ fn offer(best: &mut Nearest, t: f64, triangle: u32) {
     }
 }
 
-/// The closest hits of bundles, by the mode `fixed`, all on one grid; `None` for one lane, or where
-/// something does not fit a grid.
+/// The closest hits of bundles, by the mode `fixed`, each bundle on a grid of its own; misses where
+/// something does not fit one, `None` for one lane.
 pub(super) fn fixed_closest(
     level: Level,
     bundles: &[Bundle],
     layout: Layout,
     nearest: &mut Vec<Nearest>,
 ) -> Option<Seconds> {
-    let bundles = snap(bundles)?;
+    let bundles =
+        bundles.iter().map(|bundle| Snapped::new(bundle).unwrap_or(Snapped::none(bundle)));
+    let bundles = bundles.collect();
     (layout.lanes > 1).then(|| level.run(FixedClosest { bundles, layout, nearest }))
 }
 
 /// How many triangles of its bundle each ray crosses, by the mode `fixed`; none where something does
 /// not fit a grid.
 pub(super) fn fixed_counts(level: Level, bundle: &Bundle) -> Vec<u32> {
-    let Some(snapped) = snap(slice::from_ref(bundle)) else { return vec![0; bundle.rays.len()] };
-    let Snapped { rays, triangles } = &snapped[0];
-    let blocks: Vec<_> = fixed::blocks(triangles).collect();
+    let Some(Snapped { rays, triangles, .. }) = Snapped::new(bundle) else {
+        return vec![0; bundle.rays.len()];
+    };
+    let blocks: Vec<_> = fixed::blocks(&triangles).collect();
     let count = |ray| fixed::Fixed::at(level).crossings(&blocks, ray).unsigned as u32;
     rays.iter().map(count).collect()
 }
 
-/// A bundle on a grid.
+/// A bundle on a grid of its own.
 struct Snapped {
     rays: Vec<fixed::Ray>,
     triangles: Vec<fixed::Triangle>,
+    /// So many rays were given, of which none are above where something did not fit.
+    misses: usize,
 }
 
-/// The finest grid that holds some bundles.
-fn grid(bundles: &[Bundle]) -> Option<Grid> {
-    let points = bundles.iter().flat_map(|bundle| {
-        let origins = bundle.rays.iter().map(|ray| ray.origin);
-        bundle.triangles.iter().flat_map(|t| t.0).chain(origins)
-    });
-    Grid::around(points, Bits::FINE).ok()
-}
-
-/// Bundles on the finest grid that holds them all, if there is one.
-fn snap(bundles: &[Bundle]) -> Option<Vec<Snapped>> {
-    let grid = grid(bundles)?;
-    let snapped = bundles.iter().map(|bundle| {
+impl Snapped {
+    fn new(bundle: &Bundle) -> Option<Self> {
+        let grid = grid(bundle)?;
         let rays: Result<Vec<_>, _> = bundle.rays.iter().map(|ray| grid.ray(ray)).collect();
         let triangles: Result<_, _> = bundle.triangles.iter().map(|t| grid.triangle(t)).collect();
-        Some(Snapped { rays: rays.ok()?, triangles: triangles.ok()? })
-    });
-    snapped.collect()
+        Some(Self { rays: rays.ok()?, triangles: triangles.ok()?, misses: 0 })
+    }
+
+    /// Nothing that could be hit.
+    fn none(bundle: &Bundle) -> Self {
+        Self { rays: Vec::new(), triangles: Vec::new(), misses: bundle.rays.len() }
+    }
+}
+
+/// The finest grid that holds a bundle.
+fn grid(bundle: &Bundle) -> Option<Grid> {
+    let origins = bundle.rays.iter().map(|ray| ray.origin);
+    Grid::around(bundle.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
 /// The bundle as the mode `fixed` sees it, snapped and taken back to f32, which changes nothing more:
 /// what `fixed` is exact for. `None` where it does not fit a grid.
 pub fn on_grid(bundle: &Bundle) -> Option<Bundle> {
-    let grid = grid(slice::from_ref(bundle))?;
+    let grid = grid(bundle)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));
     let ray = |ray: &Ray| {
         let dir = grid.ray(ray).ok()?.dir().map(|x| x as f32);
@@ -345,23 +319,22 @@ fn fixed_packets<S: Simd, const N: usize>(
 where
     Lane<N>: fixed::IntWidth,
 {
-    let packets: Vec<Vec<fixed::Packet<N>>> = bundles
+    let prepared: Vec<(Vec<fixed::Packet<N>>, Vec<fixed::Prepared>)> = bundles
         .iter()
-        .map(|bundle| bundle.rays.chunks(N).map(fixed::Packet::new).collect())
+        .map(|bundle| {
+            let packets = bundle.rays.chunks(N).map(fixed::Packet::new).collect();
+            (packets, bundle.triangles.iter().map(fixed::Prepared::new).collect())
+        })
         .collect();
 
     let start = Instant::now();
-    for (packets, bundle) in packets.iter().zip(bundles) {
+    for ((packets, triangles), bundle) in prepared.iter().zip(bundles) {
         for packet in packets {
             let mut bests = [fixed::Best::default(); N];
-            for (number, triangle) in (0..).zip(&bundle.triangles) {
-                packet.crossings_in::<S, true>(
-                    &fixed::Prepared::new(triangle),
-                    packet.live(),
-                    |lane, crossing| {
-                        bests[lane].offer(crossing, number);
-                    },
-                );
+            for (number, triangle) in (0..).zip(triangles) {
+                packet.crossings_in::<S, true>(triangle, packet.live(), |lane, crossing| {
+                    bests[lane].offer(crossing, number);
+                });
             }
             let live = packet.live().count_ones() as usize;
             for (best, ray) in bests.iter().zip(packet.rays()).take(live) {
@@ -369,6 +342,7 @@ where
                 nearest.push(Nearest { t: hit.t, triangle: hit.triangle as u32 });
             }
         }
+        nearest.extend((0..bundle.misses).map(|_| Nearest::MISS));
     }
     start.elapsed().as_secs_f64()
 }
@@ -402,6 +376,7 @@ where
             let hit = best.to_hit(ray);
             nearest.push(Nearest { t: hit.t, triangle: hit.triangle as u32 });
         }
+        nearest.extend((0..bundle.misses).map(|_| Nearest::MISS));
     }
     start.elapsed().as_secs_f64()
 }

@@ -94,6 +94,13 @@ fn splat<L: Real>(v: Vec3<L::Scalar>) -> Vec3<L> {
     Vec3::splat([v.x, v.y, v.z])
 }
 
+/// Three vectors in all lanes. (`map` of an array is not always inlined, and a function that is called
+/// is compiled without the level's instructions: so it is spelled out here and in the tests.)
+#[inline(always)]
+fn splat3<L: Real>([a, b, c]: [Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
+    [splat(a), splat(b), splat(c)]
+}
+
 /// A ray for which nothing is computed in advance.
 #[derive(Clone, Copy, Debug)]
 pub struct PlainRay<L> {

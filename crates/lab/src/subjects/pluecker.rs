@@ -7,7 +7,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, Real, splat};
+use super::{Method, Real, splat, splat3};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -54,12 +54,7 @@ impl Method for Pluecker {
     #[inline(always)]
     fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
         let &Triangle { sides, moments, n, d } = one;
-        Triangle {
-            sides: sides.map(splat),
-            moments: moments.map(splat),
-            n: splat(n),
-            d: L::splat(d),
-        }
+        Triangle { sides: splat3(sides), moments: splat3(moments), n: splat(n), d: L::splat(d) }
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@
 
 use intertri::Vec3;
 
-use super::{Method, PlainRay, Real, splat};
+use super::{Method, PlainRay, Real, splat3};
 
 /// The method.
 #[derive(Clone, Copy, Debug)]
@@ -26,12 +26,13 @@ impl Method for SignedVolume {
 
     #[inline(always)]
     fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
-        one.map(splat)
+        splat3(*one)
     }
 
     #[inline(always)]
     fn test<L: Real>(self, corners: &[Vec3<L>; 3], ray: &PlainRay<L>) -> (L::Mask, L) {
-        let [a, b, c] = corners.map(|corner| corner - ray.origin);
+        let seen = |k: usize| corners[k] - ray.origin;
+        let (a, b, c) = (seen(0), seen(1), seen(2));
         let zero = L::of(0.0);
         let bc = b.cross(c);
         let u = ray.dir.dot(bc);

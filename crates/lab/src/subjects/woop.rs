@@ -7,7 +7,7 @@ use intertri::Vec3;
 use intertri::lanes::{Lanes, Mask};
 
 use super::axis::Axis;
-use super::{Method, Number, Real, splat};
+use super::{Method, Number, Real, splat3};
 
 /// The method, with its fall-back; with `fall_back` off, the bare f32 test that some code keeps.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,14 @@ pub struct Ray<L: Lanes> {
     origin: Vec3<L>,
     axis: Axis<L::Mask>,
     shear: Vec3<L>,
+}
+
+impl<L: Lanes> Ray<L> {
+    /// A corner from the origin, the ray's axis last.
+    #[inline(always)]
+    fn see(&self, corner: Vec3<L>) -> Vec3<L> {
+        self.axis.turn(corner - self.origin)
+    }
 }
 
 impl Method for Woop {
@@ -44,14 +52,16 @@ impl Method for Woop {
 
     #[inline(always)]
     fn spread<L: Real>(one: &[Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
-        one.map(splat)
+        splat3(*one)
     }
 
     #[inline(always)]
     fn test<L: Real>(self, corners: &[Vec3<L>; 3], ray: &Ray<L>) -> (L::Mask, L) {
         let shear = ray.shear;
-        let seen = corners.map(|corner| ray.axis.turn(corner - ray.origin));
-        let [a, b, c] = seen.map(|p| [p.x - shear.x * p.z, p.y - shear.y * p.z]);
+        let &[pa, pb, pc] = corners;
+        let (pa, pb, pc) = (ray.see(pa), ray.see(pb), ray.see(pc));
+        let across = |p: Vec3<L>| [p.x - shear.x * p.z, p.y - shear.y * p.z];
+        let (a, b, c) = (across(pa), across(pb), across(pc));
 
         let side = |p: [L; 2], q: [L; 2]| p[0] * q[1] - p[1] * q[0];
         let (mut u, mut v, mut w) = (side(c, b), side(a, c), side(b, a));
@@ -68,8 +78,8 @@ impl Method for Woop {
 
         let same = (u.ge(zero) & v.ge(zero) & w.ge(zero)) | (u.le(zero) & v.le(zero) & w.le(zero));
         let det = u + v + w;
-        let z = seen.map(|p| p.z * shear.z);
-        let t = (u * z[0] + v * z[1] + w * z[2]).flip(det);
+        let z = |p: Vec3<L>| p.z * shear.z;
+        let t = (u * z(pa) + v * z(pb) + w * z(pc)).flip(det);
         (same & det.abs().gt(zero) & t.gt(zero), t / det.abs())
     }
 }
