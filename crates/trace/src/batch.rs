@@ -62,7 +62,7 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
         let Self { bvh, mode, rays, hits } = self;
         let (mut stack, mut counts) = (bvh.stack(), Counts::default());
         for (ray, hit) in rays.iter().zip(hits) {
-            let best = search::closest::<M, S>(bvh, mode, ray, &mut stack, &mut counts);
+            let best = search::closest::<M, S>(bvh, mode, ray, false, &mut stack, &mut counts);
             *hit = bvh.hit(mode, ray, &best);
         }
         counts
@@ -84,7 +84,8 @@ impl<M: Mode> WithSimd for Any<'_, M> {
         let Self { bvh, mode, rays, hits } = self;
         let (mut stack, mut counts) = (bvh.stack(), Counts::default());
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = search::any::<M, S>(bvh, mode, ray, &mut stack, &mut counts);
+            let best = search::closest::<M, S>(bvh, mode, ray, true, &mut stack, &mut counts);
+            *hit = best.is_hit();
         }
         counts
     }

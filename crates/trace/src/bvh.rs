@@ -179,7 +179,7 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
     fn run<S: Simd>(self) -> Hit {
         let Self { bvh, mode, ray } = self;
         let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
-        let best = search::closest::<M, S>(bvh, mode, ray, stack, counts);
+        let best = search::closest::<M, S>(bvh, mode, ray, false, stack, counts);
         bvh.hit(mode, ray, &best)
     }
 }
@@ -195,7 +195,8 @@ impl<M: Mode> WithSimd for Any<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) -> bool {
         let Self { bvh, mode, ray } = self;
-        search::any::<M, S>(bvh, mode, ray, &mut bvh.stack(), &mut Counts::default())
+        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
+        search::closest::<M, S>(bvh, mode, ray, true, stack, counts).is_hit()
     }
 }
 
@@ -210,11 +211,12 @@ impl<M: Mode> WithSimd for All<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<Hit> {
         let Self { bvh, mode, ray } = self;
-        let mut hits = Vec::new();
-        search::all::<M, S>(bvh, mode, ray, &mut bvh.stack(), |place, t| {
+        let found = search::all::<M, S>(bvh, mode, ray, &mut bvh.stack());
+        let hit = |(place, t): (u32, f64)| {
             let index = bvh.indices[place as usize / 8][place as usize % 8];
-            hits.push(Hit::at(t, index, ray, &bvh.triangle_in(place)));
-        });
+            Hit::at(t, index, ray, &bvh.triangle_in(place))
+        };
+        let mut hits: Vec<Hit> = found.into_iter().map(hit).collect();
         hits.sort_unstable_by_key(|hit| hit.triangle);
         hits
     }

@@ -10,42 +10,55 @@ use crate::slab::{SlabLanes, Slabs};
 /// Children that are still to be visited, the nearest on top, each with the t of its box.
 pub(crate) type Stack = Vec<(u32, f32)>;
 
-/// Visits the packs of triangles that a ray may hit before `far()`, roughly front to back, until
-/// `visit` says stop. `visit` gets the pack's index and gives the new far end, or `None` to stop.
+/// What a search does with the triangles on its way.
+///
+/// A trait and not a closure: its method must be inlined into the walk, or it is compiled without the
+/// level's instructions.
+trait Visit {
+    /// Looks at a pack of triangles. Gives the new far end of the search, or `None` to stop.
+    fn visit(&mut self, pack: usize) -> Option<f32>;
+}
+
+/// Visits the packs of triangles that a ray may hit, roughly front to back.
 #[inline(always)]
-fn walk<S: Simd>(
-    bvh: &Bvh,
-    ray: &Ray,
-    stack: &mut Stack,
-    mut far: f32,
-    mut visit: impl FnMut(usize) -> Option<f32>,
-) {
-    // What no box can hold is asked of every ray, and a ray that no box can be held against asks
-    // everything. A ray that is not finite hits nothing.
-    let slabs = Slabs::new(ray, bvh.reach);
-    let unboxed = if slabs.is_some() { bvh.boxed..bvh.packs.len() } else { 0..bvh.packs.len() };
-    let finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
-    if !finite {
+fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
+    // A ray that is not finite hits nothing.
+    if !ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite()) {
         return;
     }
-    for pack in unboxed {
-        match visit(pack) {
-            Some(nearer) => far = nearer,
-            None => return,
-        }
-    }
-    let Some(slabs) = slabs else { return };
 
+    // What no box can hold is asked of every ray, and a ray that no box can be held against asks
+    // everything.
+    let slabs = Slabs::new(ray, bvh.reach);
+    let mut unboxed = if slabs.is_some() { bvh.boxed } else { 0 }..bvh.packs.len();
+    let slabs = slabs.unwrap_or_default();
     let lanes = SlabLanes::<S::F32x8>::splat(&slabs);
     let octant = usize::from(slabs.octant);
     stack.clear();
-    let mut child = 0;
+    if unboxed.start > 0 {
+        stack.push((0, f32::NEG_INFINITY));
+    }
+
+    let mut far = ray.t_max;
     loop {
-        if child & LEAF == 0 {
-            // A node: its boxes that the ray meets go onto the stack, the nearest last.
-            let node = &bvh.nodes[child as usize];
-            let (met, near) = lanes.meet(node, ray.t_min, far);
-            if met != 0 {
+        // The next pack: one without a box, or the next leaf that begins before the best hit.
+        let pack = match unboxed.next() {
+            Some(pack) => pack,
+            None => loop {
+                let Some((child, t)) = stack.pop() else { return };
+                if t > far {
+                    continue;
+                }
+                if child & LEAF != 0 {
+                    break (child ^ LEAF) as usize;
+                }
+
+                // A node: its boxes that the ray meets go onto the stack, the nearest last.
+                let node = &bvh.nodes[child as usize];
+                let (met, near) = lanes.meet(node, ray.t_min, far);
+                if met == 0 {
+                    continue;
+                }
                 let mut t = [0.0; 8];
                 near.store(&mut t);
                 let mut order = mirror(met, octant);
@@ -55,22 +68,12 @@ fn walk<S: Simd>(
                     let slot = last as usize ^ octant;
                     stack.push((node.child[slot], t[slot]));
                 }
-            }
-        } else {
-            match visit((child ^ LEAF) as usize) {
-                Some(nearer) => far = nearer,
-                None => return,
-            }
-        }
-
-        // The next one that still begins before the best hit.
-        child = loop {
-            match stack.pop() {
-                None => return,
-                Some((child, t)) if t <= far => break child,
-                Some(_) => {}
-            }
+            },
         };
+        match visitor.visit(pack) {
+            Some(nearer) => far = nearer,
+            None => return,
+        }
     }
 }
 
@@ -83,43 +86,62 @@ fn mirror(mask: u32, octant: usize) -> u32 {
     if octant & 4 != 0 { swap(m, 0x0f, 4) } else { m }
 }
 
-/// The closest hit of a ray.
+/// A search for the closest hit, or for any.
+struct Search<'a, M: Mode, S: Simd> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    ray: PreparedRay<M, S>,
+    best: Best,
+    any: bool,
+    counts: &'a mut Counts,
+}
+
+impl<M: Mode, S: Simd> Visit for Search<'_, M, S> {
+    #[inline(always)]
+    fn visit(&mut self, pack: usize) -> Option<f32> {
+        let Self { bvh, mode, ray, best, any, counts } = self;
+        let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
+        let find = |place| bvh.triangle_in(place);
+        mode.closest_in(ray, triangles, indices, 8 * pack as u32, find, best, counts);
+        if *any && best.is_hit() { None } else { Some(best.t_hi()) }
+    }
+}
+
+/// The closest hit of a ray; with `any`, some hit.
 #[inline(always)]
 pub(crate) fn closest<M: Mode, S: Simd>(
     bvh: &Bvh,
     mode: &M,
     ray: &Ray,
+    any: bool,
     stack: &mut Stack,
     counts: &mut Counts,
 ) -> Best {
-    let prepared: PreparedRay<M, S> = mode.prepare_ray_in(ray);
-    let mut best = Best::new(ray.t_max);
-    walk::<S>(bvh, ray, stack, ray.t_max, |pack| {
-        let find = |place| bvh.triangle_in(place);
-        let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
-        let place = 8 * pack as u32;
-        mode.closest_in(&prepared, triangles, indices, place, find, &mut best, counts);
-        Some(best.t_hi())
-    });
-    best
+    let (prepared, best) = (mode.prepare_ray_in(ray), Best::new(ray.t_max));
+    let mut search = Search::<M, S> { bvh, mode, ray: prepared, best, any, counts };
+    walk::<S>(bvh, ray, stack, &mut search);
+    search.best
 }
 
-/// Whether a ray hits anything.
-#[inline(always)]
-pub(crate) fn any<M: Mode, S: Simd>(
-    bvh: &Bvh,
-    mode: &M,
-    ray: &Ray,
-    stack: &mut Stack,
-    counts: &mut Counts,
-) -> bool {
-    let prepared: PreparedRay<M, S> = mode.prepare_ray_in(ray);
-    let mut found = false;
-    walk::<S>(bvh, ray, stack, ray.t_max, |pack| {
-        found = mode.any_in(&prepared, &bvh.packs[pack], counts);
-        (!found).then_some(ray.t_max)
-    });
-    found
+/// A search for all hits.
+struct All<'a, M: Mode, S: Simd> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    ray: &'a Ray,
+    hits: Vec<(u32, f64)>,
+    level: std::marker::PhantomData<S>,
+}
+
+impl<M: Mode, S: Simd> Visit for All<'_, M, S> {
+    #[inline(always)]
+    fn visit(&mut self, pack: usize) -> Option<f32> {
+        let triangles = &self.bvh.packs[pack];
+        let hits = self.mode.pack_in::<S, 8>(self.ray, triangles, &mut Counts::default());
+        for lane in (0..8).filter(|lane| hits.bits >> lane & 1 != 0) {
+            self.hits.push((8 * pack as u32 + lane, hits.t[lane as usize]));
+        }
+        Some(self.ray.t_max)
+    }
 }
 
 /// The places of all hits of a ray with their t, in the order in which the walk finds them.
@@ -129,15 +151,11 @@ pub(crate) fn all<M: Mode, S: Simd>(
     mode: &M,
     ray: &Ray,
     stack: &mut Stack,
-    mut each: impl FnMut(u32, f64),
-) {
-    walk::<S>(bvh, ray, stack, ray.t_max, |pack| {
-        let hits = mode.pack_in::<S, 8>(ray, &bvh.packs[pack], &mut Counts::default());
-        for lane in (0..8).filter(|lane| hits.bits >> lane & 1 != 0) {
-            each(8 * pack as u32 + lane, hits.t[lane as usize]);
-        }
-        Some(ray.t_max)
-    });
+) -> Vec<(u32, f64)> {
+    let level = std::marker::PhantomData::<S>;
+    let mut search = All { bvh, mode, ray, hits: Vec::new(), level };
+    walk::<S>(bvh, ray, stack, &mut search);
+    search.hits
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ const TINY: f32 = f32::from_bits((127 - 120) << 23);
 const HUGE: f32 = f32::from_bits((127 + 120) << 23);
 
 /// A ray as the slab test wants it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
     /// One over the direction.
     rd: [f32; 3],
