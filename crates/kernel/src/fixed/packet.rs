@@ -107,6 +107,7 @@ impl<const N: usize> Packet<N> {
 /// Document D's idea: of a test, only the products with the direction are left.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
+    origin: [i32; 3],
     /// B x C, C x A and A x B.
     normals: [[i64; 3]; 3],
     normals_f32: [[f32; 3]; 3],
@@ -136,7 +137,7 @@ impl Seen {
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
         let bound = SEEN * normals_f32.iter().map(norm).fold(0.0, Lanes::max);
-        Some(Self { normals, normals_f32, ties, bound, num })
+        Some(Self { origin, normals, normals_f32, ties, bound, num })
     }
 
     /// The crossings of the `live` rays with the triangle, each with its lane. All of them must
@@ -151,6 +152,7 @@ impl Seen {
     ) where
         Lane<N>: IntWidth,
     {
+        debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin == self.origin));
         let mut lanes = live;
         if FILTER {
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
