@@ -3,10 +3,10 @@
 //! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
 //! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
 
-use intertri::lanes::Level;
+use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
-    Certified, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle, TrianglePack,
-    Width,
+    Bests, Certified, Counts, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle,
+    TrianglePack, Width,
 };
 use intertri_lab::families::Scene;
 use intertri_reference as reference;
@@ -63,8 +63,71 @@ pub fn check_kernel(scene: &Scene) -> Result<(), String> {
     for level in Level::all() {
         check_mode(scene, &truth, &Double::new(threshold).at(level), "double")?;
         check_mode(scene, &truth, &Certified::new(threshold).at(level), "certified")?;
+        check_views::<8>(scene, &truth.scene, &Certified::new(threshold), level)?;
+        check_views::<16>(scene, &truth.scene, &Certified::new(threshold), level)?;
     }
     Ok(())
+}
+
+/// Rays that share an origin: each ray by itself, and packets of neighbours moved to one origin.
+fn check_views<const N: usize>(
+    scene: &Scene,
+    truth: &reference::Scene,
+    mode: &Certified,
+    level: Level,
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let alone = scene.rays.iter().map(|ray| vec![*ray]);
+    let moved = |rays: &[Ray]| rays.iter().map(|r| Ray { origin: rays[0].origin, ..*r }).collect();
+    let packets = alone.chain(scene.rays.chunks(N).filter(|rays| rays.len() > 1).map(moved));
+    for rays in packets {
+        let packet = RayPacket::<N>::new(&rays);
+        let found = level.run(Views { mode, packet: &packet, triangles: &scene.triangles });
+        for (ray, found) in rays.iter().zip(found) {
+            let want = truth.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into());
+            let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+            if bits(found) != bits(want) {
+                let level = level.name();
+                return Err(format!(
+                    "certified {level}, {N} rays of one origin: {found:?}, the reference {want:?}\n{ray:?}"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The closest hits of a packet of rays with one origin.
+struct Views<'a, const N: usize> {
+    mode: &'a Certified,
+    packet: &'a RayPacket<N>,
+    triangles: &'a [Triangle],
+}
+
+impl<const N: usize> WithSimd for Views<'_, N>
+where
+    Lane<N>: Width,
+{
+    type Output = [Option<(usize, f64)>; N];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { mode, packet, triangles } = self;
+        let rays = mode.prepare_packet_in::<S, N>(packet);
+        let mut bests = Bests::new(&packet.t_max);
+        let find = |place: u32| triangles[place as usize];
+        for (i, triangle) in (0..).zip(triangles) {
+            let view = mode.view(triangle, packet.ray(0).origin);
+            let (live, counts) = (packet.live(), &mut Counts::default());
+            mode.view_closest_in(&rays, &view, (i, i), find, live, &mut bests, counts);
+        }
+        std::array::from_fn(|lane| {
+            let hit = mode.index_and_t(&packet.ray(lane), &bests.lane(lane), find);
+            hit.map(|(index, t)| (index as usize, t))
+        })
+    }
 }
 
 fn check_mode<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
