@@ -217,3 +217,35 @@ fn pairs(rng: &mut Rng, verdicts: &mut [Verdict]) -> u64 {
     }
     1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ON_GRID, Verdict, judge};
+    use crate::workloads::{Model, Workload};
+
+    fn of<'a>(verdicts: &'a [Verdict], method: &str) -> &'a Verdict {
+        verdicts.iter().find(|verdict| verdict.method == method).unwrap()
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_counts_and_promises_are_kept() {
+        let model = Model::built_in();
+        for workload in Workload::ALL {
+            let verdicts = judge(workload, &model, 4, 3000, &|_| ());
+            assert_eq!(verdicts, judge(workload, &model, 4, 3000, &|_| ()));
+            assert_ne!(verdicts, judge(workload, &model, 5, 3000, &|_| ()), "{workload:?}");
+            assert!(verdicts.iter().all(|verdict| verdict.trials > 2900), "{verdicts:?}");
+            for method in ["InterTri f64", "double", "certified"] {
+                assert_eq!(of(&verdicts, method).not_reference, 0, "{workload:?} {method}");
+            }
+            assert_eq!(of(&verdicts, ON_GRID).wrong, 0, "{workload:?}");
+            // What is no more than f32 is wrong somewhere, at edges most of the time.
+            let plain = of(&verdicts, "Möller–Trumbore f32");
+            match workload {
+                Workload::Edges => assert!(plain.leaks > 30 && plain.doubles > 1000, "{plain:?}"),
+                Workload::Mix => assert!(plain.wrong > 100, "{plain:?}"),
+                _ => assert!(plain.wrong < 10, "{plain:?}"),
+            }
+        }
+    }
+}

@@ -167,3 +167,46 @@ fn closed(family: &Family, rng: &mut Rng) -> Vec<Verdict> {
     judge::edges(&bundle, &mut verdicts);
     verdicts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::metrics;
+    use crate::families::{FAMILIES, find};
+
+    #[test]
+    fn the_kernel_is_the_reference_on_every_family() {
+        for family in FAMILIES {
+            let rows = metrics(family, 2, 500, &|_| ());
+            assert_eq!(rows.len(), crate::subjects::SUBJECTS.len());
+            for row in &rows {
+                assert_eq!(row.not_truth, row.false_misses + row.false_hits);
+                if ["InterTri f64", "double", "certified"].contains(&row.method) {
+                    // The listing's own t may be infinite; the kernel's interval excludes it.
+                    assert!(row.not_reference <= row.t_not_finite, "{row:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn errors_are_of_the_size_of_the_precision() {
+        let rows = metrics(find("uniform").unwrap(), 2, 4000, &|_| ());
+        assert_eq!(rows, metrics(find("uniform").unwrap(), 2, 4000, &|_| ()));
+        for row in rows.iter().filter(|row| row.method != "fixed") {
+            let single = row.method.ends_with("f32");
+            let typical = if single { 1e-9..1e-6 } else { 1e-18..1e-15 };
+            assert!(typical.contains(&row.t_median), "{row:?}");
+            assert!(row.t_trials > 100 && row.t_ulps_median < 8.0, "{row:?}");
+            assert!(row.t_median <= row.t_p999 && row.t_p999 <= row.t_worst, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn closed_meshes_leak_where_they_should() {
+        let rows = metrics(find("icosphere-exact").unwrap(), 2, 8000, &|_| ());
+        let row = |name: &str| rows.iter().find(|row| row.method == name).unwrap();
+        assert!(row("fixed").closed_trials > 200);
+        assert_eq!((row("fixed").leaks, row("fixed").doubles), (0, 0));
+        assert!(row("Möller–Trumbore f32").leaks > 0 && row("Woop f32").doubles > 100);
+    }
+}

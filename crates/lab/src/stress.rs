@@ -159,3 +159,43 @@ pub fn first(onsets: &[Onset], sweep: &str, method: &str) -> Option<f64> {
     let mut own = onsets.iter().filter(|onset| onset.sweep == sweep && onset.method == method);
     own.find(|onset| onset.share() >= 1e-3).map(|onset| onset.parameter)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{SWEEPS, first, parameter, sweep_all};
+    use crate::families::find;
+
+    #[test]
+    fn sweeps_go_from_end_to_end_within_their_families() {
+        for sweep in SWEEPS {
+            let param = find(sweep.family).unwrap().param.unwrap();
+            let (lo, hi) = (param.from.min(param.to), param.from.max(param.to));
+            assert!(sweep.from >= lo && sweep.from <= hi && sweep.to >= lo && sweep.to <= hi);
+            assert_eq!(parameter(sweep, 0.0), sweep.from);
+            assert_eq!(parameter(sweep, 1.0), sweep.to);
+            let middle = sweep.from.sqrt() * sweep.to.sqrt();
+            assert!((parameter(sweep, 0.5) / middle - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn methods_fail_where_theory_says() {
+        let onsets = sweep_all(8, 7, 600, &|| ());
+        assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
+        let at = |sweep, method| first(&onsets, sweep, method);
+        // A fixed epsilon has a scale; the products of f32 under- and overflow; a threshold on t
+        // forbids long directions.
+        assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
+        assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
+        assert!(at("scale, up", "Möller–Trumbore f32").is_some());
+        assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
+        assert!(at("|dir|, long", "certified").is_some());
+        assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
+        // Constants in the axes of the scene do not survive to be moved; differences do.
+        assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
+        assert_eq!(at("offset, size 1", "Embree fast f32"), None);
+        // The kernel fails where the reference fails, and nowhere else.
+        let certified = onsets.iter().filter(|onset| onset.method == "certified");
+        assert!(certified.map(|onset| onset.not_reference).sum::<u64>() == 0);
+    }
+}

@@ -103,3 +103,35 @@ pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
     let last = numbers.len().saturating_sub(1);
     numbers.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{REFERENCE, measure, quantile};
+    use crate::subjects::SUBJECTS;
+    use crate::workloads::{Model, Workload};
+
+    #[test]
+    fn everybody_is_measured_in_every_layout_that_he_has() {
+        let mut steps = 0;
+        let times = measure(Workload::Secondary, &Model::built_in(), 2, || steps += 1);
+        assert_eq!(steps, 3);
+        assert_eq!(times[0].method, REFERENCE);
+        assert_eq!(times[0].times_faster, 1.0);
+        for subject in SUBJECTS {
+            let own = times.iter().filter(|time| time.method == subject.name);
+            let kernel = ["double", "certified", "fixed"].contains(&subject.name);
+            assert_eq!(own.clone().count(), if kernel { 4 } else { 6 }, "{}", subject.name);
+            assert!(
+                own.clone().all(|time| time.ns_per_test > 0.0 && time.times_faster.is_finite())
+            );
+        }
+    }
+
+    #[test]
+    fn quantiles() {
+        let mut numbers = [3.0, 1.0, 2.0, 5.0, 4.0];
+        assert_eq!(quantile(&mut numbers, 0.5), 3.0);
+        assert_eq!(quantile(&mut numbers, 1.0), 5.0);
+        assert!(quantile(&mut [], 0.5).is_nan());
+    }
+}

@@ -196,7 +196,13 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
         })
         .collect();
     let bounds = Area { lo: [left + 4.0, top - 2.0], hi: [right + 2.0, bottom - 2.0] };
-    let obstacles: Vec<_> = wanted.iter().map(|label| label.at).collect();
+    let mut obstacles: Vec<_> = wanted.iter().map(|label| label.at).collect();
+    obstacles.extend(points.iter().filter_map(|p| Some([x.at(p.faster[1]), y.at(p.doubles?)])));
+    for pair in steps.windows(2) {
+        let along =
+            |k: i32| [0, 1].map(|c| pair[0][c] + (pair[1][c] - pair[0][c]) * f64::from(k) / 64.0);
+        obstacles.extend((0..=64).map(along));
+    }
     for (label, placed) in wanted.iter().zip(place(&wanted, 11.0, bounds, &obstacles)) {
         if let Some(end) = placed.leader {
             svg.line(label.at, end, "#888888", 0.6);

@@ -183,3 +183,25 @@ fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
     let side = PIXEL * side as f64;
     svg.frame([x, y], [side, side], "#888888");
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Square, Step, edge_maps};
+    use crate::subjects::SUBJECTS;
+
+    #[test]
+    fn the_squares_lie_across_an_edge_and_a_vertex() {
+        for by in [Step::Single, Step::Grid] {
+            let (edge, vertex) = (Square::edge(by).truth(), Square::vertex(by).truth());
+            let seen = |sets: &[u32], k: u32| sets.iter().filter(|&&set| set & 1 << k != 0).count();
+            assert!((0..2).all(|k| seen(&edge, k) > 200));
+            assert!((0..6).all(|k| seen(&vertex, k) > 20));
+            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "no leak in truth");
+            let fixed = SUBJECTS.iter().position(|subject| subject.name == "fixed").unwrap();
+            for sets in [Square::edge(by).by(fixed), Square::vertex(by).by(fixed)] {
+                assert!(sets.iter().all(|set| set.count_ones() == 1), "exactly once");
+            }
+        }
+        assert!(edge_maps("").to_string().ends_with("</svg>"));
+    }
+}

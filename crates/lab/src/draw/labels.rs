@@ -68,7 +68,7 @@ pub(super) fn place(
                 let mut cost = 0.02 * distance(from, end) * distance(from, end).sqrt();
                 cost += 1e4 * area.outside(&bounds);
                 for mark in &marks {
-                    cost += 8.0 * area.overlap(mark);
+                    cost += 2.0 * area.overlap(mark);
                 }
                 for (j, places) in candidates.iter().enumerate().filter(|(j, _)| *j != i) {
                     let other = places[chosen[j]];
@@ -146,4 +146,34 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
         (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
     };
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Area, Wanted, place};
+    use crate::draw::svg::width;
+
+    #[test]
+    fn labels_of_a_crowd_stay_apart_and_inside() {
+        // Twelve points within a few units of each other, near the right end of a panel.
+        let wanted: Vec<_> = (0..12)
+            .map(|k| {
+                let at = [440.0 + f64::from(k % 4) * 6.0, 150.0 + f64::from(k / 4) * 5.0];
+                Wanted { text: format!("method number {k}"), at, bold: false }
+            })
+            .collect();
+        let bounds = Area { lo: [0.0, 0.0], hi: [500.0, 300.0] };
+        let points: Vec<_> = wanted.iter().map(|label| label.at).collect();
+        let placed = place(&wanted, 11.0, bounds, &points);
+        let area = |k: usize| {
+            let [x, y] = placed[k].left;
+            Area { lo: [x, y - 9.0], hi: [x + width(&wanted[k].text, 11.0), y + 2.5] }
+        };
+        for k in 0..12 {
+            assert!(area(k).outside(&bounds) < 2.0, "{k}: {:?}", placed[k]);
+            for j in 0..k {
+                assert!(area(k).overlap(&area(j)) < 1.0, "{j} {k}: {placed:?}");
+            }
+        }
+    }
 }

@@ -92,7 +92,7 @@ fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
         x.store(lanes);
     }
     let mut side = [L::Scalar::nearest(0.0); 16];
-    for (k, side) in side.iter_mut().enumerate() {
+    for (k, side) in side.iter_mut().enumerate().take(L::N) {
         let [px, qy, py, qx]: [f64; 4] = lanes.map(|lanes| lanes[k].into());
         *side = L::Scalar::nearest(px * qy - py * qx);
     }
