@@ -1,7 +1,7 @@
 //! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
 
 use intertri::lanes::Level;
-use intertri::{Certified, Double, Hit, Mode, Ray, Threshold, Triangle};
+use intertri::{Certified, Double, Hit, Mode, Ray, RayPacket, Threshold, Triangle};
 use intertri_lab::families::{FAMILIES, Scene, find};
 use intertri_lab::rng::Rng;
 use intertri_tests::{Truth, as_source, same_closest};
@@ -31,6 +31,15 @@ fn check_mode<M: Mode>(
     let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
     bvh.closest_of_each(mode, rays, &mut closest);
     bvh.any_of_each(mode, rays, &mut any);
+    for (k, rays) in rays.chunks(8).enumerate() {
+        let hits = bvh.closest_packet(mode, &RayPacket::<8>::new(rays));
+        if hits[..rays.len()] != closest[8 * k..][..rays.len()] {
+            return Err(format!("{name}: packet {k} is not what the batch says"));
+        }
+        if hits[rays.len()..].iter().any(Hit::is_hit) {
+            return Err(format!("{name}: a dead lane of packet {k} is a hit"));
+        }
+    }
     for (i, ray) in rays.iter().enumerate() {
         let want = truth.closest(ray);
         let of = |verb: &str, e: String| {

@@ -1,4 +1,22 @@
 //! Ray/triangle intersection in packets. *Trace in f32. Answer in f64. Or exactly.*
+//!
+//! ```
+//! use intertri::{Certified, Mode, Ray, Triangle};
+//!
+//! let floor = Triangle::new([-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]);
+//! let wall = Triangle::new([-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]);
+//! let ray = Ray::new([0.0, 1.0, 0.0], [0.0, -0.5, 1.0]);
+//!
+//! let hit = Certified::default().closest(&[wall, floor], &ray);
+//! assert_eq!((hit.triangle, hit.t), (1, 2.0));
+//! ```
+//!
+//! The modes [`Certified`] (the one to take) and [`Double`] give the answers of a plain loop over a
+//! scalar f64 reference, bit for bit, on every CPU: what each promises stands at [`Mode`]. [`fixed`]
+//! is exact on an integer grid. The best instructions of the CPU are chosen at run time.
+//!
+//! Without the feature `std` the crate is `no_std` and takes the instructions that the build was
+//! compiled for.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod best;

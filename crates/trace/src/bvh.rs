@@ -1,7 +1,7 @@
 //! The hierarchy and its questions.
 
 use intertri::lanes::{Simd, WithSimd};
-use intertri::{Best, Counts, Hit, Mode, Ray, Triangle, TrianglePack};
+use intertri::{Best, Counts, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
 
 use crate::batch;
 use crate::build::{self, BuildError, Tree};
@@ -132,6 +132,17 @@ impl Bvh {
         mode.level().run(All { bvh: self, mode, ray })
     }
 
+    /// [`Bvh::closest`] of the rays of a packet; a dead lane is a miss.
+    pub fn closest_packet<M: Mode, const N: usize>(
+        &self,
+        mode: &M,
+        packet: &RayPacket<N>,
+    ) -> [Hit; N] {
+        let mut hits = [Hit::MISS; N];
+        mode.level().run(Packet { bvh: self, mode, packet, hits: &mut hits });
+        hits
+    }
+
     /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`. Rays that are
     /// neighbours in the slice are best neighbours in space, too.
     ///
@@ -181,6 +192,27 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
         let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
         let best = search::closest::<M, S>(bvh, mode, ray, false, stack, counts);
         bvh.hit(mode, ray, &best)
+    }
+}
+
+struct Packet<'a, M, const N: usize> {
+    bvh: &'a Bvh,
+    mode: &'a M,
+    packet: &'a RayPacket<N>,
+    hits: &'a mut [Hit; N],
+}
+
+impl<M: Mode, const N: usize> WithSimd for Packet<'_, M, N> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { bvh, mode, packet, hits } = self;
+        let (mut stack, mut counts) = (bvh.stack(), Counts::default());
+        for lane in (0..N).filter(|lane| packet.live() >> lane & 1 != 0) {
+            let ray = packet.ray(lane);
+            let best = search::closest::<M, S>(bvh, mode, &ray, false, &mut stack, &mut counts);
+            hits[lane] = bvh.hit(mode, &ray, &best);
+        }
     }
 }
 
