@@ -13,7 +13,9 @@ pub fn date() -> String {
 
 /// Year, month and day of so many days since the start of 1970.
 fn civil(mut days: u64) -> [u64; 3] {
-    let leap = |year: u64| year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let leap = |year: u64| {
+        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
+    };
     let mut year = 1970;
     while days >= 365 + u64::from(leap(year)) {
         days -= 365 + u64::from(leap(year));

@@ -131,9 +131,10 @@ impl Svg {
             Anchor::End => "end",
         };
         let weight = if bold { r#" font-weight="bold""# } else { "" };
-        let turn = match upright {
-            true => format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#),
-            false => String::new(),
+        let turn = if upright {
+            format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#)
+        } else {
+            String::new()
         };
         let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         self.push(format_args!(

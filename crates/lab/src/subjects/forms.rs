@@ -178,11 +178,11 @@ impl<L: Real> Best<L> {
 fn packets<M: Method, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
     let Closest { method, bundles, nearest, .. } = work;
     let splat = |p: [f32; 3]| Vec3::<L::Scalar>::splat(p.map(|x| L::Scalar::nearest(x.into())));
-    let prepared: Vec<(Vec<RayPacket<N>>, Vec<M::Triangle<L::Scalar>>)> = bundles
+    let prepared: Vec<(Vec<_>, Vec<_>)> = bundles
         .iter()
         .map(|bundle| {
-            let triangle = |t: &Triangle| method.triangle(t.0.map(splat));
-            let packets = bundle.rays.chunks(N).map(RayPacket::new).collect();
+            let triangle = |t: &Triangle| method.triangle::<L::Scalar>(t.0.map(splat));
+            let packets = bundle.rays.chunks(N).map(RayPacket::<N>::new).collect();
             (packets, bundle.triangles.iter().map(triangle).collect())
         })
         .collect();
