@@ -311,3 +311,30 @@ fn equal_t_go_to_the_lowest_index() {
     }
     assert!(count > 200, "{count}");
 }
+
+/// Two planes through one edge that differ by a step of the grid at the far corner, crossed next to
+/// the edge: t differ by some `2^-58` of it, too little for f64.
+#[test]
+fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
+    let mut n = Numbers(9);
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    let fixed = Fixed::default();
+    let (mut equal_in_f64, mut first) = (0, 0);
+    for _ in 0..500 {
+        let h = 500 + n.within(400);
+        let (a, b) = ([-(1 << 19), 0, h], [(1 << 19) - 1, 0, h + 1]);
+        let far = |x| grid.triangle_of([a, b, [x, 1 << 20, h]]).unwrap();
+        let x = n.within(1000);
+        let scene = if n.below(2) == 0 { [far(x), far(x + 1)] } else { [far(x + 1), far(x)] };
+        let ray = grid.ray_of([0; 3], [n.within(1 << 17), 1, (1 << 18) - 1]).unwrap();
+
+        let [p, q] = scene.map(|t| intertri::fixed::twin::crossing(&ray, &t).unwrap().t);
+        let nearer = u64::from(p.num() * u128::from(q.den()) > q.num() * u128::from(p.den()));
+        equal_in_f64 += usize::from(p.to_f64(0) == q.to_f64(0) && nearer == 1);
+        first += usize::from(nearer == 0);
+
+        let blocks: Vec<_> = blocks(&scene).collect();
+        assert_eq!(fixed.closest(&blocks, &ray).triangle, nearer, "{scene:?} {ray:?}");
+    }
+    assert!(equal_in_f64 > 50 && first > 50, "{equal_in_f64} {first}");
+}
