@@ -193,12 +193,7 @@ fn same<const N: usize>(
 }
 
 /// The verbs over slices: closest, any, all.
-fn check_slices<M: Mode>(
-    scene: &Scene,
-    truth: &Truth,
-    mode: &M,
-    name: &str,
-) -> Result<(), String> {
+fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
     let level = mode.level().name();
     let mut hits = vec![Hit::MISS; scene.rays.len()];
     mode.closest_of_each(&scene.triangles, &scene.rays, &mut hits);
@@ -240,7 +235,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: &Hit) -> Result<(), String>
     Err(format!("(triangle, t) is {got:?}, the reference's {want:?}"))
 }
 
-/// A scene as Rust source, to be kept as a fixture.
+/// A scene as text with every bit, to be kept as a fixture.
 pub fn as_source(scene: &Scene) -> String {
     let bits = |x: &f32| format!("{:#010x}", x.to_bits());
     let list = |xs: Vec<String>| xs.join(",");
@@ -249,10 +244,8 @@ pub fn as_source(scene: &Scene) -> String {
         let all = [&r.origin[..], &[r.t_min], &r.dir, &[r.t_max]].concat();
         list(all.iter().map(bits).collect())
     };
-    format!(
-        "threshold {:#018x}\n{}\n{}",
-        scene.threshold.to_bits(),
-        scene.triangles.iter().map(|t| format!("triangle {}\n", triangle(t))).collect::<String>(),
-        scene.rays.iter().map(|r| format!("ray {}\n", ray(r))).collect::<String>(),
-    )
+    let mut lines = vec![format!("threshold {:#018x}", scene.threshold.to_bits())];
+    lines.extend(scene.triangles.iter().map(|t| format!("triangle {}", triangle(t))));
+    lines.extend(scene.rays.iter().map(|r| format!("ray {}", ray(r))));
+    lines.join("\n")
 }

@@ -34,7 +34,9 @@ fn all_families(pairs: usize, seed: u64) {
         let workers: Vec<_> = (0..threads)
             .map(|worker| {
                 let mine = FAMILIES.iter().skip(worker).step_by(threads);
-                scope.spawn(move || mine.map(|f| (f.name, family(f, each, seed))).collect::<Vec<_>>())
+                scope.spawn(move || {
+                    mine.map(|f| (f.name, family(f, each, seed))).collect::<Vec<_>>()
+                })
             })
             .collect();
         workers.into_iter().flat_map(|w| w.join().expect("a worker failed")).collect::<Vec<_>>()

@@ -41,6 +41,7 @@ impl Node {
     }
 
     /// The box of the child in a slot.
+    #[cfg(test)]
     pub(crate) fn bounds(&self, slot: usize) -> Bounds {
         let side = |s: &[[f32; 8]; 3]| [s[0][slot], s[1][slot], s[2][slot], 0.0];
         Bounds { lo: side(&self.lo), hi: side(&self.hi) }

@@ -63,7 +63,7 @@ fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Vis
                 near.store(&mut t);
                 let mut order = mirror(met, octant);
                 while order != 0 {
-                    let last = 31 - order.leading_zeros();
+                    let last = order.ilog2();
                     order ^= 1 << last;
                     let slot = last as usize ^ octant;
                     stack.push((node.child[slot], t[slot]));

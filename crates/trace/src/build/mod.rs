@@ -24,8 +24,11 @@ mod split;
 mod tests;
 mod wide;
 
+#[cfg(test)]
 use crate::bounds::Bounds;
-use crate::node::{EMPTY, LEAF, Node};
+#[cfg(test)]
+use crate::node::EMPTY;
+use crate::node::{LEAF, Node};
 use intertri::Triangle;
 use std::fmt;
 
@@ -69,6 +72,7 @@ impl fmt::Display for BuildError {
 impl std::error::Error for BuildError {}
 
 /// Builds the hierarchy.
+#[cfg(test)]
 pub(crate) fn build(triangles: &[Triangle]) -> Result<Tree, BuildError> {
     build_with_progress(triangles, &|_, _| ())
 }
@@ -90,6 +94,7 @@ pub(crate) fn build_with_progress(
     Ok(wide::write(&tree))
 }
 
+#[cfg(test)]
 impl Tree {
     /// The surface-area cost: what a random line through the root's box is expected to pay, in
     /// units of one node's visit.
