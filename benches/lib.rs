@@ -43,7 +43,7 @@ impl Workload {
     /// # Panics
     /// If `rays` is not a multiple of 8 or `triangles` is 0.
     pub fn view(rays: usize, triangles: usize, shared: bool) -> Self {
-        assert!(rays % 8 == 0 && triangles > 0);
+        assert!(rays.is_multiple_of(8) && triangles > 0);
         let mut rng = Rng::new(7);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
         let across = ((rays as f64 / 8.0).sqrt().ceil() * 4.0) as usize;
