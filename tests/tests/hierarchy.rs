@@ -14,7 +14,7 @@ fn check(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let mut hits = 0;
     for &level in levels {
-        hits = check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
+        check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
         hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
     }
     Ok(hits)
@@ -84,7 +84,9 @@ fn scenes(each: usize, seed: u64) {
     };
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|w| scope.spawn(move || worker(w))).collect();
-        workers.into_iter().for_each(|w| w.join().expect("a worker failed"));
+        for worker in workers {
+            worker.join().expect("a worker failed");
+        }
     });
 }
 
