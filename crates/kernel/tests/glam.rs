@@ -1,0 +1,22 @@
+//! Vectors of glam go in as they are, though the kernel does not know glam.
+
+use glam::Vec3;
+use intertri::{Certified, Mode, Ray, Triangle};
+
+#[test]
+fn vectors_of_glam_are_corners_origins_and_directions() {
+    let (c1, c2, c3) =
+        (Vec3::new(-1.0, -2.0, 4.0), Vec3::new(3.0, -2.0, 4.0), Vec3::new(0.0, 5.0, 4.0));
+    let triangle = Triangle::new(c1, c2, c3);
+    assert_eq!(triangle.0, [[-1.0, -2.0, 4.0], [3.0, -2.0, 4.0], [0.0, 5.0, 4.0]]);
+
+    let ray = Ray::new(Vec3::new(0.5, 0.25, 0.0), Vec3::Z);
+    assert_eq!((ray.origin, ray.dir), ([0.5, 0.25, 0.0], [0.0, 0.0, 1.0]));
+
+    // And points of hits come out.
+    let hit = Certified::default().closest(&[triangle], &ray);
+    assert_eq!(
+        Vec3::from(ray.origin) + Vec3::from(ray.dir) * hit.t as f32,
+        Vec3::new(0.5, 0.25, 4.0)
+    );
+}
