@@ -114,3 +114,15 @@ fn what_does_not_fit_is_an_error_by_value() {
     assert!(Grid::around([], Bits::FINE).is_ok());
     assert!(Grid::around([[-0.0; 3]], Bits::FINE).unwrap().snap([0.0; 3]).is_ok());
 }
+
+#[test]
+fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    // The other components are odd at 18 bits: halving them rounds.
+    let dir = [1.0_f32.next_down(), 3.0 / 262_144.0, -77_777.0 / 262_144.0];
+    let ray = grid.ray(&Ray::new([0.0; 3], dir)).unwrap();
+    assert_eq!(ray.dir(), [1 << 17, 2, -38_888]);
+    let k = ray.exponent() + grid.scale();
+    let again = ray.dir().map(|x| (f64::from(x) * 0.5_f64.powi(k)) as f32);
+    assert_eq!(grid.ray(&Ray::new([0.0; 3], again)).unwrap(), ray);
+}
