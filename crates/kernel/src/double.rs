@@ -46,7 +46,9 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
     /// N triangles.
     #[inline(always)]
     pub(crate) fn of_pack<const N: usize>(pack: &TrianglePack<N>) -> Self {
-        Self::new(pack.corners().each_ref().map(Vec3::load_f32))
+        // Not by `map`, which would be compiled without the level's instructions.
+        let [c1, c2, c3] = pack.corners();
+        Self::new([Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)])
     }
 
     /// One triangle for all lanes.

@@ -97,16 +97,16 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (u32, F) {
         // Along each axis the ray enters through one plane and leaves through the other.
         let planes = |k: usize| {
-            let (lo, hi) = (F::load(&node.lo[k]), F::load(&node.hi[k]));
+            let (lo, hi) = (&node.lo[k], &node.hi[k]);
             if self.negative[k] { (hi, lo) } else { (lo, hi) }
         };
         let (x, y, z) = (planes(0), planes(1), planes(2));
-        let near = (x.0.mul_add(self.rd.x, -self.near.x))
-            .max(y.0.mul_add(self.rd.y, -self.near.y))
-            .max(z.0.mul_add(self.rd.z, -self.near.z));
-        let far = (x.1.mul_add(self.rd.x, -self.far.x))
-            .min(y.1.mul_add(self.rd.y, -self.far.y))
-            .min(z.1.mul_add(self.rd.z, -self.far.z));
+        let near = (F::load(x.0).mul_add(self.rd.x, -self.near.x))
+            .max(F::load(y.0).mul_add(self.rd.y, -self.near.y))
+            .max(F::load(z.0).mul_add(self.rd.z, -self.near.z));
+        let far = (F::load(x.1).mul_add(self.rd.x, -self.far.x))
+            .min(F::load(y.1).mul_add(self.rd.y, -self.far.y))
+            .min(F::load(z.1).mul_add(self.rd.z, -self.far.z));
 
         let near = near.max(F::splat(t_min));
         (near.le(far.min(F::splat(t_max))).bits(), near)

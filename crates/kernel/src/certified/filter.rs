@@ -37,7 +37,9 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     /// N triangles.
     #[inline(always)]
     pub(crate) fn of_pack<const N: usize>(pack: &TrianglePack<N>) -> Self {
-        let [c1, c2, c3] = pack.corners().each_ref().map(Vec3::load);
+        // Not by `map`, which would be compiled without the level's instructions.
+        let [c1, c2, c3] = pack.corners();
+        let (c1, c2, c3) = (Vec3::load(c1), Vec3::load(c2), Vec3::load(c3));
         let (minus_h4, h5, h) = (c1 - c2, c3 - c1, F::load(pack.longest_edges()));
         Self {
             c1,
@@ -157,8 +159,8 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// Below this a weight is surely negative, above its opposite surely positive. NaN, as soon as
-    /// anything is not finite or beyond the filter's limits.
+    /// Below this a weight is surely negative, above its opposite surely positive. NaN, which decides
+    /// nothing, where the ray's `len` or the triangle's `h` is.
     pub(super) minus_bound: F,
     /// What `den` must exceed for anything to be decided.
     least: F,
