@@ -3,6 +3,12 @@
 //! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
 //! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
 
+mod fixture;
+mod hierarchy;
+
+pub use fixture::{as_source, parse};
+pub use hierarchy::check_hierarchy;
+
 use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
     Bests, Certified, Counts, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle,
@@ -233,19 +239,4 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: &Hit) -> Result<(), String>
         return Ok(());
     }
     Err(format!("(triangle, t) is {got:?}, the reference's {want:?}"))
-}
-
-/// A scene as text with every bit, to be kept as a fixture.
-pub fn as_source(scene: &Scene) -> String {
-    let bits = |x: &f32| format!("{:#010x}", x.to_bits());
-    let list = |xs: Vec<String>| xs.join(",");
-    let triangle = |t: &Triangle| list(t.0.iter().flatten().map(bits).collect());
-    let ray = |r: &Ray| {
-        let all = [&r.origin[..], &[r.t_min], &r.dir, &[r.t_max]].concat();
-        list(all.iter().map(bits).collect())
-    };
-    let mut lines = vec![format!("threshold {:#018x}", scene.threshold.to_bits())];
-    lines.extend(scene.triangles.iter().map(|t| format!("triangle {}", triangle(t))));
-    lines.extend(scene.rays.iter().map(|r| format!("ray {}", ray(r))));
-    lines.join("\n")
 }

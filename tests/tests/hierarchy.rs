@@ -1,64 +1,11 @@
-//! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
+//! The hierarchy against the reference's plain loop: all families in scenes of all sizes.
 
 use intertri::lanes::Level;
-use intertri::{Certified, Double, Hit, Mode, Ray, RayPacket, Threshold, Triangle};
+use intertri::{Certified, Ray, Triangle};
 use intertri_lab::families::{FAMILIES, Scene, find};
 use intertri_lab::rng::Rng;
-use intertri_tests::{Truth, as_source, same_closest};
+use intertri_tests::{as_source, check_hierarchy};
 use intertri_trace::Bvh;
-
-/// Every question to the hierarchy about every ray of a scene.
-fn check(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
-    let truth = Truth::of(scene);
-    let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;
-    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
-    let mut hits = 0;
-    for &level in levels {
-        check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
-        hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
-    }
-    Ok(hits)
-}
-
-fn check_mode<M: Mode>(
-    scene: &Scene,
-    truth: &Truth,
-    bvh: &Bvh,
-    mode: &M,
-    name: &str,
-) -> Result<usize, String> {
-    let rays = &scene.rays;
-    let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-    bvh.closest_of_each(mode, rays, &mut closest);
-    bvh.any_of_each(mode, rays, &mut any);
-    for (k, rays) in rays.chunks(8).enumerate() {
-        let hits = bvh.closest_packet(mode, &RayPacket::<8>::new(rays));
-        if hits[..rays.len()] != closest[8 * k..][..rays.len()] {
-            return Err(format!("{name}: packet {k} is not what the batch says"));
-        }
-        if hits[rays.len()..].iter().any(Hit::is_hit) {
-            return Err(format!("{name}: a dead lane of packet {k} is a hit"));
-        }
-    }
-    for (i, ray) in rays.iter().enumerate() {
-        let want = truth.closest(ray);
-        let of = |verb: &str, e: String| {
-            format!("{name} {} {verb}, ray {i}: {e}\n{ray:?}", mode.level().name())
-        };
-        same_closest(want, &closest[i]).map_err(|e| of("closest of each", e))?;
-        same_closest(want, &bvh.closest(mode, ray)).map_err(|e| of("closest", e))?;
-        if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
-            return Err(of("any", format!("is not that of {want:?}")));
-        }
-        let listed: Vec<_> = truth.all(i).map(|(obj, t)| (obj, t.to_bits())).collect();
-        let all = bvh.all(mode, ray);
-        let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
-        if all != listed {
-            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
-        }
-    }
-    Ok(closest.iter().filter(|hit| hit.is_hit()).count())
-}
 
 /// Every family in scenes of 1 to 5,000 triangles.
 fn scenes(each: usize, seed: u64) {
@@ -73,7 +20,7 @@ fn scenes(each: usize, seed: u64) {
                 let size = rng.log(1.0, 5000.0) as usize;
                 let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
                 let scene = family.scene(&mut rng, size, 40);
-                hits += check(&scene, some).unwrap_or_else(|difference| {
+                hits += check_hierarchy(&scene, some).unwrap_or_else(|difference| {
                     let small = if size < 20 { as_source(&scene) } else { String::new() };
                     panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
                 });
@@ -110,7 +57,7 @@ fn small_scenes_of_every_size() {
         let mut rng = Rng::new(5);
         for size in (0..80).chain([511, 512, 513]) {
             let scene = family.scene(&mut rng, size, 10);
-            if let Err(difference) = check(&scene, &levels) {
+            if let Err(difference) = check_hierarchy(&scene, &levels) {
                 panic!("{} of {size}: {difference}\n{}", family.name, as_source(&scene));
             }
         }
@@ -119,7 +66,7 @@ fn small_scenes_of_every_size() {
 
 fn checked(triangles: Vec<Triangle>, rays: Vec<Ray>) -> usize {
     let scene = Scene { triangles, rays, threshold: 1e-9 };
-    check(&scene, &Level::all().collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"))
+    check_hierarchy(&scene, &Level::all().collect::<Vec<_>>()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]

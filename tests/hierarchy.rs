@@ -1,0 +1,63 @@
+//! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
+
+use crate::{Truth, same_closest};
+use intertri::lanes::Level;
+use intertri::{Certified, Double, Hit, Mode, RayPacket, Threshold};
+use intertri_lab::families::Scene;
+use intertri_trace::Bvh;
+
+/// Every question to the hierarchy about every ray of a scene, in both modes; how many rays hit.
+///
+/// # Errors
+/// The first difference.
+pub fn check_hierarchy(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
+    let truth = Truth::of(scene);
+    let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;
+    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    let mut hits = 0;
+    for &level in levels {
+        check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
+        hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
+    }
+    Ok(hits)
+}
+
+fn check_mode<M: Mode>(
+    scene: &Scene,
+    truth: &Truth,
+    bvh: &Bvh,
+    mode: &M,
+    name: &str,
+) -> Result<usize, String> {
+    let rays = &scene.rays;
+    let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+    bvh.closest_of_each(mode, rays, &mut closest);
+    bvh.any_of_each(mode, rays, &mut any);
+    for (k, rays) in rays.chunks(8).enumerate() {
+        let hits = bvh.closest_packet(mode, &RayPacket::<8>::new(rays));
+        if hits[..rays.len()] != closest[8 * k..][..rays.len()] {
+            return Err(format!("{name}: packet {k} is not what the batch says"));
+        }
+        if hits[rays.len()..].iter().any(Hit::is_hit) {
+            return Err(format!("{name}: a dead lane of packet {k} is a hit"));
+        }
+    }
+    for (i, ray) in rays.iter().enumerate() {
+        let want = truth.closest(ray);
+        let of = |verb: &str, e: String| {
+            format!("{name} {} {verb}, ray {i}: {e}\n{ray:?}", mode.level().name())
+        };
+        same_closest(want, &closest[i]).map_err(|e| of("closest of each", e))?;
+        same_closest(want, &bvh.closest(mode, ray)).map_err(|e| of("closest", e))?;
+        if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
+            return Err(of("any", format!("is not that of {want:?}")));
+        }
+        let listed: Vec<_> = truth.all(i).map(|(obj, t)| (obj, t.to_bits())).collect();
+        let all = bvh.all(mode, ray);
+        let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
+        if all != listed {
+            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
+        }
+    }
+    Ok(closest.iter().filter(|hit| hit.is_hit()).count())
+}

@@ -1,0 +1,54 @@
+//! What went wrong once, or could easily: every scene in the folder of fixtures, replayed.
+//!
+//! Whatever a test prints when it fails can be put there, as a file with a line on what it shows.
+
+use intertri::lanes::Level;
+use intertri_lab::families::FAMILIES;
+use intertri_lab::rng::Rng;
+use intertri_tests::{Truth, as_source, check_hierarchy, check_kernel, parse};
+use std::path::Path;
+
+#[test]
+fn every_fixture_agrees_with_the_reference() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+    let mut paths: Vec<_> = std::fs::read_dir(&folder)
+        .expect("a folder of fixtures")
+        .map(|entry| entry.expect("an entry of the folder").path())
+        .filter(|path| path.extension().is_some_and(|end| end == "txt"))
+        .collect();
+    paths.sort();
+    assert!(paths.len() >= 5, "the fixtures are gone: {paths:?}");
+
+    let levels: Vec<Level> = Level::all().collect();
+    for path in paths {
+        let (name, text) = (path.display(), std::fs::read_to_string(&path).expect("a text"));
+        let scene = parse(&text).unwrap_or_else(|e| panic!("{name}: {e}"));
+        check_kernel(&scene).unwrap_or_else(|e| panic!("{name}: {e}"));
+        check_hierarchy(&scene, &levels).unwrap_or_else(|e| panic!("{name}: {e}"));
+
+        // A fixture says how many hits there are, so that one that hits nothing does so on purpose.
+        let hits = format!("# {} hits", Truth::of(&scene).hits());
+        assert!(text.lines().any(|line| line == hits), "{name} wants the line `{hits}`");
+    }
+}
+
+#[test]
+fn what_is_written_reads_back_bit_for_bit() {
+    let mut rng = Rng::new(11);
+    for family in FAMILIES {
+        let text = as_source(&family.scene(&mut rng, 3, 4));
+        let scene = parse(&text).unwrap_or_else(|e| panic!("{}: {e}", family.name));
+        assert_eq!(as_source(&scene), text);
+    }
+}
+
+#[test]
+fn a_wrong_line_is_named() {
+    let says = |text: &str, what: &str| assert_eq!(parse(text).unwrap_err(), what);
+    says("", "there is no threshold");
+    says("threshold 0x0\n\nray 0x0", "line 3: 1 numbers where 8 belong");
+    says("# words\ntriangle 1.0", "line 2: `1.0` is not like 0x3f800000");
+    says("triangle 0x100000000", "line 1: `0x100000000` is not 32 bits");
+    says("square 0x0", "line 1: `square` is not threshold, triangle or ray");
+    says("ray", "line 1: nothing after the word");
+}
