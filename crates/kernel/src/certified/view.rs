@@ -11,7 +11,7 @@
 //! thus becomes |d|. Bounds and proof: `docs/numerics/certified.md`.
 
 use crate::lanes::{Lanes, Mask};
-use crate::{Triangle, Vec3};
+use crate::{Coefficients, Triangle, Vec3};
 
 use super::bound;
 use super::filter::{Rays, Verdict};
@@ -44,11 +44,9 @@ impl View {
     #[inline]
     pub(super) fn new(triangle: &Triangle, origin: [f32; 3], threshold: f64) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
-        let [c1, c2, c3] = triangle.0.map(vec3);
-        let (a, h4, h5, h6) = (c1 - vec3(origin), c2 - c1, c3 - c1, c3 - c2);
-        let n = h4.cross(h5);
-        let (v, w, t) = (h5.cross(a), a.cross(h4), n.dot(a));
-        let u = n - v - w;
+        let Coefficients { a, h4, h5, n, v, w } = Coefficients::new(triangle, origin);
+        let [_, c2, c3] = triangle.0.map(vec3);
+        let (h6, t, u) = (c3 - c2, n.dot(a), n - v - w);
 
         // The bound of the forms, of the reference's noise, and of the origin's rounding.
         let length = |x: Vec3<f64>| Lanes::sqrt(x.dot(x));
