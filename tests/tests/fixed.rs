@@ -2,6 +2,8 @@
 
 #[path = "fixed/golden.rs"]
 mod golden;
+#[path = "fixed/hierarchy.rs"]
+mod hierarchy;
 #[path = "fixed/meshes.rs"]
 mod meshes;
 #[path = "fixed/rationals.rs"]

@@ -24,10 +24,10 @@ pub(crate) fn any<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [bool])
 }
 
 /// Does chunk by chunk, on all threads where there are threads, and adds up the counts.
-fn chunks<T: Send>(
-    rays: &[Ray],
+pub(crate) fn chunks<R: Sync, T: Send>(
+    rays: &[R],
     answers: &mut [T],
-    each: impl Fn(&[Ray], &mut [T]) -> Counts + Sync,
+    each: impl Fn(&[R], &mut [T]) -> Counts + Sync,
 ) -> Counts {
     let add = |mut a: Counts, b: Counts| {
         a += b;

@@ -4,6 +4,7 @@ mod batch;
 mod bounds;
 mod build;
 mod bvh;
+mod fixed;
 mod node;
 mod search;
 mod slab;
@@ -11,3 +12,4 @@ mod sliver;
 
 pub use build::BuildError;
 pub use bvh::Bvh;
+pub use fixed::FixedBvh;

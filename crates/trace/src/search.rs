@@ -14,14 +14,14 @@ pub(crate) type Stack = Vec<(u32, f32)>;
 ///
 /// A trait and not a closure: its method must be inlined into the walk, or it is compiled without the
 /// level's instructions.
-trait Visit {
+pub(crate) trait Visit {
     /// Looks at a pack of triangles. Gives the new far end of the search, or `None` to stop.
     fn visit(&mut self, pack: usize) -> Option<f32>;
 }
 
 /// Visits the packs of triangles that a ray may hit, roughly front to back.
 #[inline(always)]
-fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
+pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
     // A ray that is not finite hits nothing.
     if !ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite()) {
         return;
@@ -30,7 +30,7 @@ fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Vis
     // What no box can hold is asked of every ray, and a ray that no box can be held against asks
     // everything.
     let slabs = Slabs::new(ray, bvh.reach);
-    let mut unboxed = if slabs.is_some() { bvh.boxed } else { 0 }..bvh.packs.len();
+    let mut unboxed = if slabs.is_some() { bvh.boxed } else { 0 }..bvh.indices.len();
     let slabs = slabs.unwrap_or_default();
     let lanes = SlabLanes::<S::F32x8>::splat(&slabs);
     let octant = usize::from(slabs.octant);

@@ -1,6 +1,6 @@
 //! One ray against a block of triangles: the leaf of a hierarchy.
 
-use super::edges::{Edges, f32s, i64s, load, load_f32, splat, splat_f32, volume};
+use super::edges::{Edges, cross, f32s, i64s, load, load_f32, splat, splat_f32, volume};
 use super::filter::maybe;
 use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::lanes::{Ints, Lanes, Simd};
@@ -67,12 +67,11 @@ impl<const N: usize> Block<N> {
             }
         }
 
+        let (h4, h5) = (load(&self.h4), load(&self.h5));
         let edges = Edges::<I<S, N>>::new(
             splat(i64s(ray.ray.origin)),
             splat(i64s(ray.ray.dir)),
-            load(&self.c1),
-            load(&self.h4),
-            load(&self.h5),
+            [load(&self.c1), h4, h5, cross(h4, h5)],
         );
         let (with, against) = edges.sides(lanes);
         if with | against == 0 {

@@ -28,12 +28,11 @@ pub(super) struct Edges<I> {
 }
 
 impl<I: Ints> Edges<I> {
-    /// N pairs. Every product fits: `2 b + q <= 58`.
+    /// N pairs, `n` being `h4 x h5`. Every product fits: `2 b + q <= 58`.
     #[inline(always)]
-    pub(super) fn new(origin: V3<I>, d: V3<I>, c1: V3<I>, h4: V3<I>, h5: V3<I>) -> Self {
+    pub(super) fn new(origin: V3<I>, d: V3<I>, [c1, h4, h5, n]: [V3<I>; 4]) -> Self {
         // Narrow factors: a, h4 and h5 of b + 2 bits and a sign, d of q + 1.
         let a = sub(c1, origin);
-        let n = cross(h4, h5);
         let r = cross(d, a);
         // r and n are wide.
         let v = I::splat(0) - dot(h5, r);

@@ -204,10 +204,12 @@ impl Ray {
     }
 
     /// The same ray in f32, in units of the grid and of [`Ray::dir`]: for the boxes of a hierarchy.
-    /// Origin and direction are exact. The interval is that of all t: a hierarchy that wants to use
-    /// it asks the ray's best.
+    /// Origin and direction are exact; the interval is rounded outwards.
     pub fn to_f32(&self) -> crate::Ray {
+        let unit = pow2(-self.exponent);
+        let [t_min, t_max] = [self.t_min, self.t_max].map(|t| (f64::from(t) * unit) as f32);
         crate::Ray::new(self.origin.map(|x| x as f32), self.dir.map(|x| x as f32))
+            .between(t_min.next_down(), t_max.next_up())
     }
 }
 

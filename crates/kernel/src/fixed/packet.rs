@@ -85,7 +85,8 @@ impl<const N: usize> Packet<N> {
 
         let (c1, h4, h5) = (whole(c1), whole(h4), whole(h5));
         let (origin, dir) = (load(&self.origin), load(&self.dir));
-        let edges = Edges::<I<S, N>>::new(origin, dir, splat(c1), splat(h4), splat(h5));
+        let triangle = [splat(c1), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
+        let edges = Edges::<I<S, N>>::new(origin, dir, triangle);
         let (with, against) = edges.sides(lanes);
         if with | against == 0 {
             return;

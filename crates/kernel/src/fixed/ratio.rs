@@ -32,9 +32,9 @@ impl Ratio {
         let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
         let den = u128::from(self.den);
         let num = self.num << shift;
-        let sticky = u128::from(!num.is_multiple_of(den));
-        let quotient = (num / den) | sticky;
-        quotient as f64 * pow2(exponent - shift)
+        let quotient = num / den;
+        let sticky = u128::from(quotient * den != num);
+        (quotient | sticky) as f64 * pow2(exponent - shift)
     }
 
     /// Compares `num / den * 2^exponent` with an f32, exactly. `None` for a NaN.

@@ -58,6 +58,11 @@ impl Fixed {
         Self { level }
     }
 
+    /// The level of instructions to run on.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
     pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Hit {
         let mut best = Best::default();

@@ -1,0 +1,119 @@
+//! The hierarchy over a grid's triangles: its answers are those of the verbs over all of them.
+
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri::lanes::Level;
+use intertri::{Hit, Ray};
+use intertri_trace::FixedBvh;
+
+use crate::{Numbers, add, solids, sub};
+
+/// A sphere, loose triangles, slivers and flat ones, some of them twice, in -1..=1.
+fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
+    let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
+    let mut scene: Vec<[[f32; 3]; 3]> =
+        solids::icosphere(2).into_iter().map(|t| t.map(|c| c.map(|x| x * 0.75))).collect();
+    for i in 0..300 {
+        let at = [number(), number(), number()];
+        // From a tenth of the scene to a hundred-thousandth, and some along an axis or a plane.
+        let size = [0.4, 0.02, 1e-5][i % 3];
+        let mut corners = [(); 3].map(|()| at.map(|x| (x + size * number()).clamp(-1.0, 1.0)));
+        if i % 5 == 0 {
+            corners[2] = [0, 1, 2].map(|k| 0.5 * corners[0][k] + 0.5 * corners[1][k]);
+        }
+        if i % 7 == 0 {
+            corners = corners.map(|c| [at[0], c[1], c[2]]);
+        }
+        scene.push(corners);
+        if i % 11 == 0 {
+            scene.push([corners[1], corners[2], corners[0]]);
+        }
+    }
+    scene
+}
+
+#[test]
+fn the_hierarchy_answers_as_the_verbs_over_all_triangles() {
+    let mut n = Numbers(11);
+    let scene = scene(&mut n);
+    let levels: Vec<Fixed> = Level::all().into_iter().map(Fixed::at).collect();
+    let (mut asked, mut met, mut crossed) = (0, 0, 0);
+    for b in [20, 16, 10, 6, 4, 2, 1] {
+        let grid =
+            Grid::around(scene.iter().flatten().copied(), Bits::of_grid(b).unwrap()).unwrap();
+        let corners: Vec<_> = scene.iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
+        let triangles: Vec<Triangle> =
+            corners.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
+        let bvh = FixedBvh::new(&triangles).unwrap();
+        let blocks: Vec<_> = blocks(&triangles).collect();
+
+        // Rays exactly at corners, at the middles of edges, along axes, on surfaces, at random; whole
+        // and cut off; those of the scene, whose t has another unit, among them.
+        let rays: Vec<_> = (0..1_200)
+            .filter_map(|i| {
+                let to = corners[i * 37 % corners.len()];
+                let from = match i % 3 {
+                    0 => n.one_of(&corners)[0],
+                    _ => n.vector(1 << b),
+                };
+                let dir = match i % 5 {
+                    0 => sub(to[0], from),
+                    1 => add(sub(to[0], from), sub(to[1], from)),
+                    2 => n.one_of(&[[1, 0, 0], [0, -1, 0], [0, 0, 1], [0, 3, -1]]),
+                    _ => n.vector(1 << grid.bits().q().min(b + 1)),
+                };
+                let ray = if i % 4 == 0 {
+                    let origin = grid.unsnap(from).map(|x| x as f32);
+                    grid.ray(&Ray::new(origin, dir.map(|x| x as f32 * 3e-7))).ok()?
+                } else {
+                    grid.ray_of(from, dir).ok()?
+                };
+                // The far end right before, at and behind a hit; a near end behind it; an empty one.
+                let hit = Fixed::default().closest(&blocks, &ray);
+                let t = if hit.is_hit() { hit.t as f32 } else { 1.0 };
+                Some(match i % 8 {
+                    1 => ray.between(0.0, t),
+                    3 => ray.between(0.0, t.next_up()),
+                    5 => ray.between(t.next_up(), f32::INFINITY),
+                    7 if i % 16 == 7 => ray.between(t, t),
+                    _ => ray,
+                })
+            })
+            .collect();
+
+        for (i, ray) in rays.iter().enumerate() {
+            // The levels have equal answers, and take turns.
+            let mode = &levels[i % levels.len()];
+            let closest = mode.closest(&blocks, ray);
+            assert_eq!(bvh.closest(mode, ray), closest, "{b} {ray:?}");
+            assert_eq!(bvh.any(mode, ray), closest.is_hit(), "{b} {ray:?}");
+            assert_eq!(bvh.crossings(mode, ray), mode.crossings(&blocks, ray), "{b} {ray:?}");
+            let mut all = vec![];
+            mode.all(&blocks, ray, |hit| all.push(hit));
+            assert_eq!(bvh.all(mode, ray), all, "{b} {ray:?}");
+            met += usize::from(closest.is_hit());
+            crossed += all.len();
+        }
+        let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+        bvh.closest_of_each(&Fixed::default(), &rays, &mut hits);
+        bvh.any_of_each(&Fixed::default(), &rays, &mut any);
+        for ((ray, hit), any) in rays.iter().zip(hits).zip(any) {
+            assert_eq!((hit, any), (bvh.closest(&levels[0], ray), hit.is_hit()));
+        }
+        asked += rays.len();
+    }
+    println!("{asked} rays, {met} hit something, {crossed} crossings");
+    assert!(asked > 7_000 && met > 3_000 && crossed > 5_000, "{asked} {met} {crossed}");
+}
+
+#[test]
+fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    let point = grid.triangle_of([[3, 0, 0]; 3]).unwrap();
+    let ray = grid.ray_of([0; 3], [1, 0, 0]).unwrap();
+    for triangles in [vec![], vec![point; 20]] {
+        let (bvh, mode) = (FixedBvh::new(&triangles).unwrap(), Fixed::default());
+        assert_eq!(bvh.closest(&mode, &ray), Hit::MISS);
+        assert!(!bvh.any(&mode, &ray) && bvh.all(&mode, &ray).is_empty());
+        assert_eq!(bvh.crossings(&mode, &ray).unsigned, 0);
+    }
+}
