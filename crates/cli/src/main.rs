@@ -8,6 +8,7 @@ mod camera;
 mod chart;
 mod charts;
 mod check;
+mod crossover;
 mod engine;
 mod error;
 mod frame;
@@ -41,6 +42,7 @@ enum Command {
     Trace(trace::Options),
     Chart(chart::Options),
     Stress(stress::Options),
+    Crossover(crossover::Options),
 }
 
 fn main() -> ExitCode {
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
         Command::Trace(options) => trace::run(&options),
         Command::Chart(options) => chart::run(&options),
         Command::Stress(options) => stress::run(&options),
+        Command::Crossover(options) => crossover::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,10 +1,10 @@
 //! `intertri render`: a model, or the built-in scene, as a picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use intertri::Threshold;
-use intertri_scene::{check_output, check_size, load, shade};
+use intertri_scene::{Texture, check_output, check_size, load, shade};
 use serde::Serialize;
 
 use crate::camera;
@@ -37,6 +37,11 @@ pub(crate) struct Options {
     /// How to find what is in shadow
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     shadows: Shadows,
+
+    /// Cover the model, by its texture coordinates, with a PNG or JPEG file, or with the pattern xor;
+    /// of the built-in scene, the floor and the sphere
+    #[arg(long, value_name = "FILE")]
+    texture: Option<PathBuf>,
 
     /// Draw edges over the picture where nothing hides them: of all triangles, or where the mesh turns
     /// away from the eye
@@ -96,7 +101,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let scene = timed(&mut seconds.load, || -> Result<_> {
         let _bar = Progress::new("load", None);
         let model = options.model.as_deref().map(load).transpose()?;
-        Ok(options.camera.scene(model, f64::from(width) / f64::from(height))?)
+        let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+        if let Some(path) = &options.texture {
+            scene.texture = Some(texture(path)?);
+            if scene.mesh.corner_uvs.is_none() {
+                let model = options.model.as_deref().unwrap_or(Path::new("")).display();
+                return Err(Error::at(model, "has no texture coordinates; leave out --texture"));
+            }
+        }
+        Ok(scene)
     })?;
     let triangles = scene.mesh.to_triangles();
 
@@ -167,6 +180,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         )),
         _ => Ok(()),
     }
+}
+
+/// A picture, or the document's pattern.
+fn texture(path: &Path) -> Result<Texture> {
+    if path == Path::new("xor") {
+        return Ok(Texture::Xor { texels: 256 });
+    }
+    Ok(Texture::load(path)?)
 }
 
 /// A size such as 1024x768.

@@ -31,12 +31,14 @@ pub enum Verdict {
     Unexcused,
 }
 
-/// Compares which triangle each pixel shows in two pictures of the same triangles by the same view,
-/// row by row.
+/// Compares which triangle each pixel shows, and at which depth, in two pictures of the same triangles
+/// by the same view, row by row.
 ///
-/// A difference is excused where the centre of the pixel is within [`View::tolerance`] of an edge of
+/// Another triangle is excused where the centre of the pixel is within [`View::tolerance`] of an edge of
 /// either triangle (as far as that edge is in the picture), or where the two planes, or one plane and
-/// the horizon, tie in depth at some point within that distance. Only `triangle` of the hits counts.
+/// the horizon, tie in depth at some point within that distance. The same triangle must be at the same
+/// depth: both `t`, the distances from the eye, are what its plane has within that distance, up to
+/// 2^-22 of them for the length of a ray's direction; nothing excuses another.
 ///
 /// # Panics
 /// If a slice is not as long as the view has pixels.
@@ -52,15 +54,17 @@ pub fn differences(
     let mut verdicts = vec![Verdict::Same; pixels];
     threads::parts(&mut verdicts, width, |y, row, (): &mut ()| {
         for (x, verdict) in row.iter_mut().enumerate() {
-            let pair = [one, other].map(|hits| hits[y * width + x].triangle);
-            if pair[0] != pair[1] {
-                let seen = pair.map(|i| triangles.get(usize::try_from(i).ok()?));
-                *verdict = if excused(view, seen, x as u32, y as u32) {
-                    Verdict::Excused
-                } else {
-                    Verdict::Unexcused
-                };
-            }
+            let pair = [one, other].map(|hits| &hits[y * width + x]);
+            let seen = pair.map(|hit| triangles.get(usize::try_from(hit.triangle).ok()?));
+            let (x, y) = (x as u32, y as u32);
+            *verdict = if pair[0].triangle == pair[1].triangle {
+                let agree = pair.iter().all(|hit| at_depth(view, seen[0], hit.t, x, y));
+                if agree { Verdict::Same } else { Verdict::Unexcused }
+            } else if excused(view, seen, x, y) {
+                Verdict::Excused
+            } else {
+                Verdict::Unexcused
+            };
         }
     });
     verdicts
@@ -78,6 +82,15 @@ fn excused(view: &View, seen: [Option<&Triangle>; 2], x: u32, y: u32) -> bool {
     let [one, other] =
         seen.map(|triangle| triangle.map_or((0.0, 0.0), |t| depths(view, t, centre)));
     one.0 <= other.1 && other.0 <= one.1
+}
+
+/// Whether a triangle, if there is one, can be seen at the distance `t` in a pixel.
+fn at_depth(view: &View, triangle: Option<&Triangle>, t: f64, x: u32, y: u32) -> bool {
+    let Some(triangle) = triangle else { return true };
+    let (lo, hi) = depths(view, triangle, [x, y].map(|c| f64::from(c) + 0.5));
+    let q = view.through(x, y).1 / t;
+    let slack = q * 2f64.powi(-22);
+    lo <= q + slack && q - slack <= hi
 }
 
 /// The distance in pixels from a place of the picture to the nearest edge of a triangle, as far as

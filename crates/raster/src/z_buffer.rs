@@ -71,10 +71,16 @@ where
         dispatch(Draw { batches: &batches, sight: &sight, band, width, threshold, buffer });
         for (row, hits) in hits.chunks_mut(width).enumerate() {
             let y = band as u32 * BAND + row as u32;
+            let mut last: Option<(usize, Coefficients)> = None;
             for (x, hit) in hits.iter_mut().enumerate() {
                 let at = row * buffer.stride + x;
-                if let Ok(facet) = usize::try_from(buffer.facet[at]) {
-                    *hit = resolve(view, facets[facet].as_ref(), facet, buffer.q[at], x as u32, y);
+                let Ok(facet) = usize::try_from(buffer.facet[at]) else { continue };
+                // Neighbouring pixels mostly show one facet.
+                if last.is_none_or(|(same, _)| same != facet) {
+                    last = Some((facet, coefficients(view, facets[facet].as_ref())));
+                }
+                if let Some((_, seen)) = &last {
+                    *hit = resolve(view, seen, facet, buffer.q[at], x as u32, y);
                 }
             }
         }
@@ -218,11 +224,16 @@ fn lengths<D: Lanes<Scalar = f64>>(sight: &Sight, x: D, y: f64) -> D {
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// Step 3 for one pixel: the distance, and the weights by Cramer's rule (document D).
-fn resolve(view: &View, corners: &[[f32; 3]], facet: usize, q: f64, x: u32, y: u32) -> Hit {
-    let (d, long) = view.through(x, y);
+/// What the weights of a facet's second and third corner are computed from (document D).
+fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     let first = Triangle([corners[0], corners[1], corners[2]]);
-    let (u, v) = Coefficients::new(&first, view.eye().map(|x| x as f32)).weights(d);
+    Coefficients::new(&first, view.eye().map(|x| x as f32))
+}
+
+/// Step 3 for one pixel: the distance and the weights.
+fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
+    let (d, long) = view.through(x, y);
+    let (u, v) = seen.weights(d);
     // A facet may begin with three corners in a line.
     let weight = |w: f64| if w.is_finite() { w } else { 0.0 };
     Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u64 }

@@ -293,4 +293,8 @@ fn a_wrong_picture_is_not_excused() {
         good.iter().map(|h| if h.triangle == front { Hit::MISS } else { *h }).collect();
     let gone = good.iter().filter(|h| h.triangle == front).count();
     assert!(gone > 0 && count(&without) == gone);
+    // The right triangles at the wrong depth.
+    let farther: Vec<Hit> = good.iter().map(|h| Hit { t: h.t * (1.0 + 2e-4), ..*h }).collect();
+    let seen = good.iter().filter(|h| h.is_hit()).count();
+    assert!(count(&farther) > seen * 9 / 10, "{} of {seen}", count(&farther));
 }

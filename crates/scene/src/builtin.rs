@@ -10,6 +10,7 @@ use self::shapes::{Ring, Shapes};
 use crate::camera::Camera;
 use crate::light::Light;
 use crate::scene::Scene;
+use crate::texture::Texture;
 
 const FLOOR: [f32; 3] = [0.56, 0.53, 0.49];
 const PLINTH: [f32; 3] = [0.72, 0.69, 0.64];
@@ -22,13 +23,13 @@ const STONE: [f32; 3] = [0.62, 0.16, 0.24];
 pub(crate) fn scene() -> Scene {
     let mut shapes = Shapes::default();
 
-    shapes.part(FLOOR);
-    shapes.grid([36, 36], [false, false], 18.0, |u, v| {
+    shapes.part(FLOOR, true);
+    shapes.grid([36, 36], [false, false], 9.0, |u, v| {
         DVec3::new((u - 0.5) * 26.0, 0.0, (v - 0.5) * 26.0)
     });
 
     // Two round steps with a narrow bevel on each.
-    shapes.part(PLINTH);
+    shapes.part(PLINTH, false);
     let profile = [
         (1.75, 0.0),
         (1.75, 0.22),
@@ -42,14 +43,14 @@ pub(crate) fn scene() -> Scene {
     shapes.lathe(72, &rings, |p| p);
 
     // A (2, 3) torus knot, laid a little aslant so that it stands on its rim.
-    shapes.part(KNOT);
+    shapes.part(KNOT, false);
     let lean = DQuat::from_rotation_x(1.18);
     shapes.grid([180, 16], [true, true], 24.0, |u, v| {
         lean * knot(u, v) + DVec3::new(0.0, 2.042, 0.0)
     });
 
     // Steps that climb around the plinth, each a wedge of a ring, floating.
-    shapes.part(STAIR);
+    shapes.part(STAIR, false);
     for step in 0..25 {
         let angle = TAU * (0.40 + 0.029 * f64::from(step));
         shapes.wedge(
@@ -60,11 +61,11 @@ pub(crate) fn scene() -> Scene {
         );
     }
 
-    shapes.part(SPHERE);
+    shapes.part(SPHERE, true);
     shapes.icosphere(3, |p| p * 0.62 + DVec3::new(-2.05, 0.62, 2.35));
 
     // A cut stone: table, crown, girdle and pavilion, lying on a facet.
-    shapes.part(STONE);
+    shapes.part(STONE, false);
     let cut = [(0.0, 0.44, 0.0), (0.52, 0.44, 0.0), (0.86, 0.24, 0.5), (1.0, 0.05, 0.0)];
     let under = [(1.0, -0.05, 0.0), (0.55, -0.48, 0.5), (0.0, -0.92, 0.0)];
     let rings = cut.into_iter().chain(under).map(|(radius, y, turn)| Ring { radius, y, turn });
@@ -76,6 +77,7 @@ pub(crate) fn scene() -> Scene {
         mesh: shapes.mesh,
         camera: camera.expect("its numbers are constants, and a test draws with them"),
         light: Light { position: [-5.5, 10.5, 8.0] },
+        texture: Some(Texture::Xor { texels: 8 }),
     }
 }
 

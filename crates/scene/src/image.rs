@@ -1,4 +1,4 @@
-//! Pictures in memory, and PNG files that are whole or not there.
+//! Pictures in memory, read from files, and PNG files that are whole or not there.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::{fmt, process};
 
 use ::image::codecs::png::PngEncoder;
-use ::image::{ExtendedColorType, ImageEncoder};
+use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 
 /// The most pixels a picture may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
@@ -47,6 +47,32 @@ impl Image {
     /// All pixels, to be painted.
     pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
+    }
+
+    /// Reads a PNG or JPEG file, told apart by how it begins. What lies behind a transparent pixel
+    /// shows.
+    ///
+    /// # Errors
+    /// If there is no such file, it is neither, or a side is 0, or it has more than [`MAX_PIXELS`].
+    pub fn read(path: &Path) -> Result<Self, ImageError> {
+        let error = |cause: String| ImageError::Read { path: path.into(), cause };
+        let metadata = fs::metadata(path).map_err(|cause| error(cause.to_string()))?;
+        if !metadata.is_file() {
+            return Err(error("is not a regular file; give a PNG or JPEG file".into()));
+        }
+        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+        let reader = reader.map_err(|cause| error(cause.to_string()))?;
+        let refused = |cause: ::image::ImageError| {
+            // One line, whatever the decoder has to say.
+            let cause = cause.to_string();
+            error(format!("{}; give a PNG or JPEG file", cause.lines().next().unwrap_or_default()))
+        };
+        let decoder = reader.into_decoder().map_err(refused)?;
+        let (width, height) = decoder.dimensions();
+        check_size(width, height).map_err(|cause| error(cause.to_string()))?;
+        let decoded = DynamicImage::from_decoder(decoder).map_err(refused)?.into_rgb8();
+        let (pixels, _) = decoded.as_raw().as_chunks();
+        Ok(Self { width, height, pixels: pixels.to_vec() })
     }
 
     /// Writes the picture to `path` as PNG, whole or not at all.
@@ -179,6 +205,13 @@ pub enum ImageError {
         /// What is wrong with it and what to do.
         why: &'static str,
     },
+    /// A file is no picture that can be read.
+    Read {
+        /// Its name.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
     /// The file system refused.
     Write {
         /// The picture's name.
@@ -196,6 +229,7 @@ impl fmt::Display for ImageError {
                 "a picture of {width}x{height}: give at least 1x1 and at most {MAX_PIXELS} pixels \
                  (8192x8192)"
             ),
+            Self::Read { path, cause } => write!(f, "{}: {cause}", path.display()),
             Self::Output { path, why } => write!(f, "{}: {why}", path.display()),
             Self::Write { path, cause } => {
                 write!(f, "{}: cannot write the picture: {cause}", path.display())

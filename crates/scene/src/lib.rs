@@ -36,6 +36,7 @@ mod load;
 mod mesh;
 mod scene;
 mod shade;
+mod texture;
 
 pub use crate::camera::{Camera, CameraError};
 pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
@@ -44,3 +45,4 @@ pub use crate::load::{LoadError, load};
 pub use crate::mesh::{Bounds, Mesh, Part};
 pub use crate::scene::Scene;
 pub use crate::shade::shade;
+pub use crate::texture::{Texture, place};

@@ -3,13 +3,15 @@
 use glam::DVec3;
 use intertri::Triangle;
 
-/// A run of triangles that share a color: from `first` to the next part's `first`.
+/// A run of triangles that look alike: from `first` to the next part's `first`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// The first triangle of the part.
     pub first: u32,
     /// How much red, green and blue light it reflects, linear, each in `0..=1`.
     pub tint: [f32; 3],
+    /// Whether the scene's texture covers it, by which its color is multiplied.
+    pub textured: bool,
 }
 
 /// Triangles over a table of positions.
@@ -51,10 +53,10 @@ impl Mesh {
         self.triangles[index].map(|corner| self.positions[corner as usize])
     }
 
-    /// The color of triangle `index`.
-    pub fn tint(&self, index: usize) -> [f32; 3] {
+    /// The part that triangle `index` belongs to; `None` in a mesh that has no parts.
+    pub fn part(&self, index: usize) -> Option<&Part> {
         let after = self.parts.partition_point(|part| part.first as usize <= index);
-        after.checked_sub(1).map_or(Self::CLAY, |part| self.parts[part].tint)
+        after.checked_sub(1).map(|part| &self.parts[part])
     }
 
     /// The corners of all triangles. Positions that no triangle uses are not among them.
@@ -127,7 +129,7 @@ mod tests {
             positions: vec![[9.0; 3], [0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, -3.0]],
             triangles: vec![[1, 2, 3], [3, 2, 4]],
             corner_uvs: None,
-            parts: vec![Part { first: 1, tint: [0.5; 3] }],
+            parts: vec![Part { first: 1, tint: [0.5; 3], textured: false }],
         }
     }
 
@@ -146,8 +148,8 @@ mod tests {
     }
 
     #[test]
-    fn tints_run_to_the_next_part() {
-        assert_eq!(strip().tint(0), Mesh::CLAY);
-        assert_eq!(strip().tint(1), [0.5; 3]);
+    fn parts_run_to_the_next() {
+        assert_eq!(strip().part(0), None);
+        assert_eq!(strip().part(1), Some(&strip().parts[0]));
     }
 }

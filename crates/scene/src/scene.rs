@@ -4,6 +4,7 @@ use crate::builtin;
 use crate::camera::{Camera, CameraError};
 use crate::light::Light;
 use crate::mesh::Mesh;
+use crate::texture::Texture;
 
 /// All that a picture is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +15,9 @@ pub struct Scene {
     pub camera: Camera,
     /// What lights it.
     pub light: Light,
+    /// What covers the textured parts of the mesh, or all of a mesh without parts, by its texture
+    /// coordinates.
+    pub texture: Option<Texture>,
 }
 
 impl Scene {
@@ -30,12 +34,12 @@ impl Scene {
     /// A mesh as `camera` sees it, lit by [`Light::over_the_shoulder`].
     pub fn seen_by(mesh: Mesh, camera: Camera) -> Self {
         let light = Light::over_the_shoulder(&mesh.bounds_or_point(), &camera);
-        Self { mesh, camera, light }
+        Self { mesh, camera, light, texture: None }
     }
 
     /// The scene that comes with the program, made by code: a torus knot on a plinth in the turn of a
     /// spiral stair, with a sphere and a cut stone, on a floor; 10,804 triangles with texture
-    /// coordinates, its own camera and its own light. The same bits on every call.
+    /// coordinates, its own camera and its own light; floor and sphere have the XOR pattern. The same bits on every call.
     pub fn built_in() -> Self {
         builtin::scene()
     }

@@ -7,6 +7,7 @@ use crate::image::{Image, ImageError};
 use crate::light::hit_point;
 use crate::mesh::{Mesh, double};
 use crate::scene::Scene;
+use crate::texture::place;
 
 /// The share of light that comes from everywhere: this much from below, and this much from above.
 const AMBIENT: [f32; 2] = [0.07, 0.20];
@@ -61,7 +62,22 @@ fn surface(scene: &Scene, ray: &Ray, hit: &Hit, lit: bool) -> Vec3 {
     let direct = if lit { lambert } else { 0.0 };
     let above = (normal.y as f32).mul_add(0.5, 0.5);
     let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
-    Vec3::from(scene.mesh.tint(triangle)) * (ambient + direct)
+    color(scene, triangle, hit) * (ambient + direct)
+}
+
+/// What a triangle reflects at a hit: its part's tint times the texture; of a mesh without parts the
+/// texture alone, or clay.
+fn color(scene: &Scene, triangle: usize, hit: &Hit) -> Vec3 {
+    let Scene { mesh, texture, .. } = scene;
+    let part = mesh.part(triangle);
+    let covered = part.is_none_or(|part| part.textured);
+    let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
+    let texture = texture.map(|(texture, uvs)| texture.color(place(&uvs[triangle], hit.u, hit.v)));
+    match (part, texture) {
+        (None, None) => Vec3::from(Mesh::CLAY),
+        (None, Some(texture)) => texture,
+        (Some(part), texture) => Vec3::from(part.tint) * texture.unwrap_or(Vec3::ONE),
+    }
 }
 
 /// The triangle's unit normal, on the side that the ray comes from. In f64, scaled first, so that
@@ -82,11 +98,19 @@ fn srgb(linear: Vec3) -> [u8; 3] {
     })
 }
 
+/// Eight bits of sRGB as linear light.
+pub(crate) fn linear(encoded: u8) -> f32 {
+    let x = f32::from(encoded) / 255.0;
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::light::Light;
+    use crate::mesh::Part;
+    use crate::texture::Texture;
 
     /// A floor seen from above, the light above it or below it.
     fn floor(light_height: f32) -> Scene {
@@ -96,7 +120,7 @@ mod tests {
             ..Mesh::default()
         };
         let camera = Camera::new([0.0, 5.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 40.0).unwrap();
-        Scene { mesh, camera, light: Light { position: [0.0, light_height, 0.0] } }
+        Scene { mesh, camera, light: Light { position: [0.0, light_height, 0.0] }, texture: None }
     }
 
     fn look(scene: &Scene, hit: Hit, lit: bool) -> [u8; 3] {
@@ -133,9 +157,35 @@ mod tests {
     }
 
     #[test]
+    fn a_texture_covers_what_it_should_at_the_place_of_the_hit() {
+        let mut image = Image::new(2, 1).unwrap();
+        image.pixels_mut().copy_from_slice(&[[255; 3], [255, 0, 0]]);
+        let mut scene = floor(7.0);
+        scene.texture = Some(Texture::Image(image));
+        // No texture coordinates.
+        assert_eq!(look(&scene, HIT, false), look(&floor(7.0), HIT, false));
+        // The whole triangle has one place, then u leads to the other.
+        scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
+        let white = look(&scene, HIT, false);
+        assert_eq!(white, srgb(Vec3::splat(AMBIENT[1])));
+        scene.mesh.corner_uvs = Some(vec![[[0.0, 0.5], [2.5, 0.5], [0.0, 0.5]]]);
+        let red = srgb(Vec3::new(AMBIENT[1], 0.0, 0.0));
+        assert_eq!(look(&scene, HIT, false), red);
+        assert_eq!(look(&scene, Hit { u: 0.1, ..HIT }, false), white);
+        // A part with a tint, with and without it.
+        scene.mesh.parts = vec![Part { first: 0, tint: [0.5; 3], textured: true }];
+        assert_eq!(look(&scene, HIT, false), srgb(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
+        scene.mesh.parts[0].textured = false;
+        assert_eq!(look(&scene, HIT, false), srgb(Vec3::splat(AMBIENT[1] * 0.5)));
+    }
+
+    #[test]
     fn srgb_meets_the_standard() {
         assert_eq!(srgb(Vec3::new(0.0, 1.0, 7.0)), [0, 255, 255]);
         // Middle gray of 18 % is 118 (0.4613), and the straight part ends at 0.04045.
         assert_eq!(srgb(Vec3::new(0.18, 0.002, f32::NAN)), [118, 7, 0]);
+        for encoded in 0..=255 {
+            assert_eq!(srgb(Vec3::splat(linear(encoded))), [encoded; 3]);
+        }
     }
 }

@@ -3,6 +3,7 @@
 
 mod axis;
 mod chart;
+mod crossover;
 mod edge_maps;
 mod heat;
 mod labels;
@@ -12,6 +13,7 @@ mod svg;
 
 pub use axis::{Log, power};
 pub use chart::chart;
+pub use crossover::{Race, crossover};
 pub use edge_maps::edge_maps;
 pub use heat::heat;
 pub use onsets::onsets;

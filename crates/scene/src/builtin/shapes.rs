@@ -26,9 +26,9 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// What follows has that color.
-    pub(super) fn part(&mut self, tint: [f32; 3]) {
-        self.mesh.parts.push(Part { first: self.mesh.triangles.len() as u32, tint });
+    /// What follows has that color, and the texture or not.
+    pub(super) fn part(&mut self, tint: [f32; 3], textured: bool) {
+        self.mesh.parts.push(Part { first: self.mesh.triangles.len() as u32, tint, textured });
     }
 
     /// A surface of `cells` quads, `place` of u and v in `0..=1`; `closed` says which of the two comes

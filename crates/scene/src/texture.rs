@@ -1,0 +1,136 @@
+//! Document D: a place in a texture from the weights of a hit, and what color is there.
+//!
+//! ```text
+//!   t ^   c3                A corner of a triangle has a place (s, t) in the texture. Between them it
+//!     |   /\                changes as the weights do, those of c2 and c3 being u and v:
+//!   1 +--/--\--+            place = p1 + u (p2 - p1) + v (p3 - p1)
+//!     | / .  \ |
+//!     |c1-----c2            A texture is a square of side 1 that repeats in both directions. The
+//!     +--------+---> s      first row of an image is at its top, where t is 1.
+//!              1
+//! ```
+
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::image::{Image, ImageError};
+use crate::shade::linear;
+
+/// What covers a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texture {
+    /// The document's pattern: the exclusive or of the numbers of a texel's column and row, modulo
+    /// `texels`, the number of columns and of rows. Zero reflects [`Texture::DARK`] of the light, and
+    /// the largest number all of it.
+    Xor {
+        /// How many texels a side, a power of two.
+        texels: u32,
+    },
+    /// A picture, read between the middles of its pixels.
+    Image(Image),
+}
+
+/// Where in its texture a triangle is, by the places of its corners and the weights u of the second
+/// and v of the third.
+///
+/// ```
+/// let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 4.0]];
+/// assert_eq!(intertri_scene::place(&corners, 0.5, 0.25), [1.0, 1.0]);
+/// ```
+pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
+    [0, 1].map(|axis| {
+        let [p1, p2, p3] = corners.map(|corner| f64::from(corner[axis]));
+        p1 + u * (p2 - p1) + v * (p3 - p1)
+    })
+}
+
+impl Texture {
+    /// What the lowest number of the XOR pattern reflects.
+    pub const DARK: f32 = 0.5;
+
+    /// A PNG or JPEG file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is neither, or has more than [`crate::MAX_PIXELS`] pixels.
+    pub fn load(path: &Path) -> Result<Self, ImageError> {
+        Image::read(path).map(Self::Image)
+    }
+
+    /// The color at a place: the linear share of red, green and blue light that is reflected. A place
+    /// that is not finite has the color of some other.
+    pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
+        match self {
+            Self::Xor { texels } => {
+                let number = |x: f64| (x * f64::from(*texels)).floor() as i64;
+                let most = i64::from(*texels) - 1;
+                let level = ((number(s) ^ number(t)) & most) as f32 / most.max(1) as f32;
+                Vec3::splat(Self::DARK + (1.0 - Self::DARK) * level)
+            }
+            Self::Image(image) => {
+                // The middles of pixels are at whole numbers here, and rows count downward.
+                let size = [image.width(), image.height()];
+                let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
+                let y = (t.ceil() - t) * f64::from(size[1]) - 0.5;
+                let pixel = |dx: f64, dy: f64| {
+                    let wrap = |x: f64, side: u32| (x.floor() as i64).rem_euclid(i64::from(side));
+                    let (x, y) = (wrap(x + dx, size[0]), wrap(y + dy, size[1]));
+                    let [r, g, b] = image.pixels()[y as usize * size[0] as usize + x as usize];
+                    Vec3::new(linear(r), linear(g), linear(b))
+                };
+                let (right, down) = ((x - x.floor()) as f32, (y - y.floor()) as f32);
+                let above = pixel(0.0, 0.0).lerp(pixel(1.0, 0.0), right);
+                above.lerp(pixel(0.0, 1.0).lerp(pixel(1.0, 1.0), right), down)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_xor_pattern_is_the_document_s() {
+        // Between the corners of the document's triangle, 255 texels long; its color is 256 times
+        // the number.
+        let texture = Texture::Xor { texels: 256 };
+        for (x, y) in [(0, 0), (1, 0), (3, 5), (255, 255), (255, 0), (170, 85), (128, 127)] {
+            let color = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
+            let level = f64::from(x ^ y) as f32 / 255.0;
+            assert_eq!(color, Vec3::splat(Texture::DARK + (1.0 - Texture::DARK) * level));
+        }
+        // It repeats, also below zero, where the document's rounding toward zero does not.
+        let coarse = Texture::Xor { texels: 8 };
+        assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
+        assert!(coarse.color([0.3, 0.9]) != coarse.color([0.5, 0.9]));
+    }
+
+    #[test]
+    fn an_image_stands_upright_and_repeats() {
+        let mut image = Image::new(2, 2).unwrap();
+        image.pixels_mut().copy_from_slice(&[[255; 3], [0; 3], [255, 0, 0], [0, 0, 255]]);
+        let texture = Texture::Image(image);
+        let at = |s, t| texture.color([s, t]).to_array();
+        // The middles of its pixels.
+        assert_eq!(at(0.25, 0.75), [1.0; 3]);
+        assert_eq!(at(0.75, 0.75), [0.0; 3]);
+        assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);
+        assert_eq!(at(-0.25, 7.25), [0.0, 0.0, 1.0]);
+        // Half way between two, and between all four, also over the border.
+        assert_eq!(at(0.5, 0.75), [0.5; 3]);
+        assert_eq!(at(0.0, 0.0), at(0.5, 0.5));
+        assert_eq!(at(0.5, 0.5), [0.5, 0.25, 0.5]);
+    }
+
+    #[test]
+    fn no_place_is_too_far() {
+        let image = Texture::Image(Image::new(3, 5).unwrap());
+        for texture in [Texture::Xor { texels: 256 }, Texture::Xor { texels: 1 }, image] {
+            for far in [f64::NAN, f64::INFINITY, -1e300, 1e300, f64::MIN_POSITIVE, -0.0] {
+                assert!(texture.color([far, 0.5]).is_finite() || far.is_infinite() || far.is_nan());
+                texture.color([0.5, far]);
+            }
+        }
+    }
+}
