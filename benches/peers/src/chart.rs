@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use intertri_lab::draw::{Anchor, Font, Log, Svg, power};
 
 use crate::measure::Row;
+use crate::report::grouped;
 
 const INK: &str = "#222222";
 const GREY: &str = "#666666";
@@ -46,7 +47,7 @@ fn distinct<'a, T: PartialEq>(rows: &'a [Row], key: impl Fn(&'a Row) -> T) -> Ve
 
 /// Bars: a row of panels for each scene, a panel for each kind of ray.
 pub fn bars(rows: &[Row], caption: &str) -> Svg {
-    const PANEL: [f64; 2] = [330.0, 158.0];
+    const PANEL: [f64; 2] = [330.0, 175.0];
     let scenes = distinct(rows, |row| (row.scene.as_str(), row.triangles));
     let kinds = distinct(rows, |row| row.kind.as_str());
     let [w, h] = PANEL;
@@ -78,13 +79,13 @@ fn panel(
     const NAMES: f64 = 92.0;
     const ROW: f64 = 17.0;
     svg.text([x, y + 18.0], name, Font::new(13.0, Anchor::Start).bold());
-    let count = format!("{} triangles", intertri_lab::tables::grouped(triangles as u64));
+    let count = format!("{} triangles", grouped(triangles));
     svg.text([x + w, y + 18.0], &count, Font::new(10.0, Anchor::End).fill(GREY));
     let drawn =
         GROUPS.iter().filter_map(|&(group, name, fill)| Some((fastest(cell, group)?, name, fill)));
     let drawn: Vec<_> = drawn.collect();
     let most = drawn.iter().fold(0.0, |most: f64, (row, ..)| most.max(row.speed[2]));
-    let scale = (w - NAMES - 84.0) / most.max(1e-9);
+    let scale = (w - NAMES - 100.0) / most.max(1e-9);
     for (i, (row, name, fill)) in drawn.iter().enumerate() {
         let top = y + 26.0 + ROW * i as f64;
         let [low, middle, high] = row.speed.map(|speed| x + NAMES + speed * scale);
@@ -96,7 +97,7 @@ fn panel(
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => "none wrong".to_owned(),
             share if share < 1.0 => "1 wrong".to_owned(),
-            share => format!("{} wrong", intertri_lab::tables::grouped(share.round() as u64)),
+            share => format!("{} wrong", grouped(share.round() as usize)),
         };
         let text = format!("{:.1}", row.speed[1]);
         svg.text([high + 5.0, top + 11.0], &text, Font::new(11.0, Anchor::Start).bold());

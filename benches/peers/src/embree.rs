@@ -6,6 +6,7 @@
 //! than a renderer would do that makes its rays in place.
 
 use std::ffi::{CString, c_char, c_void};
+use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::ptr::null_mut;
 use std::sync::Arc;
@@ -24,8 +25,8 @@ macro_rules! api {
     ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         pub struct Api {
             $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
-            /// Keeps the library loaded.
-            _library: libloading::Library,
+            /// Loaded for good: the threads that have built a scene linger in it.
+            _library: ManuallyDrop<libloading::Library>,
         }
 
         impl Api {
@@ -33,7 +34,7 @@ macro_rules! api {
                 // SAFETY: the types are those of Embree's manual; the pointers live as long as the
                 // library, which is kept beside them.
                 unsafe {
-                    Ok(Self { $($field: *library.get(concat!($name, "\0").as_bytes())?,)* _library: library })
+                    Ok(Self { $($field: *library.get(concat!($name, "\0").as_bytes())?,)* _library: ManuallyDrop::new(library) })
                 }
             }
         }

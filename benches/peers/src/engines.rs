@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use intertri::lanes::Level;
 use intertri::{Certified, Double, Triangle};
-use intertri_scene::Mesh;
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
 
@@ -53,14 +52,21 @@ pub fn wanted(name: &str, filters: &[String]) -> bool {
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
+/// An engine, or word of why there is none.
+fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
+    let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
+    Some(Box::new(engine))
+}
+
 /// The engines over a scene. Those that cannot be made are told of and left out.
 pub fn engines(
     filters: &[String],
-    mesh: &Mesh,
+    scene: &intertri_scene::Scene,
     triangles: &[Triangle],
     bvh: &Arc<Bvh>,
     api: Option<&Arc<Api>>,
 ) -> Vec<Named> {
+    let mesh = &scene.mesh;
     let mut scenes = HashMap::new();
     let mut engines: Vec<Named> = Vec::new();
     for (name, _) in ENGINES {
@@ -79,13 +85,7 @@ pub fn engines(
                 Some(Box::new(Obvhs::new(triangles, wide, BvhBuildParams::slow_build())))
             }
             "bvh" => Some(Box::new(TwoWay::new(triangles))),
-            "parry" => match Parry::new(mesh) {
-                Ok(parry) => Some(Box::new(parry)),
-                Err(error) => {
-                    eprintln!("parry: {error}");
-                    None
-                }
-            },
+            "parry" => made(name, Parry::new(mesh)),
             _ => api.and_then(|api| {
                 let has = |word| name.split('-').any(|part| part == word);
                 let build = Build {

@@ -2,6 +2,7 @@
 
 mod builds;
 mod bvh;
+#[cfg(feature = "chart")]
 mod chart;
 mod clock;
 mod embree;
@@ -22,7 +23,6 @@ use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand};
 use intertri::{Double, Ray};
-use intertri_lab::{draw, machine};
 use intertri_trace::Bvh;
 use rayon::ThreadPool;
 
@@ -46,6 +46,7 @@ enum Command {
     Rays(Options),
     /// Measure how long the hierarchies take to build.
     Builds(BuildOptions),
+    #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
     /// List the engines and the scenes.
@@ -105,6 +106,7 @@ struct BuildOptions {
     embree: Option<PathBuf>,
 }
 
+#[cfg(feature = "chart")]
 #[derive(Args)]
 struct ChartOptions {
     /// What `rays --json` wrote.
@@ -121,6 +123,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Rays(options) => rays_of_all(options),
         Command::Builds(options) => builds_of_all(&options),
+        #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
         Command::List => {
             report::list();
@@ -163,8 +166,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
         let scene = scenes::scene(&name)?;
         let triangles = scene.mesh.to_triangles();
         let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
-        let mut engines =
-            engines::engines(&options.engine, &scene.mesh, &triangles, &bvh, api.as_ref());
+        let mut engines = engines::engines(&options.engine, &scene, &triangles, &bvh, api.as_ref());
         if engines.is_empty() {
             return Err("no such engine; `list` names them".into());
         }
@@ -217,6 +219,7 @@ fn builds_of_all(options: &BuildOptions) -> Result<(), String> {
     Ok(())
 }
 
+#[cfg(feature = "chart")]
 fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
     let mut rows: Vec<Row> = Vec::new();
     for path in &options.files {
@@ -228,15 +231,15 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
     let first = rows.first().ok_or("no figures in the files")?;
     let s = if first.threads == 1 { "" } else { "s" };
     let caption = format!(
-        "{}, {}, {} thread{s}; each engine at its fastest call; the line in a bar: the middle eight of ten repeats",
-        machine::date(),
-        machine::cpu(),
+        "{}, {}, {} thread{s}; each engine at its fastest call; the line in a bar: eight of ten repeats",
+        intertri_lab::machine::date(),
+        report::cpu(),
         first.threads,
     );
     let chart = if options.growth { chart::growth } else { chart::bars };
     let svg = chart(&rows, &caption);
     write(&options.output.with_extension("svg"), svg.to_string().as_bytes())?;
-    write(&options.output.with_extension("png"), &draw::png(&svg)?)
+    write(&options.output.with_extension("png"), &intertri_lab::draw::png(&svg)?)
 }
 
 fn embree(path: Option<PathBuf>) -> Option<Arc<Api>> {

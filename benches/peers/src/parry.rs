@@ -3,8 +3,6 @@
 use intertri::Ray;
 use intertri_scene::Mesh;
 use parry3d::math::Vector;
-use parry3d::partitioning::TraversalAction;
-use parry3d::query::RayCast;
 use parry3d::shape::{CompositeShapeRef, TriMesh};
 
 use crate::engine::{Answer, Engine, Question, Singles};
@@ -35,28 +33,14 @@ impl Engine for Parry {
     fn trace(&mut self) {
         let Self { mesh, rays } = self;
         let mesh = &*mesh;
+        let cast = |(ray, far): &(_, f32)| CompositeShapeRef(mesh).cast_local_ray(ray, *far, true);
+        // For any hit, too, its closest is quickest: only that walk tests boxes in lanes.
         rays.trace(
-            |(ray, far)| match CompositeShapeRef(mesh).cast_local_ray(ray, *far, true) {
+            |ray| match cast(ray) {
                 Some((triangle, t)) => Answer { triangle, t: t.into() },
                 None => Answer::MISS,
             },
-            |(ray, far)| {
-                let mut found = false;
-                mesh.bvh().traverse(|node| {
-                    if node.cast_ray(ray, *far) >= *far {
-                        return TraversalAction::Prune;
-                    }
-                    if let Some(i) = node.leaf_data() {
-                        let t = mesh.triangle(i).cast_local_ray(ray, *far, true);
-                        if t.is_some_and(|t| t < *far) {
-                            found = true;
-                            return TraversalAction::EarlyExit;
-                        }
-                    }
-                    TraversalAction::Continue
-                });
-                found
-            },
+            |ray| cast(ray).is_some(),
         );
     }
 

@@ -1,11 +1,11 @@
 //! The rays: those of a camera, those to a light, those that bounce.
 
 use intertri::{Double, Hit, Ray};
-use intertri_lab::rng::Rng;
 use intertri_scene::{Scene, hit_point};
 use intertri_trace::Bvh;
 
 use crate::engine::Question;
+use crate::scenes::random;
 
 /// What the rays are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -77,34 +77,46 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
     // once what it leaves.
     let bounds = scene.mesh.bounds().map_or([0.0; 3], |b| [0, 1, 2].map(|k| b.max[k] - b.min[k]));
     let away = 1e-5 * length(bounds.map(f64::from));
-    let mut rng = Rng::new(7);
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
-    seen.map(|(ray, hit)| {
-        let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
-        let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
-        // On the side from which it is seen.
-        let normal = normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
-        let point = hit_point(ray, hit);
-        let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
-        let light = scene.light.position;
-        match kind {
-            Kind::Primary | Kind::Diffuse => {
-                // A point of the unit sphere on top of the normal.
-                let d = rng.direction();
-                let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
-                Ray::new(origin, dir.map(|x| x as f32))
+    seen.enumerate()
+        .map(|(i, (ray, hit))| {
+            let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
+            let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
+            // On the side from which it is seen.
+            let normal =
+                normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
+            let point = hit_point(ray, hit);
+            let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
+            let light = scene.light.position;
+            match kind {
+                Kind::Primary | Kind::Diffuse => {
+                    // A point of the unit sphere on top of the normal.
+                    let d = direction(i as u64);
+                    let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
+                    Ray::new(origin, dir.map(|x| x as f32))
+                }
+                Kind::Shadow => {
+                    let dir = [0, 1, 2].map(|k| light[k] - origin[k]);
+                    Ray::new(origin, dir).between(0.0, 1.0)
+                }
+                Kind::Light => {
+                    let dir = [0, 1, 2].map(|k| origin[k] - light[k]);
+                    Ray::new(light, dir).between(0.0, 1.0)
+                }
             }
-            Kind::Shadow => {
-                let dir = [0, 1, 2].map(|k| light[k] - origin[k]);
-                Ray::new(origin, dir).between(0.0, 1.0)
-            }
-            Kind::Light => {
-                let dir = [0, 1, 2].map(|k| origin[k] - light[k]);
-                Ray::new(light, dir).between(0.0, 1.0)
-            }
+        })
+        .collect()
+}
+
+/// A random direction of length 1, the same for the same number: a point of the unit ball, pushed out.
+fn direction(i: u64) -> [f64; 3] {
+    for k in 0.. {
+        let p = [0, 1, 2].map(|axis| random([i, k, axis]));
+        if (1e-4..=1.0).contains(&dot(p, p)) {
+            return unit(p);
         }
-    })
-    .collect()
+    }
+    unreachable!("a point of the cube lies in the ball, sooner or later")
 }
 
 /// The bits 0, 2, 4, ... side by side.

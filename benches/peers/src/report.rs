@@ -1,19 +1,33 @@
 //! The tables on the terminal.
 
-use intertri_lab::machine;
-use intertri_lab::tables::grouped;
+use intertri::lanes::Level;
 
 use crate::clock::Clock;
 use crate::engines::ENGINES;
 use crate::measure::Row;
 use crate::scenes::SCENES;
 
+/// The CPU as the system calls it, and the level of instructions that intertri uses.
+pub fn cpu() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name = named.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    format!("{name}, {}", Level::best().name())
+}
+
+/// A number in groups of three digits.
+pub fn grouped(number: usize) -> String {
+    let digits = number.to_string().into_bytes();
+    let groups: Vec<_> = digits.rchunks(3).rev().map(String::from_utf8_lossy).collect();
+    groups.join(",")
+}
+
 /// What it runs on.
 pub fn header(clock: &Clock, threads: usize, size: u32) {
     let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
     println!(
         "{}; {:.2} GHz at best; {threads} thread{}; {size} x {size} pixels{native}",
-        machine::cpu(),
+        cpu(),
         clock.fastest(),
         if threads == 1 { "" } else { "s" },
     );
@@ -25,10 +39,10 @@ pub fn table(rows: &[Row]) {
     println!(
         "\n{} ({} triangles), {}: {} rays; {} held against the reference, {} differ",
         first.scene,
-        grouped(first.triangles as u64),
+        grouped(first.triangles),
         first.kind,
-        grouped(first.rays as u64),
-        grouped(first.reference as u64),
+        grouped(first.rays),
+        grouped(first.reference),
         first.reference_wrong,
     );
     println!(
@@ -57,7 +71,7 @@ pub fn table(rows: &[Row]) {
 /// The builds of a scene.
 pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64)]) {
     let s = if threads == 1 { "" } else { "s" };
-    println!("\n{scene} ({} triangles), built by {threads} thread{s}", grouped(triangles as u64));
+    println!("\n{scene} ({} triangles), built by {threads} thread{s}", grouped(triangles));
     for (name, milliseconds) in times {
         println!("{name:22} {milliseconds:9.1} ms");
     }

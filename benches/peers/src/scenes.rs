@@ -14,8 +14,8 @@ pub const SCENES: [&str; 10] = [
 /// Triangles of the spheres that show the growth.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Edges along a side of an icosahedron's face: 20 times its square triangles, 1,310,720.
-const SPHERE: u32 = 256;
+/// Edges along a side of an octahedron's face: 8 times its square triangles, 1,312,200.
+const SPHERE: u32 = 405;
 /// Squares along a side of the terrain: twice its square triangles, 9,999,392.
 const TERRAIN: u32 = 2236;
 
@@ -30,7 +30,7 @@ pub fn scene(name: &str) -> Result<Scene, String> {
         "sphere" => of(displaced_sphere(SPHERE)),
         "terrain" => terrain(),
         _ if count.is_some() => {
-            let side = (count.unwrap_or(0.0) / 20.0).sqrt().round().clamp(1.0, 5000.0);
+            let side = (count.unwrap_or(0.0) / 8.0).sqrt().round().clamp(1.0, 5000.0);
             of(displaced_sphere(side as u32))
         }
         "bunny" => of(model("stanford-bunny.obj")?),
@@ -94,24 +94,17 @@ fn cornell_box() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light { position: [0.0, 0.9, 0.0] } })
 }
 
-/// A sphere with bumps: each face of an icosahedron in `n * n` triangles, `20 * n * n` in all.
+/// A sphere with bumps: each face of an octahedron in `n * n` triangles, `8 * n * n` in all. Faces side
+/// by side have the same bits along their edge.
 fn displaced_sphere(n: u32) -> Mesh {
-    let solid = intertri_lab::meshes::Mesh::icosphere(0);
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();
-    for face in &solid.faces {
+    for face in 0..8 {
         let first = mesh.positions.len() as u32;
-        // The weighted sum runs in the order of the vertices, so that faces side by side have the
-        // same bits along their edge.
-        let mut order = [0, 1, 2];
-        order.sort_by_key(|&k| face[k]);
+        let signs = [0, 1, 2].map(|axis| if face >> axis & 1 == 0 { 1.0 } else { -1.0 });
         let point = |i: u32, j: u32| {
-            let weights = [n - i, i - j, j];
-            let mut p = [0.0; 3];
-            for k in order {
-                let corner = solid.vertices[face[k]];
-                p = [0, 1, 2].map(|axis| p[axis] + f64::from(weights[k]) * corner[axis]);
-            }
+            let p = [n - i, i - j, j].map(f64::from);
+            let p = [0, 1, 2].map(|axis| signs[axis] * p[axis]);
             let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
             let p = p.map(|x| x / length);
             let radius = 1.0 + 0.12 * mountains(p.map(|x| 3.0 * x + 50.0), 7);
@@ -174,17 +167,21 @@ fn noise(p: [f64; 3]) -> f64 {
         let f = p[k] - cell[k] as f64;
         f * f * (3.0 - 2.0 * f)
     });
-    let value = |corner: i64| {
-        let [x, y, z] = [0, 1, 2].map(|k| (cell[k] + (corner >> k & 1)) as u64);
-        let mut h = x.wrapping_mul(0x9E37_79B9_7F4A_7C15)
-            ^ y.wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
-            ^ z.wrapping_mul(0x1656_67B1_9E37_79F9);
-        h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
-        h ^= h >> 32;
-        (h >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    };
+    let value = |corner: i64| random([0, 1, 2].map(|k| (cell[k] + (corner >> k & 1)) as u64));
     let mix = |a: f64, b: f64, s: f64| a + (b - a) * s;
     let along_x = |corner| mix(value(corner), value(corner + 1), s[0]);
     let along_y = |corner| mix(along_x(corner), along_x(corner + 2), s[1]);
     mix(along_y(0), along_y(4), s[2])
+}
+
+/// A random number in `-1..1`, the same for the same three.
+pub fn random([x, y, z]: [u64; 3]) -> f64 {
+    let mut h = x.wrapping_mul(0x9E37_79B9_7F4A_7C15)
+        ^ y.wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
+        ^ z.wrapping_mul(0x1656_67B1_9E37_79F9);
+    for _ in 0..2 {
+        h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+    }
+    h ^= h >> 32;
+    (h >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
