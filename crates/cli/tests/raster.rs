@@ -1,0 +1,138 @@
+//! The other eye by the real binary: the z-buffer, shadow volumes, checks across, wire, texture.
+
+mod common;
+
+use common::{MODEL, Place};
+use serde_json::Value;
+
+fn report(place: &Place, arguments: &str) -> Value {
+    serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
+}
+
+#[test]
+fn every_engine_and_every_shadow_stand_up_to_both_eyes() {
+    let place = Place::new();
+    // A floor and a triangle over it.
+    let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
+    place.put("m.obj", format!("{floor}v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n"));
+    for engine in ["certified", "double", "reference", "raster"] {
+        for shadows in ["rays", "volumes", "none"] {
+            for check in ["certified", "raster"] {
+                let report = report(
+                    &place,
+                    &format!(
+                        "render m.obj --size 61x45 --engine {engine} \
+                         --shadows {shadows} --check {check}"
+                    ),
+                );
+                let what = format!("{engine} {shadows} {check}: {report}");
+                let own = ["rays", "volumes"][usize::from(check == "raster")];
+                let by = if shadows == "none" { "none" } else { own };
+                assert_eq!(report["check"]["shadows"], by, "{what}");
+                assert!(report["check"]["differing_pixels"].as_u64().unwrap() < 3, "{what}");
+                assert_eq!(report["dark"].as_u64().unwrap() > 5, shadows != "none", "{what}");
+                assert_eq!(report["shadow_rays"].as_u64().unwrap() > 0, shadows == "rays");
+            }
+        }
+    }
+}
+
+#[test]
+fn both_eyes_see_the_built_in_scene() {
+    let place = Place::new();
+    let report =
+        report(&place, "render --size 320x240 --engine raster --shadows volumes --check certified");
+    let check = &report["check"];
+    assert_eq!(check["differing_pixels"], check["excused_pixels"], "{report}");
+    assert!(check["differing_pixels"].as_u64().unwrap() < 10, "{report}");
+    assert!(report["dark"].as_u64().unwrap() > 5000, "{report}");
+    assert_eq!(report["shadow_rays"], 0);
+    assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
+}
+
+#[test]
+fn a_difference_that_nothing_excuses_fails() {
+    // A floor at a slant below the threshold is parallel to the rays, and the z-buffer sees it.
+    let place = Place::new();
+    place.put("m.obj", "v -9 0 -9\nv 9 0 -9\nv 0 0 9\nf 1 2 3\n");
+    let look = "render m.obj --size 60x40 --eye 0,0.4,12 --target 0,0,0 --threshold 0.2";
+    for (engine, check) in [("certified", "raster"), ("raster", "certified")] {
+        let arguments = format!("{look} --engine {engine} --check {check}");
+        let output = place.run(&arguments);
+        common::one_line(&arguments, &output, 1, &["intertri.diff.png", "pixels differ"]);
+        assert_eq!(place.names(), ["intertri.diff.png", "intertri.png", "m.obj"]);
+    }
+    // Engines that trace agree about that too.
+    place.ok(&format!("{look} --engine double --check certified"));
+}
+
+#[test]
+fn what_the_other_eye_cannot_do_is_said() {
+    let place = Place::new();
+    place.put("m.obj", MODEL).put("r.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
+    place.fails("trace m.obj --rays r.csv --engine raster", 1, &["raster", "no rays"]);
+    for options in ["--engine raster", "--shadows volumes", "--wire", "--check raster"] {
+        let arguments = format!("render m.obj --size 20000x2 {options}");
+        place.fails(&arguments, 1, &["20000x2", "16384"]);
+    }
+    // Rays can.
+    place.ok("render m.obj --size 20000x2");
+    place.fails("render m.obj --wire=all", 2, &["--wire"]);
+}
+
+#[test]
+fn edges_are_drawn_over_the_picture() {
+    let place = Place::new();
+    for (name, options) in [("none", ""), ("mesh", "--wire"), ("outline", "--wire=silhouette")] {
+        place.ok(&format!("render --size 160x120 -o {name}.png {options}"));
+    }
+    place.ok("render --size 160x120 -o drawn.png --wire=mesh --engine raster --shadows volumes");
+    let [none, mesh, outline] =
+        ["none", "mesh", "outline"].map(|n| place.read(&format!("{n}.png")));
+    assert!(none != mesh && mesh != outline && outline != none);
+    assert!(!place.read("drawn.png").is_empty());
+}
+
+#[test]
+fn textures_come_from_files_and_from_the_document() {
+    let place = Place::new();
+    place.put("bare.obj", MODEL).put("text.png", "no picture\n");
+    let quad = "v 0 0 5\nv 1 0 5\nv 1 1 5\nv 0 1 5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                f 1/1 2/2 3/3 4/4\n";
+    place.put("quad.obj", quad);
+    place.ok("render --size 33x21 -o picture.png");
+    let mut pictures = Vec::new();
+    for options in ["", "--texture xor", "--texture picture.png"] {
+        place.ok(&format!("render quad.obj --size 64x48 {options}"));
+        pictures.push(place.read("intertri.png"));
+        place.ok(&format!("render quad.obj --size 64x48 {options} --engine raster"));
+    }
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+    place.ok("render --size 64x48 --texture picture.png");
+
+    place.fails("render bare.obj --texture xor", 1, &["bare.obj", "texture coordinates"]);
+    place.fails("render quad.obj --texture text.png", 1, &["text.png", "PNG"]);
+    place.fails("render quad.obj --texture quad.obj", 1, &["quad.obj", "PNG"]);
+    place.fails("render quad.obj --texture nowhere.png", 1, &["nowhere.png"]);
+    place.fails("render quad.obj --texture .", 1, &["regular file"]);
+    let picture = place.read("picture.png");
+    place.put("half.png", &picture[..picture.len() / 2]);
+    place.fails("render quad.obj --texture half.png", 1, &["half.png"]);
+}
+
+#[test]
+fn the_two_ways_race() {
+    let place = Place::new();
+    let report = report(&place, "crossover --quick -o charts");
+    let races = report["races"].as_array().unwrap();
+    assert_eq!(races.len(), 8);
+    for race in races {
+        assert!(race["rays"].as_f64().unwrap() > 0.0 && race["raster"].as_f64().unwrap() > 0.0);
+    }
+    let files = report["files"].as_array().unwrap();
+    for (file, kind) in files.iter().zip(["svg", "png", "csv"]) {
+        let file = file.as_str().unwrap();
+        assert!(file.ends_with(&format!("crossover.{kind}")), "{file}");
+        assert!(!place.read(file).is_empty());
+    }
+}
