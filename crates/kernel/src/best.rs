@@ -132,6 +132,22 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
         Best { t_lo: t_lo[lane], t_hi: t_hi[lane], ..self.lanes[lane] }
     }
 
+    /// Bit i is set where lane i has a hit.
+    #[inline(always)]
+    pub fn hits(&self) -> u32 {
+        let mut bits = 0;
+        for (lane, best) in self.lanes.iter().enumerate() {
+            bits |= u32::from(best.is_hit()) << lane;
+        }
+        bits
+    }
+
+    /// The index of the triangle in a lane, and where the caller put it.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> Option<(u32, u32)> {
+        self.lanes[lane].triangle()
+    }
+
     /// Offers to each lane the hit that was found there. `exact` gives the t of a lane's ray with the
     /// triangle in a place.
     #[inline(always)]

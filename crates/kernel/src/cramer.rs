@@ -10,23 +10,33 @@
 //! The filter for rays of one origin, the weights of every hit, and the z-buffer's all take their
 //! coefficients from here.
 
+use crate::lanes::Lanes;
 use crate::{Triangle, Vec3};
 
-/// The coefficients of one triangle as it is seen from one origin, in f64.
+/// The coefficients of one triangle as it is seen from one origin, in f64; or of several, in lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Coefficients {
+pub struct Coefficients<D = f64> {
     /// `c1 - o`
-    pub(crate) a: Vec3<f64>,
+    pub(crate) a: Vec3<D>,
     /// `c2 - c1`
-    pub(crate) h4: Vec3<f64>,
+    pub(crate) h4: Vec3<D>,
     /// `c3 - c1`
-    pub(crate) h5: Vec3<f64>,
+    pub(crate) h5: Vec3<D>,
     /// Those of the common denominator, which are the triangle's normal.
-    pub(crate) n: Vec3<f64>,
+    pub(crate) n: Vec3<D>,
     /// Those of u, the weight of c2.
-    pub(crate) v: Vec3<f64>,
+    pub(crate) v: Vec3<D>,
     /// Those of v, the weight of c3.
-    pub(crate) w: Vec3<f64>,
+    pub(crate) w: Vec3<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> Coefficients<D> {
+    /// What depends on the triangles and the origin.
+    #[inline(always)]
+    pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
+        let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
+        Self { a, h4, h5, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
+    }
 }
 
 impl Coefficients {
@@ -34,9 +44,7 @@ impl Coefficients {
     #[inline]
     pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
-        let [c1, c2, c3] = triangle.0.map(vec3);
-        let (a, h4, h5) = (c1 - vec3(origin), c2 - c1, c3 - c1);
-        Self { a, h4, h5, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
+        Self::of(triangle.0.map(vec3), vec3(origin))
     }
 
     /// The weights u of c2 and v of c3 where the line through the origin along `dir`, of any length,

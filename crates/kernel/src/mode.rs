@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::lanes::{Lanes, Level, Simd};
-use crate::{Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Certified, Ray, RayPacket, Triangle, TrianglePack};
 
 /// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
 /// that is still no hit.
@@ -123,6 +123,11 @@ pub trait Test: Copy + Send + Sync {
 
     /// The level of instructions to run on.
     fn level(&self) -> Level;
+
+    /// Itself, if it is the mode `certified`: who asks can treat rays that share an origin together.
+    fn certified(&self) -> Option<&Certified> {
+        None
+    }
 
     /// N rays.
     fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(

@@ -28,6 +28,14 @@ impl<L: Lanes> Vec3<L> {
         Self { x: L::load(x), y: L::load(y), z: L::load(z) }
     }
 
+    /// Writes the vectors to three arrays.
+    #[inline(always)]
+    pub fn store<const N: usize>(self, [x, y, z]: &mut [[L::Scalar; N]; 3]) {
+        self.x.store(x);
+        self.y.store(y);
+        self.z.store(z);
+    }
+
     /// The first N vectors of three f32 arrays, converted.
     #[inline(always)]
     pub fn load_f32<const N: usize>([x, y, z]: &[[f32; N]; 3]) -> Self {
@@ -64,6 +72,13 @@ impl<L: Lanes> Vec3<L> {
             y: self.z.mul_add(b.x, -(self.x * b.z)),
             z: self.x.mul_add(b.y, -(self.y * b.x)),
         }
+    }
+
+    /// The largest dot product with a vector whose components are at most as large as those of
+    /// `half`, in size.
+    #[inline(always)]
+    pub fn reach(self, half: Self) -> L {
+        self.z.abs().mul_add(half.z, self.y.abs().mul_add(half.y, self.x.abs() * half.x))
     }
 
     /// `|x| + |y| + |z|`.

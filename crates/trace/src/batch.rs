@@ -6,7 +6,7 @@ use intertri::{Counts, Hit, Mode, Ray};
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
-use crate::search;
+use crate::{search, tile};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 1024;
@@ -61,9 +61,19 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
     fn run<S: Simd>(self) -> Counts {
         let Self { bvh, mode, rays, hits } = self;
         let (mut stack, mut counts) = (bvh.stack(), Counts::default());
-        for (ray, hit) in rays.iter().zip(hits) {
-            let best = search::closest::<M, S>(bvh, mode, ray, false, &mut stack, &mut counts);
-            *hit = bvh.hit(mode, ray, &best);
+        let mut scratch = tile::Scratch::default();
+        for (rays, hits) in rays.chunks(tile::RAYS).zip(hits.chunks_mut(tile::RAYS)) {
+            if let Some(mode) = mode.certified()
+                && tile::shares_origin(rays)
+                && tile::closest::<S>(bvh, mode, rays, false, &mut scratch, &mut counts)
+            {
+                tile::hits::<S>(bvh, rays, &mut scratch, hits);
+                continue;
+            }
+            for (ray, hit) in rays.iter().zip(hits) {
+                let best = search::closest::<M, S>(bvh, mode, ray, false, &mut stack, &mut counts);
+                *hit = bvh.hit(mode, ray, &best);
+            }
         }
         counts
     }
@@ -83,9 +93,21 @@ impl<M: Mode> WithSimd for Any<'_, M> {
     fn run<S: Simd>(self) -> Counts {
         let Self { bvh, mode, rays, hits } = self;
         let (mut stack, mut counts) = (bvh.stack(), Counts::default());
-        for (ray, hit) in rays.iter().zip(hits) {
-            let best = search::closest::<M, S>(bvh, mode, ray, true, &mut stack, &mut counts);
-            *hit = best.is_hit();
+        let mut scratch = tile::Scratch::default();
+        for (rays, hits) in rays.chunks(tile::RAYS).zip(hits.chunks_mut(tile::RAYS)) {
+            if let Some(mode) = mode.certified()
+                && tile::shares_origin(rays)
+                && tile::closest::<S>(bvh, mode, rays, true, &mut scratch, &mut counts)
+            {
+                for (hit, found) in hits.iter_mut().zip(&scratch.found) {
+                    *hit = found.is_some();
+                }
+                continue;
+            }
+            for (ray, hit) in rays.iter().zip(hits) {
+                let best = search::closest::<M, S>(bvh, mode, ray, true, &mut stack, &mut counts);
+                *hit = best.is_hit();
+            }
         }
         counts
     }

@@ -6,9 +6,11 @@ mod build;
 mod bvh;
 mod fixed;
 mod node;
+mod pyramid;
 mod search;
 mod slab;
 mod sliver;
+mod tile;
 
 pub use build::BuildError;
 pub use bvh::Bvh;

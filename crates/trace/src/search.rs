@@ -79,7 +79,7 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
 
 /// Bit i of the result is bit `i ^ octant` of an eight-bit mask.
 #[inline(always)]
-fn mirror(mask: u32, octant: usize) -> u32 {
+pub(crate) fn mirror(mask: u32, octant: usize) -> u32 {
     let swap = |m: u32, keep: u32, by: u32| (m & keep) << by | m >> by & keep;
     let m = if octant & 1 != 0 { swap(mask, 0x55, 1) } else { mask };
     let m = if octant & 2 != 0 { swap(m, 0x33, 2) } else { m };

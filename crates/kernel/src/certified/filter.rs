@@ -107,14 +107,13 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
         let threshold = threshold as f32;
-        let at_least = |x: f32| F::select(rays.t_min.lt(splat(x)), splat(x), rays.t_min);
         Self {
             rays,
             len,
             minus_edge: len * splat(-bound::EDGE),
             minus_off: -len.mul_add(off, splat(bound::OFF_ADD)),
-            above: at_least(threshold.next_up()),
-            below: at_least(threshold.next_down()),
+            above: at_least(rays.t_min, threshold.next_up()),
+            below: at_least(rays.t_min, threshold.next_down()),
         }
     }
 
@@ -129,6 +128,12 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
     pub(crate) fn of_ray(ray: &Ray, threshold: f64) -> Self {
         Self::new(RayLanes::of_ray(ray), threshold)
     }
+}
+
+/// The larger of lanes and a number; where a lane is NaN, NaN.
+#[inline(always)]
+fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
+    F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
 }
 
 impl<F: Copy> Rays<F> {

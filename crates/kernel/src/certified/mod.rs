@@ -19,7 +19,7 @@ use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-pub use view::View;
+pub use view::{Beams, View, Views};
 
 use filter::{Edges, Rays, Triangles, Verdict};
 
@@ -65,6 +65,11 @@ impl Test for Certified {
     #[inline(always)]
     fn level(&self) -> Level {
         self.level
+    }
+
+    #[inline(always)]
+    fn certified(&self) -> Option<&Self> {
+        Some(self)
     }
 
     #[inline(always)]
@@ -125,7 +130,14 @@ impl Certified {
     /// A triangle as it is seen from the origin that rays share (document D): computed once, it makes
     /// each ray's test three dot products.
     pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
-        View::new(triangle, origin, self.threshold.get())
+        let pack = TrianglePack::<1>::new(core::slice::from_ref(triangle));
+        Views::new::<f64>(pack.corners(), origin, self.threshold.get(), 1).lane(0)
+    }
+
+    /// [`Certified::view`] of a pack of triangles, within a loop at some level.
+    #[inline(always)]
+    pub fn views_in<S: Simd>(&self, pack: &TrianglePack<8>, origin: [f32; 3]) -> Views<8> {
+        Views::new::<S::F64x8>(pack.corners(), origin, self.threshold.get(), pack.live())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
@@ -152,7 +164,7 @@ impl Certified {
             return;
         }
         if let Some(verdict) = forms.decide(view, rays.lanes(), bests.t_hi(), live) {
-            let scalar = |lane| (rays.packet().ray(lane), view.triangle);
+            let scalar = |lane| (rays.packet().ray(lane), find(place));
             let found = self.replay(&verdict, counts, scalar);
             let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
             bests.offer(&found, index, place, exact);

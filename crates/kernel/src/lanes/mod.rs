@@ -64,6 +64,11 @@ pub trait Lanes:
     /// # Panics
     /// Where the slice is shorter than N.
     fn store(self, to: &mut [Self::Scalar]);
+    /// Writes the lanes, rounded to f32, to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store_f32(self, to: &mut [f32]);
 
     /// `self * b + c`, rounded once where the CPU can, else twice.
     fn mul_add(self, b: Self, c: Self) -> Self;

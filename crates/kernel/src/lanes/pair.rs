@@ -73,6 +73,11 @@ impl<L: Lanes> Lanes for Pair<L> {
         self.1.store(&mut to[L::N..]);
     }
     #[inline(always)]
+    fn store_f32(self, to: &mut [f32]) {
+        self.0.store_f32(to);
+        self.1.store_f32(&mut to[L::N..]);
+    }
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Self(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
     }

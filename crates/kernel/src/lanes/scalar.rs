@@ -40,6 +40,10 @@ macro_rules! scalar {
                 to[0] = self;
             }
             #[inline(always)]
+            fn store_f32(self, to: &mut [f32]) {
+                to[0] = self as f32;
+            }
+            #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 self * b + c
             }

@@ -105,6 +105,10 @@ macro_rules! lanes {
                 to[..$n].copy_from_slice(&self.0.to_array());
             }
             #[inline(always)]
+            fn store_f32(self, to: &mut [f32]) {
+                to[..$n].copy_from_slice(&self.0.to_array().map(|x| x as f32));
+            }
+            #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 Self(self.0.mul_add(b.0, c.0))
             }
