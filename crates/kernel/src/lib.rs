@@ -34,8 +34,8 @@ mod vec3;
 mod verbs;
 
 pub use best::{Best, Bests};
+pub use certified::{Beams, Certified, Evidence, Pencil, View, Views};
 pub use cramer::Coefficients;
-pub use certified::{Beams, Certified, Evidence, View, Views};
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;
 pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};

@@ -1,26 +1,30 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 
 use intertri::lanes::{Simd, WithSimd};
-use intertri::{Counts, Hit, Mode, Ray};
+use intertri::{Best, Counts, Hit, Mode, Ray};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
-use crate::{search, tile};
+use crate::search;
+use crate::tile::{self, Scratch};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 1024;
 
+/// Rays of a tile that is tried where a large one is not worth while.
+const SMALL: usize = 64;
+
 /// The closest hit of each ray.
 pub(crate) fn closest<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
     assert_eq!(rays.len(), hits.len(), "one hit a ray");
-    chunks(rays, hits, |rays, hits| mode.level().run(Closest { bvh, mode, rays, hits }))
+    chunks(rays, hits, |rays, hits| mode.level().run(Batch { bvh, mode, rays, answers: hits }))
 }
 
 /// Whether each ray hits anything.
 pub(crate) fn any<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
     assert_eq!(rays.len(), hits.len(), "one answer a ray");
-    chunks(rays, hits, |rays, hits| mode.level().run(Any { bvh, mode, rays, hits }))
+    chunks(rays, hits, |rays, hits| mode.level().run(Batch { bvh, mode, rays, answers: hits }))
 }
 
 /// Does chunk by chunk, on all threads where there are threads, and adds up the counts.
@@ -47,68 +51,131 @@ pub(crate) fn chunks<R: Sync, T: Send>(
         .fold(Counts::default(), add);
 }
 
-struct Closest<'a, M> {
+/// What is asked of a ray: its closest hit, or whether it hits anything.
+trait Answer: Copy + Send {
+    /// Whether any hit will do.
+    const ANY: bool;
+    /// The answers of the tile that was searched last.
+    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]);
+    /// The answer of a ray.
+    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self;
+}
+
+impl Answer for Hit {
+    const ANY: bool = false;
+    #[inline(always)]
+    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
+        tile.hits::<S>(bvh, rays, answers);
+    }
+    #[inline(always)]
+    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self {
+        bvh.hit(mode, ray, best)
+    }
+}
+
+impl Answer for bool {
+    const ANY: bool = true;
+    #[inline(always)]
+    fn of_tile<S: Simd>(_: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
+        tile.any(answers);
+    }
+    #[inline(always)]
+    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
+        best.is_hit()
+    }
+}
+
+/// A chunk of rays, at some level.
+struct Batch<'a, M, A> {
     bvh: &'a Bvh,
     mode: &'a M,
     rays: &'a [Ray],
-    hits: &'a mut [Hit],
+    answers: &'a mut [A],
 }
 
-impl<M: Mode> WithSimd for Closest<'_, M> {
+impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
     type Output = Counts;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, mode, rays, hits } = self;
-        let (mut stack, mut counts) = (bvh.stack(), Counts::default());
-        let mut scratch = tile::Scratch::default();
-        for (rays, hits) in rays.chunks(tile::RAYS).zip(hits.chunks_mut(tile::RAYS)) {
+        let Self { bvh, mode, rays, answers } = self;
+        let (mut stack, mut scratch) = (bvh.stack(), Scratch::default());
+        let mut counts = Counts::default();
+        let (mut at, mut size) = (0, tile::RAYS);
+        while at < rays.len() {
+            let end = (at + size).min(rays.len());
+            let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
+
+            // Rays from one origin make a tile, if they have enough in common.
             if let Some(mode) = mode.certified()
                 && tile::shares_origin(rays)
-                && tile::closest::<S>(bvh, mode, rays, false, &mut scratch, &mut counts)
             {
-                tile::hits::<S>(bvh, rays, &mut scratch, hits);
-                continue;
+                if tile::search::<S>(bvh, mode, rays, A::ANY, &mut scratch, &mut counts) {
+                    A::of_tile::<S>(bvh, rays, &mut scratch, answers);
+                    (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
+                    continue;
+                }
+                if size > SMALL {
+                    size = SMALL;
+                    continue;
+                }
             }
-            for (ray, hit) in rays.iter().zip(hits) {
-                let best = search::closest::<M, S>(bvh, mode, ray, false, &mut stack, &mut counts);
-                *hit = bvh.hit(mode, ray, &best);
+
+            // Others are asked one by one.
+            for (ray, answer) in rays.iter().zip(answers) {
+                let best = search::closest::<M, S>(bvh, mode, ray, A::ANY, &mut stack, &mut counts);
+                *answer = A::of_best(bvh, mode, ray, &best);
             }
+            (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
         }
         counts
     }
 }
 
-struct Any<'a, M> {
-    bvh: &'a Bvh,
-    mode: &'a M,
-    rays: &'a [Ray],
-    hits: &'a mut [bool],
-}
+#[cfg(test)]
+mod tests {
+    use intertri::{Certified, Hit, Ray, Triangle};
 
-impl<M: Mode> WithSimd for Any<'_, M> {
-    type Output = Counts;
+    use crate::Bvh;
 
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, mode, rays, hits } = self;
-        let (mut stack, mut counts) = (bvh.stack(), Counts::default());
-        let mut scratch = tile::Scratch::default();
-        for (rays, hits) in rays.chunks(tile::RAYS).zip(hits.chunks_mut(tile::RAYS)) {
-            if let Some(mode) = mode.certified()
-                && tile::shares_origin(rays)
-                && tile::closest::<S>(bvh, mode, rays, true, &mut scratch, &mut counts)
-            {
-                for (hit, found) in hits.iter_mut().zip(&scratch.found) {
-                    *hit = found.is_some();
-                }
-                continue;
-            }
-            for (ray, hit) in rays.iter().zip(hits) {
-                let best = search::closest::<M, S>(bvh, mode, ray, true, &mut stack, &mut counts);
-                *hit = best.is_hit();
-            }
+    /// A picture of a bumpy sheet, and what a light sees of it: tiles are taken and change nothing.
+    #[test]
+    fn tiles_are_taken_and_change_nothing() {
+        let corner = |x: usize, y: usize| [x as f32, y as f32, (x * y % 5) as f32 * 0.1];
+        let mut triangles = Vec::new();
+        for i in 0..900 {
+            let (x, y) = (i % 30, i / 30);
+            triangles.push(Triangle([corner(x, y), corner(x + 1, y), corner(x, y + 1)]));
+            triangles.push(Triangle([corner(x + 1, y + 1), corner(x + 1, y), corner(x, y + 1)]));
         }
-        counts
+        let bvh = Bvh::new(&triangles).unwrap();
+
+        // Sixteen tiles; the direction of one ray is foreign to its tile.
+        let ray = |i: usize| {
+            let (tile, i) = (i / 256, i % 256);
+            let at = |k: usize| (k as f32 - 28.0) / 40.0;
+            let dir = [at(tile % 4 * 16 + i % 16), at(tile / 4 * 16 + i / 16), -1.0];
+            Ray::new([14.3, 15.1, 25.0], dir)
+        };
+        let mut rays: Vec<Ray> = (0..4096).map(ray).collect();
+        rays[700].dir = [0.0, 1.0, 0.2];
+
+        let mode = Certified::default();
+        let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+        bvh.closest_of_each(&mode, &rays, &mut hits);
+        bvh.any_of_each(&mode, &rays, &mut any);
+        for ((ray, hit), any) in rays.iter().zip(&hits).zip(&any) {
+            assert_eq!(*hit, bvh.closest(&mode, ray));
+            assert_eq!(*any, hit.is_hit());
+        }
+        assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
+
+        // In another order the same rays have little in common.
+        let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
+        let tiled = hits.clone();
+        bvh.closest_of_each(&mode, &mixed, &mut hits);
+        for (i, hit) in hits.iter().enumerate() {
+            assert_eq!(*hit, tiled[i * 1021 % 4096]);
+        }
     }
 }

@@ -166,6 +166,12 @@ impl Bvh {
         self.packs[place as usize / 8].triangle(place as usize % 8)
     }
 
+    /// The index of the triangle in a place of the packs.
+    #[inline(always)]
+    pub(crate) fn index_of(&self, place: u32) -> u32 {
+        self.indices[place as usize / 8][place as usize % 8]
+    }
+
     /// The hit that a best stands for.
     #[inline(always)]
     pub(crate) fn hit<M: Mode>(&self, mode: &M, ray: &Ray, best: &Best) -> Hit {

@@ -10,8 +10,8 @@
 //!
 //! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that nothing is lost.
 
-use intertri::{Ray, Vec3};
 use intertri::lanes::{Lanes, Mask, Simd};
+use intertri::{Ray, Vec3};
 
 use crate::node::Node;
 
@@ -69,7 +69,7 @@ impl Pyramid {
     /// too far apart, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(
-        first: &[Ray; 2],
+        first: [&Ray; 2],
         dirs: &[[[f32; 16]; 3]],
         reach: f32,
     ) -> Option<Self> {
@@ -113,7 +113,8 @@ impl Pyramid {
                 & forward.lt(splat(LARGEST))
                 & (forward * forward).gt(square * splat(0.25));
             let recip = splat(1.0) / forward;
-            let (a, b) = (d.dot_fused(Vec3::splat(right)) * recip, d.dot_fused(Vec3::splat(up)) * recip);
+            let (a, b) =
+                (d.dot_fused(Vec3::splat(right)) * recip, d.dot_fused(Vec3::splat(up)) * recip);
             right_slope = (right_slope.0.min(a), right_slope.1.max(a));
             up_slope = (up_slope.0.min(b), up_slope.1.max(b));
         }
@@ -163,7 +164,10 @@ fn ends<F: Lanes<Scalar = f32>>((lo, hi): (F, F)) -> (f32, f32) {
     let (mut a, mut b) = ([0.0; 16], [0.0; 16]);
     lo.store(&mut a);
     hi.store(&mut b);
-    (a.into_iter().fold(f32::INFINITY, f32::min) - MARGIN, b.into_iter().fold(f32::NEG_INFINITY, f32::max) + MARGIN)
+    (
+        a.into_iter().fold(f32::INFINITY, f32::min) - MARGIN,
+        b.into_iter().fold(f32::NEG_INFINITY, f32::max) + MARGIN,
+    )
 }
 
 #[inline(always)]
@@ -179,5 +183,6 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// The vector of length 1, or `None` where the length is nearly nothing or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
-    (square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX).then(|| v.map(|x| x / square.sqrt()))
+    (square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX)
+        .then(|| v.map(|x| x / square.sqrt()))
 }

@@ -16,9 +16,10 @@ mod view;
 use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Level, Simd};
 use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
-use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack, Vec3};
 
 pub use evidence::Evidence;
+pub use filter::Pencil;
 pub use view::{Beams, View, Views};
 
 use filter::{Edges, Rays, Triangles, Verdict};
@@ -155,19 +156,60 @@ impl Certified {
     ) where
         Lane<N>: Width,
     {
+        let ray = |lane| rays.packet().ray(lane);
+        let pencil = &rays.lanes().pencil;
+        self.pencil_closest_in::<S, N>(
+            pencil,
+            view,
+            (index, place),
+            ray,
+            find,
+            live,
+            bests,
+            counts,
+        );
+    }
+
+    /// N rays that share an origin, as lanes: `dir[axis][lane]`. No coordinate of the origin may
+    /// exceed 2^30.
+    #[inline(always)]
+    pub fn pencil_in<S: Simd, const N: usize>(
+        &self,
+        dir: &[[f32; N]; 3],
+        t_min: &[f32; N],
+    ) -> Pencil<<Lane<N> as Width>::F<S>>
+    where
+        Lane<N>: Width,
+    {
+        Pencil::new(Vec3::load(dir), Lanes::load(t_min), self.threshold.get())
+    }
+
+    /// [`Certified::view_closest_in`] of a pencil, `ray` being the ray in a lane.
+    #[inline(always)]
+    pub fn pencil_closest_in<S: Simd, const N: usize>(
+        &self,
+        pencil: &Pencil<<Lane<N> as Width>::F<S>>,
+        view: &View,
+        (index, place): (u32, u32),
+        ray: impl Fn(usize) -> Ray,
+        find: impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
+        counts: &mut Counts,
+    ) where
+        Lane<N>: Width,
+    {
         counts.tests += u64::from(live.count_ones());
         if view.never {
             return;
         }
-        let forms = view::Forms::new(view, rays.lanes());
+        let forms = view::Forms::new(view, pencil);
         if forms.all_miss(view, live) {
             return;
         }
-        if let Some(verdict) = forms.decide(view, rays.lanes(), bests.t_hi(), live) {
-            let scalar = |lane| (rays.packet().ray(lane), find(place));
-            let found = self.replay(&verdict, counts, scalar);
-            let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
-            bests.offer(&found, index, place, exact);
+        if let Some(verdict) = forms.decide(view, pencil, bests.t_hi(), live) {
+            let found = self.replay(&verdict, counts, |lane| (ray(lane), find(place)));
+            bests.offer(&found, index, place, |lane, place| exact_t(&ray(lane), &find(place)));
         }
     }
 

@@ -14,7 +14,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::{Coefficients, Vec3};
 
 use super::bound;
-use super::filter::{Rays, Verdict};
+use super::filter::{Pencil, Verdict};
 
 /// N triangles as they are seen from one origin, side by side.
 #[derive(Clone, Copy, Debug)]
@@ -87,9 +87,8 @@ impl<const N: usize> Views<N> {
         let parallel = splat(f64::from(bound::PARALLEL) * threshold) * normal * scale;
 
         // Without an area, or not finite, it is never hit.
-        let finite = normal.gt(splat(0.0))
-            & normal.lt(splat(f64::INFINITY))
-            & away.lt(splat(f64::INFINITY));
+        let finite =
+            normal.gt(splat(0.0)) & normal.lt(splat(f64::INFINITY)) & away.lt(splat(f64::INFINITY));
         let mut views = Self { live: finite.bits() & live, ..Self::NOTHING };
         store(u, turn, &mut views.u);
         store(v, turn, &mut views.v);
@@ -187,7 +186,8 @@ impl<F: Lanes<Scalar = f32>> Beams<F> {
         let (lo, hi) = (self.middle - self.half, self.middle + self.half);
         let least = |x: F| fold(x, f32::INFINITY, f32::min);
         let most = |x: F| fold(x, f32::NEG_INFINITY, f32::max);
-        let (lo, hi) = ([least(lo.x), least(lo.y), least(lo.z)], [most(hi.x), most(hi.y), most(hi.z)]);
+        let (lo, hi) =
+            ([least(lo.x), least(lo.y), least(lo.z)], [most(hi.x), most(hi.y), most(hi.z)]);
         let (lo, hi) = (Vec3::<G>::splat(lo), Vec3::splat(hi));
         let half = G::splat(0.5);
         Beams { middle: (lo + hi) * half, half: (hi - lo) * half, len: G::splat(most(self.len)) }
@@ -245,8 +245,8 @@ pub(super) struct Forms<F> {
 impl<F: Lanes<Scalar = f32>> Forms<F> {
     /// Three dot products.
     #[inline(always)]
-    pub(super) fn new(view: &View, of: &Rays<F>) -> Self {
-        let (dir, len) = (of.dir(), of.len());
+    pub(super) fn new(view: &View, of: &Pencil<F>) -> Self {
+        let Pencil { dir, len, .. } = *of;
         let u = dir.dot_fused(Vec3::splat(view.u));
         let v = dir.dot_fused(Vec3::splat(view.v));
         let w = dir.dot_fused(Vec3::splat(view.w));
@@ -265,7 +265,7 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
     pub(super) fn decide(
         &self,
         view: &View,
-        of: &Rays<F>,
+        of: &Pencil<F>,
         far: F,
         live: u32,
     ) -> Option<Verdict<F>> {
@@ -289,12 +289,12 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         let round = t.mul_add(splat(bound::ROUND), splat(bound::TINY));
         let err = err.mul_add(splat(bound::SLACK), round);
         let (t_lo, t_hi) = (t - err, t + err);
-        let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
+        let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
 
         // A hit, if nothing is in doubt.
         let inside = weight.gt(len)
             & den.gt(len.mul_add(splat(view.least), splat(view.parallel)))
-            & t_lo.gt(of.above())
+            & t_lo.gt(of.above)
             & t_hi.lt(splat(f32::INFINITY));
         let hit = (sure & maybe & inside & !out_of_range).bits() & live;
         let undecided = (maybe & !out_of_range).bits() & live & !hit;
