@@ -76,7 +76,7 @@ impl Pyramid {
         let splat = S::F32x16::splat;
         let origin = first[0].origin;
         let reach = origin.iter().fold(reach, |m, x| m.max(x.abs()));
-        if !(reach < LARGEST) {
+        if reach >= LARGEST {
             return None;
         }
 
@@ -145,7 +145,6 @@ impl Pyramid {
         self.axis.normal
     }
 
-    /// How wide the pyramid is, seen along its axis: an area at distance 1.
     /// Which of a node's boxes a ray may meet before the depth `far`, and from which depth on.
     #[inline(always)]
     pub(crate) fn meet<F: Lanes<Scalar = f32>>(&self, node: &Node, far: f32) -> (u32, F) {

@@ -57,7 +57,9 @@ impl Scratch {
         let Self { seen, slot, hit, sights, found, .. } = self;
 
         // Every triangle once, however many rays hit it.
-        (slot.clear(), hit.clear(), sights.clear());
+        slot.clear();
+        hit.clear();
+        sights.clear();
         slot.resize(seen.len(), Best::NOTHING);
         for &number in found.iter().filter(|&&number| number != Best::NOTHING) {
             let slot = &mut slot[number as usize];
@@ -89,15 +91,16 @@ impl Scratch {
     }
 }
 
-/// Whether all rays start at the same point.
+/// Whether all rays start at the same point, to the bit.
 #[inline(always)]
 pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
-    let [x, y, z] = rays[0].origin;
-    let mut same = true;
-    for ray in rays {
-        same &= (ray.origin[0] == x) & (ray.origin[1] == y) & (ray.origin[2] == z);
-    }
-    same && rays.len() > 1
+    let bits = |ray: &Ray| ray.origin.map(f32::to_bits);
+    let first = bits(&rays[0]);
+    let differ = rays.iter().fold(0, |differ, ray| {
+        let [x, y, z] = bits(ray);
+        differ | (x ^ first[0]) | (y ^ first[1]) | (z ^ first[2])
+    });
+    differ == 0 && rays.len() > 1
 }
 
 /// Finds the closest hit of each ray of a tile; with `any`, some hit. The rays share an origin.
@@ -127,7 +130,9 @@ pub(crate) fn search<S: Simd>(
 
     // Does the pyramid meet anything at all?
     let Scratch { stack, seen, found, .. } = scratch;
-    (stack.clear(), seen.clear(), found.clear());
+    stack.clear();
+    seen.clear();
+    found.clear();
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
@@ -312,12 +317,12 @@ impl<'a, S: Simd> Tile<'a, S> {
 #[inline(always)]
 fn bundles<S: Simd>(dirs: &[[[f32; 16]; 3]]) -> Beams<S::F32x16> {
     let mut rays = [[[0.0; 16]; 3]; 16];
-    for packet in 0..PACKETS {
-        // Where there are fewer packets the first stands in: it takes no part.
-        let dir = dirs.get(packet).unwrap_or(&dirs[0]);
-        for lane in 0..16 {
-            for k in 0..3 {
-                rays[lane][k][packet] = dir[k][lane];
+    for (lane, ray) in rays.iter_mut().enumerate() {
+        for packet in 0..PACKETS {
+            // Where there are fewer packets the first stands in: it takes no part.
+            let dir = dirs.get(packet).unwrap_or(&dirs[0]);
+            for (to, from) in ray.iter_mut().zip(dir) {
+                to[packet] = from[lane];
             }
         }
     }
