@@ -34,7 +34,12 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
     /// What depends on the triangles and the origin.
     #[inline(always)]
     pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
-        let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
+        Self::along(c1 - origin, c2 - c1, c3 - c1)
+    }
+
+    /// From the way to c1 and the edges, in any axes.
+    #[inline(always)]
+    pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
         Self { a, h4, h5, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
     }
 }

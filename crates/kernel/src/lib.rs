@@ -34,7 +34,9 @@ mod vec3;
 mod verbs;
 
 pub use best::{Best, Bests};
-pub use certified::{Beams, Certified, Evidence, Pencil, View, Views};
+pub use certified::{
+    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, View, Windows,
+};
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;

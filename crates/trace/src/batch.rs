@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::search;
-use crate::tile::{self, Scratch};
+use crate::tile::{self, NOTHING, Scratch};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 1024;
@@ -19,6 +19,17 @@ const SMALL: usize = 64;
 pub(crate) fn closest<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
     assert_eq!(rays.len(), hits.len(), "one hit a ray");
     chunks(rays, hits, |rays, hits| mode.level().run(Batch { bvh, mode, rays, answers: hits }))
+}
+
+/// The index of the closest triangle of each ray.
+pub(crate) fn triangles<M: Mode>(
+    bvh: &Bvh,
+    mode: &M,
+    rays: &[Ray],
+    triangles: &mut [u32],
+) -> Counts {
+    assert_eq!(rays.len(), triangles.len(), "one answer a ray");
+    chunks(rays, triangles, |rays, answers| mode.level().run(Batch { bvh, mode, rays, answers }))
 }
 
 /// Whether each ray hits anything.
@@ -70,6 +81,18 @@ impl Answer for Hit {
     #[inline(always)]
     fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self {
         bvh.hit(mode, ray, best)
+    }
+}
+
+impl Answer for u32 {
+    const ANY: bool = false;
+    #[inline(always)]
+    fn of_tile<S: Simd>(bvh: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
+        tile.triangles(bvh, answers);
+    }
+    #[inline(always)]
+    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
+        best.triangle().map_or(NOTHING, |(index, _)| index)
     }
 }
 

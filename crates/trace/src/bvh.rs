@@ -152,6 +152,20 @@ impl Bvh {
         batch::closest(self, mode, rays, hits)
     }
 
+    /// The triangles of [`Bvh::closest_of_each`] alone, `u32::MAX` for a miss: where nobody asks for
+    /// t, it need not be computed in f64.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn triangles_of_each<M: Mode>(
+        &self,
+        mode: &M,
+        rays: &[Ray],
+        triangles: &mut [u32],
+    ) -> Counts {
+        batch::triangles(self, mode, rays, triangles)
+    }
+
     /// [`Bvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
     ///
     /// # Panics

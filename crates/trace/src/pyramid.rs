@@ -10,22 +10,22 @@
 //!
 //! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that nothing is lost.
 
-use intertri::lanes::{Lanes, Mask, Simd};
-use intertri::{Ray, Vec3};
+use intertri::lanes::{Lanes, Mask};
+use intertri::{Frame, Ray};
 
 use crate::node::Node;
 
 /// The padding of a plane, relative to the largest coordinate of origin and scene: 2^-18.
 const PAD: f32 = 1.0 / (1 << 18) as f32;
 
-/// The slopes reach this much further than those of any ray: 2^-18.
+/// The sides stand this much further out than any ray, as slopes: 2^-18.
 const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-/// Coordinates and lengths beyond this, or below its reciprocal, are nothing for a pyramid: 2^30.
+/// No coordinate may be larger: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
 /// A plane through the origin, looking inwards.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Plane {
     normal: [f32; 3],
     /// `normal · origin`
@@ -40,8 +40,8 @@ impl Plane {
         Self { normal, at: dot(normal, origin), pad: PAD * reach * size + f32::MIN_POSITIVE }
     }
 
-    /// The largest signed distances of eight boxes, in multiples of the normal's length; with `low`,
-    /// the smallest.
+    /// The signed distances of those corners of eight boxes that are farthest along the normal; with
+    /// `low`, least far.
     #[inline(always)]
     fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
@@ -64,85 +64,29 @@ pub(crate) struct Pyramid {
 }
 
 impl Pyramid {
-    /// The pyramid around some rays, which start where the first one does; in a scene whose
-    /// coordinates reach to ±`reach`. `dirs[i][axis][lane]` are the directions. `None` where they go
-    /// too far apart, or numbers are too large or too small.
-    #[inline(always)]
-    pub(crate) fn new<S: Simd>(
-        first: [&Ray; 2],
-        dirs: &[[[f32; 16]; 3]],
+    /// The pyramid around a rectangle of a frame's screen, in a scene whose coordinates reach to
+    /// ±`reach`.
+    pub(crate) fn new(
+        frame: &Frame,
+        origin: [f32; 3],
+        (lo, hi): ([f32; 2], [f32; 2]),
         reach: f32,
-    ) -> Option<Self> {
-        let splat = S::F32x16::splat;
-        let origin = first[0].origin;
+    ) -> Self {
         let reach = origin.iter().fold(reach, |m, x| m.max(x.abs()));
-        if reach >= LARGEST {
-            return None;
-        }
-
-        // Along the rays, across them as the first two lie, and across both.
-        let mut sum = [splat(0.0); 3];
-        for dir in dirs {
-            for k in 0..3 {
-                sum[k] = sum[k] + S::F32x16::load(&dir[k]);
-            }
-        }
-        let mut axis = [0.0; 3];
-        for k in 0..3 {
-            let mut lanes = [0.0; 16];
-            sum[k].store(&mut lanes);
-            axis[k] = lanes.iter().sum();
-        }
-        let axis = unit(axis)?;
-        let step = [0, 1, 2].map(|k| first[1].dir[k] - first[0].dir[k]);
-        let along = dot(step, axis);
-        let right = unit([0, 1, 2].map(|k| step[k] - along * axis[k]))
-            .or_else(|| unit(cross(axis, [1.0, 0.0, 0.0])))
-            .or_else(|| unit(cross(axis, [0.0, 1.0, 0.0])))?;
-        let up = cross(axis, right);
-
-        // The slopes of all rays.
-        let mut right_slope = (splat(f32::INFINITY), splat(f32::NEG_INFINITY));
-        let mut up_slope = right_slope;
-        let mut sane = S::F32x16::splat(0.0).le(splat(1.0));
-        for dir in dirs {
-            let d = Vec3::<S::F32x16>::load(dir);
-            let (square, forward) = (d.dot_fused(d), d.dot_fused(Vec3::splat(axis)));
-            sane = sane
-                & forward.gt(splat(1.0 / LARGEST))
-                & forward.lt(splat(LARGEST))
-                & (forward * forward).gt(square * splat(0.25));
-            let recip = splat(1.0) / forward;
-            let (a, b) =
-                (d.dot_fused(Vec3::splat(right)) * recip, d.dot_fused(Vec3::splat(up)) * recip);
-            right_slope = (right_slope.0.min(a), right_slope.1.max(a));
-            up_slope = (up_slope.0.min(b), up_slope.1.max(b));
-        }
-        if sane.bits() != 0xffff {
-            return None;
-        }
-        let (left, right_most) = ends(right_slope);
-        let (low, high) = ends(up_slope);
-
-        let plane = |v: [f32; 3]| Plane::new(v, origin, reach);
-        let leaning = |across: [f32; 3], slope: f32, sign: f32| {
-            plane([0, 1, 2].map(|k| sign * (across[k] - slope * axis[k])))
+        let (depth, [right, up]) = (frame.depth(), frame.across());
+        let side = |across: [f32; 3], slope: f32, sign: f32| {
+            let slope = slope - sign * MARGIN;
+            let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
+            Plane::new(normal, origin, reach)
         };
         let sides = [
-            leaning(right, left, 1.0),
-            leaning(right, right_most, -1.0),
-            leaning(up, low, 1.0),
-            leaning(up, high, -1.0),
+            side(right, lo[0], 1.0),
+            side(right, hi[0], -1.0),
+            side(up, lo[1], 1.0),
+            side(up, hi[1], -1.0),
         ];
-        let octant = usize::from(axis[0] < 0.0)
-            | usize::from(axis[1] < 0.0) << 1
-            | usize::from(axis[2] < 0.0) << 2;
-        Some(Self { sides, axis: plane(axis), octant })
-    }
-
-    /// The direction along which depth is measured.
-    pub(crate) fn axis(&self) -> [f32; 3] {
-        self.axis.normal
+        let octant = (0..3).map(|k| usize::from(depth[k] < 0.0) << k).sum();
+        Self { sides, axis: Plane::new(depth, origin, reach), octant }
     }
 
     /// Which of a node's boxes a ray may meet before the depth `far`, and from which depth on.
@@ -157,24 +101,27 @@ impl Pyramid {
     }
 }
 
-/// The smallest and largest slope, and a little beyond.
-#[inline(always)]
-fn ends<F: Lanes<Scalar = f32>>((lo, hi): (F, F)) -> (f32, f32) {
-    let (mut a, mut b) = ([0.0; 16], [0.0; 16]);
-    lo.store(&mut a);
-    hi.store(&mut b);
-    (
-        a.into_iter().fold(f32::INFINITY, f32::min) - MARGIN,
-        b.into_iter().fold(f32::NEG_INFINITY, f32::max) + MARGIN,
-    )
+/// A frame that looks where the rays go, level with the way from the first to the second. `None`
+/// where they have no common direction, or coordinates are too large.
+pub(crate) fn frame(rays: &[Ray], sum: [f32; 3], reach: f32) -> Option<Frame> {
+    let origin = rays[0].origin;
+    if reach >= LARGEST || origin.iter().any(|x| x.abs() >= LARGEST) {
+        return None;
+    }
+    let depth = unit(sum)?;
+    let step = [0, 1, 2].map(|k| rays[1].dir[k] - rays[0].dir[k]);
+    let along = dot(step, depth);
+    let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
+        .filter(|right| dot(*right, depth).abs() < 1e-6)
+        .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
+        .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
+    Some(Frame::new(origin, depth, right, cross(depth, right)))
 }
 
-#[inline(always)]
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-#[inline(always)]
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
@@ -182,6 +129,6 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 /// The vector of length 1, or `None` where the length is nearly nothing or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
-    (square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX)
-        .then(|| v.map(|x| x / square.sqrt()))
+    let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;
+    sane.then(|| v.map(|x| x / square.sqrt()))
 }

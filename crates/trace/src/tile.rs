@@ -1,21 +1,23 @@
 //! Many rays from one origin at once: a tile of a picture, or of what a light sees.
 //!
 //! ```text
-//!   pyramid ──► boxes of nodes ──► triangles of a leaf, eight as seen from the origin
-//!                                    │ in the beam of the tile?
+//!   pyramid ──► boxes of nodes ──► triangles of a leaf, eight as the screen sees them
+//!                                    │ in the window of the tile?
 //!                                    ▼
-//!                                  sixteen beams of sixteen rays: which may hit it?
+//!                                  sixteen windows of sixteen rays: which does it reach?
 //!                                    │
 //!                                    ▼
-//!                                  sixteen rays: three dot products each
+//!                                  sixteen rays: two multiply-adds an edge
 //! ```
 
 use intertri::lanes::{Lanes, Mask, Simd};
-use intertri::{Beams, Best, Bests, Certified, Counts, Hit, Pencil, Ray, Sights, Triangle, Vec3};
+use intertri::{
+    Certified, Counts, Frame, Hit, Nearest, Points, Ranges, Ray, Sights, Triangle, Vec3, Windows,
+};
 
 use crate::bvh::Bvh;
 use crate::node::LEAF;
-use crate::pyramid::Pyramid;
+use crate::pyramid::{self, Pyramid};
 use crate::search::{Stack, mirror};
 
 /// Rays of a tile, at most.
@@ -28,15 +30,18 @@ const PACKETS: usize = RAYS / 16;
 /// common.
 const PATIENCE: usize = 16;
 
+/// The number of no triangle.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
 /// What a search of tiles needs and need not make anew each time.
 #[derive(Default)]
 pub(crate) struct Scratch {
     stack: Stack,
     /// The places of the triangles that rays of the tile were tested against.
     seen: Vec<u32>,
-    /// For each ray the number in `seen` of the triangle that it hits, or [`Best::NOTHING`].
+    /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     found: Vec<u32>,
-    /// For each of `seen` its number among those that are hit, or [`Best::NOTHING`].
+    /// For each of `seen` its number among those that are hit, or [`NOTHING`].
     slot: Vec<u32>,
     /// The places of those that are hit.
     hit: Vec<u32>,
@@ -47,7 +52,18 @@ impl Scratch {
     /// Whether each ray of the last tile hits something.
     pub(crate) fn any(&self, hits: &mut [bool]) {
         for (hit, found) in hits.iter_mut().zip(&self.found) {
-            *hit = *found != Best::NOTHING;
+            *hit = *found != NOTHING;
+        }
+    }
+
+    /// The index of the triangle that each ray of the last tile hits, or [`NOTHING`].
+    #[inline(always)]
+    pub(crate) fn triangles(&self, bvh: &Bvh, triangles: &mut [u32]) {
+        for (triangle, &number) in triangles.iter_mut().zip(&self.found) {
+            *triangle = match number {
+                NOTHING => NOTHING,
+                number => bvh.index_of(self.seen[number as usize]),
+            };
         }
     }
 
@@ -60,10 +76,10 @@ impl Scratch {
         slot.clear();
         hit.clear();
         sights.clear();
-        slot.resize(seen.len(), Best::NOTHING);
-        for &number in found.iter().filter(|&&number| number != Best::NOTHING) {
+        slot.resize(seen.len(), NOTHING);
+        for &number in found.iter().filter(|&&number| number != NOTHING) {
             let slot = &mut slot[number as usize];
-            if *slot == Best::NOTHING {
+            if *slot == NOTHING {
                 *slot = hit.len() as u32;
                 hit.push(seen[number as usize]);
             }
@@ -80,7 +96,7 @@ impl Scratch {
         }
 
         for ((ray, &number), to) in rays.iter().zip(found.iter()).zip(hits) {
-            *to = if number == Best::NOTHING {
+            *to = if number == NOTHING {
                 Hit::MISS
             } else {
                 let slot = slot[number as usize] as usize;
@@ -103,6 +119,109 @@ pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
     differ == 0 && rays.len() > 1
 }
 
+/// The rays of a tile side by side, as points of a screen.
+struct Screen<S: Simd> {
+    frame: Frame,
+    points: [Points<S::F32x16>; PACKETS],
+    /// The smallest and largest x and y of each packet, by packet.
+    lo: [[f32; PACKETS]; 2],
+    hi: [[f32; PACKETS]; 2],
+    /// How many packets there are.
+    used: usize,
+    /// No z is smaller.
+    slowest: f32,
+}
+
+impl<S: Simd> Screen<S> {
+    /// `None` where the rays go too far apart, or numbers are too large or too small.
+    #[inline(always)]
+    fn new(rays: &[Ray], reach: f32) -> Option<Self> {
+        // The directions side by side. The last packet is filled with the last ray.
+        let used = rays.len().div_ceil(16);
+        let mut dirs = [[[0.0; 16]; 3]; PACKETS];
+        for (packet, dir) in dirs[..used].iter_mut().enumerate() {
+            for lane in 0..16 {
+                let ray = &rays[(16 * packet + lane).min(rays.len() - 1)];
+                (dir[0][lane], dir[1][lane], dir[2][lane]) = (ray.dir[0], ray.dir[1], ray.dir[2]);
+            }
+        }
+
+        // A frame that looks where they go.
+        let mut sum = Vec3::<S::F32x16>::splat([0.0; 3]);
+        for dir in &dirs[..used] {
+            sum = sum + Vec3::load(dir);
+        }
+        let mut sums = [[0.0; 16]; 3];
+        sum.store(&mut sums);
+        let frame =
+            pyramid::frame(rays, [total(&sums[0]), total(&sums[1]), total(&sums[2])], reach)?;
+
+        let first = frame.points(Vec3::load(&dirs[0]));
+        let mut screen = Self {
+            frame,
+            points: [first; PACKETS],
+            lo: [[0.0; PACKETS]; 2],
+            hi: [[0.0; PACKETS]; 2],
+            used,
+            slowest: 0.0,
+        };
+        let (mut sane, mut slowest) = (first.on_screen(), first.z);
+        for (packet, dir) in dirs[..used].iter().enumerate() {
+            let points = frame.points(Vec3::<S::F32x16>::load(dir));
+            screen.points[packet] = points;
+            sane = sane & points.on_screen();
+            slowest = slowest.min(points.z);
+            (screen.lo[0][packet], screen.hi[0][packet]) = extremes(points.x);
+            (screen.lo[1][packet], screen.hi[1][packet]) = extremes(points.y);
+        }
+        screen.slowest = extremes(slowest).0 * (1.0 - 1e-6);
+        (sane.bits() == 0xffff).then_some(screen)
+    }
+
+    /// A window a packet; where there are fewer packets, windows that nothing reaches.
+    #[inline(always)]
+    fn windows(&self) -> Windows<S::F32x16> {
+        let (mut lo, mut hi) = (self.lo, self.hi);
+        for k in 0..2 {
+            lo[k][self.used..].fill(f32::INFINITY);
+            hi[k][self.used..].fill(f32::NEG_INFINITY);
+        }
+        let load = |side: &[f32; 16]| Lanes::load(side);
+        Windows::new([load(&lo[0]), load(&lo[1])], [load(&hi[0]), load(&hi[1])])
+    }
+
+    /// The smallest and largest x and y of all.
+    #[inline(always)]
+    fn window(&self) -> ([f32; 2], [f32; 2]) {
+        let least =
+            |side: &[f32; PACKETS]| side[..self.used].iter().copied().fold(side[0], f32::min);
+        let most =
+            |side: &[f32; PACKETS]| side[..self.used].iter().copied().fold(side[0], f32::max);
+        ([least(&self.lo[0]), least(&self.lo[1])], [most(&self.hi[0]), most(&self.hi[1])])
+    }
+}
+
+/// The sum of sixteen numbers.
+#[inline(always)]
+fn total(numbers: &[f32; 16]) -> f32 {
+    numbers.iter().sum()
+}
+
+/// The smallest and largest lane.
+#[inline(always)]
+fn extremes<F: Lanes<Scalar = f32>>(lanes: F) -> (f32, f32) {
+    let mut lo = [0.0; 16];
+    lanes.store(&mut lo);
+    let mut hi = lo;
+    for half in [8, 4, 2, 1] {
+        for i in 0..half {
+            lo[i] = if lo[i + half] < lo[i] { lo[i + half] } else { lo[i] };
+            hi[i] = if hi[i + half] > hi[i] { hi[i + half] } else { hi[i] };
+        }
+    }
+    (lo[0], hi[0])
+}
+
 /// Finds the closest hit of each ray of a tile; with `any`, some hit. The rays share an origin.
 /// `false` where that is not worth while.
 #[inline(always)]
@@ -114,19 +233,9 @@ pub(crate) fn search<S: Simd>(
     scratch: &mut Scratch,
     counts: &mut Counts,
 ) -> bool {
-    // The directions side by side. The last packet is filled with the last ray.
-    let used = rays.len().div_ceil(16);
-    let mut dirs = [[[0.0; 16]; 3]; PACKETS];
-    for (packet, dir) in dirs[..used].iter_mut().enumerate() {
-        for lane in 0..16 {
-            let ray = &rays[(16 * packet + lane).min(rays.len() - 1)];
-            (dir[0][lane], dir[1][lane], dir[2][lane]) = (ray.dir[0], ray.dir[1], ray.dir[2]);
-        }
-    }
-    let dirs = &dirs[..used];
-    let Some(pyramid) = Pyramid::new::<S>([&rays[0], &rays[1]], dirs, bvh.reach) else {
-        return false;
-    };
+    let Some(screen) = Screen::<S>::new(rays, bvh.reach) else { return false };
+    let window = screen.window();
+    let pyramid = Pyramid::new(&screen.frame, rays[0].origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?
     let Scratch { stack, seen, found, .. } = scratch;
@@ -138,12 +247,12 @@ pub(crate) fn search<S: Simd>(
     }
     let mut next = next_leaf::<S>(bvh, &pyramid, stack, f32::INFINITY);
     if next.is_none() && bvh.boxed == bvh.packs.len() {
-        found.resize(rays.len(), Best::NOTHING);
+        found.resize(rays.len(), NOTHING);
         return true;
     }
 
     // Then its leaves, front to back, and the triangles without a box.
-    let mut tile = Tile::<S>::new(bvh, mode, rays, dirs, &pyramid);
+    let mut tile = Tile::new(bvh, mode, rays, &screen, window);
     for pack in bvh.boxed..bvh.packs.len() {
         tile.visit(pack, any, seen, counts);
     }
@@ -158,8 +267,8 @@ pub(crate) fn search<S: Simd>(
         next = next_leaf::<S>(bvh, &pyramid, stack, far);
     }
 
-    for bests in &tile.bests[..used] {
-        found.extend_from_slice(&bests.places());
+    for nearest in &tile.nearest[..screen.used] {
+        found.extend_from_slice(&nearest.triangles());
     }
     found.truncate(rays.len());
     true
@@ -195,18 +304,14 @@ struct Tile<'a, S: Simd> {
     bvh: &'a Bvh,
     mode: &'a Certified,
     rays: &'a [Ray],
-    /// The rays, sixteen by sixteen.
-    pencils: [Pencil<S::F32x16>; PACKETS],
-    bests: [Bests<S::F32x16, 16>; PACKETS],
-    /// How far along the pyramid's axis each ray goes in a unit of t.
-    depth: [S::F32x16; PACKETS],
+    screen: &'a Screen<S>,
+    /// A window a packet, and the one of all.
+    windows: Windows<S::F32x16>,
+    window: Windows<S::F32x8>,
+    ranges: [Ranges<S::F32x16>; PACKETS],
+    nearest: [Nearest<S::F32x16, 16>; PACKETS],
     /// Bit i of `live[p]`: ray `16 p + i` still looks for a hit.
     live: [u32; PACKETS],
-    /// A beam a packet, and the one of all.
-    beams: Beams<S::F32x16>,
-    beam: Beams<S::F32x8>,
-    /// Bit p: there is a packet p.
-    used: u32,
     /// Tests of packets, and what costs about as much.
     work: usize,
 }
@@ -217,80 +322,76 @@ impl<'a, S: Simd> Tile<'a, S> {
         bvh: &'a Bvh,
         mode: &'a Certified,
         rays: &'a [Ray],
-        dirs: &[[[f32; 16]; 3]],
-        pyramid: &Pyramid,
+        screen: &'a Screen<S>,
+        (lo, hi): ([f32; 2], [f32; 2]),
     ) -> Self {
-        let axis = Vec3::splat(pyramid.axis());
-        let mut tile = {
-            let (pencil, zero) =
-                (mode.pencil_in::<S, 16>(&dirs[0], &[0.0; 16]), S::F32x16::splat(0.0));
-            let beams = bundles::<S>(dirs);
-            Self {
-                bvh,
-                mode,
-                rays,
-                pencils: [pencil; PACKETS],
-                bests: [Bests::new(&[0.0; 16]); PACKETS],
-                depth: [zero; PACKETS],
-                live: [0; PACKETS],
-                beams,
-                beam: beams.all(),
-                used: (1 << dirs.len()) - 1,
-                work: 0,
-            }
+        let splat = S::F32x8::splat;
+        let mut tile = Self {
+            bvh,
+            mode,
+            rays,
+            screen,
+            windows: screen.windows(),
+            window: Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])]),
+            ranges: [mode.ranges_in(&screen.points[0], &[0.0; 16]); PACKETS],
+            nearest: [Nearest::new(&screen.points[0], &[0.0; 16]); PACKETS],
+            live: [0; PACKETS],
+            work: 0,
         };
-        for (packet, (rays, dir)) in rays.chunks(16).zip(dirs).enumerate() {
-            let (mut t_min, mut t_max) = ([0.0; 16], [0.0; 16]);
+        for (packet, rays) in rays.chunks(16).enumerate() {
+            let (mut t_min, mut t_max, mut live) = ([0.0; 16], [0.0; 16], 0);
             for (lane, ray) in rays.iter().enumerate() {
                 (t_min[lane], t_max[lane]) = (ray.t_min, ray.t_max);
+                live |= u32::from(ray.t_min < ray.t_max && ray.t_max > 0.0) << lane;
             }
-            tile.pencils[packet] = mode.pencil_in::<S, 16>(dir, &t_min);
-            tile.bests[packet] = Bests::new(&t_max);
-            tile.depth[packet] = Vec3::load(dir).dot_fused(axis);
-            tile.live[packet] = (1 << rays.len()) - 1;
+            let points = &screen.points[packet];
+            tile.ranges[packet] = mode.ranges_in(points, &t_min);
+            tile.nearest[packet] = Nearest::new(points, &t_max);
+            tile.live[packet] = live;
         }
         tile
     }
 
-    /// Tests the triangles of a pack, each with those packets of which some ray may hit it. Whether
-    /// any was tested.
+    /// Tests the triangles of a pack, each with those packets whose window it reaches. Whether any
+    /// was tested.
     #[inline(always)]
     fn visit(&mut self, pack: usize, any: bool, seen: &mut Vec<u32>, counts: &mut Counts) -> bool {
-        let Self { bvh, mode, rays, .. } = *self;
-        let views = mode.views_in::<S>(&bvh.packs[pack], rays[0].origin);
-        let mut triangles = views.in_beam(&self.beam);
-        self.work += 4 + triangles.count_ones() as usize;
+        let Self { bvh, mode, rays, screen, .. } = *self;
+        let outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
+        let (mut triangles, plain) = outlines.within(&self.window);
+        self.work += 8 + triangles.count_ones() as usize;
         let before = seen.len();
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize;
             triangles &= triangles - 1;
-            let view = views.lane(lane);
-            let mut packets = view.beams(&self.beams) & self.used;
+            let outline = outlines.lane(lane);
+            let mut packets = outline.within(&self.windows);
             if packets == 0 {
                 continue;
             }
             self.work += packets.count_ones() as usize;
-            let (index, number) = (bvh.indices[pack][lane], seen.len() as u32);
+            let number = seen.len() as u32;
             seen.push(8 * pack as u32 + lane as u32);
             while packets != 0 {
                 let packet = packets.trailing_zeros() as usize;
                 packets &= packets - 1;
-                let (live, bests) = (self.live[packet], &mut self.bests[packet]);
+                let (live, nearest) = (self.live[packet], &mut self.nearest[packet]);
                 if live == 0 {
                     continue;
                 }
-                mode.pencil_closest_in::<S, 16>(
-                    &self.pencils[packet],
-                    &view,
-                    (index, number),
+                mode.outline_closest_in(
+                    (&screen.points[packet], &self.ranges[packet]),
+                    (&outline, plain >> lane & 1 != 0),
+                    number,
                     |lane| rays[16 * packet + lane],
                     |number| bvh.triangle_in(seen[number as usize]),
+                    |number| bvh.index_of(seen[number as usize]),
                     live,
-                    bests,
+                    nearest,
                     counts,
                 );
                 if any {
-                    self.live[packet] &= !bests.hits();
+                    self.live[packet] &= !nearest.hits();
                 }
             }
         }
@@ -300,31 +401,12 @@ impl<'a, S: Simd> Tile<'a, S> {
     /// No hit beyond this depth can count.
     #[inline(always)]
     fn far(&self) -> f32 {
-        let mut deepest = S::F32x16::splat(f32::NEG_INFINITY);
-        for packet in 0..PACKETS {
-            let t = self.bests[packet].t_hi() * self.depth[packet];
-            let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live[packet]);
-            deepest = S::F32x16::select(live, deepest.max(t), deepest);
+        let mut least = S::F32x16::splat(f32::INFINITY);
+        for (nearest, live) in self.nearest.iter().zip(self.live) {
+            let live = <S::F32x16 as Lanes>::Mask::from_bits(live);
+            least = S::F32x16::select(live, least.min(nearest.least()), least);
         }
-        let mut lanes = [0.0; 16];
-        deepest.store(&mut lanes);
-        let deepest = lanes.into_iter().fold(f32::NEG_INFINITY, f32::max);
-        deepest + deepest.abs() * (1.0 / (1 << 18) as f32)
+        let depth = 1.0 / extremes(least).0;
+        depth + depth * (1.0 / (1 << 18) as f32)
     }
-}
-
-/// A beam around each packet, in the packet's lane.
-#[inline(always)]
-fn bundles<S: Simd>(dirs: &[[[f32; 16]; 3]]) -> Beams<S::F32x16> {
-    let mut rays = [[[0.0; 16]; 3]; 16];
-    for (lane, ray) in rays.iter_mut().enumerate() {
-        for packet in 0..PACKETS {
-            // Where there are fewer packets the first stands in: it takes no part.
-            let dir = dirs.get(packet).unwrap_or(&dirs[0]);
-            for (to, from) in ray.iter_mut().zip(dir) {
-                to[packet] = from[lane];
-            }
-        }
-    }
-    Beams::new(&rays)
 }

@@ -75,43 +75,19 @@ impl Triangles<f32> {
     }
 }
 
-/// What the filter asks of rays wherever they start.
-#[derive(Clone, Copy)]
-pub struct Pencil<F> {
-    pub(super) dir: Vec3<F>,
-    /// |d|₂, rounded up; NaN where the filter must not decide.
-    pub(super) len: F,
-    /// A t beyond this is large enough, a t under that is not.
-    pub(super) above: F,
-    pub(super) below: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Pencil<F> {
-    #[inline(always)]
-    pub(super) fn new(dir: Vec3<F>, t_min: F, threshold: f64) -> Self {
-        let splat = F::splat;
-        let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
-
-        // Within these limits nothing overflows, and what underflows is in the bound.
-        let sane = len.le(splat(bound::LARGEST)) & len.ge(splat(bound::SHORTEST_DIR));
-        let len = F::select(sane, len, splat(f32::NAN));
-
-        // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
-        let threshold = threshold as f32;
-        let above = at_least(t_min, threshold.next_up());
-        Self { dir, len, above, below: at_least(t_min, threshold.next_down()) }
-    }
-}
-
 /// Rays as lanes, with what the filter asks of them.
 #[derive(Clone, Copy)]
 pub struct Rays<F> {
     rays: RayLanes<F>,
-    pub(super) pencil: Pencil<F>,
+    /// |d|₂, rounded up; NaN where the filter must not decide.
+    len: F,
     /// `-EDGE |d|₂`
     minus_edge: F,
     /// The part of the bound that is the origin's, negative.
     minus_off: F,
+    /// A t beyond this is large enough, a t under that is not.
+    above: F,
+    below: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Rays<F> {
@@ -119,15 +95,25 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
     #[inline(always)]
     pub(crate) fn new(rays: RayLanes<F>, threshold: f64) -> Self {
         let splat = F::splat;
-        let pencil = Pencil::new(rays.dir, rays.t_min, threshold);
-        let org = rays.org.norm1();
-        let len = F::select(org.le(splat(bound::LARGEST)), pencil.len, splat(f32::NAN));
+        let (dir, org) = (rays.dir, rays.org.norm1());
+        let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
+
+        // Within these limits nothing overflows, and what underflows is in the bound.
+        let sane = org.le(splat(bound::LARGEST))
+            & len.le(splat(bound::LARGEST))
+            & len.ge(splat(bound::SHORTEST_DIR));
+        let len = F::select(sane, len, splat(f32::NAN));
         let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
+
+        // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
+        let threshold = threshold as f32;
         Self {
             rays,
-            pencil: Pencil { len, ..pencil },
+            len,
             minus_edge: len * splat(-bound::EDGE),
             minus_off: -len.mul_add(off, splat(bound::OFF_ADD)),
+            above: at_least(rays.t_min, threshold.next_up()),
+            below: at_least(rays.t_min, threshold.next_down()),
         }
     }
 
@@ -146,8 +132,27 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 
 /// The larger of lanes and a number; where a lane is NaN, NaN.
 #[inline(always)]
-fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
+pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
     F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
+}
+
+impl<F: Copy> Rays<F> {
+    #[inline(always)]
+    pub(super) fn dir(&self) -> Vec3<F> {
+        self.rays.dir
+    }
+    #[inline(always)]
+    pub(super) fn len(&self) -> F {
+        self.len
+    }
+    #[inline(always)]
+    pub(super) fn above(&self) -> F {
+        self.above
+    }
+    #[inline(always)]
+    pub(super) fn below(&self) -> F {
+        self.below
+    }
 }
 
 /// The edge functions with the bound that they share.
@@ -169,7 +174,7 @@ pub(super) struct Edges<F> {
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
-        let Rays { rays, pencil: Pencil { len, .. }, minus_edge, minus_off } = *of;
+        let Rays { rays, len, minus_edge, minus_off, .. } = *of;
         let a = tri.c1 - rays.org;
         let r = a.cross_fused(rays.dir);
         let den = tri.n.dot_fused(rays.dir);
@@ -218,7 +223,7 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
         let hh = tri.h * tri.h;
         let num_err =
             ((a1 + splat(bound::SMALL)) * hh).mul_add(splat(bound::NUM), splat(bound::TINY));
-        let den_err = (of.pencil.len * hh).mul_add(splat(bound::DEN), splat(bound::TINY));
+        let den_err = (of.len * hh).mul_add(splat(bound::DEN), splat(bound::TINY));
         let err = t.abs().mul_add(den_err, num_err) * recip;
         let rounding = t.abs().mul_add(splat(bound::ROUND), splat(bound::TINY));
         let err = err.mul_add(splat(bound::SLACK), rounding);
@@ -263,13 +268,13 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 
         // Is the plane where hits count?
         let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, self);
-        let out_of_range = sure & (t_hi.lt(of.pencil.below) | t_lo.gt(far));
+        let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
 
         // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
         let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
         let inside = weight.gt(-minus_bound)
             & den.abs().gt(parallel)
-            & t_lo.gt(of.pencil.above)
+            & t_lo.gt(of.above)
             & t_hi.lt(splat(f32::INFINITY));
         let hit = (sure & maybe & inside & !out_of_range).bits() & live;
         let undecided = (maybe & !out_of_range).bits() & live & !hit;

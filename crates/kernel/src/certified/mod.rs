@@ -11,16 +11,17 @@
 mod bound;
 mod evidence;
 mod filter;
+mod screen;
 mod view;
 
 use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Level, Simd};
 use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
-use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack, Vec3};
+use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-pub use filter::Pencil;
-pub use view::{Beams, View, Views};
+pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Windows};
+pub use view::View;
 
 use filter::{Edges, Rays, Triangles, Verdict};
 
@@ -131,14 +132,7 @@ impl Certified {
     /// A triangle as it is seen from the origin that rays share (document D): computed once, it makes
     /// each ray's test three dot products.
     pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
-        let pack = TrianglePack::<1>::new(core::slice::from_ref(triangle));
-        Views::new::<f64>(pack.corners(), origin, self.threshold.get(), 1).lane(0)
-    }
-
-    /// [`Certified::view`] of a pack of triangles, within a loop at some level.
-    #[inline(always)]
-    pub fn views_in<S: Simd>(&self, pack: &TrianglePack<8>, origin: [f32; 3]) -> Views<8> {
-        Views::new::<S::F64x8>(pack.corners(), origin, self.threshold.get(), pack.live())
+        View::new(triangle, origin, self.threshold.get())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
@@ -156,61 +150,76 @@ impl Certified {
     ) where
         Lane<N>: Width,
     {
-        let ray = |lane| rays.packet().ray(lane);
-        let pencil = &rays.lanes().pencil;
-        self.pencil_closest_in::<S, N>(
-            pencil,
-            view,
-            (index, place),
-            ray,
-            find,
-            live,
-            bests,
-            counts,
-        );
-    }
-
-    /// N rays that share an origin, as lanes: `dir[axis][lane]`. No coordinate of the origin may
-    /// exceed 2^30.
-    #[inline(always)]
-    pub fn pencil_in<S: Simd, const N: usize>(
-        &self,
-        dir: &[[f32; N]; 3],
-        t_min: &[f32; N],
-    ) -> Pencil<<Lane<N> as Width>::F<S>>
-    where
-        Lane<N>: Width,
-    {
-        Pencil::new(Vec3::load(dir), Lanes::load(t_min), self.threshold.get())
-    }
-
-    /// [`Certified::view_closest_in`] of a pencil, `ray` being the ray in a lane.
-    #[inline(always)]
-    pub fn pencil_closest_in<S: Simd, const N: usize>(
-        &self,
-        pencil: &Pencil<<Lane<N> as Width>::F<S>>,
-        view: &View,
-        (index, place): (u32, u32),
-        ray: impl Fn(usize) -> Ray,
-        find: impl Fn(u32) -> Triangle,
-        live: u32,
-        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
-        counts: &mut Counts,
-    ) where
-        Lane<N>: Width,
-    {
         counts.tests += u64::from(live.count_ones());
         if view.never {
             return;
         }
-        let forms = view::Forms::new(view, pencil);
+        let forms = view::Forms::new(view, rays.lanes());
         if forms.all_miss(view, live) {
             return;
         }
-        if let Some(verdict) = forms.decide(view, pencil, bests.t_hi(), live) {
-            let found = self.replay(&verdict, counts, |lane| (ray(lane), find(place)));
-            bests.offer(&found, index, place, |lane, place| exact_t(&ray(lane), &find(place)));
+        if let Some(verdict) = forms.decide(view, rays.lanes(), bests.t_hi(), live) {
+            let scalar = |lane| (rays.packet().ray(lane), view.triangle);
+            let found = self.replay(&verdict, counts, scalar);
+            let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
+            bests.offer(&found, index, place, exact);
         }
+    }
+
+    /// Eight triangles as the screen of a frame sees them, for rays none of which has a smaller z than
+    /// `slowest`; within a loop at some level.
+    #[inline(always)]
+    pub fn outlines_in<S: Simd>(
+        &self,
+        pack: &TrianglePack<8>,
+        frame: &Frame,
+        slowest: f32,
+    ) -> Outlines {
+        let (corners, threshold) = (pack.corners(), self.threshold.get());
+        Outlines::new::<S::F64x8, S::F32x8>(corners, pack.live(), frame, slowest, threshold)
+    }
+
+    /// Where on their way the rays of points look for hits.
+    #[inline(always)]
+    pub fn ranges_in<F: Lanes<Scalar = f32>, const N: usize>(
+        &self,
+        points: &Points<F>,
+        t_min: &[f32; N],
+    ) -> Ranges<F> {
+        points.ranges(F::load(t_min), self.threshold.get())
+    }
+
+    /// Offers the hits of N rays with one triangle to their nearest; only the lanes in `live` take
+    /// part, which must be on the screen and have no NaN in their interval. `plain` is what
+    /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
+    /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`.
+    #[inline(always)]
+    pub fn outline_closest_in<F: Lanes<Scalar = f32>, const N: usize>(
+        &self,
+        (points, ranges): (&Points<F>, &Ranges<F>),
+        (outline, plain): (&Outline, bool),
+        triangle: u32,
+        ray: impl Fn(usize) -> Ray,
+        find: impl Fn(u32) -> Triangle,
+        index: impl Fn(u32) -> u32,
+        live: u32,
+        nearest: &mut Nearest<F, N>,
+        counts: &mut Counts,
+    ) {
+        counts.tests += u64::from(live.count_ones());
+        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return };
+
+        // What the bound leaves undecided goes through the document's test.
+        let (mut replayed, mut exact) = (0, [0.0; N]);
+        counts.undecided += u64::from(found.undecided.count_ones());
+        for lane in lanes_of(found.undecided) {
+            if let Some(t) = replay(&ray(lane), &find(triangle), self.threshold.get()) {
+                replayed |= 1 << lane;
+                exact[lane] = t;
+            }
+        }
+        let t = |ray: &Ray, triangle| exact_t(ray, &find(triangle));
+        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, t, index);
     }
 
     /// What a verdict comes to: a sure hit keeps its enclosure of t, for who needs the bits asks for

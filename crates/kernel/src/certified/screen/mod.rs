@@ -1,0 +1,146 @@
+//! Rays from one origin as points of a screen: what they have in common, taken to its end.
+//!
+//! ```text
+//!        up                     a ray of direction d is the point (x, y) = (d·right, d·up) / d·depth;
+//!         │   ╱ depth           U, V, W and D of document D, divided by d·depth, are linear in x and
+//!         │ ╱   · (x, y)        y, and D / T = 1 / (t d·depth) is, too: no division, as in a z-buffer
+//!         o───── right
+//! ```
+//!
+//! So a triangle costs a ray two multiply-adds an edge, and one outline of a triangle can be held
+//! against a whole window of the screen. Bounds and proof: `docs/numerics/screen.md`.
+
+mod nearest;
+mod outline;
+
+use crate::Vec3;
+use crate::lanes::Lanes;
+
+use super::bound;
+use super::filter::at_least;
+
+pub use nearest::Nearest;
+pub use outline::{Outline, Outlines};
+
+/// An origin and three axes through it, of length 1 and at right angles but for the rounding of f32.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    origin: [f32; 3],
+    depth: [f32; 3],
+    right: [f32; 3],
+    up: [f32; 3],
+}
+
+impl Frame {
+    /// A frame. No coordinate of the origin may exceed 2^30.
+    pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
+        Self { origin, depth, right, up }
+    }
+
+    /// The axis along which depth is measured.
+    pub fn depth(&self) -> [f32; 3] {
+        self.depth
+    }
+
+    /// The axes across.
+    pub fn across(&self) -> [[f32; 3]; 2] {
+        [self.right, self.up]
+    }
+
+    /// Where directions meet the screen.
+    #[inline(always)]
+    pub fn points<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>) -> Points<F> {
+        let z = dir.dot_fused(Vec3::splat(self.depth));
+        let recip = F::splat(1.0) / z;
+        let x = dir.dot_fused(Vec3::splat(self.right)) * recip;
+        let y = dir.dot_fused(Vec3::splat(self.up)) * recip;
+        Points { x, y, z }
+    }
+}
+
+/// Rays as points of the screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Points<F> {
+    /// To the right.
+    pub x: F,
+    /// Upwards.
+    pub y: F,
+    /// The depth that a unit of t makes.
+    pub z: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Points<F> {
+    /// Which of them are near enough to the middle, and of a sane length, for the bounds to hold.
+    #[inline(always)]
+    pub fn on_screen(&self) -> F::Mask {
+        let edge = F::splat(bound::SCREEN_EDGE);
+        self.x.abs().le(edge)
+            & self.y.abs().le(edge)
+            & self.z.ge(F::splat(bound::SHORTEST_DIR))
+            & self.z.le(F::splat(bound::LARGEST))
+    }
+
+    /// Where on their way the rays look for hits, beyond `Threshold` and `t_min`.
+    #[inline(always)]
+    pub(super) fn ranges(&self, t_min: F, threshold: f64) -> Ranges<F> {
+        let (zero, threshold) = (F::splat(0.0), threshold as f32);
+        let above = at_least(t_min, threshold.next_up());
+        let below = at_least(t_min, threshold.next_down());
+        let near_hi = F::select(below.gt(zero), self.inverse(below).1, F::splat(f32::INFINITY));
+        Ranges { near_lo: self.inverse(above).0, near_hi }
+    }
+
+    /// An enclosure of `1 / (t z)`.
+    #[inline(always)]
+    fn inverse(&self, t: F) -> (F, F) {
+        let s = F::splat(1.0) / (t * self.z);
+        (s * F::splat(1.0 - bound::INVERSE), s * F::splat(1.0 + bound::INVERSE))
+    }
+}
+
+/// The near ends of rays, as inverse depths.
+#[derive(Clone, Copy, Debug)]
+pub struct Ranges<F> {
+    /// Below this a hit is far enough.
+    near_lo: F,
+    /// Above this it is not.
+    near_hi: F,
+}
+
+/// Rectangles of the screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Windows<F> {
+    lo: [F; 2],
+    hi: [F; 2],
+    middle: [F; 2],
+    half: [F; 2],
+}
+
+impl<F: Lanes<Scalar = f32>> Windows<F> {
+    /// From the smallest and largest x and y.
+    #[inline(always)]
+    pub fn new(lo: [F; 2], hi: [F; 2]) -> Self {
+        let half = F::splat(0.5);
+        Self {
+            lo,
+            hi,
+            middle: [(lo[0] + hi[0]) * half, (lo[1] + hi[1]) * half],
+            half: [(hi[0] - lo[0]) * half, (hi[1] - lo[1]) * half],
+        }
+    }
+
+    /// The largest and smallest value of linear forms in the windows.
+    #[inline(always)]
+    fn range(&self, form: [F; 3]) -> (F, F) {
+        let [one, x, y] = form;
+        let middle = y.mul_add(self.middle[1], x.mul_add(self.middle[0], one));
+        let reach = y.abs().mul_add(self.half[1], x.abs() * self.half[0]);
+        (middle - reach, middle + reach)
+    }
+
+    /// Which windows an outline that fills `lo..=hi` reaches.
+    #[inline(always)]
+    fn reached(&self, lo: [F; 2], hi: [F; 2]) -> F::Mask {
+        self.lo[0].le(hi[0]) & lo[0].le(self.hi[0]) & self.lo[1].le(hi[1]) & lo[1].le(self.hi[1])
+    }
+}

@@ -1,0 +1,166 @@
+//! The nearest hits of rays from one origin, and the test that finds them.
+
+use crate::Ray;
+use crate::lanes::{Lanes, Mask};
+use crate::mode::lanes_of;
+
+use super::outline::splat;
+use super::{Outline, Points, Ranges};
+
+/// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest<F, const N: usize> {
+    /// No hit with a smaller inverse depth can become the nearest.
+    s_lo: F,
+    s_hi: F,
+    /// The caller's number of the triangle, as bits.
+    triangle: F,
+    /// Bit i is set where lane i has a hit.
+    hits: u32,
+}
+
+/// What the bound says of each lane. A lane that is in neither mask is a miss.
+#[derive(Clone, Copy)]
+pub(in super::super) struct Verdict<F> {
+    pub(in super::super) hit: u32,
+    pub(in super::super) undecided: u32,
+    s_lo: F,
+    s_hi: F,
+}
+
+impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
+    /// The number that stands for no triangle.
+    pub const NOTHING: u32 = u32::MAX;
+
+    /// No hits yet: whatever is closer than `t_max` is nearer.
+    #[inline(always)]
+    pub fn new(points: &Points<F>, t_max: &[f32; N]) -> Self {
+        let (s_lo, s_hi) = points.inverse(F::load(t_max));
+        Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
+    }
+
+    /// The least inverse depth at which a hit still counts.
+    #[inline(always)]
+    pub fn least(&self) -> F {
+        self.s_lo
+    }
+
+    /// Bit i is set where lane i has a hit.
+    #[inline(always)]
+    pub fn hits(&self) -> u32 {
+        self.hits
+    }
+
+    /// The caller's numbers of the triangles; [`Nearest::NOTHING`] where nothing is hit.
+    #[inline(always)]
+    pub fn triangles(&self) -> [u32; N] {
+        let mut bits = [0.0; N];
+        self.triangle.store(&mut bits);
+        bits.map(f32::to_bits)
+    }
+
+    /// Which of the live rays hit a triangle surely, and which perhaps. `plain` says that D is sure
+    /// and positive. `None` where all miss.
+    #[inline(always)]
+    pub(in super::super) fn test(
+        &self,
+        outline: &Outline,
+        plain: bool,
+        points: &Points<F>,
+        ranges: &Ranges<F>,
+        live: u32,
+    ) -> Option<Verdict<F>> {
+        // The least of the weights; below -1 a sure miss, if the sign of D is sure.
+        let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
+        let outside = weight.lt(F::splat(-1.0));
+        if plain && (!outside).bits() & live == 0 {
+            return None;
+        }
+
+        // The plane's inverse depth, negative where the ray goes away from it.
+        let s = at(outline.s, points);
+        let sure = s.abs().gt(F::splat(outline.least));
+        let maybe = !(sure & (outside | s.lt(F::splat(0.0))));
+        let err = F::splat(outline.err);
+        let (s_lo, s_hi) = (s - err, s + err);
+        let out_of_range = sure & (s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo));
+        let maybe = maybe & !out_of_range;
+        if maybe.bits() & live == 0 {
+            return None;
+        }
+
+        // A hit, if nothing is in doubt.
+        let inside = weight.gt(F::splat(1.0))
+            & s.gt(F::splat(outline.parallel))
+            & s_hi.lt(ranges.near_lo)
+            & s_lo.gt(F::splat(0.0));
+        let hit = (sure & maybe & inside).bits() & live;
+        Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
+    }
+
+    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `t` gives the exact t
+    /// of a lane's ray with a triangle, `index` the triangle's own number, which breaks ties.
+    #[inline(always)]
+    pub(in super::super) fn offer(
+        &mut self,
+        found: &Verdict<F>,
+        (replayed, exact): (u32, &[f64; N]),
+        triangle: u32,
+        points: &Points<F>,
+        ray: impl Fn(usize) -> Ray,
+        t: impl Fn(&Ray, u32) -> f64,
+        index: impl Fn(u32) -> u32,
+    ) {
+        // Where the enclosures tell, all lanes at once.
+        let bits = f32::from_bits(triangle);
+        let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
+        self.s_lo = F::select(wins, found.s_lo, self.s_lo);
+        self.s_hi = F::select(wins, found.s_hi, self.s_hi);
+        self.triangle = F::select(wins, F::splat(bits), self.triangle);
+        self.hits |= wins.bits();
+
+        // The others one by one, by their exact t.
+        let rest = (found.hit & !wins.bits()) | replayed;
+        if rest == 0 {
+            return;
+        }
+        let (mut lo, mut hi, mut number) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut new_lo, mut new_hi, mut z) = ([0.0; N], [0.0; N], [0.0; N]);
+        self.s_lo.store(&mut lo);
+        self.s_hi.store(&mut hi);
+        self.triangle.store(&mut number);
+        found.s_lo.store(&mut new_lo);
+        found.s_hi.store(&mut new_hi);
+        points.z.store(&mut z);
+        for lane in lanes_of(rest) {
+            let ray = ray(lane);
+            let known = replayed >> lane & 1 != 0;
+            let at = if known { exact[lane] } else { t(&ray, triangle) };
+            let nearer = if self.hits >> lane & 1 == 0 {
+                at < f64::from(ray.t_max)
+            } else {
+                let other = number[lane].to_bits();
+                let best = t(&ray, other);
+                at < best || (at == best && index(triangle) < index(other))
+            };
+            if nearer {
+                let one = Points { x: 0.0, y: 0.0, z: z[lane] };
+                let enclosure =
+                    if known { one.inverse(at as f32) } else { (new_lo[lane], new_hi[lane]) };
+                (lo[lane], hi[lane]) = enclosure;
+                number[lane] = bits;
+                self.hits |= 1 << lane;
+            }
+        }
+        self.s_lo = F::load(&lo);
+        self.s_hi = F::load(&hi);
+        self.triangle = F::load(&number);
+    }
+}
+
+/// A form at points of the screen.
+#[inline(always)]
+fn at<F: Lanes<Scalar = f32>>(form: [f32; 3], points: &Points<F>) -> F {
+    let [one, x, y] = splat::<F>(form);
+    y.mul_add(points.y, x.mul_add(points.x, one))
+}
