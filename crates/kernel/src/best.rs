@@ -100,24 +100,21 @@ impl Best {
     }
 }
 
-/// The best of each of N rays, side by side.
+/// The best of each of N rays, with the enclosures side by side.
 #[derive(Clone, Copy)]
 pub struct Bests<F, const N: usize> {
     t_lo: F,
     t_hi: F,
-    /// Index and place of the triangle, as bits.
-    triangle: F,
-    place: F,
-    /// Bit i is set where lane i has a hit.
-    hits: u32,
+    /// The rest of each best; its enclosure is the one above.
+    lanes: [Best; N],
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
     /// No hits yet; see [`Best::new`].
     #[inline(always)]
     pub fn new(t_max: &[f32; N]) -> Self {
-        let (t, none) = (F::load(t_max), F::splat(f32::from_bits(Best::NOTHING)));
-        Self { t_lo: t, t_hi: t, triangle: none, place: none, hits: 0 }
+        let t = F::load(t_max);
+        Self { t_lo: t, t_hi: t, lanes: t_max.map(Best::new) }
     }
 
     /// See [`Best::t_hi`].
@@ -126,36 +123,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
         self.t_hi
     }
 
-    /// Bit i is set where lane i has a hit.
-    #[inline(always)]
-    pub fn hits(&self) -> u32 {
-        self.hits
-    }
-
-    /// Where the caller put the triangles of the hits; [`Best::NOTHING`] where there is none.
-    #[inline(always)]
-    pub fn places(&self) -> [u32; N] {
-        let mut bits = [0.0; N];
-        self.place.store(&mut bits);
-        bits.map(f32::to_bits)
-    }
-
     /// The best of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Best {
-        let mut all = [[0.0; N]; 4];
-        self.store(&mut all);
-        let [t_lo, t_hi, triangle, place] = [0, 1, 2, 3].map(|k| all[k][lane]);
-        let t = if self.hits >> lane & 1 != 0 { f64::NAN } else { t_hi.into() };
-        Best { t, t_lo, t_hi, triangle: triangle.to_bits(), place: place.to_bits() }
-    }
-
-    #[inline(always)]
-    fn store(&self, [t_lo, t_hi, triangle, place]: &mut [[f32; N]; 4]) {
-        self.t_lo.store(t_lo);
-        self.t_hi.store(t_hi);
-        self.triangle.store(triangle);
-        self.place.store(place);
+        let (mut t_lo, mut t_hi) = ([0.0; N], [0.0; N]);
+        self.t_lo.store(&mut t_lo);
+        self.t_hi.store(&mut t_hi);
+        Best { t_lo: t_lo[lane], t_hi: t_hi[lane], ..self.lanes[lane] }
     }
 
     /// Offers to each lane the hit that was found there. `exact` gives the t of a lane's ray with the
@@ -170,30 +144,26 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
     ) {
         // Where the enclosures tell, all lanes at once.
         let wins = F::Mask::from_bits(found.near) & found.t_hi.lt(self.t_lo);
-        let bits = |x: u32| f32::from_bits(x);
         self.t_lo = F::select(wins, found.t_lo, self.t_lo);
         self.t_hi = F::select(wins, found.t_hi, self.t_hi);
-        self.triangle = F::select(wins, F::splat(bits(triangle)), self.triangle);
-        self.place = F::select(wins, F::splat(bits(place)), self.place);
-        self.hits |= wins.bits();
+        for lane in lanes_of(wins.bits()) {
+            let best = &mut self.lanes[lane];
+            (best.t, best.triangle, best.place) = (f64::NAN, triangle, place);
+        }
 
         // The others one by one.
         let rest = (found.near | found.exact) & !wins.bits();
         if rest != 0 {
-            let mut all = [[0.0; N]; 4];
-            self.store(&mut all);
+            let (mut lo, mut hi) = ([0.0; N], [0.0; N]);
             for lane in lanes_of(rest) {
                 let mut best = self.lane(lane);
                 found.offer(lane, &mut best, triangle, place, |place| exact(lane, place));
-                let new = [best.t_lo, best.t_hi, bits(best.triangle), bits(best.place)];
-                for (row, new) in all.iter_mut().zip(new) {
-                    row[lane] = new;
-                }
-                self.hits |= u32::from(best.is_hit()) << lane;
+                self.t_lo.store(&mut lo);
+                self.t_hi.store(&mut hi);
+                (lo[lane], hi[lane]) = (best.t_lo, best.t_hi);
+                (self.t_lo, self.t_hi) = (F::load(&lo), F::load(&hi));
+                self.lanes[lane] = best;
             }
-            let [t_lo, t_hi, triangle, place] = &all;
-            (self.t_lo, self.t_hi) = (F::load(t_lo), F::load(t_hi));
-            (self.triangle, self.place) = (F::load(triangle), F::load(place));
         }
     }
 }

@@ -360,6 +360,7 @@ impl<'a, S: Simd> Tile<'a, S> {
         let outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
         let (mut triangles, plain) = outlines.within(&self.window);
         self.work += 8 + triangles.count_ones() as usize;
+        counts.tests += u64::from(triangles.count_ones()) * rays.len() as u64;
         let before = seen.len();
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize;

@@ -192,7 +192,8 @@ impl Certified {
     /// Offers the hits of N rays with one triangle to their nearest; only the lanes in `live` take
     /// part, which must be on the screen and have no NaN in their interval. `plain` is what
     /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
-    /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`.
+    /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`. Only
+    /// undecided tests are counted: the caller knows how many its windows decided.
     #[inline(always)]
     pub fn outline_closest_in<F: Lanes<Scalar = f32>, const N: usize>(
         &self,
@@ -206,7 +207,6 @@ impl Certified {
         nearest: &mut Nearest<F, N>,
         counts: &mut Counts,
     ) {
-        counts.tests += u64::from(live.count_ones());
         let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return };
 
         // What the bound leaves undecided goes through the document's test.

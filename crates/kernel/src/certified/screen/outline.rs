@@ -108,9 +108,9 @@ impl Outlines {
         least.store_f32(&mut to.least);
         (parallel * normal).mul_add(size, least).store_f32(&mut to.parallel);
 
-        // Without an area, or not finite, it is never hit.
+        // What is not finite is never hit. (No area here may be some area in other axes.)
         let limit = splat(f64::INFINITY);
-        let finite = normal.gt(splat(0.0)) & normal.lt(limit) & away.lt(limit);
+        let finite = normal.lt(limit) & away.lt(limit);
         to.live = finite.bits() & live;
         to
     }
