@@ -3,8 +3,8 @@
 use crate::lanes::{Lanes, Mask, Simd, WithSimd};
 use crate::{Ray, Triangle, TrianglePack};
 
+use super::Certified;
 use super::filter::{Edges, Plane, Rays, Triangles};
-use super::{Certified, bound};
 
 /// The numbers by which the mode `certified` decides one test, as its level computes them, each with
 /// the most that it may be off by.
@@ -73,13 +73,13 @@ impl WithSimd for Seen<'_> {
             x.store(&mut lanes);
             lanes[0]
         };
-        let edge = -lane(edges.minus_bound);
+        let edge = lane(edges.bound(&triangles, &rays));
         Evidence {
             v: lane(edges.v),
             w: lane(edges.w),
             u: lane(edges.u),
             edge,
-            u_edge: edge / bound::U_SCALE,
+            u_edge: 2.0 * edge,
             den: lane(edges.den),
             den_err: lane(plane.den_err),
             num: lane(plane.num.flip(edges.den)),
