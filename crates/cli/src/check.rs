@@ -1,35 +1,96 @@
-//! Two engines, one picture: where do they disagree?
+//! Two engines, one picture: where do they disagree, and may they?
+//!
+//! Engines that trace must agree in every bit. The z-buffer and the shadow volumes look at the same
+//! scene along lines that are a rounding apart, so where one of them takes part a pixel may differ if,
+//! and only if, an edge, a tie of depths or the surface of a volume passes within that rounding of it:
+//! the rule of `docs/raster.md`, decided for each pixel by itself.
 
+use intertri_raster::{Verdict, differences, shadow_differences};
+use intertri_scene::{Image, difference};
+
+use crate::error::Result;
 use crate::frame::Frame;
+use crate::raster::Raster;
+
+/// The colours of pixels that differ: may, and may not.
+const EXCUSED: [u8; 3] = [64, 176, 255];
+const UNEXCUSED: [u8; 3] = [255, 32, 32];
 
 /// How two frames differ.
 pub(crate) struct Difference {
-    /// Pixels with another triangle, or another t by a single bit.
-    pub(crate) hits: usize,
-    /// Pixels that are lit in one frame only.
-    pub(crate) shadows: usize,
-    /// One entry a pixel: either.
-    pub(crate) pixels: Vec<bool>,
+    /// What each pixel shows.
+    pub(crate) hits: Vec<Verdict>,
+    /// Whether that is lit.
+    pub(crate) shadows: Vec<Verdict>,
 }
 
 impl Difference {
-    /// Compares the frames of one scene at one size.
-    pub(crate) fn between(a: &Frame, b: &Frame) -> Self {
-        let mut difference = Self { hits: 0, shadows: 0, pixels: vec![false; a.hits.len()] };
-        for (i, pixel) in difference.pixels.iter_mut().enumerate() {
-            let (p, q) = (&a.hits[i], &b.hits[i]);
-            let hits = p.triangle != q.triangle || p.t.to_bits() != q.t.to_bits();
-            let shadows = a.lit[i] != b.lit[i];
-            difference.hits += usize::from(hits);
-            difference.shadows += usize::from(shadows);
-            *pixel = hits || shadows;
+    /// Compares frames of tracing engines: each must have the other's triangle, bits of t, and shadow.
+    pub(crate) fn bits(a: &Frame, b: &Frame) -> Self {
+        let verdict = |same| if same { Verdict::Same } else { Verdict::Unexcused };
+        let hits = a.hits.iter().zip(&b.hits);
+        let shadows = a.lit.iter().zip(&b.lit);
+        Self {
+            hits: hits
+                .map(|(a, b)| verdict(a.triangle == b.triangle && a.t.to_bits() == b.t.to_bits()))
+                .collect(),
+            shadows: shadows.map(|(a, b)| verdict(a == b)).collect(),
         }
-        difference
+    }
+
+    /// Compares frames of which the z-buffer or the shadow volumes made one.
+    pub(crate) fn by_rule(raster: &Raster<'_>, a: &Frame, b: &Frame) -> Result<Self> {
+        let view = raster.view()?;
+        let hits = differences(&view, raster.triangles, &a.hits, &b.hits);
+        // Where two triangles are seen there are two shadows, and nothing to compare.
+        let same = |i: usize| a.hits[i].triangle == b.hits[i].triangle;
+        let other: Vec<bool> =
+            (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
+        let shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
+        Ok(Self { hits, shadows })
+    }
+
+    /// Each pixel's worse verdict.
+    fn pixels(&self) -> impl Iterator<Item = Verdict> {
+        let worse = |(&hit, &shadow)| match (hit, shadow) {
+            (Verdict::Unexcused, _) | (_, Verdict::Unexcused) => Verdict::Unexcused,
+            (Verdict::Excused, _) | (_, Verdict::Excused) => Verdict::Excused,
+            (Verdict::Same, Verdict::Same) => Verdict::Same,
+        };
+        self.hits.iter().zip(&self.shadows).map(worse)
     }
 
     /// How many pixels differ at all.
-    pub(crate) fn count(&self) -> usize {
-        self.pixels.iter().filter(|&&differs| differs).count()
+    pub(crate) fn count(&self) -> Count {
+        Count::of(self.pixels())
+    }
+
+    /// `image` darkened, and every pixel that differs in the colour of its verdict.
+    pub(crate) fn picture(&self, image: &Image) -> Image {
+        let colour = |verdict| match verdict {
+            Verdict::Same => None,
+            Verdict::Excused => Some(EXCUSED),
+            Verdict::Unexcused => Some(UNEXCUSED),
+        };
+        difference(image, &self.pixels().map(colour).collect::<Vec<_>>())
+    }
+}
+
+/// Differences, and how many of them the rule excuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Count {
+    pub(crate) differ: usize,
+    pub(crate) excused: usize,
+}
+
+impl Count {
+    pub(crate) fn of(verdicts: impl IntoIterator<Item = Verdict>) -> Self {
+        let mut count = Self { differ: 0, excused: 0 };
+        for verdict in verdicts {
+            count.differ += usize::from(verdict != Verdict::Same);
+            count.excused += usize::from(verdict == Verdict::Excused);
+        }
+        count
     }
 }
 
@@ -51,8 +112,8 @@ mod tests {
 
     #[test]
     fn a_single_bit_of_t_a_triangle_and_a_shadow_count() {
-        let same = Difference::between(&frame(), &frame());
-        assert_eq!((same.hits, same.shadows, same.count()), (0, 0, 0));
+        let same = Difference::bits(&frame(), &frame());
+        assert_eq!(same.count(), Count { differ: 0, excused: 0 });
 
         let changes: [fn(&mut Frame); 3] = [
             |frame| frame.hits[1].t = 2.0f64.next_up(),
@@ -62,10 +123,13 @@ mod tests {
         for (i, change) in changes.into_iter().enumerate() {
             let mut other = frame();
             change(&mut other);
-            let difference = Difference::between(&frame(), &other);
-            let expected = if i == 2 { (0, 1) } else { (1, 0) };
-            assert_eq!((difference.hits, difference.shadows), expected);
-            assert_eq!(difference.pixels, [false, true]);
+            let difference = Difference::bits(&frame(), &other);
+            let wrong = [Verdict::Same, Verdict::Unexcused];
+            assert_eq!((difference.hits == wrong, difference.shadows == wrong), (i < 2, i == 2));
+            assert_eq!(difference.count(), Count { differ: 1, excused: 0 });
+            let mut image = Image::new(1, 2).unwrap();
+            image.pixels_mut().fill([255; 3]);
+            assert_eq!(difference.picture(&image).pixels()[1], UNEXCUSED);
         }
     }
 }

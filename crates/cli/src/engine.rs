@@ -9,7 +9,7 @@ use intertri_trace::Bvh;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::{Progress, timed};
 
 /// What finds the hits.
@@ -22,6 +22,8 @@ pub(crate) enum Name {
     Double,
     /// The scalar f64 reference in a plain loop over all triangles: slow
     Reference,
+    /// The z-buffer: no rays, and so another witness; for pictures alone
+    Raster,
 }
 
 /// Makes engines for one model; those that need a hierarchy share one.
@@ -47,6 +49,11 @@ impl<'a> Engines<'a> {
                 let scene = reference::Scene::from_triangles(self.triangles.iter().map(|t| t.0));
                 Engine::Reference(scene.with_threshold(self.threshold.get()))
             }),
+            Name::Raster => {
+                return Err(Error::new(
+                    "engine raster draws pictures and answers no rays; choose another",
+                ));
+            }
         })
     }
 

@@ -44,6 +44,8 @@ from!(
     intertri_scene::LoadError,
     intertri_scene::CameraError,
     intertri_scene::ImageError,
+    intertri_raster::LightError,
+    intertri_raster::ViewError,
     intertri_trace::BuildError
 );
 

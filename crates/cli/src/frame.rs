@@ -1,19 +1,21 @@
-//! One picture's worth of rays: the visibility buffer and the shadow mask.
+//! One picture's worth of answers: the visibility buffer and the shadow mask, whoever fills them.
 
 use intertri::{Counts, Hit, Ray};
 use intertri_scene::{Scene, check_size, hit_point};
 use rayon::prelude::*;
 
-use crate::engine::Engine;
+use crate::engine::{Engine, Engines, Name};
 use crate::error::{Error, Result};
 use crate::progress::{Progress, timed};
+use crate::raster::Raster;
+use crate::render::Shadows;
 
 /// Rays are asked tile by tile, because neighbours take nearly the same way through a hierarchy.
 const TILE: u32 = 8;
 
-/// What an engine saw.
+/// What was seen.
 pub(crate) struct Frame {
-    /// What each pixel's ray met, row by row from the top left.
+    /// What each pixel shows, row by row from the top left.
     pub(crate) hits: Vec<Hit>,
     /// Whether that point sees the light; true where there is no point or no shadow.
     pub(crate) lit: Vec<bool>,
@@ -21,21 +23,24 @@ pub(crate) struct Frame {
     pub(crate) shadow_rays: u64,
     /// The tests of all rays.
     pub(crate) counts: Counts,
-    /// Seconds for the rays of the camera.
+    /// Seconds for what is seen.
     pub(crate) trace: f64,
-    /// Seconds for the shadow rays.
+    /// Seconds for what is lit.
     pub(crate) shadow: f64,
 }
 
 impl Frame {
-    /// Looks at `scene` with `engine`.
-    pub(crate) fn trace(
+    /// Looks at `scene` with the engine of that name, and finds the shadows of what it sees. Shadow
+    /// rays are the engine's own; those of the z-buffer, which has none, are certified.
+    pub(crate) fn draw(
         scene: &Scene,
-        (width, height): (u32, u32),
-        engine: &Engine,
-        shadows: bool,
+        raster: &Raster<'_>,
+        engines: &mut Engines<'_>,
+        name: Name,
+        shadows: Shadows,
     ) -> Result<Self> {
-        let pixels = check_size(width, height)?;
+        let size = raster.size;
+        let pixels = check_size(size.0, size.1)?;
         let mut frame = Self {
             hits: filled(pixels, Hit::MISS)?,
             lit: filled(pixels, true)?,
@@ -45,54 +50,78 @@ impl Frame {
             shadow: 0.0,
         };
 
-        let bar = Progress::new("trace", Some(pixels as u64));
-        let mut tiles = tiled(width, height);
-        loop {
-            let batch: Vec<(u32, u32)> = tiles.by_ref().take(engine.batch()).collect();
-            if batch.is_empty() {
-                break;
+        // The visibility buffer.
+        let rays = if name == Name::Raster { Name::Certified } else { name };
+        if name == Name::Raster {
+            let _bar = Progress::new("draw", None);
+            frame.hits = timed(&mut frame.trace, || raster.hits())?;
+        } else {
+            frame.trace(scene, size, &engines.engine(rays)?);
+        }
+
+        // The shadow mask.
+        match shadows {
+            Shadows::None => {}
+            Shadows::Rays => frame.trace_shadows(scene, size, &engines.engine(rays)?),
+            Shadows::Volumes => {
+                let _bar = Progress::new("shadows", None);
+                frame.lit = timed(&mut frame.shadow, || raster.lit(&frame.hits))?;
             }
-            frame.trace_batch(scene, (width, height), engine, shadows, &batch);
-            bar.add(batch.len());
         }
         Ok(frame)
     }
 
-    /// Some of the pixels.
-    fn trace_batch(
-        &mut self,
-        scene: &Scene,
-        (width, height): (u32, u32),
-        engine: &Engine,
-        shadows: bool,
-        batch: &[(u32, u32)],
-    ) {
-        let place = |&(x, y): &(u32, u32)| y as usize * width as usize + x as usize;
+    /// What does each pixel's ray meet?
+    fn trace(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &Engine) {
+        let bar = Progress::new("trace", Some(self.hits.len() as u64));
+        let mut hits = Vec::new();
+        batches(width, height, engine.batch(), |batch| {
+            let ray = |&(x, y): &(u32, u32)| scene.camera.ray(x, y, width, height);
+            let rays: Vec<Ray> = batch.par_iter().map(ray).collect();
+            hits.clear();
+            hits.resize(rays.len(), Hit::MISS);
+            self.counts += timed(&mut self.trace, || engine.closest(&rays, &mut hits));
+            for (&(x, y), hit) in batch.iter().zip(&hits) {
+                self.hits[y as usize * width as usize + x as usize] = *hit;
+            }
+            bar.add(batch.len());
+        });
+    }
 
-        // What does each pixel see?
-        let rays: Vec<Ray> =
-            batch.par_iter().map(|&(x, y)| scene.camera.ray(x, y, width, height)).collect();
-        let mut hits = vec![Hit::MISS; rays.len()];
-        self.counts += timed(&mut self.trace, || engine.closest(&rays, &mut hits));
-        for (pixel, hit) in batch.iter().zip(&hits) {
-            self.hits[place(pixel)] = *hit;
-        }
-        if !shadows {
+    /// Is there anything between that and the light?
+    fn trace_shadows(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &Engine) {
+        let bar = Progress::new("shadows", Some(self.hits.len() as u64));
+        let mut blocked = Vec::new();
+        batches(width, height, engine.batch(), |batch| {
+            let place = |(x, y): (u32, u32)| y as usize * width as usize + x as usize;
+            let seen = batch.par_iter().filter(|&&pixel| self.hits[place(pixel)].is_hit());
+            let seen: Vec<(u32, u32)> = seen.copied().collect();
+            let ray = |&(x, y): &(u32, u32)| {
+                let ray = scene.camera.ray(x, y, width, height);
+                scene.light.shadow_ray(hit_point(&ray, &self.hits[place((x, y))]))
+            };
+            let rays: Vec<Ray> = seen.par_iter().map(ray).collect();
+            blocked.clear();
+            blocked.resize(rays.len(), false);
+            self.counts += timed(&mut self.shadow, || engine.any(&rays, &mut blocked));
+            self.shadow_rays += rays.len() as u64;
+            for (pixel, blocked) in seen.into_iter().zip(&blocked) {
+                self.lit[place(pixel)] = !blocked;
+            }
+            bar.add(batch.len());
+        });
+    }
+}
+
+/// Calls `work` with all pixels of a picture, so many at a time.
+fn batches(width: u32, height: u32, size: usize, mut work: impl FnMut(&[(u32, u32)])) {
+    let mut pixels = tiled(width, height);
+    loop {
+        let batch: Vec<(u32, u32)> = pixels.by_ref().take(size).collect();
+        if batch.is_empty() {
             return;
         }
-
-        // Is there anything between that and the light?
-        let seen = (0..hits.len()).filter(|&i| hits[i].is_hit()).collect::<Vec<_>>();
-        let rays: Vec<Ray> = seen
-            .par_iter()
-            .map(|&i| scene.light.shadow_ray(hit_point(&rays[i], &hits[i])))
-            .collect();
-        let mut blocked = vec![false; rays.len()];
-        self.counts += timed(&mut self.shadow, || engine.any(&rays, &mut blocked));
-        self.shadow_rays += rays.len() as u64;
-        for (i, blocked) in seen.into_iter().zip(blocked) {
-            self.lit[place(&batch[i])] = !blocked;
-        }
+        work(&batch);
     }
 }
 

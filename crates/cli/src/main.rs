@@ -13,6 +13,7 @@ mod error;
 mod frame;
 mod output;
 mod progress;
+mod raster;
 mod rays;
 mod render;
 mod report;

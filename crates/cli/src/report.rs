@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use crate::check::{Count, Difference};
 use crate::engine;
 use crate::error::{Error, Result};
 use crate::render::Shadows;
@@ -32,9 +33,11 @@ pub(crate) struct Render {
     pub(crate) engine: engine::Name,
     pub(crate) shadows: Shadows,
     pub(crate) threshold: f64,
-    /// Rays of the camera, and how many of them hit something.
+    /// Pixels, each with a ray of the camera unless the z-buffer drew them, and how many of them show
+    /// something, and how many of these are in shadow.
     pub(crate) rays: u64,
     pub(crate) hits: u64,
+    pub(crate) dark: u64,
     pub(crate) shadow_rays: u64,
     /// Ray/triangle tests of all rays, and how many were replayed in f64; the reference counts none.
     pub(crate) tests: u64,
@@ -48,9 +51,9 @@ pub(crate) struct Render {
 pub(crate) struct Seconds {
     pub(crate) load: f64,
     pub(crate) build: f64,
-    /// The rays of the camera.
+    /// The rays of the camera, or the z-buffer.
     pub(crate) trace: f64,
-    /// The shadow rays.
+    /// The shadow rays, or the volumes.
     pub(crate) shadow: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
@@ -60,14 +63,44 @@ pub(crate) struct Seconds {
 #[derive(Serialize)]
 pub(crate) struct Check {
     pub(crate) engine: engine::Name,
-    /// Pixels that differ at all, in triangle or t, and in shadow.
+    pub(crate) shadows: Shadows,
+    /// Pixels that differ at all, in triangle or t, and in shadow; and how many of them may.
     pub(crate) differing_pixels: usize,
+    pub(crate) excused_pixels: usize,
     pub(crate) differing_hits: usize,
+    pub(crate) excused_hits: usize,
     pub(crate) differing_shadows: usize,
+    pub(crate) excused_shadows: usize,
     /// Where they are.
     pub(crate) picture: PathBuf,
-    /// For all rays of the second engine.
+    /// For all that the second engine did, but building.
     pub(crate) seconds: f64,
+}
+
+impl Check {
+    pub(crate) fn new(
+        engine: engine::Name,
+        shadows: Shadows,
+        differs: &Difference,
+        picture: PathBuf,
+        seconds: f64,
+    ) -> Self {
+        let pixels = differs.count();
+        let [hits, dark] =
+            [&differs.hits, &differs.shadows].map(|all| Count::of(all.iter().copied()));
+        Self {
+            engine,
+            shadows,
+            differing_pixels: pixels.differ,
+            excused_pixels: pixels.excused,
+            differing_hits: hits.differ,
+            excused_hits: hits.excused,
+            differing_shadows: dark.differ,
+            excused_shadows: dark.excused,
+            picture,
+            seconds,
+        }
+    }
 }
 
 impl fmt::Display for Render {
@@ -82,7 +115,8 @@ impl fmt::Display for Render {
 
         let engine = format!("{:?}", self.engine).to_lowercase();
         let rate = speed(self.rays, self.seconds.trace);
-        writeln!(f, "{:>12} rays, {rate}, engine {engine}", grouped(self.rays))?;
+        let what = if self.engine == engine::Name::Raster { "pixels" } else { "rays" };
+        writeln!(f, "{:>12} {what}, {rate}, engine {engine}", grouped(self.rays))?;
         if self.shadow_rays > 0 {
             let rate = speed(self.shadow_rays, self.seconds.shadow);
             writeln!(f, "{:>12} shadow rays, {rate}", grouped(self.shadow_rays))?;
@@ -108,6 +142,9 @@ impl fmt::Display for Render {
             let engine = format!("{:?}", check.engine).to_lowercase();
             let (pixels, seconds) = (grouped(check.differing_pixels as u64), check.seconds);
             write!(f, "\n{pixels:>12} pixels differ from engine {engine} ({seconds:.3} seconds)")?;
+            if check.differing_pixels > 0 {
+                write!(f, "\n{:>12} of them may", grouped(check.excused_pixels as u64))?;
+            }
         }
         Ok(())
     }

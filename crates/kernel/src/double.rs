@@ -104,16 +104,6 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         let (hit, t) = self.inter_tri(rays.org, rays.dir, threshold);
         (hit & t.ge(rays.t_min) & t.lt(rays.t_max), t)
     }
-
-    /// The weights u of c2 and v of c3 where the line meets the plane, by Cramer's rule (document
-    /// D). With `n = h4 ^ h5` and `q = (c1 - org) ^ dir`: `u = h5 & q / n & dir` and
-    /// `v = -(h4 & q) / n & dir`.
-    #[inline(always)]
-    pub(crate) fn barycentric(&self, org: Vec3<D>, dir: Vec3<D>) -> (D, D) {
-        let den = self.h4.cross(self.h5).dot(dir);
-        let q = (self.c1 - org).cross(dir);
-        (self.h5.dot(q) / den, -(self.h4.dot(q) / den))
-    }
 }
 
 impl Tri<f64> {
@@ -137,12 +127,6 @@ pub(crate) fn replay(ray: &Ray, triangle: &Triangle, threshold: f64) -> Option<f
 pub(crate) fn exact_t(ray: &Ray, triangle: &Triangle) -> f64 {
     let rays = RayLanes::of_ray(ray);
     Tri::one(triangle).t(rays.org, rays.dir)
-}
-
-/// The weights of c2 and c3 where a ray meets a triangle; see [`Tri::barycentric`].
-pub(crate) fn barycentric(ray: &Ray, triangle: &Triangle) -> (f64, f64) {
-    let rays = RayLanes::of_ray(ray);
-    Tri::one(triangle).barycentric(rays.org, rays.dir)
 }
 
 /// f64 lanes throughout: the answers of the scalar reference, bit for bit.

@@ -21,6 +21,7 @@
 
 mod best;
 mod certified;
+mod cramer;
 mod data;
 mod double;
 pub mod fixed;
@@ -33,6 +34,7 @@ mod verbs;
 
 pub use best::{Best, Bests};
 pub use certified::{Certified, Evidence, View};
+pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;
 pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};

@@ -1,10 +1,10 @@
 //! The verbs: what every mode does with its one test.
 
-use crate::double::{barycentric, exact_t, replay};
+use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Simd, WithSimd};
 use crate::mode::{Counts, Found, Lane, Scalar, Shortlist, Test, Threshold, Width, lanes_of};
 use crate::slices::{All, Any, ClosestOfEach};
-use crate::{Best, Bests, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Best, Bests, Coefficients, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
 
 /// A way to decide hits: [`Certified`](crate::Certified) or [`Double`](crate::Double).
 ///
@@ -325,7 +325,7 @@ where
 impl Hit {
     /// A hit whose t is known, with the weights computed from the ray and the triangle.
     pub fn at(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {
-        let (u, v) = barycentric(ray, triangle);
+        let (u, v) = Coefficients::new(triangle, ray.origin).weights(ray.dir.map(f64::from));
         Self { t, u, v, triangle: u64::from(index) }
     }
 }

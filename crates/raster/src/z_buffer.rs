@@ -6,7 +6,7 @@
 //! 3. What is left in a pixel becomes a [`Hit`] in f64.
 
 use intertri::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
-use intertri::{Hit, Triangle};
+use intertri::{Coefficients, Hit, Triangle};
 
 use crate::batch::{Batch, batches};
 use crate::plane::{Plane, range};
@@ -221,12 +221,11 @@ fn lengths<D: Lanes<Scalar = f64>>(sight: &Sight, x: D, y: f64) -> D {
 /// Step 3 for one pixel: the distance, and the weights by Cramer's rule (document D).
 fn resolve(view: &View, corners: &[[f32; 3]], facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
-    let c1 = double(corners[0]);
-    let (h4, h5) = (sub(double(corners[1]), c1), sub(double(corners[2]), c1));
-    let den = dot(cross(h4, h5), d);
-    let arm = cross(sub(c1, view.eye()), d);
-    let weight = |w: f64| if den == 0.0 { 0.0 } else { w / den };
-    Hit { t: long / q, u: weight(dot(h5, arm)), v: weight(-dot(h4, arm)), triangle: facet as u64 }
+    let first = Triangle([corners[0], corners[1], corners[2]]);
+    let (u, v) = Coefficients::new(&first, view.eye().map(|x| x as f32)).weights(d);
+    // A facet may begin with three corners in a line.
+    let weight = |w: f64| if w.is_finite() { w } else { 0.0 };
+    Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u64 }
 }
 
 #[cfg(test)]

@@ -204,16 +204,14 @@ impl Scene {
     /// The weights `u` of `c2` and `v` of `c3` at the point where the ray's line meets the plane of
     /// triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
     ///
-    /// By Cramer's rule (document D), without `t`, without the normal's length, and without asking
-    /// whether the point lies inside. With `a = c1 - org` the equation reads
-    /// `dir * t - h4 * u - h5 * v = a`; its products with `h5 ^ dir` and `h4 ^ dir` leave one unknown
-    /// each. The operations, in the order that fixes the bits:
+    /// By Cramer's rule (document D, [`crate::cramer`]), without `t`, without the normal's length, and
+    /// without asking whether the point lies inside. The operations, in the order that fixes the bits:
     ///
     /// ```text
-    /// q = a ^ dir
+    /// a = c1 - org
     /// den = (h4 ^ h5) & dir
-    /// u = (h5 & q) / den
-    /// v = -(h4 & q) / den
+    /// u = ((h5 ^ a) & dir) / den
+    /// v = ((a ^ h4) & dir) / den
     /// ```
     ///
     /// Infinite or NaN where the ray is parallel to the plane, the triangle has no area, or an
@@ -224,8 +222,7 @@ impl Scene {
     pub fn barycentric(&self, obj: usize, ray: &Ray) -> (f64, f64) {
         let tmp = &self.trian[obj];
         let a = self.vertx[tmp.c1] - ray.org;
-        let q = a ^ ray.dir;
         let den = (tmp.h4 ^ tmp.h5) & ray.dir;
-        ((tmp.h5 & q) / den, -(tmp.h4 & q) / den)
+        (((tmp.h5 ^ a) & ray.dir) / den, ((a ^ tmp.h4) & ray.dir) / den)
     }
 }

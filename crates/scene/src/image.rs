@@ -131,15 +131,33 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// A picture of where two engines disagree: `image` darkened, and red where `differs`.
+/// A picture of where two engines disagree: `image` darkened, and of its own colour each pixel that
+/// `marks` has one for, in a frame of that colour so that a single pixel is found.
 ///
 /// # Panics
-/// If `differs` does not have one entry per pixel.
-pub fn difference(image: &Image, differs: &[bool]) -> Image {
-    assert_eq!(differs.len(), image.pixels.len(), "one entry per pixel");
+/// If `marks` does not have one entry per pixel.
+pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
+    const FRAME: i64 = 4;
+    assert_eq!(marks.len(), image.pixels.len(), "one entry per pixel");
     let mut marked = image.clone();
-    for (pixel, &differs) in marked.pixels.iter_mut().zip(differs) {
-        *pixel = if differs { [255, 32, 32] } else { pixel.map(|x| x / 4) };
+    for pixel in &mut marked.pixels {
+        *pixel = pixel.map(|x| x / 4);
+    }
+    let (width, height) = (i64::from(image.width), i64::from(image.height));
+    let found = || marks.iter().enumerate().filter_map(|(i, mark)| Some((i, (*mark)?)));
+    for (i, mark) in found() {
+        let (x, y) = (i as i64 % width, i as i64 / width);
+        for along in -FRAME..=FRAME {
+            for (dx, dy) in [(along, -FRAME), (along, FRAME), (-FRAME, along), (FRAME, along)] {
+                let (x, y) = (x + dx, y + dy);
+                if (0..width).contains(&x) && (0..height).contains(&y) {
+                    marked.pixels[(y * width + x) as usize] = mark.map(|x| x / 2);
+                }
+            }
+        }
+    }
+    for (i, mark) in found() {
+        marked.pixels[i] = mark;
     }
     marked
 }

@@ -103,11 +103,22 @@ fn sizes_are_checked_before_anything_is_allocated() {
 
 #[test]
 fn a_difference_picture_marks_what_differs() {
-    let image = picture();
-    let mut differs = vec![false; 15];
-    differs[4] = true;
-    let marked = difference(&image, &differs);
-    for (i, (&was, &is)) in image.pixels().iter().zip(marked.pixels()).enumerate() {
-        assert_eq!(is, if i == 4 { [255, 32, 32] } else { was.map(|x| x / 4) });
+    let mut image = Image::new(11, 6).unwrap();
+    image.pixels_mut().fill([80, 40, 255]);
+    // Two neighbours, the frame of the first around the other; both frames are cut by the border.
+    let mut marks = vec![None; 66];
+    marks[11 + 1] = Some([255, 32, 32]);
+    marks[11 + 2] = Some([0, 0, 200]);
+    let marked = difference(&image, &marks);
+    for (i, &is) in marked.pixels().iter().enumerate() {
+        let (x, y) = (i % 11, i / 11);
+        let expected = match (x, y) {
+            (1, 1) => [255, 32, 32],
+            (2, 1) => [0, 0, 200],
+            (6, 0..=5) | (0..=6, 5) => [0, 0, 100],
+            (5, 0..=5) => [127, 16, 16],
+            _ => [20, 10, 63],
+        };
+        assert_eq!(is, expected, "{x}, {y}");
     }
 }

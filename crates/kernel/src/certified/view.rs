@@ -11,7 +11,7 @@
 //! thus becomes |d|. Bounds and proof: `docs/numerics/certified.md`.
 
 use crate::lanes::{Lanes, Mask};
-use crate::{Triangle, Vec3};
+use crate::{Coefficients, Triangle, Vec3};
 
 use super::bound;
 use super::filter::{Rays, Verdict};
@@ -37,6 +37,8 @@ pub struct View {
     den_err: f32,
     /// D must exceed `least` and this not to be parallel.
     parallel: f32,
+    /// The share of the bound that is not the forms' own rounding.
+    noise: f32,
     pub(super) triangle: Triangle,
     /// Nothing seen from here can hit it.
     pub(super) never: bool,
@@ -47,11 +49,9 @@ impl View {
     #[inline]
     pub(super) fn new(triangle: &Triangle, origin: [f32; 3], threshold: f64) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
-        let [c1, c2, c3] = triangle.0.map(vec3);
-        let (a, h4, h5, h6) = (c1 - vec3(origin), c2 - c1, c3 - c1, c3 - c2);
-        let n = h4.cross(h5);
-        let (v, w, t) = (h5.cross(a), a.cross(h4), n.dot(a));
-        let u = n - v - w;
+        let Coefficients { a, h4, h5, n, v, w } = Coefficients::new(triangle, origin);
+        let [_, c2, c3] = triangle.0.map(vec3);
+        let (h6, t, u) = (c3 - c2, n.dot(a), n - v - w);
 
         // The bound of the forms, of the reference's noise, and of the origin's rounding.
         let length = |x: Vec3<f64>| Lanes::sqrt(x.dot(x));
@@ -75,6 +75,7 @@ impl View {
         let den_err = f64::from(bound::FORM) * normal * scale + f64::from(bound::NOISE) * hh;
         let least = f64::from(bound::GRAZING) * hh;
         Self {
+            noise: ((noise + offset) * scale) as f32,
             triangle: *triangle,
             // No area, or not finite.
             never: normal == 0.0 || !normal.is_finite() || !away.is_finite(),
@@ -120,6 +121,17 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         !(sure & u.or_sign(v).or_sign(w).negative())
     }
 
+    /// Where the edge of a form makes a sure miss, and where a sure hit, by a bound of its own: `sum` is
+    /// the form with |d| added.
+    #[inline(always)]
+    fn sharper(&self, view: &View, form: Vec3<f32>, sum: F) -> (F::Mask, F::Mask) {
+        let size = self.dir.abs().dot_fused(Vec3::splat([form.x, form.y, form.z]).abs());
+        let noise = self.len * F::splat(view.noise);
+        let bound = size.mul_add(F::splat(bound::FORM), noise);
+        let weight = sum - self.len;
+        (weight.lt(-bound), weight.gt(bound))
+    }
+
     /// As [`super::filter::Edges::decide`]; `None` where every lane is a miss after all.
     #[inline(always)]
     pub(super) fn decide(
@@ -153,12 +165,20 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
 
         // A hit, if nothing is in doubt.
-        let inside = u.min(v).min(w).gt(len + len)
+        let clear = sure
+            & !out_of_range
             & den.gt(len.mul_add(splat(view.least), splat(view.parallel)))
             & t_lo.gt(of.above())
             & t_hi.lt(splat(f32::INFINITY));
-        let hit = (sure & maybe & inside & !out_of_range).bits() & live;
-        let undecided = (maybe & !out_of_range).bits() & live & !hit;
+        let mut hit = (maybe & clear & u.min(v).min(w).gt(len + len)).bits() & live;
+        let mut undecided = (maybe & !out_of_range).bits() & live & !hit;
+        if undecided != 0 {
+            let (u_out, u_in) = self.sharper(view, view.u, u);
+            let (v_out, v_in) = self.sharper(view, view.v, v);
+            let (w_out, w_in) = self.sharper(view, view.w, w);
+            hit |= (clear & u_in & v_in & w_in).bits() & undecided;
+            undecided &= !((sure & (u_out | v_out | w_out)).bits() | hit);
+        }
         Some(Verdict { hit, undecided, t_lo, t_hi })
     }
 }

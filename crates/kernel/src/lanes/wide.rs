@@ -126,7 +126,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn or_sign(self, other: Self) -> Self {
-                Self(self.0 | other.0)
+                // Not by its bits: those of two numbers may make a NaN, which is not below 0.
+                Self(self.0.fast_min(other.0))
             }
             #[inline(always)]
             fn negative(self) -> Self {

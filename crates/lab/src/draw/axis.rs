@@ -2,7 +2,7 @@
 
 /// Numbers onto places, in equal ratios.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Log {
+pub struct Log {
     from: f64,
     to: f64,
     places: [f64; 2],
@@ -10,17 +10,18 @@ pub(super) struct Log {
 
 impl Log {
     /// From a number at one place to a number at another, both positive.
-    pub(super) fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
+    pub fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
         Self { from: from.log10(), to: to.log10(), places }
     }
 
-    pub(super) fn at(&self, x: f64) -> f64 {
+    /// The place of a number.
+    pub fn at(&self, x: f64) -> f64 {
         let share = (x.log10() - self.from) / (self.to - self.from);
         self.places[0] + share * (self.places[1] - self.places[0])
     }
 
     /// The powers of ten on the axis, every so many.
-    pub(super) fn decades(&self, every: i32) -> Vec<i32> {
+    pub fn decades(&self, every: i32) -> Vec<i32> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
         let (lo, hi) = ((lo - 1e-9).ceil() as i32, (hi + 1e-9).floor() as i32);
         (lo..=hi).filter(|k| k.rem_euclid(every) == 0).collect()
@@ -28,7 +29,7 @@ impl Log {
 }
 
 /// A power of ten in few characters.
-pub(super) fn power(k: i32) -> String {
+pub fn power(k: i32) -> String {
     match k {
         -2 => "0.01".into(),
         -1 => "0.1".into(),

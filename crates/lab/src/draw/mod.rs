@@ -1,4 +1,5 @@
-//! The pictures: speed against accuracy, onset curves, the table of onsets, edge maps.
+//! The pictures: speed against accuracy, onset curves, the table of onsets, edge maps; and what any
+//! picture is drawn with.
 
 mod axis;
 mod chart;
@@ -9,12 +10,13 @@ mod onsets;
 mod png;
 mod svg;
 
+pub use axis::{Log, power};
 pub use chart::chart;
 pub use edge_maps::edge_maps;
 pub use heat::heat;
 pub use onsets::onsets;
 pub use png::png;
-pub use svg::Svg;
+pub use svg::{Anchor, Font, Svg};
 
 /// The colours of methods: those of M. Okabe and K. Ito, which the colour-blind tell apart and a
 /// printer in grey prints in different greys.

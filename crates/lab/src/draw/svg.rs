@@ -19,15 +19,18 @@ pub struct Svg {
 
 /// Where text is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Anchor {
+pub enum Anchor {
+    /// At its left end.
     Start,
+    /// In its middle.
     Middle,
+    /// At its right end.
     End,
 }
 
 /// How text looks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Font<'a> {
+pub struct Font<'a> {
     pub(super) size: f64,
     pub(super) anchor: Anchor,
     pub(super) bold: bool,
@@ -37,16 +40,20 @@ pub(super) struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    pub(super) fn new(size: f64, anchor: Anchor) -> Self {
+    /// Of a size, in ink.
+    pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false }
     }
-    pub(super) fn bold(self) -> Self {
+    /// The same in bold.
+    pub fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
-    pub(super) fn fill(self, fill: &'a str) -> Self {
+    /// The same in a colour.
+    pub fn fill(self, fill: &'a str) -> Self {
         Self { fill, ..self }
     }
-    pub(super) fn upright(self) -> Self {
+    /// The same, turned a quarter against the clock.
+    pub fn upright(self) -> Self {
         Self { upright: true, ..self }
     }
 }
@@ -67,7 +74,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 
 impl Svg {
     /// White, of so many units.
-    pub(super) fn new(width: f64, height: f64) -> Self {
+    pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Self { width, height, body: String::new() };
         svg.rect([0.0, 0.0], [width, height], "#ffffff");
         svg
@@ -78,7 +85,8 @@ impl Svg {
         let _ = writeln!(self.body, "{element}");
     }
 
-    pub(super) fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str) {
+    /// A filled rectangle: its upper left corner and its size.
+    pub fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str) {
         self.push(format_args!(
             r#"<rect x="{x:.2}" y="{y:.2}" width="{w:.2}" height="{h:.2}" fill="{fill}"/>"#
         ));
@@ -90,7 +98,8 @@ impl Svg {
         ));
     }
 
-    pub(super) fn line(&mut self, a: [f64; 2], b: [f64; 2], stroke: &str, wide: f64) {
+    /// A straight line.
+    pub fn line(&mut self, a: [f64; 2], b: [f64; 2], stroke: &str, wide: f64) {
         let ([x1, y1], [x2, y2]) = (a, b);
         self.push(format_args!(
             r#"<line x1="{x1:.2}" y1="{y1:.2}" x2="{x2:.2}" y2="{y2:.2}" stroke="{stroke}" stroke-width="{wide}"/>"#
@@ -98,7 +107,7 @@ impl Svg {
     }
 
     /// An open line through points, drawn solid or in dashes such as `6 3`.
-    pub(super) fn path(&mut self, points: &[[f64; 2]], stroke: &str, wide: f64, dashes: &str) {
+    pub fn path(&mut self, points: &[[f64; 2]], stroke: &str, wide: f64, dashes: &str) {
         let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
         let points = points.join(" ");
         let dashes = match dashes {
@@ -116,14 +125,15 @@ impl Svg {
         self.push(format_args!(r#"<polygon points="{points}" fill="{fill}" stroke="{stroke}"/>"#));
     }
 
-    pub(super) fn circle(&mut self, [x, y]: [f64; 2], r: f64, fill: &str, stroke: &str) {
+    /// A filled circle with its border.
+    pub fn circle(&mut self, [x, y]: [f64; 2], r: f64, fill: &str, stroke: &str) {
         self.push(format_args!(
             r#"<circle cx="{x:.2}" cy="{y:.2}" r="{r}" fill="{fill}" stroke="{stroke}"/>"#
         ));
     }
 
     /// Text whose base line runs through a point.
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], text: &str, font: Font<'_>) {
+    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, font: Font<'_>) {
         let Font { size, anchor, bold, fill, upright } = font;
         let anchor = match anchor {
             Anchor::Start => "start",

@@ -1,0 +1,60 @@
+//! How long the hierarchies take to build.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use intertri::Triangle;
+use intertri_scene::Mesh;
+use intertri_trace::Bvh;
+use obvhs::BvhBuildParams;
+use rayon::ThreadPool;
+
+use crate::bvh::TwoWay;
+use crate::embree::{Api, Build, Scene};
+use crate::obvhs::Obvhs;
+use crate::parry::Parry;
+
+/// Who builds, and the milliseconds of the middle one of some repeats.
+pub fn builds(
+    mesh: &Mesh,
+    triangles: &[Triangle],
+    api: Option<&Arc<Api>>,
+    pool: &ThreadPool,
+) -> Vec<(&'static str, f64)> {
+    let repeats = if triangles.len() > 300_000 { 3 } else { 9 };
+    // What a builder is given is ready, and what it gives back is dropped, outside of the time.
+    fn middle<T, R>(repeats: usize, ready: impl Fn() -> T, build: impl Fn(&T) -> R) -> f64 {
+        let once = |_| {
+            let given = ready();
+            let start = Instant::now();
+            let _built = build(&given);
+            start.elapsed().as_secs_f64() * 1e3
+        };
+        let mut times: Vec<f64> = (0..repeats).map(once).collect();
+        times.sort_by(f64::total_cmp);
+        times[repeats / 2]
+    }
+
+    let mut all =
+        vec![("intertri", pool.install(|| middle(repeats, || (), |()| Bvh::new(triangles))))];
+    if let Some(api) = api {
+        let threads = pool.current_num_threads() as u32;
+        for (name, robust, high) in [
+            ("embree, default", false, false),
+            ("embree, robust", true, false),
+            ("embree, high quality", false, true),
+        ] {
+            let ready = || Scene::new(api, mesh, Build { robust, high, avx2: false, threads });
+            let build = |scene: &Result<Scene, String>| scene.as_ref().map(Scene::commit).is_ok();
+            all.push((name, middle(repeats, ready, build)));
+        }
+    }
+    pool.install(|| {
+        let obvhs = |params| middle(repeats, || (), |()| Obvhs::new(triangles, true, params));
+        all.push(("obvhs, medium", obvhs(BvhBuildParams::medium_build())));
+        all.push(("obvhs, slow", obvhs(BvhBuildParams::slow_build())));
+        all.push(("bvh", middle(repeats, || (), |()| TwoWay::new(triangles))));
+        all.push(("parry", middle(repeats, || (), |()| Parry::new(mesh))));
+    });
+    all
+}

@@ -1,0 +1,381 @@
+//! Embree, version 3 or 4, by its C interface: the shared library is loaded while running, so that
+//! nothing need be installed to build this.
+//!
+//! Rays stand in groups of the width of a call, one number of all of them after the other. A group is
+//! copied into the structure that Embree reads and writes, and what it found is copied out: no more
+//! than a renderer would do that makes its rays in place.
+
+use std::ffi::{CString, c_char, c_void};
+use std::path::PathBuf;
+use std::ptr::null_mut;
+use std::sync::Arc;
+
+use intertri::Ray;
+use intertri_scene::Mesh;
+use rayon::prelude::*;
+
+use crate::engine::{Answer, CHUNK, Engine, Question};
+
+/// A device, a scene, a geometry, or any pointer.
+type Ptr = *mut c_void;
+
+/// Declares the functions and looks them up.
+macro_rules! api {
+    ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
+        pub struct Api {
+            $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
+            /// Keeps the library loaded.
+            _library: libloading::Library,
+        }
+
+        impl Api {
+            fn load(library: libloading::Library) -> Result<Self, libloading::Error> {
+                // SAFETY: the types are those of Embree's manual; the pointers live as long as the
+                // library, which is kept beside them.
+                unsafe {
+                    Ok(Self { $($field: *library.get(concat!($name, "\0").as_bytes())?,)* _library: library })
+                }
+            }
+        }
+    };
+}
+
+api! {
+    new_device = "rtcNewDevice": fn(*const c_char) -> Ptr;
+    release_device = "rtcReleaseDevice": fn(Ptr);
+    device_property = "rtcGetDeviceProperty": fn(Ptr, i32) -> isize;
+    device_error = "rtcGetDeviceError": fn(Ptr) -> i32;
+    new_scene = "rtcNewScene": fn(Ptr) -> Ptr;
+    release_scene = "rtcReleaseScene": fn(Ptr);
+    scene_flags = "rtcSetSceneFlags": fn(Ptr, i32);
+    scene_quality = "rtcSetSceneBuildQuality": fn(Ptr, i32);
+    commit_scene = "rtcCommitScene": fn(Ptr);
+    new_geometry = "rtcNewGeometry": fn(Ptr, i32) -> Ptr;
+    release_geometry = "rtcReleaseGeometry": fn(Ptr);
+    new_buffer = "rtcSetNewGeometryBuffer": fn(Ptr, i32, u32, i32, usize, usize) -> Ptr;
+    commit_geometry = "rtcCommitGeometry": fn(Ptr);
+    attach_geometry = "rtcAttachGeometry": fn(Ptr, Ptr) -> u32;
+    intersect_1 = "rtcIntersect1": fn(Ptr, Ptr, Ptr);
+    intersect_8 = "rtcIntersect8": fn(*const i32, Ptr, Ptr, Ptr);
+    intersect_16 = "rtcIntersect16": fn(*const i32, Ptr, Ptr, Ptr);
+    occluded_1 = "rtcOccluded1": fn(Ptr, Ptr, Ptr);
+    occluded_8 = "rtcOccluded8": fn(*const i32, Ptr, Ptr, Ptr);
+    occluded_16 = "rtcOccluded16": fn(*const i32, Ptr, Ptr, Ptr);
+}
+
+// Numbers of the interface, the same in versions 3 and 4 but where said.
+const TRIANGLES: i32 = 0;
+const INDEX_BUFFER: i32 = 0;
+const VERTEX_BUFFER: i32 = 1;
+const UINT3: i32 = 0x5003;
+const FLOAT3: i32 = 0x9003;
+const ROBUST: i32 = 1 << 2;
+const VERSION: i32 = 0;
+const MEDIUM: i32 = 1;
+const HIGH: i32 = 2;
+
+impl Api {
+    /// The library at a path or, without one, wherever the system has it, the newer version first.
+    pub fn open(path: Option<PathBuf>) -> Result<Arc<Self>, String> {
+        let known = ["libembree4.so.4", "libembree4.so", "libembree3.so.3", "libembree4.dylib"];
+        let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);
+        let mut error = String::new();
+        for path in paths {
+            // SAFETY: loading runs the initialisers of the library, which the user chose.
+            match unsafe { libloading::Library::new(&path) }.and_then(Self::load) {
+                Ok(api) => return Ok(Arc::new(api)),
+                Err(e) => error = e.to_string(),
+            }
+        }
+        Err(error)
+    }
+}
+
+/// How a scene is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Build {
+    pub robust: bool,
+    pub high: bool,
+    /// Hold the library to AVX2, whatever the CPU has.
+    pub avx2: bool,
+    /// Threads of the build; 0 for all.
+    pub threads: u32,
+}
+
+/// A mesh as Embree holds it.
+pub struct Scene {
+    api: Arc<Api>,
+    device: Ptr,
+    scene: Ptr,
+    /// 4 or 3, with minor and patch, as in 40400.
+    pub version: isize,
+}
+
+// SAFETY: a committed scene may be asked from any thread.
+unsafe impl Send for Scene {}
+// SAFETY: as above.
+unsafe impl Sync for Scene {}
+
+impl Scene {
+    pub fn new(api: &Arc<Api>, mesh: &Mesh, build: Build) -> Result<Self, String> {
+        // On server CPUs it would else choose a narrow hierarchy.
+        let isa = if build.avx2 { "isa=avx2," } else { "" };
+        let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
+        let config = CString::new(config).map_err(|e| e.to_string())?;
+        // SAFETY: calls in the order of the manual; the buffers are as large as they are told to be.
+        unsafe {
+            let device = (api.new_device)(config.as_ptr());
+            if device.is_null() {
+                return Err("Embree makes no device".into());
+            }
+            let geometry = (api.new_geometry)(device, TRIANGLES);
+            let fill = |kind, format, rows: &[[u32; 3]]| {
+                let to = (api.new_buffer)(geometry, kind, 0, format, 12, rows.len());
+                if !to.is_null() {
+                    std::ptr::copy_nonoverlapping(rows.as_ptr(), to.cast(), rows.len());
+                }
+            };
+            let bits: Vec<_> = mesh.positions.iter().map(|p| p.map(f32::to_bits)).collect();
+            fill(VERTEX_BUFFER, FLOAT3, &bits);
+            fill(INDEX_BUFFER, UINT3, &mesh.triangles);
+            (api.commit_geometry)(geometry);
+            let scene = (api.new_scene)(device);
+            (api.scene_flags)(scene, if build.robust { ROBUST } else { 0 });
+            (api.scene_quality)(scene, if build.high { HIGH } else { MEDIUM });
+            (api.attach_geometry)(scene, geometry);
+            (api.release_geometry)(geometry);
+            let version = (api.device_property)(device, VERSION);
+            let made = Self { api: api.clone(), device, scene, version };
+            match (api.device_error)(device) {
+                0 => Ok(made),
+                error => Err(format!("Embree's error {error} while it takes the mesh")),
+            }
+        }
+    }
+
+    /// Builds the hierarchy.
+    pub fn commit(&self) {
+        // SAFETY: the scene is whole.
+        unsafe { (self.api.commit_scene)(self.scene) }
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        // SAFETY: both are owned, and nothing asks them any more.
+        unsafe {
+            (self.api.release_scene)(self.scene);
+            (self.api.release_device)(self.device);
+        }
+    }
+}
+
+/// Rays in groups: origin, near end, direction, far end.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Group<const N: usize>([[f32; N]; 8]);
+
+/// What Embree reads and writes: `RTCRayHit`, `RTCRayHit8` and `RTCRayHit16` all look like this.
+#[repr(C, align(64))]
+struct RayHit<const N: usize> {
+    origin: [[f32; N]; 3],
+    near: [f32; N],
+    dir: [[f32; N]; 3],
+    time: [f32; N],
+    far: [f32; N],
+    mask: [u32; N],
+    id: [u32; N],
+    flags: [u32; N],
+    normal: [[f32; N]; 3],
+    uv: [[f32; N]; 2],
+    triangle: [u32; N],
+    geometry: [u32; N],
+    /// The second is there in some builds only.
+    instance: [[u32; N]; 2],
+}
+
+impl<const N: usize> RayHit<N> {
+    const NONE: Self = Self {
+        origin: [[0.0; N]; 3],
+        near: [0.0; N],
+        dir: [[0.0; N]; 3],
+        time: [0.0; N],
+        far: [0.0; N],
+        mask: [!0; N],
+        id: [0; N],
+        flags: [0; N],
+        normal: [[0.0; N]; 3],
+        uv: [[0.0; N]; 2],
+        triangle: [!0; N],
+        geometry: [!0; N],
+        instance: [[!0; N]; 2],
+    };
+}
+
+/// `RTCIntersectArguments` and `RTCOccludedArguments` of version 4.
+#[repr(C)]
+struct Arguments {
+    flags: u32,
+    features: u32,
+    pointers: [Ptr; 3],
+    min_width: f32,
+}
+
+/// `RTCIntersectContext` of version 3.
+#[repr(C)]
+struct Context {
+    flags: u32,
+    filter: Ptr,
+    instance: [u32; 2],
+}
+
+/// A scene asked by calls of N rays: 1, 8 or 16.
+pub struct Embree<const N: usize> {
+    scene: Arc<Scene>,
+    question: Question,
+    count: usize,
+    groups: Vec<Group<N>>,
+    triangles: Vec<[u32; N]>,
+    t: Vec<[f32; N]>,
+}
+
+impl<const N: usize> Embree<N> {
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let question = Question { any: false, coherent: false };
+        Self { scene, question, count: 0, groups: vec![], triangles: vec![], t: vec![] }
+    }
+}
+
+impl<const N: usize> Engine for Embree<N> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        let group = |rays: &[Ray]| {
+            let mut group = Group([[0.0; N]; 8]);
+            for (lane, r) in rays.iter().enumerate() {
+                let [[a, b, c], [d, e, f]] = [r.origin, r.dir];
+                for (row, x) in group.0.iter_mut().zip([a, b, c, r.t_min, d, e, f, r.t_max]) {
+                    row[lane] = x;
+                }
+            }
+            group
+        };
+        self.groups = rays.chunks(N).map(group).collect();
+        self.triangles = vec![[u32::MAX; N]; self.groups.len()];
+        self.t = vec![[0.0; N]; self.groups.len()];
+        (self.question, self.count) = (question, rays.len());
+    }
+
+    fn trace(&mut self) {
+        let Self { scene, question, count, groups, triangles, t } = self;
+        let chunks = (groups.par_chunks(CHUNK / N))
+            .zip(triangles.par_chunks_mut(CHUNK / N))
+            .zip(t.par_chunks_mut(CHUNK / N));
+        let last = groups.len() - 1;
+        let tail = *count - last * N;
+        chunks.enumerate().for_each(|(chunk, ((groups, triangles), t))| {
+            let caller = Caller::new(scene, *question);
+            let mut hit = RayHit::NONE;
+            with_flush_to_zero(|| {
+                for (i, group) in groups.iter().enumerate() {
+                    let live = if chunk * (CHUNK / N) + i == last { tail } else { N };
+                    caller.ask(group, live, &mut hit);
+                    t[i] = hit.far;
+                    if !question.any {
+                        triangles[i] = hit.triangle;
+                    }
+                }
+            });
+        });
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        let found = self.triangles.as_flattened().iter().zip(self.t.as_flattened());
+        let answer = |(&triangle, &t): (&u32, &f32)| match self.question.any {
+            // An occluded ray ends at minus infinity.
+            true if t == f32::NEG_INFINITY => Answer::ANY,
+            false if triangle != u32::MAX => Answer { triangle, t: t.into() },
+            _ => Answer::MISS,
+        };
+        found.take(self.count).map(answer).collect()
+    }
+}
+
+/// The call, ready to be made.
+struct Caller<'a> {
+    scene: &'a Scene,
+    any: bool,
+    arguments: Arguments,
+    context: Context,
+}
+
+impl<'a> Caller<'a> {
+    fn new(scene: &'a Scene, question: Question) -> Self {
+        let pointers = [null_mut(); 3];
+        // The flag of coherent rays is another bit in each version.
+        let flag = |bit: u32| if question.coherent { 1 << bit } else { 0 };
+        Self {
+            scene,
+            any: question.any,
+            arguments: Arguments { flags: flag(16), features: !0, pointers, min_width: 0.0 },
+            context: Context { flags: flag(0), filter: null_mut(), instance: [!0; 2] },
+        }
+    }
+
+    #[inline(always)]
+    fn ask<const N: usize>(&self, group: &Group<N>, live: usize, hit: &mut RayHit<N>) {
+        let [x, y, z, near, dx, dy, dz, far] = group.0;
+        (hit.origin, hit.near) = ([x, y, z], near);
+        (hit.dir, hit.far) = ([dx, dy, dz], far);
+        (hit.triangle, hit.geometry) = ([!0; N], [!0; N]);
+        let ray = (&raw mut *hit).cast();
+        let api = &self.scene.api;
+        let scene = self.scene.scene;
+        // Both take two pointers behind the scene, in their own order.
+        let (one, two): (Ptr, Ptr) = if self.scene.version >= 40_000 {
+            (ray, (&raw const self.arguments).cast_mut().cast())
+        } else {
+            ((&raw const self.context).cast_mut().cast(), ray)
+        };
+        // SAFETY: the structures have the layout of the library's version, and the lanes of a mask
+        // are as many as those of its call. Neither context nor arguments are written.
+        unsafe {
+            if N == 1 {
+                let call = if self.any { api.occluded_1 } else { api.intersect_1 };
+                call(scene, one, two);
+            } else {
+                #[repr(align(64))]
+                struct Mask([i32; 16]);
+                let mut mask = Mask([-1; 16]);
+                if live < N {
+                    mask.0[live..].fill(0);
+                }
+                let call = match (N, self.any) {
+                    (8, false) => api.intersect_8,
+                    (8, true) => api.occluded_8,
+                    (_, false) => api.intersect_16,
+                    (_, true) => api.occluded_16,
+                };
+                call(mask.0.as_ptr(), scene, one, two);
+            }
+        }
+    }
+}
+
+/// Runs with subnormal numbers taken for zero, as Embree's manual asks for.
+#[cfg(target_arch = "x86_64")]
+fn with_flush_to_zero(run: impl FnOnce()) {
+    const FLUSH: u32 = 0x8040;
+    let mut before = 0_u32;
+    // SAFETY: the control word is read, two bits of it are set, and it is put back.
+    unsafe {
+        std::arch::asm!("stmxcsr [{}]", in(reg) &mut before, options(nostack));
+        let flush = before | FLUSH;
+        std::arch::asm!("ldmxcsr [{}]", in(reg) &flush, options(nostack, readonly));
+        run();
+        std::arch::asm!("ldmxcsr [{}]", in(reg) &before, options(nostack, readonly));
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn with_flush_to_zero(run: impl FnOnce()) {
+    run();
+}

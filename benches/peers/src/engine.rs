@@ -1,0 +1,93 @@
+//! What a tracer must do to be measured.
+
+use intertri::Ray;
+use rayon::prelude::*;
+
+/// What is asked of the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// Whether any hit will do; else the closest is wanted.
+    pub any: bool,
+    /// Whether neighbouring rays go the same way.
+    pub coherent: bool,
+}
+
+/// The answer to a ray: a triangle and how far it is. Of any hit, only whether there is one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    pub triangle: u32,
+    pub t: f64,
+}
+
+impl Answer {
+    pub const MISS: Self = Self { triangle: u32::MAX, t: f64::INFINITY };
+    pub const ANY: Self = Self { triangle: 0, t: 0.0 };
+
+    pub fn is_hit(&self) -> bool {
+        self.triangle != u32::MAX
+    }
+}
+
+/// A tracer over one scene.
+pub trait Engine: Send + Sync {
+    /// Takes rays into the layout that it likes best. Not timed.
+    fn load(&mut self, rays: &[Ray], question: Question);
+    /// Traces all of them, on the threads of the pool it is called in. Timed.
+    fn trace(&mut self);
+    /// What it found, in the order of the rays.
+    fn answers(&self) -> Vec<Answer>;
+    /// Whether it promises every bit of t.
+    fn exact(&self) -> bool {
+        false
+    }
+}
+
+/// Rays that a thread takes at a time.
+pub const CHUNK: usize = 1024;
+
+/// The rays of a tracer that takes one at a time.
+pub struct Singles<R> {
+    rays: Vec<R>,
+    any: bool,
+    answers: Vec<Answer>,
+}
+
+impl<R> Default for Singles<R> {
+    fn default() -> Self {
+        Self { rays: Vec::new(), any: false, answers: Vec::new() }
+    }
+}
+
+impl<R: Send + Sync> Singles<R> {
+    pub fn load(&mut self, rays: &[Ray], question: Question, convert: impl Fn(&Ray) -> R) {
+        self.rays = rays.iter().map(convert).collect();
+        self.any = question.any;
+        self.answers = vec![Answer::MISS; rays.len()];
+    }
+
+    #[inline(always)]
+    pub fn trace(
+        &mut self,
+        closest: impl Fn(&R) -> Answer + Sync,
+        any: impl Fn(&R) -> bool + Sync,
+    ) {
+        let chunks = self.rays.par_chunks(CHUNK).zip(self.answers.par_chunks_mut(CHUNK));
+        if self.any {
+            chunks.for_each(|(rays, answers)| {
+                for (ray, answer) in rays.iter().zip(answers) {
+                    *answer = if any(ray) { Answer::ANY } else { Answer::MISS };
+                }
+            });
+        } else {
+            chunks.for_each(|(rays, answers)| {
+                for (ray, answer) in rays.iter().zip(answers) {
+                    *answer = closest(ray);
+                }
+            });
+        }
+    }
+
+    pub fn answers(&self) -> Vec<Answer> {
+        self.answers.clone()
+    }
+}

@@ -1,0 +1,115 @@
+//! Who is measured, by name, and how each is made for a scene.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use intertri::lanes::Level;
+use intertri::{Certified, Double, Triangle};
+use intertri_scene::Mesh;
+use intertri_trace::Bvh;
+use obvhs::BvhBuildParams;
+
+use crate::bvh::TwoWay;
+use crate::embree::{Api, Build, Embree, Scene};
+use crate::engine::Engine;
+use crate::measure::Named;
+use crate::obvhs::Obvhs;
+use crate::ours::{Batch, Single};
+use crate::parry::Parry;
+
+/// Everyone: what it is, and a line about it.
+pub const ENGINES: [(&str, &str); 20] = [
+    ("certified", "batch calls, the CPU's best instructions"),
+    ("certified-avx2", "batch calls held to AVX2"),
+    ("certified-single", "a call a ray"),
+    ("double", "batch calls"),
+    ("embree-fast-1", "a call a ray; default build"),
+    ("embree-fast-8", "8 rays a call"),
+    ("embree-fast-16", "16 rays a call"),
+    ("embree-robust-1", "the scene's robust flag"),
+    ("embree-robust-8", ""),
+    ("embree-robust-16", ""),
+    ("embree-high-1", "fast; high-quality build"),
+    ("embree-high-8", ""),
+    ("embree-high-16", ""),
+    ("embree-avx2-1", "fast; held to AVX2"),
+    ("embree-avx2-8", ""),
+    ("embree-avx2-robust-8", "robust; held to AVX2"),
+    ("obvhs-2", "two-way hierarchy, slow build"),
+    ("obvhs-8", "compressed eight-way hierarchy, slow build"),
+    ("bvh", "two-way hierarchy"),
+    ("parry", "triangle mesh"),
+];
+
+/// Whether a name is meant by one of the filters: the name itself, or its beginning up to a dash. No
+/// filter means all.
+pub fn wanted(name: &str, filters: &[String]) -> bool {
+    let meant = |filter: &String| match name.strip_prefix(filter.as_str()) {
+        Some(rest) => rest.is_empty() || rest.starts_with('-'),
+        None => false,
+    };
+    // A name that is also the beginning of others stands for itself.
+    let whole = |filter: &String| ENGINES.iter().any(|(name, _)| name == filter) && filter != name;
+    filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
+}
+
+/// The engines over a scene. Those that cannot be made are told of and left out.
+pub fn engines(
+    filters: &[String],
+    mesh: &Mesh,
+    triangles: &[Triangle],
+    bvh: &Arc<Bvh>,
+    api: Option<&Arc<Api>>,
+) -> Vec<Named> {
+    let mut scenes = HashMap::new();
+    let mut engines: Vec<Named> = Vec::new();
+    for (name, _) in ENGINES {
+        if !wanted(name, filters) {
+            continue;
+        }
+        let engine: Option<Box<dyn Engine>> = match name {
+            "certified" => Some(Box::new(Batch::new(bvh.clone(), Certified::default()))),
+            "certified-avx2" => Level::avx2().map(|level| {
+                Box::new(Batch::new(bvh.clone(), Certified::default().at(level))) as Box<dyn Engine>
+            }),
+            "certified-single" => Some(Box::new(Single::new(bvh.clone(), Certified::default()))),
+            "double" => Some(Box::new(Batch::new(bvh.clone(), Double::default()))),
+            "obvhs-2" | "obvhs-8" => {
+                let wide = name == "obvhs-8";
+                Some(Box::new(Obvhs::new(triangles, wide, BvhBuildParams::slow_build())))
+            }
+            "bvh" => Some(Box::new(TwoWay::new(triangles))),
+            "parry" => match Parry::new(mesh) {
+                Ok(parry) => Some(Box::new(parry)),
+                Err(error) => {
+                    eprintln!("parry: {error}");
+                    None
+                }
+            },
+            _ => api.and_then(|api| {
+                let has = |word| name.split('-').any(|part| part == word);
+                let build = Build {
+                    robust: has("robust"),
+                    high: has("high"),
+                    avx2: has("avx2"),
+                    threads: 0,
+                };
+                let scene = scenes.entry(build).or_insert_with(|| {
+                    let scene = Scene::new(api, mesh, build).inspect_err(|e| eprintln!("{e}"));
+                    scene.ok().map(|scene| {
+                        scene.commit();
+                        Arc::new(scene)
+                    })
+                });
+                let scene = scene.clone()?;
+                Some(match name.rsplit('-').next() {
+                    Some("1") => Box::new(Embree::<1>::new(scene)) as Box<dyn Engine>,
+                    Some("8") => Box::new(Embree::<8>::new(scene)),
+                    _ => Box::new(Embree::<16>::new(scene)),
+                })
+            }),
+        };
+        engines.extend(engine.map(|engine| (name.to_owned(), engine)));
+    }
+    engines
+}

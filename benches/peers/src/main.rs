@@ -1,0 +1,261 @@
+//! The same rays through intertri and other tracers, in one process, one after the other and again.
+
+mod builds;
+mod bvh;
+mod chart;
+mod clock;
+mod embree;
+mod engine;
+mod engines;
+mod measure;
+mod obvhs;
+mod ours;
+mod parry;
+mod rays;
+mod reference;
+mod report;
+mod scenes;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::{Args, Parser, Subcommand};
+use intertri::{Double, Ray};
+use intertri_lab::{draw, machine};
+use intertri_trace::Bvh;
+use rayon::ThreadPool;
+
+use crate::clock::Clock;
+use crate::embree::Api;
+use crate::engine::{Answer, Engine, Question};
+use crate::measure::Row;
+use crate::ours::Batch;
+use crate::rays::{Kind, Order};
+
+/// Rays through intertri and its peers: million rays a second, and wrong answers.
+#[derive(Parser)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Measure rays.
+    Rays(Options),
+    /// Measure how long the hierarchies take to build.
+    Builds(BuildOptions),
+    /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
+    Chart(ChartOptions),
+    /// List the engines and the scenes.
+    List,
+}
+
+#[derive(Args)]
+struct Options {
+    /// Scenes: names of the list, sphere-N with N triangles, `growth` for spheres of 10^2 to 10^7, or
+    /// paths of models.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Kinds of rays.
+    #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse")]
+    kind: Vec<Kind>,
+    /// Engines, or what their names begin with up to a dash; all unless given.
+    #[arg(long, value_delimiter = ',')]
+    engine: Vec<String>,
+    /// Threads; 0 for all.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Seconds for each engine, scene and kind.
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Pixels along a side of the picture, a power of two.
+    #[arg(long, default_value_t = 1024)]
+    size: u32,
+    /// The order of the pixels.
+    #[arg(long, value_enum, default_value_t = Order::Tiles)]
+    order: Order,
+    /// Rays held against the plain loop of the f64 reference; fewer on large scenes, where that is
+    /// slow, unless given.
+    #[arg(long)]
+    reference: Option<usize>,
+    /// A short look: certified and Embree's fast and robust calls unless others are given, 0.3
+    /// seconds, no reference.
+    #[arg(long)]
+    quick: bool,
+    /// Where to write the figures for programs and for the chart.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Embree's shared library, of version 3 or 4, where it is not installed.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct BuildOptions {
+    /// Scenes, as for `rays`.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Threads; 0 for all.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Embree's shared library, as for `rays`.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct ChartOptions {
+    /// What `rays --json` wrote.
+    files: Vec<PathBuf>,
+    /// Speed against triangles instead of bars.
+    #[arg(long)]
+    growth: bool,
+    /// The name of the pictures, without an ending.
+    #[arg(short, long)]
+    output: PathBuf,
+}
+
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Rays(options) => rays_of_all(options),
+        Command::Builds(options) => builds_of_all(&options),
+        Command::Chart(options) => chart_of_all(&options),
+        Command::List => {
+            report::list();
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn rays_of_all(mut options: Options) -> Result<(), String> {
+    if !options.size.is_power_of_two() || options.size > 1 << 14 {
+        return Err("--size: a power of two, at most 16384".into());
+    }
+    if options.quick {
+        options.seconds = options.seconds.min(0.3);
+        options.reference = options.reference.or(Some(0));
+        if options.engine.is_empty() {
+            options.engine =
+                ["certified", "embree-fast", "embree-robust"].map(str::to_owned).into();
+        }
+    }
+    let api = embree(options.embree.clone());
+    let pool = pool(options.threads)?;
+    let mut clock = pool.install(Clock::new);
+    report::header(&clock, pool.current_num_threads(), options.size);
+
+    let growth = scenes::GROWTH.map(|n| format!("sphere-{n}"));
+    let names = options.scene.iter().flat_map(|name| match name.as_str() {
+        "growth" => growth.to_vec(),
+        name => vec![name.to_owned()],
+    });
+    let mut rows = Vec::new();
+    for name in names {
+        let scene = scenes::scene(&name)?;
+        let triangles = scene.mesh.to_triangles();
+        let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
+        let mut engines =
+            engines::engines(&options.engine, &scene.mesh, &triangles, &bvh, api.as_ref());
+        if engines.is_empty() {
+            return Err("no such engine; `list` names them".into());
+        }
+        for &kind in &options.kind {
+            let rays = rays::rays(kind, &scene, &bvh, options.size, options.order);
+            if rays.is_empty() {
+                continue;
+            }
+            let question = kind.question();
+            let truth = truth(&bvh, &rays, question);
+            let few = 2_000_000_000 / triangles.len();
+            let some = options.reference.unwrap_or(20_000.min(few));
+            let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
+
+            let (seconds, clock) = (options.seconds, &mut clock);
+            let measured =
+                measure::measure(&mut engines, &rays, question, &truth, seconds, &pool, clock);
+            let measured: Vec<Row> = measured
+                .into_iter()
+                .map(|row| Row {
+                    scene: name.clone(),
+                    triangles: triangles.len(),
+                    kind: kind.name().into(),
+                    order: options.order.name().into(),
+                    threads: pool.current_num_threads(),
+                    reference: held,
+                    reference_wrong: wrong,
+                    ..row
+                })
+                .collect();
+            report::table(&measured);
+            rows.extend(measured);
+        }
+    }
+    if let Some(path) = &options.json {
+        let text = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
+        write(path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn builds_of_all(options: &BuildOptions) -> Result<(), String> {
+    let (api, pool) = (embree(options.embree.clone()), pool(options.threads)?);
+    for name in &options.scene {
+        let scene = scenes::scene(name)?;
+        let triangles = scene.mesh.to_triangles();
+        let times = builds::builds(&scene.mesh, &triangles, api.as_ref(), &pool);
+        report::builds(name, triangles.len(), pool.current_num_threads(), &times);
+    }
+    Ok(())
+}
+
+fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
+    let mut rows: Vec<Row> = Vec::new();
+    for path in &options.files {
+        let text = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let more: Vec<Row> =
+            serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", path.display()))?;
+        rows.extend(more);
+    }
+    let first = rows.first().ok_or("no figures in the files")?;
+    let s = if first.threads == 1 { "" } else { "s" };
+    let caption = format!(
+        "{}, {}, {} thread{s}; each engine at its fastest call; the line in a bar: the middle eight of ten repeats",
+        machine::date(),
+        machine::cpu(),
+        first.threads,
+    );
+    let chart = if options.growth { chart::growth } else { chart::bars };
+    let svg = chart(&rows, &caption);
+    write(&options.output.with_extension("svg"), svg.to_string().as_bytes())?;
+    write(&options.output.with_extension("png"), &draw::png(&svg)?)
+}
+
+fn embree(path: Option<PathBuf>) -> Option<Arc<Api>> {
+    let api = Api::open(path);
+    api.inspect_err(|e| eprintln!("without Embree: {e}; --embree PATH names its library")).ok()
+}
+
+fn pool(threads: usize) -> Result<ThreadPool, String> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// The answers of `double`.
+fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question) -> Vec<Answer> {
+    let mut double = Batch::new(bvh.clone(), Double::default());
+    double.load(rays, question);
+    double.trace();
+    double.answers()
+}

@@ -1,0 +1,89 @@
+//! The modes of intertri, through its hierarchy.
+
+use std::sync::Arc;
+
+use intertri::{Hit, Mode, Ray};
+use intertri_trace::Bvh;
+
+use crate::engine::{Answer, Engine, Question, Singles};
+
+/// The batch calls.
+pub struct Batch<M> {
+    bvh: Arc<Bvh>,
+    mode: M,
+    rays: Vec<Ray>,
+    any: bool,
+    hits: Vec<Hit>,
+    seen: Vec<bool>,
+}
+
+impl<M: Mode> Batch<M> {
+    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+        Self { bvh, mode, rays: vec![], any: false, hits: vec![], seen: vec![] }
+    }
+}
+
+impl<M: Mode> Engine for Batch<M> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.rays = rays.to_vec();
+        self.any = question.any;
+        self.hits = vec![Hit::MISS; rays.len()];
+        self.seen = vec![false; rays.len()];
+    }
+
+    fn trace(&mut self) {
+        if self.any {
+            self.bvh.any_of_each(&self.mode, &self.rays, &mut self.seen);
+        } else {
+            self.bvh.closest_of_each(&self.mode, &self.rays, &mut self.hits);
+        }
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        if self.any {
+            self.seen.iter().map(|&hit| if hit { Answer::ANY } else { Answer::MISS }).collect()
+        } else {
+            self.hits.iter().map(answer).collect()
+        }
+    }
+
+    fn exact(&self) -> bool {
+        true
+    }
+}
+
+/// The calls for a single ray.
+pub struct Single<M> {
+    bvh: Arc<Bvh>,
+    mode: M,
+    rays: Singles<Ray>,
+}
+
+impl<M: Mode> Single<M> {
+    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+        Self { bvh, mode, rays: Singles::default() }
+    }
+}
+
+impl<M: Mode> Engine for Single<M> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.rays.load(rays, question, |ray| *ray);
+    }
+
+    fn trace(&mut self) {
+        let Self { bvh, mode, rays } = self;
+        rays.trace(|ray| answer(&bvh.closest(mode, ray)), |ray| bvh.any(mode, ray));
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        self.rays.answers()
+    }
+
+    fn exact(&self) -> bool {
+        true
+    }
+}
+
+fn answer(hit: &Hit) -> Answer {
+    Answer { triangle: hit.triangle as u32, t: hit.t }
+}

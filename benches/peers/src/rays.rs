@@ -1,0 +1,134 @@
+//! The rays: those of a camera, those to a light, those that bounce.
+
+use intertri::{Double, Hit, Ray};
+use intertri_lab::rng::Rng;
+use intertri_scene::{Scene, hit_point};
+use intertri_trace::Bvh;
+
+use crate::engine::Question;
+
+/// What the rays are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Kind {
+    /// From the camera: the closest hit.
+    Primary,
+    /// From what the camera sees toward a point light: any hit before it.
+    Shadow,
+    /// The same parts of the same lines, from the light.
+    Light,
+    /// From what the camera sees, cosine-distributed about the normal: the closest hit.
+    Diffuse,
+}
+
+impl Kind {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Primary => "primary",
+            Self::Shadow => "shadow",
+            Self::Light => "light",
+            Self::Diffuse => "diffuse",
+        }
+    }
+
+    pub fn question(self) -> Question {
+        Question {
+            any: matches!(self, Self::Shadow | Self::Light),
+            coherent: self != Self::Diffuse,
+        }
+    }
+}
+
+/// In which order the pixels come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Order {
+    /// Tiles of tiles: any 4, 16, 64 and so on that follow each other are a square.
+    Tiles,
+    /// Row by row.
+    Rows,
+}
+
+impl Order {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tiles => "tiles",
+            Self::Rows => "rows",
+        }
+    }
+}
+
+/// All the rays of a kind, of a picture of `size * size` pixels. `size` is a power of two.
+pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray> {
+    let pixel = |i: u32| match order {
+        Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
+        Order::Rows => (i % size, i / size),
+    };
+    let camera = |i| {
+        let (x, y) = pixel(i);
+        scene.camera.ray(x, y, size, size)
+    };
+    let primary: Vec<Ray> = (0..size * size).map(camera).collect();
+    if kind == Kind::Primary {
+        return primary;
+    }
+    let mut hits = vec![Hit::MISS; primary.len()];
+    bvh.closest_of_each(&Double::default(), &primary, &mut hits);
+
+    // Away from the surface by a hundred thousandth of the scene, so that a ray does not meet at
+    // once what it leaves.
+    let bounds = scene.mesh.bounds().map_or([0.0; 3], |b| [0, 1, 2].map(|k| b.max[k] - b.min[k]));
+    let away = 1e-5 * length(bounds.map(f64::from));
+    let mut rng = Rng::new(7);
+    let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
+    seen.map(|(ray, hit)| {
+        let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
+        let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
+        // On the side from which it is seen.
+        let normal = normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
+        let point = hit_point(ray, hit);
+        let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
+        let light = scene.light.position;
+        match kind {
+            Kind::Primary | Kind::Diffuse => {
+                // A point of the unit sphere on top of the normal.
+                let d = rng.direction();
+                let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
+                Ray::new(origin, dir.map(|x| x as f32))
+            }
+            Kind::Shadow => {
+                let dir = [0, 1, 2].map(|k| light[k] - origin[k]);
+                Ray::new(origin, dir).between(0.0, 1.0)
+            }
+            Kind::Light => {
+                let dir = [0, 1, 2].map(|k| origin[k] - light[k]);
+                Ray::new(light, dir).between(0.0, 1.0)
+            }
+        }
+    })
+    .collect()
+}
+
+/// The bits 0, 2, 4, ... side by side.
+fn every_other_bit(i: u32) -> u32 {
+    (0..16).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k)
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn length(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+fn unit(a: [f64; 3]) -> [f64; 3] {
+    let length = length(a);
+    a.map(|x| x / length)
+}

@@ -1,0 +1,73 @@
+//! The tables on the terminal.
+
+use intertri_lab::machine;
+use intertri_lab::tables::grouped;
+
+use crate::clock::Clock;
+use crate::engines::ENGINES;
+use crate::measure::Row;
+use crate::scenes::SCENES;
+
+/// What it runs on.
+pub fn header(clock: &Clock, threads: usize, size: u32) {
+    let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
+    println!(
+        "{}; {:.2} GHz at best; {threads} thread{}; {size} x {size} pixels{native}",
+        machine::cpu(),
+        clock.fastest(),
+        if threads == 1 { "" } else { "s" },
+    );
+}
+
+/// A cell: one scene, one kind, all engines.
+pub fn table(rows: &[Row]) {
+    let Some(first) = rows.first() else { return };
+    println!(
+        "\n{} ({} triangles), {}: {} rays; {} held against the reference, {} differ",
+        first.scene,
+        grouped(first.triangles as u64),
+        first.kind,
+        grouped(first.rays as u64),
+        grouped(first.reference as u64),
+        first.reference_wrong,
+    );
+    println!(
+        "{:22} {:>8} {:>15} {:>7} {:>13} {:>9} {:>9} {:>8}",
+        "", "M rays/s", "(p10 - p90)", "ratio", "(p10 - p90)", "hit/miss", "triangle", "repeats",
+    );
+    for row in rows {
+        let [low, middle, high] = row.speed;
+        let ratio = row.ratio.map_or_else(String::new, |[low, middle, high]| {
+            format!("{middle:7.2} {:>13}", format!("({low:.2} - {high:.2})"))
+        });
+        println!(
+            "{:22} {middle:8.2} {:>15} {ratio:21} {:9} {:9} {:>8}",
+            row.engine,
+            format!("({low:.2} - {high:.2})"),
+            row.wrong_hits,
+            row.wrong_triangles,
+            format!("{}/{}", row.repeats, row.repeats + row.dips),
+        );
+    }
+    if let Some(row) = rows.iter().find(|row| !row.base.is_empty()) {
+        println!("ratio: times as fast as {}, its fastest call here", row.base);
+    }
+}
+
+/// The builds of a scene.
+pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64)]) {
+    let s = if threads == 1 { "" } else { "s" };
+    println!("\n{scene} ({} triangles), built by {threads} thread{s}", grouped(triangles as u64));
+    for (name, milliseconds) in times {
+        println!("{name:22} {milliseconds:9.1} ms");
+    }
+}
+
+/// The names that the options take.
+pub fn list() {
+    println!("scenes: {}, sphere-N, growth, or a path", SCENES.join(", "));
+    println!("engines:");
+    for (name, about) in ENGINES {
+        println!("  {name:22} {about}");
+    }
+}

@@ -1,0 +1,190 @@
+//! The scenes: shared models, and some made by code.
+
+use std::path::{Path, PathBuf};
+
+use intertri_scene::{Camera, Light, Mesh, Scene};
+use rayon::prelude::*;
+
+/// Those that are measured unless others are asked for.
+pub const SCENES: [&str; 10] = [
+    "bunny", "kitchen", "sphere", "fandisk", "spot", "suzanne", "teapot", "built-in", "box",
+    "terrain",
+];
+
+/// Triangles of the spheres that show the growth.
+pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+
+/// Edges along a side of an icosahedron's face: 20 times its square triangles, 1,310,720.
+const SPHERE: u32 = 256;
+/// Squares along a side of the terrain: twice its square triangles, 9,999,392.
+const TERRAIN: u32 = 2236;
+
+/// A scene by its name: one of [`SCENES`], `sphere-` with about how many triangles, or the path of a
+/// model.
+pub fn scene(name: &str) -> Result<Scene, String> {
+    let of = |mesh| Scene::of(mesh, 1.0).map_err(|e| format!("{name}: {e}"));
+    let count = name.strip_prefix("sphere-").and_then(|count| count.parse::<f64>().ok());
+    match name {
+        "built-in" => Ok(Scene::built_in()),
+        "box" => cornell_box(),
+        "sphere" => of(displaced_sphere(SPHERE)),
+        "terrain" => terrain(),
+        _ if count.is_some() => {
+            let side = (count.unwrap_or(0.0) / 20.0).sqrt().round().clamp(1.0, 5000.0);
+            of(displaced_sphere(side as u32))
+        }
+        "bunny" => of(model("stanford-bunny.obj")?),
+        "kitchen" => kitchen(),
+        "fandisk" | "spot" | "suzanne" | "teapot" => of(model(&format!("{name}.obj"))?),
+        path => of(intertri_scene::load(Path::new(path)).map_err(|e| e.to_string())?),
+    }
+}
+
+/// One of the shared models.
+fn model(file: &str) -> Result<Mesh, String> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
+    let folder = std::env::var_os("INTERTRI_MODELS").map_or(beside, PathBuf::from);
+    intertri_scene::load(&folder.join(file))
+        .map_err(|e| format!("{e}; INTERTRI_MODELS names the folder"))
+}
+
+/// The kitchen from within, under a lamp.
+fn kitchen() -> Result<Scene, String> {
+    let mesh = model("kitchen.obj")?;
+    let camera = Camera::new([3.0, 1.7, 2.0], [-0.6, 0.9, -1.2], Camera::UP, 60.0);
+    let camera = camera.map_err(|e| e.to_string())?;
+    Ok(Scene { mesh, camera, light: Light { position: [0.6, 2.3, 0.3] } })
+}
+
+/// A room of 36 triangles, open to the viewer: five walls, a lamp, two blocks.
+fn cornell_box() -> Result<Scene, String> {
+    let mut mesh = Mesh::default();
+    let mut quad = |corners: [[f32; 3]; 4]| {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(corners);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    };
+    // A wall at one end of an axis, of the room from -1 to 1.
+    let wall = |axis: usize, end: f32, half: f32| {
+        [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| {
+            let mut p = [end; 3];
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (u, v);
+            p
+        })
+    };
+    for (axis, end) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0)] {
+        quad(wall(axis, end, 1.0));
+    }
+    quad(wall(1, 0.98, 0.3));
+    // A low block and a high one, turned about the vertical axis.
+    for (center, half, turn) in [
+        ([0.35, -0.7, 0.35], [0.3, 0.3, 0.3], [0.96, -0.28]),
+        ([-0.35, -0.4, -0.3], [0.3, 0.6, 0.3], [0.96, 0.28]),
+    ] {
+        for (axis, end) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
+            quad(wall(axis, end, 1.0).map(|p| {
+                let [x, y, z] = [0, 1, 2].map(|k| p[k] * half[k]);
+                let [c, s]: [f32; 2] = turn;
+                [center[0] + c * x + s * z, center[1] + y, center[2] - s * x + c * z]
+            }));
+        }
+    }
+    let camera = Camera::new([0.0, 0.0, 3.6], [0.0; 3], Camera::UP, 42.0);
+    let camera = camera.map_err(|e| e.to_string())?;
+    Ok(Scene { mesh, camera, light: Light { position: [0.0, 0.9, 0.0] } })
+}
+
+/// A sphere with bumps: each face of an icosahedron in `n * n` triangles, `20 * n * n` in all.
+fn displaced_sphere(n: u32) -> Mesh {
+    let solid = intertri_lab::meshes::Mesh::icosphere(0);
+    let row = |i: u32| i * (i + 1) / 2;
+    let mut mesh = Mesh::default();
+    for face in &solid.faces {
+        let first = mesh.positions.len() as u32;
+        // The weighted sum runs in the order of the vertices, so that faces side by side have the
+        // same bits along their edge.
+        let mut order = [0, 1, 2];
+        order.sort_by_key(|&k| face[k]);
+        let point = |i: u32, j: u32| {
+            let weights = [n - i, i - j, j];
+            let mut p = [0.0; 3];
+            for k in order {
+                let corner = solid.vertices[face[k]];
+                p = [0, 1, 2].map(|axis| p[axis] + f64::from(weights[k]) * corner[axis]);
+            }
+            let length = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let p = p.map(|x| x / length);
+            let radius = 1.0 + 0.12 * mountains(p.map(|x| 3.0 * x + 50.0), 7);
+            p.map(|x| (x * radius) as f32)
+        };
+        let rows: Vec<Vec<_>> =
+            (0..=n).into_par_iter().map(|i| (0..=i).map(|j| point(i, j)).collect()).collect();
+        mesh.positions.extend(rows.into_iter().flatten());
+        for i in 0..n {
+            for j in 0..=i {
+                let (a, b) = (first + row(i) + j, first + row(i + 1) + j);
+                mesh.triangles.push([a, b, b + 1]);
+                if j < i {
+                    mesh.triangles.push([a, b + 1, a + 1]);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+/// A land of hills, seen from one of them toward the horizon.
+fn terrain() -> Result<Scene, String> {
+    let n = TERRAIN;
+    let height = |x: f64, z: f64| 0.25 * mountains([4.0 * x + 50.0, 20.0, 4.0 * z + 50.0], 9);
+    let at = |i: u32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
+    let row = |i: u32| {
+        let point = |j| [at(j) as f32, height(at(j), at(i)) as f32, at(i) as f32];
+        (0..=n).map(point).collect::<Vec<_>>()
+    };
+    let rows: Vec<_> = (0..=n).into_par_iter().map(row).collect();
+    let mut triangles = Vec::with_capacity(2 * (n * n) as usize);
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j;
+            let b = a + n + 1;
+            triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    let mesh = Mesh { positions: rows.concat(), triangles, ..Mesh::default() };
+    let camera = Camera::new([0.7, 0.45, 0.95], [-0.1, 0.0, -0.1], Camera::UP, 50.0);
+    let camera = camera.map_err(|e| e.to_string())?;
+    Ok(Scene { mesh, camera, light: Light { position: [-3.0, 2.5, 1.0] } })
+}
+
+/// Noise of so many octaves, about -1 to 1, by `+ - *` alone: the same bits everywhere.
+fn mountains(p: [f64; 3], octaves: u32) -> f64 {
+    let octave = |k: u32| {
+        let scale = f64::from(1_u32 << k);
+        // Shifted, lest all octaves have a vertex in one place.
+        noise(p.map(|x| x * scale + 0.37 * f64::from(k))) / scale
+    };
+    (0..octaves).map(octave).sum()
+}
+
+/// Random values at the points of the integer lattice, blended smoothly.
+fn noise(p: [f64; 3]) -> f64 {
+    let cell = p.map(|x| x as i64);
+    let s = [0, 1, 2].map(|k| {
+        let f = p[k] - cell[k] as f64;
+        f * f * (3.0 - 2.0 * f)
+    });
+    let value = |corner: i64| {
+        let [x, y, z] = [0, 1, 2].map(|k| (cell[k] + (corner >> k & 1)) as u64);
+        let mut h = x.wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            ^ y.wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
+            ^ z.wrapping_mul(0x1656_67B1_9E37_79F9);
+        h = (h ^ (h >> 32)).wrapping_mul(0xD6E8_FEB8_6659_FD93);
+        h ^= h >> 32;
+        (h >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    };
+    let mix = |a: f64, b: f64, s: f64| a + (b - a) * s;
+    let along_x = |corner| mix(value(corner), value(corner + 1), s[0]);
+    let along_y = |corner| mix(along_x(corner), along_x(corner + 2), s[1]);
+    mix(along_y(0), along_y(4), s[2])
+}
