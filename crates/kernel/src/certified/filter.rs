@@ -218,26 +218,30 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         tri.h * of.edge.mul_add(self.a.norm1() + tri.near, of.off)
     }
 
-    /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`]: with a bound
-    /// for each edge, which takes a few times as long.
+    /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
     #[inline(always)]
-    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>) -> (F::Mask, F::Mask) {
+    pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>) -> [F; 3] {
         let splat = F::splat;
 
         // The sums of the sizes of all products.
         let (a, d) = (self.a.abs(), of.rays.dir.abs());
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
-        let (v_size, w_size) = (h5.dot_fused(q), h4.dot_fused(q));
-        let u_size = v_size + w_size + h4.permanents(h5).dot_fused(d);
+        let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
+        let u = v + w + h4.permanents(h5).dot_fused(d);
 
-        // What each edge must exceed, the reference's noise included.
+        // What the reference's noise adds.
         let noise = of.len * splat(bound::NOISE);
         let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
-        let v_bound = v_size.mul_add(splat(bound::SHARP), noise);
-        let w_bound = w_size.mul_add(splat(bound::SHARP), noise);
-        let u_bound = u_size.mul_add(splat(bound::SHARP_U), noise);
+        let sharp = splat(bound::SHARP);
+        [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(splat(bound::SHARP_U), noise)]
+    }
 
+    /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`], by the sharp
+    /// bounds.
+    #[inline(always)]
+    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>) -> (F::Mask, F::Mask) {
+        let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of);
         let [v, w, u] = self.weights();
         let outside = v.lt(-v_bound) | w.lt(-w_bound) | u.lt(-u_bound);
         let inside = v.gt(v_bound) & w.gt(w_bound) & u.gt(u_bound);
