@@ -46,18 +46,8 @@ where
         for packet in packets {
             let rays = mode.prepare_packet_in::<S, N>(packet);
             let mut bests = Bests::new(&packet.t_max);
-            for (i, triangle) in (0..).zip(triangles) {
-                let (live, find) = (packet.live(), |place| data.triangle(place));
-                mode.packet_closest_in(
-                    &rays,
-                    triangle,
-                    (i, i),
-                    find,
-                    live,
-                    &mut bests,
-                    &mut counts,
-                );
-            }
+            let (live, find) = (packet.live(), |place| data.triangle(place));
+            mode.packet_closest_of_in(&rays, triangles, 0, find, live, &mut bests, &mut counts);
             data.add(&mode, packet, &bests, &mut answer);
         }
         answer
@@ -85,10 +75,8 @@ where
         for packet in packets {
             let rays = mode.prepare_packet_in::<S, N>(packet);
             let mut bests = Bests::new(&packet.t_max);
-            for (i, view) in (0..).zip(&views) {
-                let (live, find) = (packet.live(), |place| data.triangle(place));
-                mode.view_closest_in(&rays, view, (i, i), find, live, &mut bests, &mut counts);
-            }
+            let (live, find) = (packet.live(), |place| data.triangle(place));
+            mode.views_closest_in(&rays, &views, 0, find, live, &mut bests, &mut counts);
             data.add(&mode, packet, &bests, &mut answer);
         }
         answer
@@ -249,12 +237,12 @@ fn exact<'a>(name: impl Into<String>, run: impl FnMut() -> Answer + 'a) -> Conte
 }
 
 fn bench(criterion: &mut Criterion) {
-    let strewn = Data::new(Workload::strewn(512, 256), false);
-    let each = Data::new(Workload::view(512, 256, false), false);
-    let one = Data::new(Workload::view(512, 256, true), true);
+    let strewn = Data::new(Workload::strewn(2048, 256), false);
+    let each = Data::new(Workload::view(2048, 256, false), false);
+    let one = Data::new(Workload::view(2048, 256, true), true);
     let tests = each.rays.len() * each.triangles.len();
     // `cargo test` runs every benchmark once: then one turn suffices to check the answers.
-    let turns = if std::env::args().any(|arg| arg == "--bench") { 300 } else { 1 };
+    let turns = if std::env::args().any(|arg| arg == "--bench") { 60 } else { 1 };
     compare("packets of rays in all directions", tests, turns, &mut strewn.packets());
     compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());
     compare("packets, a camera's: one origin", tests, turns, &mut one.packets());

@@ -124,11 +124,14 @@ where
         let rays = mode.prepare_packet_in::<S, N>(packet);
         let mut bests = Bests::new(&packet.t_max);
         let find = |place: u32| triangles[place as usize];
-        for (i, triangle) in (0..).zip(triangles) {
-            let view = mode.view(triangle, packet.ray(0).origin);
-            let (live, counts) = (packet.live(), &mut Counts::default());
-            mode.view_closest_in(&rays, &view, (i, i), find, live, &mut bests, counts);
+        // The first view by itself, the others at once.
+        let (live, counts) = (packet.live(), &mut Counts::default());
+        let views: Vec<_> = triangles.iter().map(|t| mode.view(t, packet.ray(0).origin)).collect();
+        let (first, others) = views.split_at(views.len().min(1));
+        for view in first {
+            mode.view_closest_in(&rays, view, (0, 0), find, live, &mut bests, counts);
         }
+        mode.views_closest_in(&rays, others, 1, find, live, &mut bests, counts);
         std::array::from_fn(|lane| {
             let hit = mode.index_and_t(&packet.ray(lane), &bests.lane(lane), find);
             hit.map(|(index, t)| (index as usize, t))

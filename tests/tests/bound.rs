@@ -39,7 +39,7 @@ fn float(x: &Relaxed) -> f64 {
 
 /// The shares of the bounds that one test uses; 0 where a bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
-struct Shares([f64; 8]);
+struct Shares([f64; 10]);
 
 /// The columns of the table:
 ///
@@ -48,8 +48,10 @@ struct Shares([f64; 8]);
 /// - how far from the middle of its enclosure the reference's t lies, in halves of the enclosure;
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
 /// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
+/// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last try;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound.
-const NAMES: [&str; 8] = ["V, W", "U", "D", "T", "t", "box", "rho", "noise"];
+const NAMES: [&str; 10] =
+    ["V, W", "U", "D", "T", "t", "box", "rho", "sharp V, W", "sharp U", "noise"];
 
 impl Shares {
     /// What a test uses, at one level. `None` where an input is not finite or f32 overflows, for
@@ -80,10 +82,15 @@ impl Shares {
         };
         let share_vw = share(v, &exact_v, edge).max(share(w, &exact_w, edge));
         let share_u = share(u, &exact_u, u_edge);
+        let [sharp_v, sharp_w, sharp_u] = seen.sharp;
+        let sharp_vw = share(v, &exact_v, sharp_v).max(share(w, &exact_w, sharp_w));
+        let sharp_u = share(u, &exact_u, sharp_u);
         let share_d = off(den, &exact_den) / f64::from(den_err);
         let share_t = off(num, &exact_num) / f64::from(num_err);
         if !seen.sure {
-            return Some(Self([share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, 0.0]));
+            let edges =
+                [share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0];
+            return Some(Self(edges));
         }
 
         // The enclosure of t: of the reference's, and of every quotient that the bounds of D and T
@@ -116,14 +123,17 @@ impl Shares {
         let side = if float(&exact_den) < 0.0 { -1.0 } else { 1.0 };
         let mut noise = 0.0_f64;
         for (value, (exact, bound)) in
-            values.iter().zip([(exact_v, edge), (exact_w, edge), (exact_u, u_edge)])
+            values.iter().zip([exact_v, exact_w, exact_u].into_iter().zip(seen.sharp))
         {
             let exact = side * float(&exact);
             if (*value < 0.0) != (exact < 0.0) {
                 noise = noise.max(exact.abs() / f64::from(bound));
             }
         }
-        Some(Self([share_vw, share_u, share_d, share_t, enclosure, quotients, rho, noise]))
+        Some(Self([
+            share_vw, share_u, share_d, share_t, enclosure, quotients, rho, sharp_vw, sharp_u,
+            noise,
+        ]))
     }
 
     fn join(&mut self, other: &Self) {
@@ -233,13 +243,13 @@ fn start(rng: &mut Rng) -> [f32; 15] {
 /// Where earlier searches ended: the column, the constants that it is there for, and the numbers.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "nobody reads them")]
-const FOUND: [(usize, &str, [f32; 15]); 8] = [
+const FOUND: [(usize, &str, [f32; 15]); 10] = [
     (0, "EDGE", [
         -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,
         2.0034668, -0.12520248, -0.031945825, -0.006337226, 0.00056717545,
         -0.008038396, -0.0045427894, -0.010662427, -0.010662427, 0.015548073,
     ]),
-    (1, "U_SCALE", [
+    (1, "U", [
         -0.00080236, -2.4028993e-6, 4.094513e-5, -0.50005174, 0.0009322114,
         8.642438e-5, 0.010827807, 0.0007106066, -0.0119086495, 0.0059819035,
         -1.0033108, -2.0230525, 0.010783884, -2.0014074, -0.0037486854,
@@ -273,6 +283,16 @@ const FOUND: [(usize, &str, [f32; 15]); 8] = [
         -0.006605828, -0.021213619, 0.024649706, 1.0080678, -0.04868098,
         -0.04990237, -0.004629991, -1.9813439, 2.0880117, -0.0060576214,
         0.01181835, -3.487919, -5.216687e-5, 0.0090479255, -3.481301,
+    ]),
+    (7, "SHARP", [
+        -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,
+        2.0034668, -0.12520248, -0.031945825, -0.006337226, 0.00056717545,
+        -0.008038396, -0.0045427894, -0.010662427, -0.010662427, 0.015548073,
+    ]),
+    (8, "SHARP_U", [
+        -0.00080236, -2.4028993e-6, 4.094513e-5, -0.50005174, 0.0009322114,
+        8.642438e-5, 0.010827807, 0.0007106066, -0.0119086495, 0.0059819035,
+        -1.0033108, -2.0230525, 0.010783884, -2.0014074, -0.0037486854,
     ]),
 ];
 

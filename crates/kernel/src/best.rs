@@ -1,7 +1,7 @@
 //! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
 
 use crate::lanes::{Lanes, Mask};
-use crate::mode::{Found, lanes_of};
+use crate::mode::{Found, Scalar, lanes_of};
 
 /// The closest hit so far of one ray.
 ///
@@ -100,13 +100,17 @@ impl Best {
     }
 }
 
-/// The best of each of N rays, with the enclosures side by side.
+/// The best of each of N rays, side by side.
 #[derive(Clone, Copy)]
 pub struct Bests<F, const N: usize> {
     t_lo: F,
     t_hi: F,
-    /// The rest of each best; its enclosure is the one above.
-    lanes: [Best; N],
+    /// Indices and places by their bits, for whole registers of them to be selected.
+    triangle: F,
+    place: F,
+    /// The exact t of the lanes whose bit is set in `known`.
+    t: [f64; N],
+    known: u32,
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
@@ -114,7 +118,14 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
     #[inline(always)]
     pub fn new(t_max: &[f32; N]) -> Self {
         let t = F::load(t_max);
-        Self { t_lo: t, t_hi: t, lanes: t_max.map(Best::new) }
+        Self {
+            t_lo: t,
+            t_hi: t,
+            triangle: F::splat(f32::from_bits(Best::NOTHING)),
+            place: F::splat(f32::from_bits(0)),
+            t: t_max.map(f64::from),
+            known: u32::MAX,
+        }
     }
 
     /// See [`Best::t_hi`].
@@ -126,50 +137,73 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
     /// The best of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> Best {
-        let (mut t_lo, mut t_hi) = ([0.0; N], [0.0; N]);
-        self.t_lo.store(&mut t_lo);
-        self.t_hi.store(&mut t_hi);
-        Best { t_lo: t_lo[lane], t_hi: t_hi[lane], ..self.lanes[lane] }
+        // Each lane by its number: what is indexed by a variable cannot stay in registers.
+        let mut t = f64::NAN;
+        for i in 0..N {
+            if i == lane && self.known >> i & 1 != 0 {
+                t = self.t[i];
+            }
+        }
+        Best {
+            t,
+            t_lo: get::<F, N>(self.t_lo, lane),
+            t_hi: get::<F, N>(self.t_hi, lane),
+            triangle: get::<F, N>(self.triangle, lane).to_bits(),
+            place: get::<F, N>(self.place, lane).to_bits(),
+        }
     }
 
-    /// Offers to each lane the hit that was found there. `exact` gives the t of a lane's ray with the
-    /// triangle in a place.
+    /// Changes the best of a lane.
     #[inline(always)]
-    pub(crate) fn offer(
+    fn set(&mut self, lane: usize, best: &Best) {
+        let at = F::Mask::from_bits(1 << lane);
+        let put = |x: f32, old| F::select(at, F::splat(x), old);
+        self.t_lo = put(best.t_lo, self.t_lo);
+        self.t_hi = put(best.t_hi, self.t_hi);
+        self.triangle = put(f32::from_bits(best.triangle), self.triangle);
+        self.place = put(f32::from_bits(best.place), self.place);
+        for i in 0..N {
+            self.t[i] = if i == lane { best.t } else { self.t[i] };
+        }
+        self.known = self.known & !(1 << lane) | u32::from(!best.t.is_nan()) << lane;
+    }
+
+    /// Offers to each lane what was found there.
+    #[inline(always)]
+    pub(crate) fn offer<D: Lanes<Scalar = f64>>(
         &mut self,
-        found: &Found<F>,
+        found: &Found<F, D>,
         triangle: u32,
         place: u32,
-        exact: impl Fn(usize, u32) -> f64,
+        scalar: &impl Scalar,
     ) {
-        // Where the enclosures tell, all lanes at once.
+        // Where the enclosures tell, all lanes at once, and without a branch.
         let wins = F::Mask::from_bits(found.near) & found.t_hi.lt(self.t_lo);
         self.t_lo = F::select(wins, found.t_lo, self.t_lo);
         self.t_hi = F::select(wins, found.t_hi, self.t_hi);
-        for lane in lanes_of(wins.bits()) {
-            let best = &mut self.lanes[lane];
-            (best.t, best.triangle, best.place) = (f64::NAN, triangle, place);
-        }
+        self.triangle = F::select(wins, F::splat(f32::from_bits(triangle)), self.triangle);
+        self.place = F::select(wins, F::splat(f32::from_bits(place)), self.place);
+        self.known &= !wins.bits();
 
         // The others one by one.
-        let rest = (found.near | found.exact) & !wins.bits();
-        if rest != 0 {
-            let (mut lo, mut hi) = ([0.0; N], [0.0; N]);
-            for lane in lanes_of(rest) {
-                let mut best = self.lane(lane);
-                found.offer(lane, &mut best, triangle, place, |place| exact(lane, place));
-                self.t_lo.store(&mut lo);
-                self.t_hi.store(&mut hi);
-                (lo[lane], hi[lane]) = (best.t_lo, best.t_hi);
-                (self.t_lo, self.t_hi) = (F::load(&lo), F::load(&hi));
-                self.lanes[lane] = best;
-            }
+        for lane in lanes_of(found.lanes() & !wins.bits()) {
+            let mut best = self.lane(lane);
+            found.offer(lane, &mut best, triangle, place, scalar);
+            self.set(lane, &best);
         }
     }
 }
 
-impl<F: Lanes<Scalar = f32>> Found<F> {
-    /// Offers the hit of a lane to a best. `exact` gives the t of the triangle in a place.
+/// One of N lanes.
+#[inline(always)]
+fn get<F: Lanes<Scalar = f32>, const N: usize>(lanes: F, lane: usize) -> f32 {
+    let mut all = [0.0; N];
+    lanes.store(&mut all);
+    all[lane]
+}
+
+impl<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> Found<F, D> {
+    /// Offers what was found in a lane to a best.
     #[inline(always)]
     pub(crate) fn offer(
         &self,
@@ -177,15 +211,28 @@ impl<F: Lanes<Scalar = f32>> Found<F> {
         best: &mut Best,
         triangle: u32,
         place: u32,
-        exact: impl Fn(u32) -> f64,
+        scalar: &impl Scalar,
     ) {
-        if self.exact >> lane & 1 != 0 {
-            best.offer_exact(self.t[lane], triangle, place, exact);
-        } else {
+        let exact = |place| scalar.exact_t(lane, place);
+        if self.near >> lane & 1 != 0 {
             let (mut t_lo, mut t_hi) = ([0.0; 16], [0.0; 16]);
             self.t_lo.store(&mut t_lo);
             self.t_hi.store(&mut t_hi);
             best.offer((t_lo[lane], t_hi[lane]), triangle, place, exact);
+        } else if let Some(t) = self.known_t(lane, scalar) {
+            best.offer_exact(t, triangle, place, exact);
+        }
+    }
+
+    /// The exact t of a lane, if it is a hit and not one of those of which an enclosure is known.
+    #[inline(always)]
+    pub(crate) fn known_t(&self, lane: usize, scalar: &impl Scalar) -> Option<f64> {
+        if self.exact >> lane & 1 != 0 {
+            let mut t = [0.0; 16];
+            self.t.store(&mut t);
+            Some(t[lane])
+        } else {
+            scalar.replay(lane)
         }
     }
 }

@@ -172,6 +172,11 @@ impl Test for Double {
     }
 
     #[inline(always)]
+    fn threshold(&self) -> Threshold {
+        self.threshold
+    }
+
+    #[inline(always)]
     fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
         &self,
         packet: &RayPacket<N>,
@@ -213,17 +218,12 @@ impl Test for Double {
         _far: F,
         live: u32,
         counts: &mut Counts,
-        _scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found<F>> {
+    ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let (hit, t) = triangles.hit(rays, self.threshold.get());
-        let hit = hit.bits() & live;
-        if hit == 0 {
-            return None;
-        }
+        let exact = hit.bits() & live;
         let nothing = F::splat(0.0);
-        let mut found = Found { near: 0, exact: hit, t_lo: nothing, t_hi: nothing, t: [0.0; 16] };
-        t.store(&mut found.t);
-        Some(found)
+        let found = Found { near: 0, exact, undecided: 0, t_lo: nothing, t_hi: nothing, t };
+        (exact != 0).then_some(found)
     }
 }

@@ -98,15 +98,33 @@ impl core::ops::AddAssign for Counts {
     }
 }
 
-/// The lanes that a test found to be hits, but for the far end of their interval.
-pub struct Found<F> {
-    /// Lanes of which an enclosure of t is known.
+/// The lanes that a test found to be hits, or may be, but for the far end of their interval.
+pub struct Found<F, D> {
+    /// Hits of which an enclosure of t is known.
     pub(crate) near: u32,
-    /// Lanes of which t is known.
+    /// Hits of which t is known.
     pub(crate) exact: u32,
+    /// Lanes that the scalar test of f64 has to decide.
+    pub(crate) undecided: u32,
     pub(crate) t_lo: F,
     pub(crate) t_hi: F,
-    pub(crate) t: [f64; 16],
+    pub(crate) t: D,
+}
+
+impl<F, D> Found<F, D> {
+    /// All lanes that may be hits.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> u32 {
+        self.near | self.exact | self.undecided
+    }
+}
+
+/// What is asked of a lane when its turn comes, in f64 and out of line.
+pub(crate) trait Scalar {
+    /// The exact t, if the lane is a hit.
+    fn replay(&self, lane: usize) -> Option<f64>;
+    /// The exact t of the lane's ray with the triangle in a place, which it is known to hit.
+    fn exact_t(&self, lane: usize, place: u32) -> f64;
 }
 
 /// The one test of a mode, generic over its width: rays against triangles, either of them the same
@@ -128,6 +146,9 @@ pub trait Test: Copy + Send + Sync {
     fn certified(&self) -> Option<&Certified> {
         None
     }
+
+    /// The threshold of the document's test.
+    fn threshold(&self) -> Threshold;
 
     /// N rays.
     fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
@@ -156,8 +177,20 @@ pub trait Test: Copy + Send + Sync {
         triangle: &Self::Constants,
     ) -> Self::Triangles<F, D>;
 
+    /// Whether any of the `live` lanes may be a hit: a first look without a branch, after which
+    /// [`Test::test`] is asked.
+    #[inline(always)]
+    fn maybe<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        _triangles: &Self::Triangles<F, D>,
+        _rays: &Self::Rays<F, D>,
+        _live: u32,
+    ) -> bool {
+        true
+    }
+
     /// Which of the `live` lanes are hits with `t_min <= t` and, surely or perhaps, `t <= far`.
-    /// `None` where none is. `scalar` gives the ray and the triangle of a lane.
+    /// `None` where none is.
     fn test<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
         triangles: &Self::Triangles<F, D>,
@@ -165,8 +198,38 @@ pub trait Test: Copy + Send + Sync {
         far: F,
         live: u32,
         counts: &mut Counts,
-        scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found<F>>;
+    ) -> Option<Found<F, D>>;
+}
+
+/// The few of a block of triangles that may be hit, in their order: gathered without a branch, so that
+/// no wrong guess of the CPU's costs the time of many tests.
+pub(crate) struct Shortlist {
+    of_block: [u8; Self::BLOCK],
+    len: usize,
+}
+
+impl Shortlist {
+    /// So many triangles make a block.
+    pub(crate) const BLOCK: usize = 64;
+
+    /// The list of nothing.
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        Self { of_block: [0; Self::BLOCK], len: 0 }
+    }
+
+    /// Puts the next triangle of the block on the list, or not.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, next: usize, maybe: bool) {
+        self.of_block[self.len % Self::BLOCK] = next as u8;
+        self.len += usize::from(maybe);
+    }
+
+    /// Those on the list, as places in their block.
+    #[inline(always)]
+    pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
+        self.of_block[..self.len.min(Self::BLOCK)].iter().map(|&place| place.into())
+    }
 }
 
 /// Bits of a mask, from the lowest.

@@ -12,6 +12,9 @@ const FEW: usize = 4;
 /// So many packets of eight rays share what is computed from a triangle.
 const PACKETS: usize = 8;
 
+/// So many triangles are prepared at a time.
+const PREPARED: usize = 16;
+
 /// The closest hit of each of many rays.
 pub(crate) struct ClosestOfEach<'a, M> {
     pub(crate) mode: &'a M,
@@ -41,13 +44,15 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
                     packets.each_ref().map(|packet| mode.prepare_packet_in::<S, 8>(packet));
                 let mut bests = packets.each_ref().map(|p| Bests::<S::F32x8, 8>::new(&p.t_max));
                 let used = rays.len().div_ceil(8);
-                for (index, triangle) in (0..).zip(triangles) {
-                    let triangle = mode.prepare(triangle);
+                for (block, first) in triangles.chunks(PREPARED).zip((0..).step_by(PREPARED)) {
+                    let last = block.len() - 1;
+                    let prepared_triangles: [_; PREPARED] =
+                        from_fn(|i| mode.prepare(&block[i.min(last)]));
                     for p in 0..used {
-                        mode.packet_closest_in(
+                        mode.packet_closest_of_in(
                             &prepared[p],
-                            &triangle,
-                            (index, index),
+                            &prepared_triangles[..block.len()],
+                            first,
                             find,
                             packets[p].live(),
                             &mut bests[p],

@@ -6,6 +6,7 @@ use crate::lanes::Lanes;
 
 /// N vectors in structure-of-arrays order.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct Vec3<L> {
     /// The first components.
     pub x: L,
@@ -64,6 +65,12 @@ impl<L: Lanes> Vec3<L> {
         self.z.mul_add(b.z, self.y.mul_add(b.y, self.x * b.x))
     }
 
+    /// The dot product added to a number, with fused operations where the CPU has them.
+    #[inline(always)]
+    pub(crate) fn dot_add(self, b: Self, c: L) -> L {
+        self.z.mul_add(b.z, self.y.mul_add(b.y, self.x.mul_add(b.x, c)))
+    }
+
     /// The cross product with fused operations where the CPU has them, for use under a bound.
     #[inline(always)]
     pub fn cross_fused(self, b: Self) -> Self {
@@ -74,11 +81,21 @@ impl<L: Lanes> Vec3<L> {
         }
     }
 
-    /// The largest dot product with a vector whose components are at most as large as those of
-    /// `half`, in size.
+    /// Without the signs.
     #[inline(always)]
-    pub fn reach(self, half: Self) -> L {
-        self.z.abs().mul_add(half.z, self.y.abs().mul_add(half.y, self.x.abs() * half.x))
+    pub fn abs(self) -> Self {
+        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    /// The cross product with `+` for `-`: of vectors without signs, the most that rounding can be
+    /// relative to.
+    #[inline(always)]
+    pub(crate) fn permanents(self, b: Self) -> Self {
+        Self {
+            x: self.y.mul_add(b.z, self.z * b.y),
+            y: self.z.mul_add(b.x, self.x * b.z),
+            z: self.x.mul_add(b.y, self.y * b.x),
+        }
     }
 
     /// `|x| + |y| + |z|`.

@@ -1,8 +1,8 @@
 //! The verbs: what every mode does with its one test.
 
-use crate::double::exact_t;
+use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Simd, WithSimd};
-use crate::mode::{Counts, Found, Lane, Test, Width, lanes_of};
+use crate::mode::{Counts, Found, Lane, Scalar, Shortlist, Test, Threshold, Width, lanes_of};
 use crate::slices::{All, Any, ClosestOfEach};
 use crate::{Best, Bests, Coefficients, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
 
@@ -106,11 +106,17 @@ pub trait Mode: Test {
         Lane<N>: Width,
     {
         let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.constants);
-        let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
         let far = Lanes::load(&rays.packet.t_max);
         let live = rays.packet.live();
-        let found = self.test(&triangles, &rays.lanes, far, live, counts, scalar);
-        Hits::of(found, scalar)
+        let found = self.test(&triangles, &rays.lanes, far, live, counts);
+        let find = |_| triangle.triangle;
+        let scalar = Rays {
+            packet: rays.packet,
+            triangle: &triangle.triangle,
+            find,
+            threshold: self.threshold(),
+        };
+        Hits::of(found, |lane| rays.packet.t_max[lane], &scalar)
     }
 
     /// [`Mode::pack`] within a loop at some level.
@@ -126,10 +132,11 @@ pub trait Mode: Test {
     {
         let lanes = self.one_ray::<F<S, N>, D<S, N>>(ray);
         let triangles = self.triangles::<F<S, N>, D<S, N>, N>(pack);
-        let scalar = |lane| (*ray, pack.triangle(lane));
         let far = Lanes::splat(ray.t_max);
-        let found = self.test(&triangles, &lanes, far, pack.live(), counts, scalar);
-        Hits::of(found, scalar)
+        let found = self.test(&triangles, &lanes, far, pack.live(), counts);
+        let find = |lane| pack.triangle(lane as usize);
+        let scalar = Triangles { ray, pack, find, threshold: self.threshold() };
+        Hits::of(found, |_| ray.t_max, &scalar)
     }
 
     /// A ray prepared for one pack after another, within a loop at some level.
@@ -154,12 +161,11 @@ pub trait Mode: Test {
         counts: &mut Counts,
     ) {
         let triangles = self.triangles(pack);
-        let scalar = |lane| (ray.ray, pack.triangle(lane));
         let far = Lanes::splat(best.t_hi());
-        if let Some(found) = self.test(&triangles, &ray.lanes, far, pack.live(), counts, scalar) {
-            for lane in lanes_of(found.near | found.exact) {
-                let exact = |place| exact_t(&ray.ray, &find(place));
-                found.offer(lane, best, indices[lane], place + lane as u32, exact);
+        if let Some(found) = self.test(&triangles, &ray.lanes, far, pack.live(), counts) {
+            let scalar = Triangles { ray: &ray.ray, pack, find, threshold: self.threshold() };
+            for lane in lanes_of(found.lanes()) {
+                found.offer(lane, best, indices[lane], place + lane as u32, &scalar);
             }
         }
     }
@@ -194,12 +200,54 @@ pub trait Mode: Test {
         Lane<N>: Width,
     {
         let triangles = self.one_triangle(&triangle.constants);
-        let scalar = |lane| (rays.packet.ray(lane), triangle.triangle);
         let far = bests.t_hi();
-        if let Some(found) = self.test(&triangles, &rays.lanes, far, live, counts, scalar) {
-            let exact = |lane, place| exact_t(&rays.packet.ray(lane), &find(place));
-            bests.offer(&found, index, place, exact);
+        if let Some(found) = self.test(&triangles, &rays.lanes, far, live, counts) {
+            let (packet, triangle) = (rays.packet, &triangle.triangle);
+            let scalar = Rays { packet, triangle, find, threshold: self.threshold() };
+            bests.offer(&found, index, place, &scalar);
         }
+    }
+
+    /// [`Mode::packet_closest_in`] for one triangle after another; index and place of the i-th are
+    /// `first + i`. All are looked at before any is decided, which is faster than one by one.
+    #[inline(always)]
+    fn packet_closest_of_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S, N>,
+        triangles: &[Prepared<Self>],
+        first: u32,
+        find: impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut Bests<F<S, N>, N>,
+        counts: &mut Counts,
+    ) where
+        Lane<N>: Width,
+    {
+        // A copy of its own stays in registers.
+        let mut own = *bests;
+        for (b, block) in triangles.chunks(Shortlist::BLOCK).enumerate() {
+            let mut list = Shortlist::new();
+            for (i, triangle) in block.iter().enumerate() {
+                let triangles = self.one_triangle(&triangle.constants);
+                list.put(i, self.maybe(&triangles, &rays.lanes, live));
+            }
+            counts.tests += u64::from(live.count_ones()) * block.len() as u64;
+            let mut few = Counts::default();
+            for i in list.places() {
+                let index = first + (b * Shortlist::BLOCK + i) as u32;
+                self.packet_closest_in(
+                    rays,
+                    &block[i],
+                    (index, index),
+                    &find,
+                    live,
+                    &mut own,
+                    &mut few,
+                );
+            }
+            counts.undecided += few.undecided;
+        }
+        *bests = own;
     }
 
     /// The index and the exact t of the hit that a best stands for. `find` is that of
@@ -231,10 +279,13 @@ type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
 type D<S, const N: usize> = <Lane<N> as Width>::D<S>;
 
 /// A triangle with what a mode computes from it once.
+//
+// What every test needs comes first, for `Certified` in one cache line.
 #[derive(Clone, Copy)]
+#[repr(C, align(64))]
 pub struct Prepared<M: Test> {
-    triangle: Triangle,
     constants: M::Constants,
+    triangle: Triangle,
 }
 
 /// A ray with what a mode computes from it once, at one level of instructions.
@@ -282,19 +333,64 @@ impl Hit {
 impl<const N: usize> Hits<N> {
     /// The lanes that a test found, each with its exact t, within the far end of its interval.
     #[inline(always)]
-    fn of<F>(found: Option<Found<F>>, scalar: impl Fn(usize) -> (Ray, Triangle)) -> Self {
+    fn of<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        found: Option<Found<F, D>>,
+        t_max: impl Fn(usize) -> f32,
+        scalar: &impl Scalar,
+    ) -> Self {
         let mut hits = Self { bits: 0, t: [f64::INFINITY; N] };
         let Some(found) = found else { return hits };
-        for lane in lanes_of(found.near | found.exact) {
-            let (ray, triangle) = scalar(lane);
-            let known = found.exact >> lane & 1 != 0;
-            let t = if known { found.t[lane] } else { exact_t(&ray, &triangle) };
-            if t < f64::from(ray.t_max) {
+        for lane in lanes_of(found.lanes()) {
+            let near = found.near >> lane & 1 != 0;
+            let t = if near {
+                Some(scalar.exact_t(lane, lane as u32))
+            } else {
+                found.known_t(lane, scalar)
+            };
+            if let Some(t) = t.filter(|&t| t < f64::from(t_max(lane))) {
                 hits.bits |= 1 << lane;
                 hits.t[lane] = t;
             }
         }
         hits
+    }
+}
+
+/// The lanes of a packet of rays with one triangle.
+pub(crate) struct Rays<'a, P, const N: usize> {
+    pub(crate) packet: &'a RayPacket<N>,
+    pub(crate) triangle: &'a Triangle,
+    pub(crate) find: P,
+    pub(crate) threshold: Threshold,
+}
+
+impl<P: Fn(u32) -> Triangle, const N: usize> Scalar for Rays<'_, P, N> {
+    #[inline(always)]
+    fn replay(&self, lane: usize) -> Option<f64> {
+        replay(&self.packet.ray(lane), self.triangle, self.threshold.get())
+    }
+    #[inline(always)]
+    fn exact_t(&self, lane: usize, place: u32) -> f64 {
+        exact_t(&self.packet.ray(lane), &(self.find)(place))
+    }
+}
+
+/// The lanes of a pack of triangles with one ray.
+struct Triangles<'a, P, const N: usize> {
+    ray: &'a Ray,
+    pack: &'a TrianglePack<N>,
+    find: P,
+    threshold: Threshold,
+}
+
+impl<P: Fn(u32) -> Triangle, const N: usize> Scalar for Triangles<'_, P, N> {
+    #[inline(always)]
+    fn replay(&self, lane: usize) -> Option<f64> {
+        replay(self.ray, &self.pack.triangle(lane), self.threshold.get())
+    }
+    #[inline(always)]
+    fn exact_t(&self, _lane: usize, place: u32) -> f64 {
+        exact_t(self.ray, &(self.find)(place))
     }
 }
 

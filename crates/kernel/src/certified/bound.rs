@@ -9,11 +9,14 @@ const U: f32 = 1.0 / (1 << 24) as f32;
 /// them.
 pub(super) const EDGE: f32 = 6.5 * U;
 
-/// U is scaled by this before it is held against the bound of V and W, for its own is so much wider.
-pub(super) const U_SCALE: f32 = 0.52;
+/// The share of the edges' own length in the bound. U is within twice the bound of V and W.
+pub(super) const NEAR: f32 = 0.65;
 
-/// The share of the edges' own length in the bound.
-pub(super) const NEAR: f32 = 0.6875;
+/// V is within `SHARP perm(h5, d, A)` of the truth, and W likewise, but for the noise.
+pub(super) const SHARP: f32 = 6.25 * U;
+
+/// U is within `SHARP_U` times the sum of all three permanents, but for the noise.
+pub(super) const SHARP_U: f32 = 8.25 * U;
 
 /// The denominator is within `DEN |d|₂ h²`.
 pub(super) const DEN: f32 = 8.5 * U;

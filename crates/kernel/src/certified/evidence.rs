@@ -3,8 +3,8 @@
 use crate::lanes::{Lanes, Mask, Simd, WithSimd};
 use crate::{Ray, Triangle, TrianglePack};
 
+use super::Certified;
 use super::filter::{Edges, Plane, Rays, Triangles};
-use super::{Certified, bound};
 
 /// The numbers by which the mode `certified` decides one test, as its level computes them, each with
 /// the most that it may be off by.
@@ -23,6 +23,8 @@ pub struct Evidence {
     pub edge: f32,
     /// The bound of U.
     pub u_edge: f32,
+    /// The sharp bounds of V, W and U, for what the others leave undecided.
+    pub sharp: [f32; 3],
     /// D, the normal (not of unit length) times the direction.
     pub den: f32,
     /// The bound of D.
@@ -73,13 +75,15 @@ impl WithSimd for Seen<'_> {
             x.store(&mut lanes);
             lanes[0]
         };
-        let edge = -lane(edges.minus_bound);
+        let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
+        let edge = lane(edges.bound(&triangles, &rays));
         Evidence {
             v: lane(edges.v),
             w: lane(edges.w),
             u: lane(edges.u),
             edge,
-            u_edge: edge / bound::U_SCALE,
+            u_edge: 2.0 * edge,
+            sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
             den_err: lane(plane.den_err),
             num: lane(plane.num.flip(edges.den)),

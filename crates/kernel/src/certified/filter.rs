@@ -29,6 +29,8 @@ pub struct Triangles<F> {
     h: F,
     /// `NEAR h`
     near: F,
+    /// `h (|c1|₁ + NEAR h)`
+    reach: F,
     /// `GRAZING h²`, and a little.
     grazing: F,
 }
@@ -41,13 +43,15 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         let [c1, c2, c3] = pack.corners();
         let (c1, c2, c3) = (Vec3::load(c1), Vec3::load(c2), Vec3::load(c3));
         let (minus_h4, h5, h) = (c1 - c2, c3 - c1, F::load(pack.longest_edges()));
+        let near = h * F::splat(bound::NEAR);
         Self {
             c1,
             minus_h4,
             h5,
             n: h5.cross_fused(minus_h4),
             h,
-            near: h * F::splat(bound::NEAR),
+            near,
+            reach: h * (c1.norm1() + near),
             grazing: (h * h).mul_add(F::splat(bound::GRAZING), F::splat(bound::GRAZING_ADD)),
         }
     }
@@ -63,6 +67,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
             n: vec3(one.n),
             h: F::splat(one.h),
             near: F::splat(one.near),
+            reach: F::splat(one.reach),
             grazing: F::splat(one.grazing),
         }
     }
@@ -81,10 +86,12 @@ pub struct Rays<F> {
     rays: RayLanes<F>,
     /// |d|₂, rounded up; NaN where the filter must not decide.
     len: F,
-    /// `-EDGE |d|₂`
-    minus_edge: F,
-    /// The part of the bound that is the origin's, negative.
-    minus_off: F,
+    /// `EDGE |d|₂`
+    edge: F,
+    /// The part of the bound that is the origin's.
+    off: F,
+    /// The same and `EDGE |d|₂|o|₁`.
+    away: F,
     /// A t beyond this is large enough, a t under that is not.
     above: F,
     below: F,
@@ -104,14 +111,17 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
         let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
+        let off = len.mul_add(off, splat(bound::OFF_ADD));
+        let edge = len * splat(bound::EDGE);
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
         let threshold = threshold as f32;
         Self {
             rays,
             len,
-            minus_edge: len * splat(-bound::EDGE),
-            minus_off: -len.mul_add(off, splat(bound::OFF_ADD)),
+            edge,
+            off,
+            away: edge.mul_add(org, off),
             above: at_least(rays.t_min, threshold.next_up()),
             below: at_least(rays.t_min, threshold.next_down()),
         }
@@ -155,36 +165,28 @@ impl<F: Copy> Rays<F> {
     }
 }
 
-/// The edge functions with the bound that they share.
+/// The edge functions.
 #[derive(Clone, Copy)]
 pub(super) struct Edges<F> {
     a: Vec3<F>,
-    a1: F,
     pub(super) den: F,
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// Below this a weight is surely negative, above its opposite surely positive. NaN, which decides
-    /// nothing, where the ray's `len` or the triangle's `h` is.
-    pub(super) minus_bound: F,
-    /// What `den` must exceed for anything to be decided.
+    /// What `den` must exceed for anything to be decided; NaN, which it never does, where the ray's
+    /// `len` or the triangle's `h` is.
     least: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
-        let Rays { rays, len, minus_edge, minus_off, .. } = *of;
-        let a = tri.c1 - rays.org;
-        let r = a.cross_fused(rays.dir);
-        let den = tri.n.dot_fused(rays.dir);
+        let a = tri.c1 - of.rays.org;
+        let r = a.cross_fused(of.rays.dir);
+        let den = tri.n.dot_fused(of.rays.dir);
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
-        let u = (den - v) - w;
-
-        let a1 = a.norm1();
-        let minus_bound = tri.h * minus_edge.mul_add(a1 + tri.near, minus_off);
-        Self { a, a1, den, v, w, u, minus_bound, least: len * tri.grazing }
+        Self { a, den, v, w, u: (den - v) - w, least: of.len * tri.grazing }
     }
 
     /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small?
@@ -193,11 +195,62 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         self.den.abs().gt(self.least)
     }
 
-    /// The least of the weights, positive inside whichever side the ray comes from.
+    /// The weights, positive inside whichever side the ray comes from.
     #[inline(always)]
-    fn weight(&self) -> F {
-        let u = self.u * F::splat(bound::U_SCALE);
-        self.v.flip(self.den).min(self.w.flip(self.den)).min(u.flip(self.den))
+    fn weights(&self) -> [F; 3] {
+        [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
+    }
+
+    /// Where no edge makes a sure miss: the first look, with a bound that takes `|c1|₁ + |o|₁` for
+    /// `|A|₁` and costs two operations.
+    #[inline(always)]
+    pub(super) fn maybe(&self, tri: &Triangles<F>, of: &Rays<F>) -> F::Mask {
+        self.not_outside(of.edge.mul_add(tri.reach, of.away * tri.h))
+    }
+
+    /// Where no edge makes a sure miss under this bound.
+    #[inline(always)]
+    fn not_outside(&self, bound: F) -> F::Mask {
+        // A sum rounds to something of its own sign: the sign bit is the comparison.
+        let [v, w, u] = self.weights();
+        let outside = (v + bound).or_sign(w + bound).or_sign(u + (bound + bound));
+        !(self.sure() & outside.negative())
+    }
+
+    /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
+    #[inline(always)]
+    pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
+        tri.h * of.edge.mul_add(self.a.norm1() + tri.near, of.off)
+    }
+
+    /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
+    #[inline(always)]
+    pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>) -> [F; 3] {
+        let splat = F::splat;
+
+        // The sums of the sizes of all products.
+        let (a, d) = (self.a.abs(), of.rays.dir.abs());
+        let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
+        let q = a.permanents(d);
+        let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
+        let u = v + w + h4.permanents(h5).dot_fused(d);
+
+        // What the reference's noise adds.
+        let noise = of.len * splat(bound::NOISE);
+        let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
+        let sharp = splat(bound::SHARP);
+        [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(splat(bound::SHARP_U), noise)]
+    }
+
+    /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`], by the sharp
+    /// bounds.
+    #[inline(always)]
+    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>) -> (F::Mask, F::Mask) {
+        let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of);
+        let [v, w, u] = self.weights();
+        let outside = v.lt(-v_bound) | w.lt(-w_bound) | u.lt(-u_bound);
+        let inside = v.gt(v_bound) & w.gt(w_bound) & u.gt(u_bound);
+        (!(self.sure() & outside), inside)
     }
 }
 
@@ -216,7 +269,8 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>) -> Self {
         let splat = F::splat;
-        let Edges { a, a1, den, .. } = *edges;
+        let Edges { a, den, .. } = *edges;
+        let a1 = a.norm1();
         let num = tri.n.dot_fused(a).flip(den);
         let recip = splat(1.0) / den.abs();
         let t = num * recip;
@@ -245,12 +299,6 @@ pub(crate) struct Verdict<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Edges<F> {
-    /// Whether every live lane is surely a miss by its edges, as nearly always.
-    #[inline(always)]
-    pub(super) fn all_miss(&self, live: u32) -> bool {
-        (!(self.sure() & self.weight().lt(self.minus_bound))).bits() & live == 0
-    }
-
     /// Decides what the bound lets it decide. A lane whose t surely exceeds `far` is a miss, too.
     #[inline(always)]
     pub(super) fn decide(
@@ -262,22 +310,31 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         threshold: f64,
     ) -> Verdict<F> {
         let splat = F::splat;
-        let Self { den, minus_bound, least, .. } = *self;
-        let (sure, weight) = (self.sure(), self.weight());
-        let maybe = !(sure & weight.lt(minus_bound));
+        let Self { den, least, .. } = *self;
+        let sure = self.sure();
 
         // Is the plane where hits count?
         let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, self);
-        let out_of_range = sure & (t_hi.lt(of.below) | t_lo.gt(far));
+        let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
 
-        // A hit, if nothing is in doubt: not the edges, not the parallel test, not the range.
+        // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
         let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
-        let inside = weight.gt(-minus_bound)
+        let clear = sure
+            & in_range
             & den.abs().gt(parallel)
             & t_lo.gt(of.above)
             & t_hi.lt(splat(f32::INFINITY));
-        let hit = (sure & maybe & inside & !out_of_range).bits() & live;
-        let undecided = (maybe & !out_of_range).bits() & live & !hit;
+        let bound = self.bound(tri, of);
+        let [v, w, u] = self.weights();
+        let inside = v.min(w).gt(bound) & u.gt(bound + bound);
+        let maybe = self.not_outside(bound) & in_range;
+        let mut hit = (maybe & clear & inside).bits() & live;
+        let mut undecided = maybe.bits() & live & !hit;
+        if undecided != 0 {
+            let (maybe, inside) = self.sharper(tri, of);
+            hit |= (maybe & clear & inside).bits() & undecided;
+            undecided &= maybe.bits() & !hit;
+        }
         Verdict { hit, undecided, t_lo, t_hi }
     }
 }

@@ -15,8 +15,9 @@ mod screen;
 mod view;
 
 use crate::double::{exact_t, replay};
-use crate::lanes::{Lanes, Level, Simd};
-use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
+use crate::lanes::{Lanes, Level, Mask, Simd};
+use crate::mode::{Counts, Found, Lane, Shortlist, Test, Threshold, Width, lanes_of};
+use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
@@ -75,6 +76,11 @@ impl Test for Certified {
     }
 
     #[inline(always)]
+    fn threshold(&self) -> Threshold {
+        self.threshold
+    }
+
+    #[inline(always)]
     fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
         &self,
         packet: &RayPacket<N>,
@@ -109,6 +115,16 @@ impl Test for Certified {
     }
 
     #[inline(always)]
+    fn maybe<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        triangles: &Triangles<F>,
+        rays: &Rays<F>,
+        live: u32,
+    ) -> bool {
+        Edges::new(triangles, rays).maybe(triangles, rays).bits() & live != 0
+    }
+
+    #[inline(always)]
     fn test<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
         triangles: &Triangles<F>,
@@ -116,15 +132,14 @@ impl Test for Certified {
         far: F,
         live: u32,
         counts: &mut Counts,
-        scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Option<Found<F>> {
+    ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        if edges.all_miss(live) {
+        if edges.maybe(triangles, rays).bits() & live == 0 {
             return None;
         }
         let verdict = edges.decide(triangles, rays, far, live, self.threshold.get());
-        Some(self.replay(&verdict, counts, scalar))
+        Some(found(&verdict, counts))
     }
 }
 
@@ -155,14 +170,14 @@ impl Certified {
             return;
         }
         let forms = view::Forms::new(view, rays.lanes());
-        if forms.all_miss(view, live) {
+        if forms.maybe(view).bits() & live == 0 {
             return;
         }
         if let Some(verdict) = forms.decide(view, rays.lanes(), bests.t_hi(), live) {
-            let scalar = |lane| (rays.packet().ray(lane), view.triangle);
-            let found = self.replay(&verdict, counts, scalar);
-            let exact = |lane, place| exact_t(&rays.packet().ray(lane), &find(place));
-            bests.offer(&found, index, place, exact);
+            let found = found::<_, <Lane<N> as Width>::D<S>>(&verdict, counts);
+            let (packet, triangle) = (rays.packet(), &view.triangle);
+            let scalar = verbs::Rays { packet, triangle, find, threshold: self.threshold };
+            bests.offer(&found, index, place, &scalar);
         }
     }
 
@@ -222,28 +237,57 @@ impl Certified {
         nearest.offer(&found, (replayed, &exact), triangle, points, &ray, t, index);
     }
 
-    /// What a verdict comes to: a sure hit keeps its enclosure of t, for who needs the bits asks for
-    /// them; an undecided lane goes through the document's test.
+    /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are
+    /// `first + i`. All are looked at before any is decided, which is faster than one by one.
     #[inline(always)]
-    fn replay<F>(
+    pub fn views_closest_in<S: Simd, const N: usize>(
         &self,
-        verdict: &Verdict<F>,
+        rays: &PreparedPacket<'_, Self, S, N>,
+        views: &[View],
+        first: u32,
+        find: impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
         counts: &mut Counts,
-        scalar: impl Fn(usize) -> (Ray, Triangle),
-    ) -> Found<F>
-    where
-        F: Lanes<Scalar = f32>,
+    ) where
+        Lane<N>: Width,
     {
-        let Verdict { hit, undecided, t_lo, t_hi } = *verdict;
-        let mut found = Found { near: hit, exact: 0, t_lo, t_hi, t: [0.0; 16] };
-        counts.undecided += u64::from(undecided.count_ones());
-        for lane in lanes_of(undecided) {
-            let (ray, triangle) = scalar(lane);
-            if let Some(t) = replay(&ray, &triangle, self.threshold.get()) {
-                found.exact |= 1 << lane;
-                found.t[lane] = t;
+        // A copy of its own stays in registers.
+        let mut own = *bests;
+        for (b, block) in views.chunks(Shortlist::BLOCK).enumerate() {
+            let mut list = Shortlist::new();
+            for (i, view) in block.iter().enumerate() {
+                let maybe = view::Forms::new(view, rays.lanes()).maybe(view).bits() & live != 0;
+                list.put(i, maybe);
             }
+            counts.tests += u64::from(live.count_ones()) * block.len() as u64;
+            let mut few = Counts::default();
+            for i in list.places() {
+                let index = first + (b * Shortlist::BLOCK + i) as u32;
+                self.view_closest_in(
+                    rays,
+                    &block[i],
+                    (index, index),
+                    &find,
+                    live,
+                    &mut own,
+                    &mut few,
+                );
+            }
+            counts.undecided += few.undecided;
         }
-        found
+        *bests = own;
     }
+}
+
+/// What a verdict comes to: a sure hit keeps its enclosure of t, for who needs the bits asks for
+/// them; an undecided lane goes through the document's test.
+#[inline(always)]
+fn found<F: Copy, D: Lanes<Scalar = f64>>(
+    verdict: &Verdict<F>,
+    counts: &mut Counts,
+) -> Found<F, D> {
+    let Verdict { hit, undecided, t_lo, t_hi } = *verdict;
+    counts.undecided += u64::from(undecided.count_ones());
+    Found { near: hit, exact: 0, undecided, t_lo, t_hi, t: D::splat(0.0) }
 }

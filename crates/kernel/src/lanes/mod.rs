@@ -80,6 +80,10 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// With its sign flipped where `of` has the sign bit set.
     fn flip(self, of: Self) -> Self;
+    /// A number that has its sign bit set where either has it; what else it is does not count.
+    fn or_sign(self, other: Self) -> Self;
+    /// Where the sign bit is set; where a zero's or a NaN's is, either.
+    fn negative(self) -> Self::Mask;
     /// The square root, correctly rounded.
     fn sqrt(self) -> Self;
 

@@ -98,6 +98,14 @@ impl<L: Lanes> Lanes for Pair<L> {
         Self(self.0.flip(of.0), self.1.flip(of.1))
     }
     #[inline(always)]
+    fn or_sign(self, other: Self) -> Self {
+        Self(self.0.or_sign(other.0), self.1.or_sign(other.1))
+    }
+    #[inline(always)]
+    fn negative(self) -> Self::Mask {
+        Pair(self.0.negative(), self.1.negative())
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt(), self.1.sqrt())
     }

@@ -64,6 +64,14 @@ macro_rules! scalar {
                 if of.is_sign_negative() { -self } else { self }
             }
             #[inline(always)]
+            fn or_sign(self, other: Self) -> Self {
+                Self::from_bits(self.to_bits() | other.to_bits())
+            }
+            #[inline(always)]
+            fn negative(self) -> bool {
+                self.is_sign_negative()
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $sqrt(self)
             }

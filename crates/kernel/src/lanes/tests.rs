@@ -50,6 +50,15 @@ macro_rules! check {
                 same("sqrt", la.abs().sqrt(), &|x, _| x.abs().sqrt());
                 same("flip", la.flip(lb), &|x, y| if y.is_sign_negative() { -x } else { x });
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
+                let signs = la.or_sign(lb).negative().bits();
+                for i in 0..L::N {
+                    // Of zeros and NaNs either is right.
+                    let (x, y) = (a[i], b[i]);
+                    if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
+                        let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
+                        assert!(is == want, "{level:?} negative({x} or {y}) = {is}");
+                    }
+                }
                 let ordered = |lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
                     let mut out = [0.0; 16];
                     lanes.store(&mut out);

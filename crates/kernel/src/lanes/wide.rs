@@ -129,6 +129,16 @@ macro_rules! lanes {
                 Self(self.0 ^ (of.0 & <$t>::splat(-0.0)))
             }
             #[inline(always)]
+            fn or_sign(self, other: Self) -> Self {
+                // Not by its bits: those of two numbers may make a NaN, which is not below 0.
+                Self(self.0.fast_min(other.0))
+            }
+            #[inline(always)]
+            fn negative(self) -> Self {
+                // The masks of `wide` are of all bits.
+                Self(self.0.simd_lt(<$t>::splat(0.0)))
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }

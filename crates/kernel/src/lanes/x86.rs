@@ -14,7 +14,7 @@ use super::{Lanes, Level, Mask, Pair, Simd, wide::Wide};
 #[derive(Clone, Copy)]
 pub(super) struct Reg<T>(pub(super) T);
 
-/// A register of all ones or all zeros a lane, with its AVX2 meaning.
+/// A register of which only each lane's sign bit counts, as AVX2 takes it.
 #[derive(Clone, Copy)]
 pub(super) struct Ones<T>(T);
 
@@ -47,8 +47,8 @@ macro_rules! lanes {
     (
         $reg:ty, $scalar:ty, $n:literal, mask $mask:ty,
         $add:ident $sub:ident $mul:ident $div:ident $fma:ident $min:ident $max:ident $sqrt:ident
-        $xor:ident $and:ident $andnot:ident $set1:ident $loadu:ident $storeu:ident,
-        load_f32 $load_f32:expr, store_f32 $store_f32:expr, compare $compare:ident, blend $blend:expr
+        $xor:ident $or:ident $and:ident $andnot:ident $set1:ident $loadu:ident $storeu:ident,
+        load_f32 $load_f32:expr, store_f32 $store_f32:expr, compare $compare:ident, negative $negative:expr, blend $blend:expr
     ) => {
         operator!(Reg<$reg>, Add add $add);
         operator!(Reg<$reg>, Sub sub $sub);
@@ -111,6 +111,14 @@ macro_rules! lanes {
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
                 Self(cpu!($xor(self.0, $and(of.0, $set1(-0.0)))))
+            }
+            #[inline(always)]
+            fn or_sign(self, other: Self) -> Self {
+                Self(cpu!($or(self.0, other.0)))
+            }
+            #[inline(always)]
+            fn negative(self) -> $mask {
+                <$mask>::new($negative(self.0))
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -190,31 +198,31 @@ _mm256_castsi256_pd(_mm256_set1_epi64x(-1)),
 
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
-    _mm_xor_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,
-    load_f32 _mm_loadu_ps, store_f32 _mm_storeu_ps, compare _mm_cmp_ps, blend |m, yes, no| _mm_blendv_ps(no, yes, m));
+    _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,
+    load_f32 _mm_loadu_ps, store_f32 _mm_storeu_ps, compare _mm_cmp_ps, negative |x| x, blend |m, yes, no| _mm_blendv_ps(no, yes, m));
 lanes!(__m256, f32, 8, mask Ones<__m256>,
     _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_fmadd_ps _mm256_min_ps
     _mm256_max_ps _mm256_sqrt_ps
-    _mm256_xor_ps _mm256_and_ps _mm256_andnot_ps _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps,
-    load_f32 _mm256_loadu_ps, store_f32 _mm256_storeu_ps, compare _mm256_cmp_ps,
+    _mm256_xor_ps _mm256_or_ps _mm256_and_ps _mm256_andnot_ps _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps,
+    load_f32 _mm256_loadu_ps, store_f32 _mm256_storeu_ps, compare _mm256_cmp_ps, negative |x| x,
     blend |m, yes, no| _mm256_blendv_ps(no, yes, m));
 lanes!(__m256d, f64, 4, mask Ones<__m256d>,
     _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_fmadd_pd _mm256_min_pd
     _mm256_max_pd _mm256_sqrt_pd
-    _mm256_xor_pd _mm256_and_pd _mm256_andnot_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd,
-    load_f32 |from| _mm256_cvtps_pd(_mm_loadu_ps(from)), store_f32 |to, x| _mm_storeu_ps(to, _mm256_cvtpd_ps(x)), compare _mm256_cmp_pd,
+    _mm256_xor_pd _mm256_or_pd _mm256_and_pd _mm256_andnot_pd _mm256_set1_pd _mm256_loadu_pd _mm256_storeu_pd,
+    load_f32 |from| _mm256_cvtps_pd(_mm_loadu_ps(from)), store_f32 |to, x| _mm_storeu_ps(to, _mm256_cvtpd_ps(x)), compare _mm256_cmp_pd, negative |x| x,
     blend |m, yes, no| _mm256_blendv_pd(no, yes, m));
 lanes!(__m512, f32, 16, mask Bits<__mmask16>,
     _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_fmadd_ps _mm512_min_ps
     _mm512_max_ps _mm512_sqrt_ps
-    _mm512_xor_ps _mm512_and_ps _mm512_andnot_ps _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps,
-    load_f32 _mm512_loadu_ps, store_f32 _mm512_storeu_ps, compare _mm512_cmp_ps_mask,
+    _mm512_xor_ps _mm512_or_ps _mm512_and_ps _mm512_andnot_ps _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps,
+    load_f32 _mm512_loadu_ps, store_f32 _mm512_storeu_ps, compare _mm512_cmp_ps_mask, negative |x| cpu!(_mm512_movepi32_mask(_mm512_castps_si512(x))),
     blend |m, yes, no| _mm512_mask_blend_ps(m, no, yes));
 lanes!(__m512d, f64, 8, mask Bits<__mmask8>,
     _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_fmadd_pd _mm512_min_pd
     _mm512_max_pd _mm512_sqrt_pd
-    _mm512_xor_pd _mm512_and_pd _mm512_andnot_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd,
-    load_f32 |from| _mm512_cvtps_pd(_mm256_loadu_ps(from)), store_f32 |to, x| _mm256_storeu_ps(to, _mm512_cvtpd_ps(x)), compare _mm512_cmp_pd_mask,
+    _mm512_xor_pd _mm512_or_pd _mm512_and_pd _mm512_andnot_pd _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd,
+    load_f32 |from| _mm512_cvtps_pd(_mm256_loadu_ps(from)), store_f32 |to, x| _mm256_storeu_ps(to, _mm512_cvtpd_ps(x)), compare _mm512_cmp_pd_mask, negative |x| cpu!(_mm512_movepi64_mask(_mm512_castpd_si512(x))),
     blend |m, yes, no| _mm512_mask_blend_pd(m, no, yes));
 
 /// A mask of one bit a lane.
