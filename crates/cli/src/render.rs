@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use intertri::Threshold;
+use intertri::fixed::Bits;
 use intertri_scene::{Texture, check_output, check_size, load, shade};
 use serde::Serialize;
 
@@ -11,6 +12,7 @@ use crate::camera;
 use crate::check::Difference;
 use crate::engine::{self, Engines, parse_threshold};
 use crate::error::{Error, Result};
+use crate::fixed::parse_bits;
 use crate::frame::Frame;
 use crate::progress::{Progress, timed};
 use crate::raster::Raster;
@@ -34,6 +36,10 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = engine::Name::Certified)]
     engine: engine::Name,
 
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
+    #[arg(long, value_name = "BITS", value_parser = parse_bits, allow_hyphen_values = true)]
+    grid: Option<Bits>,
+
     /// How to find what is in shadow
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     shadows: Shadows,
@@ -53,7 +59,8 @@ pub(crate) struct Options {
     /// any pixel does that should not. Of engines that trace, every pixel must have the same triangle,
     /// bits of t, and shadow. With raster or volumes on one side, a pixel may differ where an edge, a
     /// tie, or the border of a shadow passes within a rounding of it (light blue in the picture, not
-    /// red), as docs/raster.md derives
+    /// red), as docs/raster.md derives. With fixed on one side, any pixel may show another triangle or
+    /// shadow, for its scene is snapped: how many do, and how far the hits are apart, is reported
     #[arg(long, value_name = "ENGINE")]
     check: Option<engine::Name>,
 
@@ -115,7 +122,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // What is seen, and what is lit.
     let raster = Raster::new(&scene, &triangles, options.size, options.threshold);
-    let mut engines = Engines::new(&triangles, options.threshold);
+    let is_fixed = |name| name == engine::Name::Fixed;
+    if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {
+        return Err(Error::new("--grid is for engine fixed; add --engine fixed or --check fixed"));
+    }
+    let from = vec![scene.camera.eye(), scene.light.position];
+    let mut engines = Engines::new(&triangles, options.threshold)
+        .on_grid(options.grid.unwrap_or(Bits::FINE), from);
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     seconds.build = engines.seconds;
     (seconds.trace, seconds.shadow) = (frame.trace, frame.shadow);
@@ -140,7 +153,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             let other = Frame::draw(&scene, &raster, &mut engines, name, shadows)?;
             let traced =
                 |engine, shadows| engine != engine::Name::Raster && shadows != Shadows::Volumes;
-            let differs = if traced(options.engine, options.shadows) && traced(name, shadows) {
+            // The same grid has the same bits; another scene has its own.
+            let snapped = is_fixed(options.engine) != is_fixed(name)
+                || is_fixed(name) && shadows != options.shadows;
+            let differs = if snapped {
+                Difference::snapped(&frame, &other)
+            } else if traced(options.engine, options.shadows) && traced(name, shadows) {
                 Difference::bits(&frame, &other)
             } else {
                 let _bar = Progress::new("check", None);
@@ -148,7 +166,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             };
             let picture = options.output.with_extension("diff.png");
             differs.picture(&image).write_png(&picture)?;
-            Some(Check::new(name, shadows, &differs, picture, other.trace + other.shadow))
+            let apart = frame.apart(&other, &scene, options.size);
+            Some(Check::new(name, shadows, &differs, apart, picture, other.trace + other.shadow))
         }
     };
 
@@ -166,6 +185,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         shadow_rays: frame.shadow_rays,
         tests: frame.counts.tests,
         undecided: frame.counts.undecided,
+        grid: engines.grid(),
         seconds,
         check,
     };
