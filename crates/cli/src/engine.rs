@@ -187,9 +187,3 @@ fn hit_of(scene: &reference::Scene, line: &reference::Ray, (obj, t): (usize, f64
     let (u, v) = scene.barycentric(obj, line);
     Hit { t, u, v, triangle: obj as u64 }
 }
-
-/// A threshold on a command line.
-pub(crate) fn parse_threshold(text: &str) -> std::result::Result<Threshold, String> {
-    let number = text.parse().map_err(|_| "not a number".to_owned())?;
-    Threshold::new(number).map_err(|error| error.to_string())
-}

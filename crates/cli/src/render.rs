@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use intertri::Threshold;
 use intertri::fixed::Bits;
-use intertri_scene::{Texture, check_output, check_size, load, shade};
+use intertri_scene::{Texture, check_output, load, shade};
 use serde::Serialize;
 
 use crate::camera;
 use crate::check::Difference;
-use crate::engine::{self, Engines, parse_threshold};
+use crate::engine::{self, Engines};
 use crate::error::{Error, Result};
 use crate::fixed::parse_bits;
 use crate::frame::Frame;
+use crate::numbers;
 use crate::progress::{Progress, timed};
 use crate::raster::Raster;
 use crate::report::{self, Check, Render};
@@ -29,7 +30,7 @@ pub(crate) struct Options {
     output: PathBuf,
 
     /// Pixels in a row, and rows
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
     /// What finds the hits
@@ -65,7 +66,7 @@ pub(crate) struct Options {
     check: Option<engine::Name>,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
     threshold: Threshold,
 
     /// Print a report for programs, as JSON
@@ -208,12 +209,4 @@ fn texture(path: &Path) -> Result<Texture> {
         return Ok(Texture::Xor { texels: 256 });
     }
     Ok(Texture::load(path)?)
-}
-
-/// A size such as 1024x768.
-fn size(text: &str) -> std::result::Result<(u32, u32), String> {
-    let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let (width, height) = numbers.ok_or("give width and height, such as 1024x768")?;
-    check_size(width, height).map_err(|error| error.to_string())?;
-    Ok((width, height))
 }

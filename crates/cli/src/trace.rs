@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use intertri::Threshold;
 use intertri::fixed::Bits;
-use intertri_scene::load;
+use intertri_scene::{Rays, load};
 
 use crate::answers::{Answers, Format, Verb};
-use crate::engine::{self, Engines, parse_threshold};
+use crate::engine::{self, Engines};
 use crate::error::{Error, Result};
 use crate::fixed::parse_bits;
+use crate::numbers;
 use crate::output::Output;
 use crate::progress::{Progress, timed};
-use crate::rays::Rays;
 use crate::report::{self, Trace, TraceSeconds};
 
 /// Answer a file of rays: what does each hit, and where?
@@ -64,7 +64,7 @@ pub(crate) struct Options {
     grid: Option<Bits>,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
     threshold: Threshold,
 
     /// Print a report for programs, as JSON, on the standard output
@@ -114,7 +114,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     output.write(format.header(verb))?;
     // A ray may hit every triangle: only a few such answers at once.
     let batch = if verb == Verb::All { 64 } else { engine.batch() };
-    let bar = Progress::new("trace", rays.total);
+    let bar = Progress::new("trace", rays.total());
     let (mut early, mut done, mut hits) = (early.chunks(batch), 0, 0);
     loop {
         match early.next() {
