@@ -10,7 +10,8 @@
 //! Bits and not decimals, for a NaN has bits, too, and nothing is lost on the way.
 
 use intertri::{Ray, Triangle};
-use intertri_lab::families::Scene;
+
+use crate::Scene;
 
 /// A scene as text with every bit, to be kept as a fixture.
 pub fn as_source(scene: &Scene) -> String {

@@ -1,9 +1,8 @@
 //! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
 
-use crate::{Truth, same_closest};
+use crate::{Scene, Truth, same_closest};
 use intertri::lanes::Level;
 use intertri::{Certified, Double, Hit, Mode, RayPacket, Threshold};
-use intertri_lab::families::Scene;
 use intertri_trace::Bvh;
 
 /// Every question to the hierarchy about every ray of a scene, in both modes; how many rays hit.
@@ -35,7 +34,8 @@ fn check_mode<M: Mode>(
     bvh.any_of_each(mode, rays, &mut any);
     for (k, rays) in rays.chunks(8).enumerate() {
         let hits = bvh.closest_packet(mode, &RayPacket::<8>::new(rays));
-        if hits[..rays.len()] != closest[8 * k..][..rays.len()] {
+        if !hits[..rays.len()].iter().map(bits).eq(closest[8 * k..][..rays.len()].iter().map(bits))
+        {
             return Err(format!("{name}: packet {k} is not what the batch says"));
         }
         if hits[rays.len()..].iter().any(Hit::is_hit) {
@@ -60,4 +60,9 @@ fn check_mode<M: Mode>(
         }
     }
     Ok(closest.iter().filter(|hit| hit.is_hit()).count())
+}
+
+/// All of a hit; its weights may be NaN.
+fn bits(hit: &Hit) -> [u64; 4] {
+    [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.triangle]
 }

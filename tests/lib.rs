@@ -3,19 +3,34 @@
 //! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
 //! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
 
+mod crossings;
+pub mod entry;
 mod fixture;
 mod hierarchy;
+mod solid;
 
+pub use crossings::check_crossings;
 pub use fixture::{as_source, parse};
 pub use hierarchy::check_hierarchy;
+pub use solid::is_on;
 
 use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
     Bests, Certified, Counts, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle,
     TrianglePack, Width,
 };
-use intertri_lab::families::Scene;
 use intertri_reference as reference;
+
+/// Triangles and rays, and the threshold of the test: finite and at least 0.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The triangles.
+    pub triangles: Vec<Triangle>,
+    /// The rays.
+    pub rays: Vec<Ray>,
+    /// The document's `Threshold`.
+    pub threshold: f64,
+}
 
 /// What the reference says of a scene: `t[ray][triangle]`, NaN for a miss.
 pub struct Truth {

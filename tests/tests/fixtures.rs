@@ -2,6 +2,8 @@
 //!
 //! Whatever a test prints when it fails can be put there, as a file with a line on what it shows.
 
+mod common;
+
 use intertri::lanes::Level;
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
@@ -36,7 +38,7 @@ fn every_fixture_agrees_with_the_reference() {
 fn what_is_written_reads_back_bit_for_bit() {
     let mut rng = Rng::new(11);
     for family in FAMILIES {
-        let text = as_source(&family.scene(&mut rng, 3, 4));
+        let text = as_source(&common::scene(family, &mut rng, 3, 4));
         let scene = parse(&text).unwrap_or_else(|e| panic!("{}: {e}", family.name));
         assert_eq!(as_source(&scene), text);
     }

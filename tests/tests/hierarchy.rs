@@ -1,10 +1,12 @@
 //! The hierarchy against the reference's plain loop: all families in scenes of all sizes.
 
+mod common;
+
 use intertri::lanes::Level;
 use intertri::{Certified, Ray, Triangle};
-use intertri_lab::families::{FAMILIES, Scene, find};
+use intertri_lab::families::{FAMILIES, find};
 use intertri_lab::rng::Rng;
-use intertri_tests::{as_source, check_hierarchy};
+use intertri_tests::{Scene, as_source, check_hierarchy};
 use intertri_trace::Bvh;
 
 /// Every family in scenes of 1 to 5,000 triangles.
@@ -19,7 +21,7 @@ fn scenes(each: usize, seed: u64) {
                 // Sizes in equal ratios; the larger ones at one level only, which is much the time.
                 let size = rng.log(1.0, 5000.0) as usize;
                 let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
-                let scene = family.scene(&mut rng, size, 40);
+                let scene = common::scene(family, &mut rng, size, 40);
                 hits += check_hierarchy(&scene, some).unwrap_or_else(|difference| {
                     let small = if size < 20 { as_source(&scene) } else { String::new() };
                     panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
@@ -56,7 +58,7 @@ fn small_scenes_of_every_size() {
         let family = find(family).expect("a family of that name");
         let mut rng = Rng::new(5);
         for size in (0..80).chain([511, 512, 513]) {
-            let scene = family.scene(&mut rng, size, 10);
+            let scene = common::scene(family, &mut rng, size, 10);
             if let Err(difference) = check_hierarchy(&scene, &levels) {
                 panic!("{} of {size}: {difference}\n{}", family.name, as_source(&scene));
             }

@@ -1,5 +1,7 @@
 //! Every mode, level, width and form of the kernel against the reference, over every family.
 
+mod common;
+
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::{Truth, as_source, check_kernel};
@@ -17,7 +19,7 @@ fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
             _ => (1 + rng.below(3), 1 + rng.below(17)),
         };
         least += 1;
-        let scene = family.scene(&mut rng, triangles, rays);
+        let scene = common::scene(family, &mut rng, triangles, rays);
         if let Err(difference) = check_kernel(&scene) {
             panic!("{} (seed {seed}): {difference}\n{}", family.name, as_source(&scene));
         }

@@ -5,8 +5,7 @@
 
 use intertri::lanes::Level;
 use intertri::{Ray, Triangle};
-use intertri_lab::families::Scene;
-use intertri_tests::{Truth, as_source, check_hierarchy, check_kernel};
+use intertri_tests::{Scene, Truth, as_source, check_hierarchy, check_kernel};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
 use std::cell::Cell;

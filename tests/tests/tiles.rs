@@ -1,5 +1,7 @@
 //! Many rays from one origin at once, against the reference's plain loop: all families.
 
+mod common;
+
 use intertri::lanes::Level;
 use intertri::{Ray, Triangle};
 use intertri_lab::families::FAMILIES;
@@ -36,7 +38,7 @@ fn scenes(each: usize, seed: u64) {
     for family in FAMILIES {
         let mut rng = Rng::new(seed);
         for i in 0..each {
-            let mut scene = family.scene(&mut rng, size(i), 8);
+            let mut scene = common::scene(family, &mut rng, size(i), 8);
             let ray = rng.pick(&scene.rays);
             let count = 2 + rng.below(298);
             scene.rays = pencil(&ray, &scene.triangles, &mut rng, count);

@@ -1,11 +1,10 @@
 //! What rays are told, and how it is written down.
 
-use std::fmt;
-
 use intertri::{Hit, Ray};
 use rayon::prelude::*;
 
 use crate::engine::Engine;
+use crate::numbers::Decimal;
 
 /// What is asked.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -129,43 +128,5 @@ fn raw(out: &mut Vec<u8>, hit: &Hit) {
     out.extend(hit.triangle.to_le_bytes());
     for number in [hit.t, hit.u, hit.v] {
         out.extend(number.to_le_bytes());
-    }
-}
-
-/// The shortest decimal that reads back to the same bits.
-struct Decimal(f64);
-
-impl fmt::Display for Decimal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if (1e-5..1e16).contains(&size) || size == 0.0 || !size.is_finite() {
-            write!(f, "{}", self.0)
-        } else {
-            write!(f, "{:e}", self.0)
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn decimals_are_short_and_read_back_to_the_same_bits() {
-        for (number, text) in [
-            (0.0, "0"),
-            (-0.0, "-0"),
-            (1.0, "1"),
-            (0.1, "0.1"),
-            (1e-5, "0.00001"),
-            (1.5e-7, "1.5e-7"),
-            (5e-324, "5e-324"),
-            (f64::MAX, "1.7976931348623157e308"),
-            (1.0f64.next_up(), "1.0000000000000002"),
-            (f64::INFINITY, "inf"),
-        ] {
-            assert_eq!(Decimal(number).to_string(), text);
-            assert_eq!(text.parse::<f64>().unwrap().to_bits(), number.to_bits());
-        }
     }
 }

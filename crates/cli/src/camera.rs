@@ -3,25 +3,27 @@
 use clap::Args;
 use intertri_scene::{Camera, CameraError, Mesh, Scene};
 
+use crate::numbers;
+
 /// The camera. Without any of these, a model is framed as a whole and the built-in scene is seen by
 /// its own camera.
 #[derive(Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct Options {
     /// Where the camera stands
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true)]
     eye: Option<[f32; 3]>,
 
     /// What is in the middle of the picture [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, requires = "eye")]
     target: Option<[f32; 3]>,
 
     /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, conflicts_with = "eye")]
     view: Option<[f32; 3]>,
 
     /// What is up [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
 
     /// The vertical field of view in degrees [default: 35]
@@ -58,12 +60,4 @@ impl Options {
         });
         Camera::new(eye, self.target.unwrap_or(middle), up, fov)
     }
-}
-
-/// Three numbers with commas between them.
-fn point(text: &str) -> Result<[f32; 3], String> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-    numbers
-        .and_then(|numbers| <[f32; 3]>::try_from(numbers).ok())
-        .ok_or_else(|| "give three numbers with commas between them, such as 1,2.5,-3".to_owned())
 }

@@ -3,7 +3,8 @@
 //! Engines that trace must agree in every bit. The z-buffer and the shadow volumes look at the same
 //! scene along lines that are a rounding apart, so where one of them takes part a pixel may differ if,
 //! and only if, an edge, a tie of depths or the surface of a volume passes within that rounding of it:
-//! the rule of `docs/raster.md`, decided for each pixel by itself.
+//! the rule of `docs/raster.md`, decided for each pixel by itself. The engine `fixed` looks at a scene
+//! that was snapped to its grid, and any pixel may differ by that: what is told is how many do.
 
 use intertri_raster::{Verdict, differences, shadow_differences};
 use intertri_scene::{Image, difference};
@@ -48,6 +49,17 @@ impl Difference {
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
         let shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
         Ok(Self { hits, shadows })
+    }
+
+    /// Compares frames of which one is of the snapped scene: a pixel may show another triangle, or be
+    /// lit differently where the triangle is the same. That t differs in its last bits says nothing.
+    pub(crate) fn snapped(a: &Frame, b: &Frame) -> Self {
+        let verdict = |same| if same { Verdict::Same } else { Verdict::Excused };
+        let hits: Vec<Verdict> =
+            a.hits.iter().zip(&b.hits).map(|(a, b)| verdict(a.triangle == b.triangle)).collect();
+        let lit = a.lit.iter().zip(&b.lit).zip(&hits);
+        let shadows = lit.map(|((a, b), &hit)| verdict(a == b || hit != Verdict::Same)).collect();
+        Self { hits, shadows }
     }
 
     /// Each pixel's worse verdict.
@@ -108,6 +120,22 @@ mod tests {
             trace: 0.0,
             shadow: 0.0,
         }
+    }
+
+    #[test]
+    fn on_a_grid_another_triangle_or_shadow_counts_and_may_be() {
+        let (a, mut b) = (frame(), frame());
+        b.hits[1].t = 2.5;
+        assert_eq!(Difference::snapped(&a, &b).count(), Count { differ: 0, excused: 0 });
+        b.lit[1] = true;
+        let differs = Difference::snapped(&a, &b);
+        assert_eq!(differs.shadows, [Verdict::Same, Verdict::Excused]);
+        assert_eq!(differs.count(), Count { differ: 1, excused: 1 });
+        // Another triangle has another shadow.
+        b.hits[1].triangle = 3;
+        let differs = Difference::snapped(&a, &b);
+        assert_eq!(differs.hits, [Verdict::Same, Verdict::Excused]);
+        assert_eq!(differs.shadows, [Verdict::Same; 2]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use clap::ValueEnum;
+use intertri::fixed::Bits;
 use intertri::{Certified, Counts, Double, Hit, Ray, Threshold, Triangle};
 use intertri_reference as reference;
 use intertri_trace::Bvh;
@@ -10,6 +11,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::fixed::{self, OnGrid};
 use crate::progress::{Progress, timed};
 
 /// What finds the hits.
@@ -20,6 +22,9 @@ pub(crate) enum Name {
     Certified,
     /// f64 lanes; a hierarchy
     Double,
+    /// Integers: exact on a grid that the scene is snapped to (--grid), and so another scene's
+    /// answers by a rounding; a hierarchy
+    Fixed,
     /// The scalar f64 reference in a plain loop over all triangles: slow
     Reference,
     /// The z-buffer: no rays, and so another witness; for pictures alone
@@ -30,14 +35,29 @@ pub(crate) enum Name {
 pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
+    bits: Bits,
+    /// Where rays start, for the grid to hold.
+    from: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
+    fixed: Option<Arc<OnGrid>>,
     /// How long the building took so far.
     pub(crate) seconds: f64,
 }
 
 impl<'a> Engines<'a> {
     pub(crate) fn new(triangles: &'a [Triangle], threshold: Threshold) -> Self {
-        Self { triangles, threshold, bvh: None, seconds: 0.0 }
+        let (bits, from) = (Bits::FINE, vec![]);
+        Self { triangles, threshold, bits, from, bvh: None, fixed: None, seconds: 0.0 }
+    }
+
+    /// The same with a grid of so many bits, for rays from those points.
+    pub(crate) fn on_grid(self, bits: Bits, from: Vec<[f32; 3]>) -> Self {
+        Self { bits, from, ..self }
+    }
+
+    /// The grid of the engine `fixed`, if that was asked for.
+    pub(crate) fn grid(&self) -> Option<fixed::Report> {
+        self.fixed.as_ref().map(|fixed| fixed.report())
     }
 
     /// The engine of that name.
@@ -45,6 +65,7 @@ impl<'a> Engines<'a> {
         Ok(match name {
             Name::Certified => Engine::Certified(self.bvh()?, Certified::new(self.threshold)),
             Name::Double => Engine::Double(self.bvh()?, Double::new(self.threshold)),
+            Name::Fixed => Engine::Fixed(self.fixed()?),
             Name::Reference => timed(&mut self.seconds, || {
                 let scene = reference::Scene::from_triangles(self.triangles.iter().map(|t| t.0));
                 Engine::Reference(scene.with_threshold(self.threshold.get()))
@@ -55,6 +76,15 @@ impl<'a> Engines<'a> {
                 ));
             }
         })
+    }
+
+    fn fixed(&mut self) -> Result<Arc<OnGrid>> {
+        if let Some(fixed) = &self.fixed {
+            return Ok(fixed.clone());
+        }
+        let make = || OnGrid::new(self.triangles, &self.from, self.bits);
+        let fixed = timed(&mut self.seconds, make)?;
+        Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }
 
     fn bvh(&mut self) -> Result<Arc<Bvh>> {
@@ -73,6 +103,7 @@ impl<'a> Engines<'a> {
 pub(crate) enum Engine {
     Certified(Arc<Bvh>, Certified),
     Double(Arc<Bvh>, Double),
+    Fixed(Arc<OnGrid>),
     Reference(reference::Scene),
 }
 
@@ -80,16 +111,28 @@ impl Engine {
     /// How many rays to ask at once: enough for all threads, few enough for a bar to move.
     pub(crate) fn batch(&self) -> usize {
         match self {
-            Self::Certified(..) | Self::Double(..) => 1 << 16,
+            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 1 << 16,
             Self::Reference(_) => 1 << 10,
         }
     }
 
-    /// The closest hit of each ray. The reference counts nothing.
+    /// Where a point is for this engine: `fixed` has it on its grid.
+    pub(crate) fn place(&self, point: [f32; 3]) -> [f32; 3] {
+        match self {
+            Self::Fixed(scene) => scene.place(point),
+            _ => point,
+        }
+    }
+
+    /// The closest hit of each ray. The reference counts nothing, nor does `fixed`.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) -> Counts {
         match self {
             Self::Certified(bvh, mode) => bvh.closest_of_each(mode, rays, hits),
             Self::Double(bvh, mode) => bvh.closest_of_each(mode, rays, hits),
+            Self::Fixed(scene) => {
+                scene.closest(rays, hits);
+                Counts::default()
+            }
             Self::Reference(scene) => {
                 rays.par_iter().zip(hits).for_each(|(ray, hit)| {
                     let line = line(ray);
@@ -101,11 +144,15 @@ impl Engine {
         }
     }
 
-    /// Whether each ray hits anything. The reference counts nothing.
+    /// Whether each ray hits anything. The reference counts nothing, nor does `fixed`.
     pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) -> Counts {
         match self {
             Self::Certified(bvh, mode) => bvh.any_of_each(mode, rays, hits),
             Self::Double(bvh, mode) => bvh.any_of_each(mode, rays, hits),
+            Self::Fixed(scene) => {
+                scene.any(rays, hits);
+                Counts::default()
+            }
             Self::Reference(scene) => {
                 rays.par_iter().zip(hits).for_each(|(ray, hit)| {
                     *hit = scene.any(&line(ray), ray.t_min.into(), ray.t_max.into());
@@ -120,6 +167,7 @@ impl Engine {
         match self {
             Self::Certified(bvh, mode) => bvh.all(mode, ray),
             Self::Double(bvh, mode) => bvh.all(mode, ray),
+            Self::Fixed(scene) => scene.all(ray),
             Self::Reference(scene) => {
                 let line = line(ray);
                 let all = scene.all(&line, ray.t_min.into(), ray.t_max.into());
@@ -138,10 +186,4 @@ fn line(ray: &Ray) -> reference::Ray {
 fn hit_of(scene: &reference::Scene, line: &reference::Ray, (obj, t): (usize, f64)) -> Hit {
     let (u, v) = scene.barycentric(obj, line);
     Hit { t, u, v, triangle: obj as u64 }
-}
-
-/// A threshold on a command line.
-pub(crate) fn parse_threshold(text: &str) -> std::result::Result<Threshold, String> {
-    let number = text.parse().map_err(|_| "not a number".to_owned())?;
-    Threshold::new(number).map_err(|error| error.to_string())
 }

@@ -41,6 +41,7 @@ macro_rules! from {
 }
 
 from!(
+    intertri::fixed::GridError,
     intertri_scene::LoadError,
     intertri_scene::CameraError,
     intertri_scene::ImageError,

@@ -1,7 +1,7 @@
 //! One picture's worth of answers: the visibility buffer and the shadow mask, whoever fills them.
 
 use intertri::{Counts, Hit, Ray};
-use intertri_scene::{Scene, check_size, hit_point};
+use intertri_scene::{Light, Scene, check_size, hit_point};
 use rayon::prelude::*;
 
 use crate::engine::{Engine, Engines, Name};
@@ -71,6 +71,21 @@ impl Frame {
         Ok(frame)
     }
 
+    /// How far apart, in units of the scene, the hits of a pixel are in two frames that show the same
+    /// triangle there: the largest distance along the pixel's ray.
+    pub(crate) fn apart(&self, other: &Self, scene: &Scene, (width, height): (u32, u32)) -> f64 {
+        let pixels = self.hits.par_iter().zip(&other.hits).enumerate();
+        let apart = pixels.map(|(i, (a, b))| {
+            if a.triangle != b.triangle || !a.is_hit() {
+                return 0.0;
+            }
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let dir = scene.camera.ray(x, y, width, height).dir.map(f64::from);
+            (a.t - b.t).abs() * dir.iter().map(|x| x * x).sum::<f64>().sqrt()
+        });
+        apart.reduce(|| 0.0, f64::max)
+    }
+
     /// What does each pixel's ray meet?
     fn trace(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &Engine) {
         let bar = Progress::new("trace", Some(self.hits.len() as u64));
@@ -90,6 +105,8 @@ impl Frame {
 
     /// Is there anything between that and the light?
     fn trace_shadows(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &Engine) {
+        // From beside the eye or the light, a point would be off its surface.
+        let light = Light { position: engine.place(scene.light.position) };
         let bar = Progress::new("shadows", Some(self.hits.len() as u64));
         let mut blocked = Vec::new();
         batches(width, height, engine.batch(), |batch| {
@@ -98,7 +115,8 @@ impl Frame {
             let seen: Vec<(u32, u32)> = seen.copied().collect();
             let ray = |&(x, y): &(u32, u32)| {
                 let ray = scene.camera.ray(x, y, width, height);
-                scene.light.shadow_ray(hit_point(&ray, &self.hits[place((x, y))]))
+                let ray = Ray { origin: engine.place(ray.origin), ..ray };
+                light.shadow_ray(hit_point(&ray, &self.hits[place((x, y))]))
             };
             let rays: Vec<Ray> = seen.par_iter().map(ray).collect();
             blocked.clear();

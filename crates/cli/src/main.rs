@@ -11,11 +11,12 @@ mod check;
 mod crossover;
 mod engine;
 mod error;
+mod fixed;
 mod frame;
+mod numbers;
 mod output;
 mod progress;
 mod raster;
-mod rays;
 mod render;
 mod report;
 mod stress;
@@ -27,8 +28,9 @@ use clap::{Parser, Subcommand};
 
 /// Ray/triangle intersection: trace in f32, answer in f64.
 ///
-/// Every engine gives the same answers, those of a plain loop over the scalar f64 reference, bit
-/// for bit; they differ in speed.
+/// The engines certified, double and reference give the same answers, those of a plain loop over the
+/// scalar f64 reference, bit for bit; they differ in speed. The engine fixed snaps the scene to a grid
+/// and is exact there; the engine raster draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {

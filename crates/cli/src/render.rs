@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use intertri::Threshold;
-use intertri_scene::{Texture, check_output, check_size, load, shade};
+use intertri::fixed::Bits;
+use intertri_scene::{Texture, check_output, load, shade};
 use serde::Serialize;
 
 use crate::camera;
 use crate::check::Difference;
-use crate::engine::{self, Engines, parse_threshold};
+use crate::engine::{self, Engines};
 use crate::error::{Error, Result};
+use crate::fixed::parse_bits;
 use crate::frame::Frame;
+use crate::numbers;
 use crate::progress::{Progress, timed};
 use crate::raster::Raster;
 use crate::report::{self, Check, Render};
@@ -27,12 +30,16 @@ pub(crate) struct Options {
     output: PathBuf,
 
     /// Pixels in a row, and rows
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
     /// What finds the hits
     #[arg(long, value_enum, default_value_t = engine::Name::Certified)]
     engine: engine::Name,
+
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
+    #[arg(long, value_name = "BITS", value_parser = parse_bits, allow_hyphen_values = true)]
+    grid: Option<Bits>,
 
     /// How to find what is in shadow
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
@@ -53,12 +60,13 @@ pub(crate) struct Options {
     /// any pixel does that should not. Of engines that trace, every pixel must have the same triangle,
     /// bits of t, and shadow. With raster or volumes on one side, a pixel may differ where an edge, a
     /// tie, or the border of a shadow passes within a rounding of it (light blue in the picture, not
-    /// red), as docs/raster.md derives
+    /// red), as docs/raster.md derives. With fixed on one side, any pixel may show another triangle or
+    /// shadow, for its scene is snapped: how many do, and how far the hits are apart, is reported
     #[arg(long, value_name = "ENGINE")]
     check: Option<engine::Name>,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
     threshold: Threshold,
 
     /// Print a report for programs, as JSON
@@ -115,7 +123,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // What is seen, and what is lit.
     let raster = Raster::new(&scene, &triangles, options.size, options.threshold);
-    let mut engines = Engines::new(&triangles, options.threshold);
+    let is_fixed = |name| name == engine::Name::Fixed;
+    if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {
+        return Err(Error::new("--grid is for engine fixed; add --engine fixed or --check fixed"));
+    }
+    let from = vec![scene.camera.eye(), scene.light.position];
+    let mut engines = Engines::new(&triangles, options.threshold)
+        .on_grid(options.grid.unwrap_or(Bits::FINE), from);
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     seconds.build = engines.seconds;
     (seconds.trace, seconds.shadow) = (frame.trace, frame.shadow);
@@ -140,7 +154,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             let other = Frame::draw(&scene, &raster, &mut engines, name, shadows)?;
             let traced =
                 |engine, shadows| engine != engine::Name::Raster && shadows != Shadows::Volumes;
-            let differs = if traced(options.engine, options.shadows) && traced(name, shadows) {
+            // The same grid has the same bits; another scene has its own.
+            let snapped = is_fixed(options.engine) != is_fixed(name)
+                || is_fixed(name) && shadows != options.shadows;
+            let differs = if snapped {
+                Difference::snapped(&frame, &other)
+            } else if traced(options.engine, options.shadows) && traced(name, shadows) {
                 Difference::bits(&frame, &other)
             } else {
                 let _bar = Progress::new("check", None);
@@ -148,7 +167,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             };
             let picture = options.output.with_extension("diff.png");
             differs.picture(&image).write_png(&picture)?;
-            Some(Check::new(name, shadows, &differs, picture, other.trace + other.shadow))
+            let apart = frame.apart(&other, &scene, options.size);
+            Some(Check::new(name, shadows, &differs, apart, picture, other.trace + other.shadow))
         }
     };
 
@@ -166,6 +186,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         shadow_rays: frame.shadow_rays,
         tests: frame.counts.tests,
         undecided: frame.counts.undecided,
+        grid: engines.grid(),
         seconds,
         check,
     };
@@ -188,12 +209,4 @@ fn texture(path: &Path) -> Result<Texture> {
         return Ok(Texture::Xor { texels: 256 });
     }
     Ok(Texture::load(path)?)
-}
-
-/// A size such as 1024x768.
-fn size(text: &str) -> std::result::Result<(u32, u32), String> {
-    let numbers = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    let (width, height) = numbers.ok_or("give width and height, such as 1024x768")?;
-    check_size(width, height).map_err(|error| error.to_string())?;
-    Ok((width, height))
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::check::{Count, Difference};
 use crate::engine;
 use crate::error::{Error, Result};
+use crate::fixed;
 use crate::render::Shadows;
 
 /// Prints a report on the standard output: a few lines, or JSON and nothing else.
@@ -39,9 +40,12 @@ pub(crate) struct Render {
     pub(crate) hits: u64,
     pub(crate) dark: u64,
     pub(crate) shadow_rays: u64,
-    /// Ray/triangle tests of all rays, and how many were replayed in f64; the reference counts none.
+    /// Ray/triangle tests of all rays, and how many were replayed in f64; the reference and
+    /// `fixed` count none.
     pub(crate) tests: u64,
     pub(crate) undecided: u64,
+    /// The grid of engine `fixed`, if one of the two is that.
+    pub(crate) grid: Option<fixed::Report>,
     pub(crate) seconds: Seconds,
     pub(crate) check: Option<Check>,
 }
@@ -71,6 +75,9 @@ pub(crate) struct Check {
     pub(crate) excused_hits: usize,
     pub(crate) differing_shadows: usize,
     pub(crate) excused_shadows: usize,
+    /// How far apart along a pixel's ray the two hits of one triangle are at most, in units of the
+    /// scene.
+    pub(crate) largest_distance: f64,
     /// Where they are.
     pub(crate) picture: PathBuf,
     /// For all that the second engine did, but building.
@@ -82,6 +89,7 @@ impl Check {
         engine: engine::Name,
         shadows: Shadows,
         differs: &Difference,
+        largest_distance: f64,
         picture: PathBuf,
         seconds: f64,
     ) -> Self {
@@ -97,6 +105,7 @@ impl Check {
             excused_hits: hits.excused,
             differing_shadows: dark.differ,
             excused_shadows: dark.excused,
+            largest_distance,
             picture,
             seconds,
         }
@@ -126,6 +135,7 @@ impl fmt::Display for Render {
             writeln!(f, "{:>12} tests, {share:.4} % replayed in f64", grouped(self.tests))?;
         }
 
+        write_grid(f, self.grid)?;
         let Seconds { load, build, trace, shadow, shade, write } = self.seconds;
         let steps = [
             ("load", load),
@@ -145,6 +155,10 @@ impl fmt::Display for Render {
             if check.differing_pixels > 0 {
                 write!(f, "\n{:>12} of them may", grouped(check.excused_pixels as u64))?;
             }
+            if check.largest_distance > 0.0 {
+                let far = check.largest_distance;
+                write!(f, "\n{far:>12.1e} between the two hits of a triangle, at most")?;
+            }
         }
         Ok(())
     }
@@ -162,6 +176,8 @@ pub(crate) struct Trace {
     pub(crate) rays: u64,
     /// Rays that hit something.
     pub(crate) hits: u64,
+    /// The grid of engine `fixed`.
+    pub(crate) grid: Option<fixed::Report>,
     pub(crate) seconds: TraceSeconds,
 }
 
@@ -184,6 +200,7 @@ impl fmt::Display for Trace {
         let rate = speed(self.rays, self.seconds.trace);
         writeln!(f, "{rays:>12} rays, {rate}, engine {engine}")?;
         writeln!(f, "{hits:>12} of them hit something")?;
+        write_grid(f, self.grid)?;
         let TraceSeconds { load, build, read, trace, write } = self.seconds;
         write!(
             f,
@@ -191,6 +208,18 @@ impl fmt::Display for Trace {
              write {write:.3}"
         )
     }
+}
+
+/// A line about a grid, if there is one.
+fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<fixed::Report>) -> fmt::Result {
+    let Some(fixed::Report { bits, direction_bits, step, moved, strays }) = grid else {
+        return Ok(());
+    };
+    writeln!(
+        f,
+        "{bits:>12} bits of grid and {direction_bits} of direction: a step is {step:.1e}, points moved by up to \
+         {moved:.1e}, rays stray by less than {strays:.1e}"
+    )
 }
 
 /// A number in groups of three digits.

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 use intertri::Threshold;
-use intertri_scene::load;
+use intertri::fixed::Bits;
+use intertri_scene::{Rays, load};
 
 use crate::answers::{Answers, Format, Verb};
-use crate::engine::{self, Engines, parse_threshold};
-use crate::error::Result;
+use crate::engine::{self, Engines};
+use crate::error::{Error, Result};
+use crate::fixed::parse_bits;
+use crate::numbers;
 use crate::output::Output;
 use crate::progress::{Progress, timed};
-use crate::rays::Rays;
 use crate::report::{self, Trace, TraceSeconds};
 
 /// Answer a file of rays: what does each hit, and where?
@@ -56,8 +58,13 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = engine::Name::Certified)]
     engine: engine::Name,
 
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid holds the
+    /// origins of all rays, which are therefore all read first
+    #[arg(long, value_name = "BITS", value_parser = parse_bits, allow_hyphen_values = true)]
+    grid: Option<Bits>,
+
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = parse_threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
     threshold: Threshold,
 
     /// Print a report for programs, as JSON, on the standard output
@@ -68,6 +75,10 @@ pub(crate) struct Options {
 /// Answers.
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
+    let on_grid = options.engine == engine::Name::Fixed;
+    if options.grid.is_some() && !on_grid {
+        return Err(Error::new("--grid is for engine fixed; add --engine fixed"));
+    }
     let mut rays = Rays::open(&options.rays)?;
     let mut seconds = TraceSeconds::default();
     let mesh = timed(&mut seconds.load, || {
@@ -75,25 +86,41 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         load(&options.model)
     })?;
     let triangles = mesh.to_triangles();
-    let mut engines = Engines::new(&triangles, options.threshold);
-    let engine = engines.engine(options.engine)?;
-    seconds.build = engines.seconds;
-    let mut output = Output::open(options.output.as_deref())?;
-
-    // The stream: a batch of rays at a time, so that no file is too long.
     let verb = match options {
         Options { any: true, .. } => Verb::Any,
         Options { all: true, .. } => Verb::All,
         _ => Verb::Closest,
     };
+
+    // A grid must hold the origins of all rays, so for that they are read beforehand.
+    let (mut early, mut asked) = (vec![], vec![]);
+    while on_grid {
+        timed(&mut seconds.read, || rays.read(&mut asked, 1 << 16))?;
+        if asked.is_empty() {
+            break;
+        }
+        early.extend_from_slice(&asked);
+    }
+
+    let from = early.iter().map(|ray| ray.origin).collect();
+    let mut engines = Engines::new(&triangles, options.threshold)
+        .on_grid(options.grid.unwrap_or(Bits::FINE), from);
+    let engine = engines.engine(options.engine)?;
+    seconds.build = engines.seconds;
+    let mut output = Output::open(options.output.as_deref())?;
+
+    // The stream: a batch of rays at a time, so that no file is too long.
     let format = if options.raw { Format::Raw } else { Format::Csv };
     output.write(format.header(verb))?;
     // A ray may hit every triangle: only a few such answers at once.
     let batch = if verb == Verb::All { 64 } else { engine.batch() };
-    let bar = Progress::new("trace", rays.total);
-    let (mut asked, mut done, mut hits) = (Vec::new(), 0, 0);
+    let bar = Progress::new("trace", rays.total());
+    let (mut early, mut done, mut hits) = (early.chunks(batch), 0, 0);
     loop {
-        timed(&mut seconds.read, || rays.read(&mut asked, batch))?;
+        match early.next() {
+            Some(some) => some.clone_into(&mut asked),
+            None => timed(&mut seconds.read, || rays.read(&mut asked, batch))?,
+        }
         if asked.is_empty() {
             break;
         }
@@ -120,6 +147,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         threshold: options.threshold.get(),
         rays: done,
         hits,
+        grid: engines.grid(),
         seconds,
     };
     report::print(&report, options.json)

@@ -29,9 +29,9 @@ use crate::volume::Volume;
 /// Where the masks differ, the shown point is taken with its ball of uncertainty: in radius, the way
 /// on the triangle's plane that [`View::tolerance`] pixels are, and 2^-24 of the distance to the
 /// light (of the distance to the origin, for a directional one). The difference is excused if a near
-/// cap or a side of a volume comes into the ball, or if the triangle's plane is edge-on to the eye
-/// within the tolerance. Where the reach of the light is 1, the shown triangle's own cap does not
-/// count.
+/// cap or a side of a volume comes into the ball, or the plane of a triangle which is edge-on to the
+/// light, or if the shown triangle's plane is edge-on to the eye within the tolerance. Where the
+/// reach of the light is 1, the shown triangle's own cap does not count.
 ///
 /// # Panics
 /// If a slice is not as long as the view has pixels.
@@ -105,13 +105,14 @@ impl Ball {
     fn meets(&self, volume: &Volume<'_>, own: u64) -> bool {
         let own_cap = !matches!(volume.light(), Light::Point { reach, .. } if reach < 1.0);
         let mut faces = 0..volume.adjacency().faces().len();
-        faces.any(|face| !(own_cap && face as u64 == own) && self.meets_cap(volume, face))
-            || volume.silhouette().iter().any(|side| self.meets_side(volume, side.ends))
+        faces.any(|face| match volume.cap(face) {
+            Some(cap) => !(own_cap && face as u64 == own) && self.meets_cap(volume, cap),
+            None => self.meets_plane(volume, face),
+        }) || volume.silhouette().iter().any(|side| self.meets_side(volume, side.ends))
     }
 
     /// A near cap: the plane, and inside of all three edges, each up to the radius.
-    fn meets_cap(&self, volume: &Volume<'_>, face: usize) -> bool {
-        let Some(cap) = volume.cap(face) else { return false };
+    fn meets_cap(&self, volume: &Volume<'_>, cap: [u32; 3]) -> bool {
         let [a, b, c] = cap.map(|point| sub(volume.near(point), self.centre));
         let normal = cross(sub(b, a), sub(c, a));
         let size = length(normal);
@@ -121,6 +122,15 @@ impl Ball {
                 >= -self.radius * length(sub(to, from))
         };
         dot(normal, a).abs() <= self.radius * size && inside(a, b) && inside(b, c) && inside(c, a)
+    }
+
+    /// The plane of a triangle that is edge-on to the light. It throws no shadow, but of a shadow ray
+    /// along it rounding alone says whether, and where, it is hit.
+    fn meets_plane(&self, volume: &Volume<'_>, face: usize) -> bool {
+        let [a, b, c] = volume.adjacency().corners(face).map(|c| sub(double(c), self.centre));
+        let normal = cross(sub(b, a), sub(c, a));
+        let size = length(normal);
+        size > 0.0 && dot(normal, a).abs() <= self.radius * size
     }
 
     /// A side: its plane, and inside of its edge and of its two lines to infinity.

@@ -35,7 +35,7 @@ fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
 fn the_hierarchy_answers_as_the_verbs_over_all_triangles() {
     let mut n = Numbers(11);
     let scene = scene(&mut n);
-    let levels: Vec<Fixed> = Level::all().into_iter().map(Fixed::at).collect();
+    let levels: Vec<Fixed> = Level::all().map(Fixed::at).collect();
     let (mut asked, mut met, mut crossed) = (0, 0, 0);
     for b in [20, 16, 10, 6, 4, 2, 1] {
         let grid =

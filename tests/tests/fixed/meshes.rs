@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri_tests::is_on;
 
 use crate::solids::{icosphere, is_closed, octahedron};
 use crate::{Numbers, add, sub};
@@ -29,24 +30,6 @@ fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         e[j] * f[k] == e[k] * f[j]
     })
-}
-
-/// Whether a point lies on a triangle, which may be a segment or a point itself.
-fn is_on(point: [i32; 3], corners: [[i32; 3]; 3]) -> bool {
-    let [a, b, c] = corners.map(|p| sub(p, point).map(i64::from));
-    let dot = |a: [i64; 3], b: [i64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let cross = |a: [i64; 3], b: [i64; 3]| {
-        let minor = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
-        [minor(1, 2), minor(2, 0), minor(0, 1)]
-    };
-    let sides = [cross(b, c), cross(c, a), cross(a, b)];
-    let normal = [0, 1, 2].map(|i| sides[0][i] + sides[1][i] + sides[2][i]);
-    if normal == [0; 3] {
-        // On the line of a segment, between two corners or at one.
-        sides == [[0; 3]; 3] && (dot(a, b) <= 0 || dot(b, c) <= 0 || dot(c, a) <= 0)
-    } else {
-        dot(a, normal) == 0 && sides.iter().all(|&side| dot(side, normal) >= 0)
-    }
 }
 
 /// How much of the work the ordinary test does, and the long one.

@@ -1,11 +1,12 @@
 //! Models from files: Wavefront OBJ, PLY and STL.
 
+mod lines;
 mod obj;
 mod ply;
 mod stl;
 
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
@@ -32,23 +33,44 @@ use crate::mesh::Mesh;
 /// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a
 /// coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
-    let mesh = open(path).and_then(|(file, size)| {
-        let mut file = BufReader::new(file);
-        let mesh = match format(path, &mut file, size)? {
-            Format::Obj => obj::read(file)?,
-            Format::Ply => ply::read(file)?,
-            Format::Stl => stl::read(file)?,
-        };
-        if mesh.triangles.is_empty() {
-            return fault("there is no triangle in it; is it really a model?");
-        }
-        Ok(mesh)
-    });
-    mesh.map_err(|fault| LoadError { path: path.into(), line: fault.line, cause: fault.cause })
+    let mesh = open(path).and_then(|file| model(path, BufReader::new(file)));
+    mesh.map_err(|fault| fault.of(path))
 }
 
-/// Opens a regular file that has something in it; gives its size too.
-fn open(path: &Path) -> Result<(File, u64), Fault> {
+/// [`load`] of bytes that are in memory: a file of that name would hold them.
+///
+/// # Errors
+/// As [`load`].
+///
+/// ```
+/// let mesh = intertri_scene::read("a.obj".as_ref(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+/// assert_eq!(mesh.triangles, [[0, 1, 2]]);
+/// # Ok::<_, intertri_scene::LoadError>(())
+/// ```
+pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
+    model(path, Cursor::new(bytes)).map_err(|fault| fault.of(path))
+}
+
+/// The model in a file of that name.
+fn model(path: &Path, mut input: impl BufRead + Seek) -> Result<Mesh, Fault> {
+    let size = input.seek(SeekFrom::End(0))?;
+    input.rewind()?;
+    if size == 0 {
+        return fault("the file is empty");
+    }
+    let mesh = match format(path, &mut input, size)? {
+        Format::Obj => obj::read(input)?,
+        Format::Ply => ply::read(input)?,
+        Format::Stl => stl::read(input, size)?,
+    };
+    if mesh.triangles.is_empty() {
+        return fault("there is no triangle in it; is it really a model?");
+    }
+    Ok(mesh)
+}
+
+/// Opens a regular file.
+fn open(path: &Path) -> Result<File, Fault> {
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
         return fault("is a folder; give a model file (.obj, .ply or .stl)");
@@ -57,10 +79,7 @@ fn open(path: &Path) -> Result<(File, u64), Fault> {
     if !metadata.is_file() {
         return fault("is not a regular file; give a model file (.obj, .ply or .stl)");
     }
-    if metadata.len() == 0 {
-        return fault("the file is empty");
-    }
-    Ok((File::open(path)?, metadata.len()))
+    Ok(File::open(path)?)
 }
 
 enum Format {
@@ -70,7 +89,7 @@ enum Format {
 }
 
 /// The format by the name's ending or, failing that, by the file's beginning.
-fn format(path: &Path, file: &mut BufReader<File>, size: u64) -> Result<Format, Fault> {
+fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Format, Fault> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
         Some("obj") => return Ok(Format::Obj),
@@ -79,8 +98,8 @@ fn format(path: &Path, file: &mut BufReader<File>, size: u64) -> Result<Format, 
         _ => {}
     }
     let mut start = Vec::new();
-    file.by_ref().take(0x1_0000).read_to_end(&mut start)?;
-    file.rewind()?;
+    input.by_ref().take(0x1_0000).read_to_end(&mut start)?;
+    input.rewind()?;
     if start.starts_with(b"ply") {
         Ok(Format::Ply)
     } else if stl::looks_like(&start, size) {
@@ -157,6 +176,11 @@ impl Fault {
     /// The same, in that line.
     fn at(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
+    }
+
+    /// The same, in that file.
+    fn of(self, path: &Path) -> LoadError {
+        LoadError { path: path.into(), line: self.line, cause: self.cause }
     }
 }
 

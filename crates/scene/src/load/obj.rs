@@ -7,51 +7,26 @@
 
 use std::io::BufRead;
 
+use super::lines::Lines;
 use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
 /// Reads all objects and groups into one mesh, faces in the order of the file.
 pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
-    let mut lines = Lines { input, raw: Vec::new(), first: 0, last: 0 };
+    let mut lines = Lines::after(0, input);
     let mut model = Model::default();
-    while lines.advance()? {
-        // Names may be in any encoding; what is read here is ASCII.
-        let text = String::from_utf8_lossy(&lines.raw);
-        model.statement(&text).map_err(|fault| fault.at(lines.first))?;
+    loop {
+        let first = lines.number + 1;
+        if !lines.advance_joined()? {
+            return Ok(model.builder.mesh);
+        }
+        model.statement(&lines.text()).map_err(|fault| fault.at(first))?;
     }
-    Ok(model.builder.mesh)
 }
 
 /// Whether some line of a file's beginning is a vertex.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|&byte| byte == b'\n').any(|line| line.starts_with(b"v "))
-}
-
-/// Lines, those that end in a backslash joined with their next.
-struct Lines<R> {
-    input: R,
-    raw: Vec<u8>,
-    /// The numbers, from 1, of the first and the last line that `raw` was read from.
-    first: u64,
-    last: u64,
-}
-
-impl<R: BufRead> Lines<R> {
-    /// Reads the next line into `raw`, without its end; false at the end of the file.
-    fn advance(&mut self) -> Result<bool, Fault> {
-        self.raw.clear();
-        self.first = self.last + 1;
-        while self.input.read_until(b'\n', &mut self.raw)? > 0 {
-            self.last += 1;
-            self.raw.truncate(self.raw.trim_ascii_end().len());
-            match self.raw.last_mut() {
-                Some(end) if *end == b'\\' => *end = b' ',
-                _ => return Ok(true),
-            }
-        }
-        // The file may end in a backslash: then what was joined so far is its last line.
-        Ok(!self.raw.is_empty())
-    }
 }
 
 /// What was read so far. The tables grow with the file, because a negative index counts back from

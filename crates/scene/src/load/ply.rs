@@ -7,6 +7,7 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
 };
 
+use super::lines::Lines;
 use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
@@ -15,31 +16,38 @@ const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
 /// The names under which a face has its corners.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// No header is longer; the usual ones have some hundred bytes.
+const LONGEST_HEADER: u64 = 1 << 20;
+
 /// Reads vertices and faces; other elements are read over.
 pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
     let parser = Parser::<Element>::new();
-    let mut reader = Reader::new(input);
-    let header = parser.read_header(&mut reader).map_err(|error| Fault {
+    let mut reader = Reader::new(input.take(LONGEST_HEADER));
+    let header = parser.read_header(&mut reader);
+    let line = reader.line() as u64;
+    let input = reader.into_inner();
+    let header = header.map_err(|error| Fault {
         line: error.line().map(|line| line as u64),
-        cause: format!("the PLY header is damaged: {}", first_line(&error)),
+        cause: match input.limit() {
+            0 => format!("the PLY header has more than {LONGEST_HEADER} bytes; is it a model?"),
+            _ => format!("the PLY header is damaged: {}", first_line(&error)),
+        },
     })?;
     let has_uvs = check(&header)?;
 
     // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
-    let mut line = reader.line() as u64;
-    let mut input = reader.into_inner();
-    let mut text = String::new();
+    let mut lines = Lines::after(line - 1, input.into_inner());
     let mut builder = Builder::default();
     let mut uvs = Vec::new();
     for def in header.elements.values() {
         for i in 0..def.count {
             let element = match header.encoding {
-                Encoding::Ascii => ascii(&parser, &mut input, &mut text, def, i),
+                Encoding::Ascii => ascii(&parser, &mut lines, def, i),
                 Encoding::BinaryLittleEndian => parser
-                    .read_little_endian_element(&mut input, def)
+                    .read_little_endian_element(lines.input(), def)
                     .map_err(|error| damaged(&error, def, i)),
                 Encoding::BinaryBigEndian => parser
-                    .read_big_endian_element(&mut input, def)
+                    .read_big_endian_element(lines.input(), def)
                     .map_err(|error| damaged(&error, def, i)),
             };
             let added = element.and_then(|element| match def.name.as_str() {
@@ -51,10 +59,9 @@ pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
                 _ => Ok(()),
             });
             added.map_err(|fault| match header.encoding {
-                Encoding::Ascii => fault.at(line),
+                Encoding::Ascii => fault.at(lines.number),
                 _ => Fault { cause: format!("{} {i}: {}", def.name, fault.cause), ..fault },
             })?;
-            line += 1;
         }
     }
     Ok(builder.mesh)
@@ -86,22 +93,16 @@ fn check(header: &Header) -> Result<bool, Fault> {
 /// The next line as an element.
 fn ascii(
     parser: &Parser<Element>,
-    input: &mut impl BufRead,
-    text: &mut String,
+    lines: &mut Lines<impl BufRead>,
     def: &ElementDef,
     i: usize,
 ) -> Result<Element, Fault> {
-    text.clear();
-    if input.read_line(text)? == 0 {
+    if !lines.advance()? {
         return cut_off(def, i);
     }
-    let element = parser.read_ascii_element(text, def);
-    element.or_else(|_| {
-        fault(format!(
-            "{} is not what the header announces for a {}",
-            quote(text.trim_end()),
-            def.name
-        ))
+    let text = lines.text();
+    parser.read_ascii_element(&text, def).or_else(|_| {
+        fault(format!("{} is not what the header announces for a {}", quote(&text), def.name))
     })
 }
 

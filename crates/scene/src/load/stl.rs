@@ -1,40 +1,46 @@
-//! STL, ascii and binary, by the crate `stl_io`.
+//! STL, ascii and binary.
 //!
-//! The crate reads one solid. What is done around it: telling ascii from binary by size, because many
-//! binary files begin with the word `solid` too; checking the promised size; several ascii solids in
-//! one file; and the line of an error, which the crate does not know.
+//! A reader of our own, because the kept crate `stl_io` reads one solid of a file that may have
+//! several, takes a binary file that begins with the word `solid` for ascii, names no line in its
+//! errors, and checks no size; what remained of it was a record of twelve numbers.
 
-use std::io::{Cursor, Read};
+use std::io::{BufRead, Read, Seek};
 
-use super::{Builder, Fault, fault};
+use super::lines::Lines;
+use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
 /// Bytes before the first triangle of a binary file: a free text, then the number of triangles.
 const HEADER: usize = 84;
-/// Bytes of one triangle.
-const TRIANGLE: u64 = 50;
-/// Lines of one triangle in ascii that are not blank: facet, outer loop, 3 vertex, endloop, endfacet.
-const FACET_LINES: usize = 7;
+/// Bytes of one triangle: a normal, three corners, and two bytes that mean nothing.
+const TRIANGLE: usize = 50;
 
-/// Reads all solids.
-pub(super) fn read(mut input: impl Read) -> Result<Mesh, Fault> {
-    let mut bytes = Vec::new();
-    input.read_to_end(&mut bytes)?;
+/// Reads all solids of a file of that size.
+pub(super) fn read(mut input: impl BufRead + Seek, size: u64) -> Result<Mesh, Fault> {
+    let mut start = Vec::new();
+    input.by_ref().take(HEADER as u64).read_to_end(&mut start)?;
     let mut builder = Builder::default();
-    let size = bytes.len() as u64;
-    if is_ascii(&bytes, size) {
-        ascii(&bytes, &mut builder)?;
+    if is_ascii(&start, size) {
+        input.rewind()?;
+        ascii(Lines::after(0, input), &mut builder)?;
     } else {
-        match promised(&bytes) {
-            Some(promised) if promised <= size => binary(bytes, &mut builder)?,
-            Some(promised) => {
-                return fault(format!(
-                    "its header promises {} triangles, which take {promised} bytes, but the file has \
-                     {size}; it is cut off or no STL",
-                    (promised - HEADER as u64) / TRIANGLE
-                ));
-            }
-            None => return fault("is neither an ascii nor a binary STL"),
+        let Some(promised) = promised(&start) else {
+            return fault("is neither an ascii nor a binary STL");
+        };
+        let triangles = (promised - HEADER as u64) / TRIANGLE as u64;
+        if promised > size {
+            return fault(format!(
+                "its header promises {triangles} triangles, which take {promised} bytes, but the file \
+                 has {size}; it is cut off or no STL"
+            ));
+        }
+        for _ in 0..triangles {
+            let mut record = [0; TRIANGLE];
+            input.read_exact(&mut record)?;
+            let (numbers, _) = record.as_chunks::<4>();
+            let number = |i: usize| f32::from_le_bytes(numbers[i]);
+            let corner = |i: usize| [number(i), number(i + 1), number(i + 2)];
+            add([corner(3), corner(6), corner(9)], &mut builder)?;
         }
     }
     Ok(builder.mesh)
@@ -56,64 +62,55 @@ fn is_ascii(start: &[u8], size: u64) -> bool {
 /// How large a binary file is by the number of triangles in its header.
 fn promised(bytes: &[u8]) -> Option<u64> {
     let count = bytes.get(HEADER - 4..HEADER)?.try_into().ok()?;
-    Some(HEADER as u64 + u64::from(u32::from_le_bytes(count)) * TRIANGLE)
+    Some(HEADER as u64 + u64::from(u32::from_le_bytes(count)) * TRIANGLE as u64)
 }
 
-fn binary(mut bytes: Vec<u8>, builder: &mut Builder) -> Result<(), Fault> {
-    // The free text must not begin like an ascii file, or the crate takes it for one.
-    bytes[0] = 0;
-    let mut input = Cursor::new(bytes);
-    for triangle in stl_io::create_stl_reader(&mut input)? {
-        add(&triangle?, builder)?;
+/// The statements of a facet, a line each, by their first words.
+const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
+
+/// Solids of facets; words in upper or lower case, names and normals unread.
+fn ascii(mut lines: Lines<impl BufRead>, builder: &mut Builder) -> Result<(), Fault> {
+    // Which statement of a facet is the next, or `None` between solids.
+    let mut next = None;
+    let mut corners = [[0.0; 3]; 3];
+    while lines.advance()? {
+        let text = lines.text();
+        let mut words = text.split_ascii_whitespace();
+        let Some(word) = words.next().map(str::to_ascii_lowercase) else { continue };
+        let wrong = |cause: String| Err(Fault { line: Some(lines.number), cause });
+        next = match next {
+            None if word.starts_with("solid") => Some(0),
+            None => return wrong(format!("{} stands where solid belongs", quote(&word))),
+            Some(0) if word == "endsolid" => None,
+            Some(place) if word != FACET[place] => {
+                return wrong(format!("{} stands where {} belongs", quote(&word), FACET[place]));
+            }
+            Some(place) => {
+                if let Some(corner) = place.checked_sub(2).and_then(|i| corners.get_mut(i)) {
+                    let numbers: Option<Vec<f32>> = words.map(|word| word.parse().ok()).collect();
+                    match numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok()) {
+                        Some(numbers) => *corner = numbers,
+                        None => return wrong(format!("{} is no vertex x y z", quote(text.trim()))),
+                    }
+                }
+                if place + 1 == FACET.len() {
+                    add(corners, builder).map_err(|fault| fault.at(lines.number))?;
+                }
+                Some((place + 1) % FACET.len())
+            }
+        };
     }
-    Ok(())
+    match next {
+        None => Ok(()),
+        Some(_) => fault("the file is cut off: endsolid is missing")
+            .map_err(|fault: Fault| fault.at(lines.number)),
+    }
 }
 
-fn ascii(bytes: &[u8], builder: &mut Builder) -> Result<(), Fault> {
-    // Cut the lines that are not blank, with their numbers, into solids.
-    let lines = bytes.split(|&byte| byte == b'\n').zip(1..).map(|(line, n)| (line.trim_ascii(), n));
-    let lines: Vec<(&[u8], u64)> = lines.filter(|(line, _)| !line.is_empty()).collect();
-    let mut rest = &lines[..];
-    while !rest.is_empty() {
-        let end = rest.iter().skip(1).position(|(line, _)| line.starts_with(b"solid"));
-        let (solid_lines, others) = rest.split_at(end.map_or(rest.len(), |end| end + 1));
-        solid(solid_lines, builder)?;
-        rest = others;
-    }
-    Ok(())
-}
-
-/// One ascii solid, by its lines.
-fn solid(lines: &[(&[u8], u64)], builder: &mut Builder) -> Result<(), Fault> {
-    // The name goes, because the crate knows no solid without one.
-    let mut text = b"solid \n".to_vec();
-    for (line, _) in &lines[1..] {
-        text.extend_from_slice(line);
-        text.push(b'\n');
-    }
-    // Facet k takes the lines from 1 + 7 k on: there is the line of whatever is wrong with it.
-    let line = |facet: usize| lines[(1 + facet * FACET_LINES).min(lines.len() - 1)].1;
-    let mut facets = 0;
-    let mut input = Cursor::new(text);
-    for triangle in stl_io::create_stl_reader(&mut input)? {
-        let added = triangle.map_err(|error| Fault {
-            line: None,
-            cause: format!("the facet that begins here is damaged: {error}"),
-        });
-        added.and_then(|t| add(&t, builder)).map_err(|fault| fault.at(line(facets)))?;
-        facets += 1;
-    }
-    // Its first line, its facets and `endsolid`: what comes after would be dropped silently.
-    if let Some((_, line)) = lines.get(2 + facets * FACET_LINES) {
-        return Err(Fault { line: Some(*line), cause: "there is text after endsolid".into() });
-    }
-    Ok(())
-}
-
-fn add(triangle: &stl_io::Triangle, builder: &mut Builder) -> Result<(), Fault> {
+fn add(corners: [[f32; 3]; 3], builder: &mut Builder) -> Result<(), Fault> {
     let first = builder.mesh.positions.len() as u32;
-    for vertex in triangle.vertices {
-        builder.position(vertex.0)?;
+    for corner in corners {
+        builder.position(corner)?;
     }
     builder.polygon(&[first, first + 1, first + 2], &[])
 }

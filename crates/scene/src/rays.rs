@@ -10,11 +10,13 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use intertri::Ray;
 
-use crate::error::{Error, Result};
+use crate::LoadError;
+
+type Result<T> = std::result::Result<T, LoadError>;
 
 /// No line of eight numbers is longer, so that a file without line ends sizes nothing.
 const MAX_LINE: usize = 4096;
@@ -25,13 +27,20 @@ const RAW: usize = 32;
 /// The columns' names, in the order of a raw ray.
 const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
-/// A stream of rays.
-pub(crate) struct Rays {
-    name: String,
-    input: Box<dyn BufRead>,
+/// A stream of rays, from a file or whatever can be read, in flat memory.
+///
+/// ```
+/// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None)?;
+/// let mut rays = Vec::new();
+/// file.read(&mut rays, 100)?;
+/// assert_eq!(rays, [intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0])]);
+/// # Ok::<_, intertri_scene::LoadError>(())
+/// ```
+pub struct Rays<'a> {
+    name: PathBuf,
+    input: Box<dyn BufRead + 'a>,
     format: Format,
-    /// How many there are, where the file's size says it.
-    pub(crate) total: Option<u64>,
+    total: Option<u64>,
 }
 
 enum Format {
@@ -44,32 +53,43 @@ enum Format {
     },
 }
 
-impl Rays {
+impl<'a> Rays<'a> {
     /// Opens a file, or the standard input for `-`.
-    pub(crate) fn open(path: &Path) -> Result<Self> {
-        let (name, mut input, size): (_, Box<dyn Read>, _) = if path.as_os_str() == "-" {
-            ("<stdin>".to_owned(), Box::new(io::stdin()), None)
-        } else {
-            let name = path.display().to_string();
-            let unreadable =
-                |cause: io::Error| Error::at(&name, format!("cannot read it: {cause}"));
-            let metadata = std::fs::metadata(path).map_err(unreadable)?;
-            if metadata.is_dir() {
-                return Err(Error::at(&name, "is a folder; give a file of rays"));
-            }
-            let file = File::open(path).map_err(unreadable)?;
-            let size = metadata.is_file().then_some(metadata.len());
-            (name, Box::new(file), size)
-        };
+    ///
+    /// # Errors
+    /// If it cannot be opened, and as [`Rays::new`].
+    pub fn open(path: &Path) -> Result<Self> {
+        if path.as_os_str() == "-" {
+            return Self::new("<stdin>", io::stdin(), None);
+        }
+        let wrong = |cause| LoadError { path: path.into(), line: None, cause };
+        let unreadable = |cause: io::Error| wrong(format!("cannot read it: {cause}"));
+        let metadata = std::fs::metadata(path).map_err(unreadable)?;
+        if metadata.is_dir() {
+            return Err(wrong("is a folder; give a file of rays".to_owned()));
+        }
+        let file = File::open(path).map_err(unreadable)?;
+        Self::new(path, file, metadata.is_file().then_some(metadata.len()))
+    }
 
+    /// Begins to read what has a name for error messages, and so many bytes where that is known.
+    ///
+    /// # Errors
+    /// If it cannot be read, its line of names is wrong, or its size is not that of whole rays.
+    pub fn new(
+        name: impl Into<PathBuf>,
+        mut input: impl Read + 'a,
+        size: Option<u64>,
+    ) -> Result<Self> {
         // What does its beginning look like?
+        let name = name.into();
         let mut start = Vec::new();
-        let unreadable = |cause: io::Error| Error::at(&name, format!("cannot read it: {cause}"));
-        input.by_ref().take(MAX_LINE as u64).read_to_end(&mut start).map_err(unreadable)?;
+        let read = input.by_ref().take(MAX_LINE as u64).read_to_end(&mut start);
         let csv = looks_like_csv(&start);
         let input = Box::new(BufReader::new(Cursor::new(start).chain(input)));
 
         let mut rays = Self { name, input, format: Format::Raw, total: None };
+        read.map_err(|cause| rays.unreadable(&cause))?;
         if csv {
             rays.read_header()?;
         } else if let Some(size) = size {
@@ -81,8 +101,16 @@ impl Rays {
         Ok(rays)
     }
 
+    /// How many there are, where the file's size says it.
+    pub fn total(&self) -> Option<u64> {
+        self.total
+    }
+
     /// Up to `count` more rays into `rays`, which is emptied first; none at the end of the file.
-    pub(crate) fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+    ///
+    /// # Errors
+    /// If the file cannot be read, a line is not of numbers, or the last raw ray is cut off.
+    pub fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
             Format::Raw => self.read_raw(rays, count),
@@ -93,7 +121,7 @@ impl Rays {
     fn read_raw(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
         let mut bytes = Vec::new();
         let read = self.input.by_ref().take((count * RAW) as u64).read_to_end(&mut bytes);
-        read.map_err(|cause| Error::at(&self.name, format!("cannot read it: {cause}")))?;
+        read.map_err(|cause| self.unreadable(&cause))?;
         let (records, rest) = bytes.as_chunks::<RAW>();
         if !rest.is_empty() {
             return Err(self.ragged(rest.len() as u64));
@@ -105,30 +133,46 @@ impl Rays {
         Ok(())
     }
 
-    fn ragged(&self, size: u64) -> Error {
+    fn ragged(&self, size: u64) -> LoadError {
         let over = size % RAW as u64;
-        let why = format!(
+        self.wrong(format!(
             "{over} bytes follow the last whole ray; a raw ray is {RAW} bytes, eight little-endian \
              f32 (and CSV begins with a line of names)"
-        );
-        Error::at(&self.name, why)
+        ))
+    }
+
+    fn unreadable(&self, cause: &io::Error) -> LoadError {
+        self.wrong(format!("cannot read it: {cause}"))
+    }
+
+    /// What is wrong here: in the line last read, if it has lines.
+    fn wrong(&self, cause: String) -> LoadError {
+        let line = match self.format {
+            Format::Raw => None,
+            Format::Csv { line, .. } => Some(line),
+        };
+        LoadError { path: self.name.clone(), line, cause }
     }
 
     fn read_csv(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
         let mut line = String::new();
         while rays.len() < count && self.next_line(&mut line)? {
-            let Format::Csv { columns, line: number } = &self.format else { unreachable!() };
-            let at = |cause: String| Err(Error::at(format!("{}:{number}", self.name), cause));
+            let Format::Csv { columns, .. } = &self.format else { unreachable!() };
             let cells: Vec<&str> = line.split(',').collect();
             if cells.len() != columns.len() {
                 let (found, named) = (cells.len(), columns.len());
-                return at(format!("{found} cells, but the first line names {named} columns"));
+                return Err(
+                    self.wrong(format!("{found} cells, but the first line names {named} columns"))
+                );
             }
             let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY];
             for (&column, cell) in columns.iter().zip(cells) {
                 numbers[column] = match number_of(cell) {
                     Ok(number) => number,
-                    Err(why) => return at(format!("{}: {} {why}", COLUMNS[column], quote(cell))),
+                    Err(why) => {
+                        let cause = format!("{}: {} {why}", COLUMNS[column], quote(cell));
+                        return Err(self.wrong(cause));
+                    }
                 };
             }
             rays.push(ray(numbers));
@@ -141,7 +185,7 @@ impl Rays {
         self.format = Format::Csv { columns: Vec::new(), line: 0 };
         let mut line = String::new();
         self.next_line(&mut line)?;
-        let at = |cause: String| Error::at(format!("{}:1", self.name), cause);
+        let at = |cause: String| self.wrong(cause);
         let mut columns = Vec::new();
         for name in line.split(',').map(|name| unquoted(name).to_ascii_lowercase()) {
             let known = COLUMNS.iter().position(|&column| column == name).ok_or_else(|| {
@@ -160,7 +204,8 @@ impl Rays {
         if let Some(missing) = (0..8).find(|&i| !columns.contains(&i) && !optional(COLUMNS[i])) {
             return Err(at(format!("no column is named {}", COLUMNS[missing])));
         }
-        self.format = Format::Csv { columns, line: 1 };
+        let Format::Csv { line, .. } = self.format else { unreachable!() };
+        self.format = Format::Csv { columns, line };
         Ok(())
     }
 
@@ -172,7 +217,7 @@ impl Rays {
             if let Format::Csv { line, .. } = &mut self.format {
                 *line += 1;
             }
-            let at = |cause| Err(Error::at(self.place(), cause));
+            let at = |cause| Err(self.wrong(cause));
             match read {
                 Ok(0) => return Ok(false),
                 Ok(length) if length > MAX_LINE => {
@@ -185,14 +230,6 @@ impl Rays {
                 }
                 Err(cause) => return at(format!("cannot read it: {cause}")),
             }
-        }
-    }
-
-    /// The file and the line last read.
-    fn place(&self) -> String {
-        match self.format {
-            Format::Raw => self.name.clone(),
-            Format::Csv { line, .. } => format!("{}:{line}", self.name),
         }
     }
 }
@@ -251,7 +288,7 @@ mod tests {
         assert!(looks_like_csv(b"ox,oy,oz,dx,dy,dz\n1"));
         assert!(looks_like_csv(b"hello"));
         assert!(!looks_like_csv(b""));
-        let raw = bytemuck::bytes_of(&Ray::new([40.1, 12.5, 7.0], [0.3, 0.4, 0.5])).to_owned();
-        assert!(!looks_like_csv(&raw));
+        let raw = [40.1_f32, 12.5, 7.0, 0.0, 0.3, 0.4, 0.5, f32::INFINITY].map(f32::to_le_bytes);
+        assert!(!looks_like_csv(raw.as_flattened()));
     }
 }

@@ -1,0 +1,136 @@
+//! The engine `fixed` of the real binary: its grid, its check, and what it refuses.
+
+mod common;
+
+use common::{MODEL, Place};
+use serde_json::Value;
+
+fn report(place: &Place, arguments: &str) -> Value {
+    serde_json::from_slice(&place.ok(arguments)).unwrap()
+}
+
+#[test]
+fn a_grid_of_wrong_bits_is_refused() {
+    let place = Place::new();
+    place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
+    for command in ["render m.obj", "trace m.obj --rays rays.csv"] {
+        for (bits, words) in [
+            ("0", "choose 1 to 20"),
+            ("21", "choose 1 to 20"),
+            ("4000000000", "choose 1 to 20"),
+            ("-3", "whole number from 1 to 20"),
+            ("2.5", "whole number from 1 to 20"),
+            ("fine", "whole number from 1 to 20"),
+            ("99999999999999999999", "whole number from 1 to 20"),
+        ] {
+            let line = format!("{command} --engine fixed --grid {bits}");
+            place.fails(&line, 2, &["--grid", bits, words]);
+        }
+        // Nobody would look at it.
+        place.fails(&format!("{command} --grid 12"), 1, &["--grid", "--engine fixed"]);
+    }
+    place.fails("render m.obj --grid 12 --check double", 1, &["--grid", "--check fixed"]);
+    assert_eq!(place.names(), ["m.obj", "rays.csv"]);
+}
+
+#[test]
+fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
+    let place = Place::new();
+    let mut changed = vec![];
+    for grid in [20, 12, 5] {
+        let line = format!("render --size 96x72 --check fixed --grid {grid} --json");
+        let report = report(&place, &line);
+        let (check, on) = (&report["check"], &report["grid"]);
+        assert_eq!(check["engine"], "fixed");
+        assert_eq!(check["excused_pixels"], check["differing_pixels"]);
+        changed.push(check["differing_pixels"].as_u64().unwrap());
+
+        // Snapping moves by half a step at most, and the hits of a triangle by more than nothing.
+        assert_eq!(on["bits"], grid);
+        let number = |of: &Value, name: &str| of[name].as_f64().unwrap();
+        assert!(number(on, "moved") <= number(on, "step") / 2.0, "{on}");
+        assert!(number(on, "strays") > 0.0, "{on}");
+        assert!(number(check, "largest_distance") > 0.0, "{check}");
+    }
+    println!("{changed:?} of {}", 96 * 72);
+    assert!(changed[0] < 20 && changed[0] < changed[1] && changed[1] < changed[2], "{changed:?}");
+    assert!(changed[2] > 500, "{changed:?}");
+    assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
+
+    // The other way round; and the same grid twice has no excuse, nor any difference.
+    let other =
+        report(&place, "render --size 96x72 --engine fixed --grid 5 --check certified --json");
+    assert_eq!(other["check"]["differing_pixels"], changed[2]);
+    let same = report(&place, "render --size 96x72 --engine fixed --grid 5 --check fixed --json");
+    assert_eq!(same["check"]["differing_pixels"], 0);
+    assert_eq!(same["check"]["largest_distance"], 0.0);
+    let none = report(&place, "render --size 16x12 --json");
+    assert_eq!(none["grid"], Value::Null);
+}
+
+#[test]
+fn the_summary_names_the_grid() {
+    let place = Place::new();
+    let text =
+        String::from_utf8(place.ok("render --size 64x48 --engine fixed --grid 6 --check double"));
+    let text = text.unwrap();
+    for words in ["engine fixed", "6 bits of grid", "a step is", "moved by up to", "of them may"] {
+        assert!(text.contains(words), "no {words:?} in {text}");
+    }
+}
+
+/// Lines with the same ray, triangle and t; u and v are rounded once on the grid, and not so elsewhere.
+fn same(a: &[u8], b: &[u8]) {
+    let [a, b] = [a, b].map(String::from_utf8_lossy);
+    assert_eq!(a.lines().count(), b.lines().count());
+    for (a, b) in a.lines().zip(b.lines()) {
+        let [a, b]: [Vec<&str>; 2] = [a, b].map(|line| line.split(',').collect());
+        assert_eq!(a[..3.min(a.len())], b[..3.min(b.len())], "{a:?} {b:?}");
+        for (a, b) in a.iter().zip(&b).skip(3) {
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
+            assert!(a == b || close(a.parse().unwrap(), b.parse().unwrap()), "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Halves as coordinates are on every grid, so the grid moves nothing.
+#[test]
+fn rays_are_answered_on_a_grid_around_all_of_their_origins() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    let mut rays = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
+    for line in [
+        "-1.5,-1,1,0,1.75,1.25,4,inf",
+        "-1.5,-1,1,0,1.75,1.25,4,1",
+        "-1.5,-1,1,1,1.75,1.25,4,1.5",
+        "0.5,7,-7,0,0,-1.25,2,inf",
+        "5,5,-7,0,-1,-0.5,3,5",
+        "-9.5,0,0,0,0,0,1,inf",
+        "nan,0,0,0,0,0,1,inf",
+        "inf,0,0,0,0,0,1,inf",
+        "0,0,0,0,0,0,0,inf",
+        "0,0,0,0,0,nan,1,inf",
+        "0,0,0,nan,0,0,1,inf",
+        "0,0,0,9,0,0,1,9",
+    ] {
+        rays += &format!("{line}\n");
+    }
+    place.put("rays.csv", &rays);
+    for verb in ["", " --any", " --all"] {
+        let line = format!("trace m.obj --rays rays.csv{verb}");
+        let certified = place.ok(&line);
+        for grid in [20, 8, 5] {
+            let on_grid = format!("{line} --engine fixed --grid {grid}");
+            let fixed = place.ok(&on_grid);
+            same(&certified, &fixed);
+        }
+    }
+    let text = String::from_utf8(place.ok("trace m.obj --rays rays.csv --engine fixed -o a.csv"));
+    assert!(text.unwrap().contains("moved by up to 0.0e0"));
+
+    // From the standard input too, and from far away, where the grid is coarse.
+    let far = "ox,oy,oz,dx,dy,dz\n0.25,0.25,-1e30,0,0,1\n-3,2,0,0,0,1\n";
+    let fixed = place.ok_with_input("trace m.obj --rays - --engine fixed --any", far.as_bytes());
+    assert_eq!(fixed, b"ray,hit\n0,0\n1,0\n");
+    assert_eq!(place.names(), ["a.csv", "m.obj", "rays.csv"]);
+}

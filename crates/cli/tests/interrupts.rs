@@ -1,0 +1,42 @@
+//! Runs that are cut short, and places that cannot be written.
+
+mod common;
+
+use common::{MODEL, Place};
+use std::path::Path;
+use std::time::Duration;
+
+#[test]
+fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
+    let place = Place::new();
+    let mut whole = 0;
+    for pause in 0..24 {
+        let _ = std::fs::remove_file(place.path("a.png"));
+        let mut child = place.command("render --size 64x48 -o a.png").spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(pause * 4));
+        // It may have ended by itself.
+        let _ = child.kill();
+        child.wait().unwrap();
+        if place.path("a.png").exists() {
+            let bytes = place.read("a.png");
+            assert!(bytes.starts_with(b"\x89PNG") && bytes.ends_with(b"IEND\xae\x42\x60\x82"));
+            whole += 1;
+        }
+    }
+    println!("{whole} of 24 were whole");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_folder_that_takes_no_files() {
+    // Not even root can put a file here.
+    let folder = Path::new("/sys/kernel");
+    if !folder.is_dir() {
+        println!("no {}: not tested", folder.display());
+        return;
+    }
+    let place = Place::new();
+    place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
+    place.fails("trace m.obj --rays rays.csv -o /sys/kernel/a.csv", 1, &["/sys/kernel/a.csv: "]);
+    place.fails("render --size 8x6 -o /sys/kernel/a.png", 1, &["/sys/kernel/a.png: "]);
+}

@@ -1,0 +1,68 @@
+//! Lines of text with their numbers, none of them without end.
+
+use std::borrow::Cow;
+use std::io::{BufRead, Read};
+
+use super::{Fault, fault};
+
+/// No line is longer: a face of a million corners takes half of it.
+const LONGEST: usize = 1 << 24;
+
+/// A text, line by line.
+pub(super) struct Lines<R> {
+    input: R,
+    line: Vec<u8>,
+    /// The number of the line last read, from 1.
+    pub(super) number: u64,
+}
+
+impl<R: BufRead> Lines<R> {
+    /// The lines that follow line `number`.
+    pub(super) fn after(number: u64, input: R) -> Self {
+        Self { input, line: Vec::new(), number }
+    }
+
+    /// What is not lines.
+    pub(super) fn input(&mut self) -> &mut R {
+        &mut self.input
+    }
+
+    /// Reads the next line; false at the end of the file.
+    pub(super) fn advance(&mut self) -> Result<bool, Fault> {
+        self.line.clear();
+        self.append()
+    }
+
+    /// Reads the next line, those that end in a backslash joined with their next.
+    pub(super) fn advance_joined(&mut self) -> Result<bool, Fault> {
+        self.line.clear();
+        while self.append()? {
+            match self.line.last_mut() {
+                Some(end) if *end == b'\\' => *end = b' ',
+                _ => return Ok(true),
+            }
+        }
+        // The file may end in a backslash: then what was joined so far is its last line.
+        Ok(!self.line.is_empty())
+    }
+
+    /// The line without blanks at its end. What is read of a model is ASCII, but names may be in any
+    /// encoding.
+    pub(super) fn text(&self) -> Cow<'_, str> {
+        String::from_utf8_lossy(&self.line)
+    }
+
+    fn append(&mut self) -> Result<bool, Fault> {
+        let room = LONGEST.saturating_sub(self.line.len()) as u64 + 1;
+        if self.input.by_ref().take(room).read_until(b'\n', &mut self.line)? == 0 {
+            return Ok(false);
+        }
+        self.number += 1;
+        if self.line.len() > LONGEST {
+            let cause = format!("a line of more than {LONGEST} bytes; is it a model?");
+            return fault(cause).map_err(|fault: Fault| fault.at(self.number));
+        }
+        self.line.truncate(self.line.trim_ascii_end().len());
+        Ok(true)
+    }
+}

@@ -1,0 +1,146 @@
+//! From bytes to scenes that are degenerate more often than not.
+
+use arbitrary::Unstructured;
+use intertri::{Ray, Triangle};
+
+use crate::Scene;
+
+/// Numbers, all of one kind.
+pub(super) struct Input<'a> {
+    bytes: Unstructured<'a>,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Small integers times a scale, so that edges, corners and planes coincide.
+    Grid(f32),
+    /// The same, moved by a few ulps.
+    Ulps(f32),
+    /// Any bits, NaN and denormals included.
+    Bits,
+}
+
+impl<'a> Input<'a> {
+    /// The first bytes say which kind.
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        let mut input = Self { bytes: Unstructured::new(bytes), kind: Kind::Bits };
+        let kind = input.below(8);
+        let scale = input.scale();
+        input.kind = match kind {
+            0..3 => Kind::Grid(scale),
+            3..6 => Kind::Ulps(scale),
+            _ => Kind::Bits,
+        };
+        input
+    }
+
+    /// The same bytes for small integers alone, which every exact answer can be had of.
+    pub(super) fn on_a_grid(bytes: &'a [u8]) -> Self {
+        Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
+    }
+
+    /// Mostly 1, else a power of two or any number.
+    fn scale(&mut self) -> f32 {
+        match self.below(4) {
+            0 | 1 => 1.0,
+            2 => 2.0_f32.powi(self.below(256) as i32 - 149),
+            _ => self.bits(),
+        }
+    }
+
+    /// A number below `end`; 0 where the bytes have ended.
+    pub(super) fn below(&mut self, end: usize) -> usize {
+        self.bytes.int_in_range(0..=end - 1).unwrap_or(0)
+    }
+
+    /// `-limit..=limit`
+    pub(super) fn within(&mut self, limit: i32) -> i32 {
+        self.bytes.int_in_range(-limit..=limit).unwrap_or(0)
+    }
+
+    /// One of some things.
+    pub(super) fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
+        of[self.below(of.len())]
+    }
+
+    /// A f32 of any bits.
+    fn bits(&mut self) -> f32 {
+        f32::from_bits(self.bytes.arbitrary().unwrap_or(0))
+    }
+
+    /// A f64 of any bits.
+    pub(super) fn double(&mut self) -> f64 {
+        f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
+    }
+
+    /// A number of the kind; one in sixteen of those with ulps has any bits.
+    pub(super) fn number(&mut self) -> f32 {
+        match self.kind {
+            Kind::Grid(scale) => self.within(4) as f32 * scale,
+            Kind::Ulps(scale) => match self.below(16) {
+                0 => self.bits(),
+                _ => steps(self.within(4) as f32 * scale, self.within(2)),
+            },
+            Kind::Bits => self.bits(),
+        }
+    }
+
+    /// Three numbers.
+    pub(super) fn point(&mut self) -> [f32; 3] {
+        [self.number(), self.number(), self.number()]
+    }
+
+    /// Triangles over a few points, so that they share corners and edges, and repeat some.
+    pub(super) fn triangles(&mut self, at_most: usize) -> Vec<Triangle> {
+        let points: Vec<[f32; 3]> = (0..3 + self.below(6)).map(|_| self.point()).collect();
+        let count = 1 + self.below(at_most);
+        (0..count).map(|_| Triangle([(); 3].map(|()| self.one_of(&points)))).collect()
+    }
+
+    /// A ray: anyhow, or from somewhere to a corner, the middle of an edge, or along an edge.
+    pub(super) fn ray(&mut self, triangles: &[Triangle]) -> Ray {
+        let [c1, c2, c3] = self.one_of(triangles).0;
+        let origin = if self.below(8) == 0 { c3 } else { self.point() };
+        let each = |f: &dyn Fn(usize) -> f32| [f(0), f(1), f(2)];
+        let dir = match self.below(6) {
+            0 => each(&|i| c1[i] - origin[i]),
+            1 => each(&|i| c1[i] * 0.5 + c2[i] * 0.5 - origin[i]),
+            2 => each(&|i| c1[i] * 0.25 + c2[i] * 0.25 + c3[i] * 0.5 - origin[i]),
+            3 => each(&|i| c2[i] - c1[i]),
+            4 => {
+                let axis = self.below(3);
+                let step = self.one_of(&[1.0, -1.0]);
+                each(&|i| if i == axis { step } else { 0.0 })
+            }
+            _ => self.point(),
+        };
+        // A ray to a point has its t at 1, so these ends are met exactly.
+        let ray = Ray::new(origin, dir);
+        match self.below(6) {
+            0 => ray.between(0.0, 1.0),
+            1 => ray.between(1.0, f32::INFINITY),
+            2 => ray.between(0.0, 1.0_f32.next_up()),
+            3 => ray.between(self.number(), self.number()),
+            _ => ray,
+        }
+    }
+
+    /// A few triangles and rays, and a threshold.
+    pub(super) fn scene(&mut self, triangles: usize, rays: usize) -> Scene {
+        let threshold = match self.below(8) {
+            0..4 => 1e-9,
+            4 | 5 => 0.0,
+            6 => 0.25,
+            _ => Some(self.double().abs()).filter(|x| x.is_finite()).unwrap_or(0.5),
+        };
+        let triangles = self.triangles(triangles);
+        let rays = (0..=self.below(rays)).map(|_| self.ray(&triangles)).collect();
+        Scene { triangles, rays, threshold }
+    }
+}
+
+/// So many ulps up or down, over zero too.
+fn steps(x: f32, steps: i32) -> f32 {
+    (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
+}

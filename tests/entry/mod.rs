@@ -1,0 +1,34 @@
+//! What the fuzzers call: from bytes to a question, and from two answers to a panic where they differ.
+//!
+//! Fuzzers (`fuzz/`) find the bytes; on stable, the ordinary tests replay those that were kept
+//! (`fuzz/corpus`, `tests/fixtures`) through the same functions.
+
+mod files;
+mod input;
+mod integers;
+mod raster;
+mod scenes;
+mod text;
+
+pub use files::models;
+pub use integers::{fans, fixed};
+pub use raster::{clip, shadows, z_buffer};
+pub use scenes::{hierarchy, kernel};
+pub use text::{numbers, rays};
+
+/// What takes any bytes and panics where an answer is wrong.
+pub type Entry = fn(&[u8]);
+
+/// All entries by name.
+pub const ENTRIES: &[(&str, Entry)] = &[
+    ("kernel", kernel),
+    ("hierarchy", hierarchy),
+    ("fixed", fixed),
+    ("fans", fans),
+    ("clip", clip),
+    ("z_buffer", z_buffer),
+    ("shadows", shadows),
+    ("models", models),
+    ("rays", rays),
+    ("numbers", numbers),
+];
