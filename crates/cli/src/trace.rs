@@ -94,12 +94,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // A grid must hold the origins of all rays, so for that they are read beforehand.
     let (mut early, mut asked) = (vec![], vec![]);
-    while on_grid {
-        timed(&mut seconds.read, || rays.read(&mut asked, 1 << 16))?;
-        if asked.is_empty() {
-            break;
+    if on_grid {
+        loop {
+            timed(&mut seconds.read, || rays.read(&mut asked, 1 << 16))?;
+            if asked.is_empty() {
+                break;
+            }
+            early.extend_from_slice(&asked);
         }
-        early.extend_from_slice(&asked);
     }
 
     let from = early.iter().map(|ray| ray.origin).collect();

@@ -113,7 +113,8 @@ fn rays_are_answered_on_a_grid_around_all_of_their_origins() {
         "0,0,0,nan,0,0,1,inf",
         "0,0,0,9,0,0,1,9",
     ] {
-        rays += &format!("{line}\n");
+        rays.push_str(line);
+        rays.push('\n');
     }
     place.put("rays.csv", &rays);
     for verb in ["", " --any", " --all"] {
