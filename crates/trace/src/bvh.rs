@@ -143,8 +143,11 @@ impl Bvh {
         hits
     }
 
-    /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`. Rays that are
-    /// neighbours in the slice are best neighbours in space, too.
+    /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
+    ///
+    /// Rays that are neighbours in the slice are best neighbours in space, too. Fastest are rays that
+    /// share their origin, 256 of them in a row in a narrow cone, such as 16 by 16 pixels in Z-order;
+    /// whether that is so is found out here, and no answer depends on it.
     ///
     /// # Panics
     /// If the slices differ in length.
