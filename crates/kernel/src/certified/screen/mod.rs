@@ -144,3 +144,10 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
         self.lo[0].le(hi[0]) & lo[0].le(self.hi[0]) & self.lo[1].le(hi[1]) & lo[1].le(self.hi[1])
     }
 }
+
+/// A form at points of the screen.
+#[inline(always)]
+fn at<F: Lanes<Scalar = f32>>(form: [f32; 3], points: &Points<F>) -> F {
+    let [one, x, y] = outline::splat::<F>(form);
+    y.mul_add(points.y, x.mul_add(points.x, one))
+}

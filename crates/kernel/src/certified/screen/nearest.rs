@@ -4,8 +4,7 @@ use crate::Ray;
 use crate::lanes::{Lanes, Mask};
 use crate::mode::lanes_of;
 
-use super::outline::splat;
-use super::{Outline, Points, Ranges};
+use super::{Outline, Points, Ranges, at};
 
 /// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
 #[derive(Clone, Copy, Debug)]
@@ -156,11 +155,4 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.s_hi = F::load(&hi);
         self.triangle = F::load(&number);
     }
-}
-
-/// A form at points of the screen.
-#[inline(always)]
-fn at<F: Lanes<Scalar = f32>>(form: [f32; 3], points: &Points<F>) -> F {
-    let [one, x, y] = splat::<F>(form);
-    y.mul_add(points.y, x.mul_add(points.x, one))
 }

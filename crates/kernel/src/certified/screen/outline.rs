@@ -4,7 +4,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::{Coefficients, Vec3};
 
 use super::super::bound;
-use super::{Frame, Windows};
+use super::{Frame, Points, Windows, at};
 
 /// Eight triangles as the screen sees them, side by side.
 ///
@@ -182,6 +182,27 @@ impl Outlines {
 }
 
 impl Outline {
+    /// What the test computes at points: U, V, W in units of their bound, the inverse depth, and what
+    /// that may be off by. For who wants to check the bounds.
+    #[inline(always)]
+    pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
+        let values = [self.u, self.v, self.w, self.s];
+        (
+            [
+                at(values[0], points),
+                at(values[1], points),
+                at(values[2], points),
+                at(values[3], points),
+            ],
+            self.err,
+        )
+    }
+
+    /// The coefficients of V, in units of its bound.
+    pub fn v(&self) -> [f32; 3] {
+        self.v
+    }
+
     /// The windows through which some ray may hit the triangle.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {

@@ -1,0 +1,160 @@
+//! How much of the screen's bounds is used: the forms and the inverse depth of triangles against f64,
+//! whose own error is a billionth of them, and against the reference's t.
+
+mod common;
+
+use intertri::lanes::{Level, Simd, WithSimd};
+use intertri::{Certified, Frame, Ray, Triangle, TrianglePack, Vec3};
+use intertri_lab::families::FAMILIES;
+use intertri_lab::rng::Rng;
+use intertri_reference as reference;
+
+type V = [f64; 3];
+
+fn sub(a: V, b: V) -> V {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: V, b: V) -> V {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+fn to_f64(v: [f32; 3]) -> V {
+    v.map(f64::from)
+}
+
+/// A triangle, a ray near it, and the axes of a screen.
+#[derive(Clone, Copy)]
+struct Case {
+    triangle: Triangle,
+    ray: Ray,
+    axes: [[f32; 3]; 3],
+}
+
+/// Axes at right angles but for rounding, the first about along `dir`.
+fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
+    let unit = |v: V| v.map(|x| x / dot(v, v).sqrt());
+    let depth = unit(unit(dir).map(|x| x + 0.1 * rng.signed()));
+    let right = unit(cross(depth, rng.direction()));
+    let axes = [depth, right, cross(depth, right)].map(|v| v.map(|x| x as f32));
+    axes.iter().flatten().all(|x| x.is_finite()).then_some(axes)
+}
+
+/// What the level computes: the forms, the error of the inverse depth, the coefficients of V, z.
+struct Compute<'a>(&'a Case);
+
+impl WithSimd for Compute<'_> {
+    type Output = Option<([f32; 4], f32, [f32; 3], f32)>;
+    fn run<S: Simd>(self) -> Self::Output {
+        let Case { triangle, ray, axes: [a, r, b] } = *self.0;
+        let frame = Frame::new(ray.origin, a, r, b);
+        let points = frame.points(Vec3::<f32>::splat(ray.dir));
+        if !points.on_screen() {
+            return None;
+        }
+        let pack = TrianglePack::<8>::new(&[triangle]);
+        let outlines = Certified::default().outlines_in::<S>(&pack, &frame, points.z);
+        let outline = outlines.lane(0);
+        let (values, err) = outline.at(&points);
+        Some((values, err, outline.v(), points.z))
+    }
+}
+
+/// The shares of the bounds that are used: of the edges, and of the inverse depth. `None` where the
+/// screen decides nothing.
+fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
+    let (values, err, v, _) = level.run(Compute(case))?;
+    if values.iter().any(|x| !x.is_finite()) || v == [0.0; 3] {
+        return None;
+    }
+
+    // The same in f64, in the frame's axes.
+    let Case { triangle, ray, axes } = *case;
+    let into = |v: V| axes.map(|axis| dot(to_f64(axis), v));
+    let [c1, c2, c3] = triangle.0.map(to_f64);
+    let (a, h4, h5) = (into(sub(c1, to_f64(ray.origin))), into(sub(c2, c1)), into(sub(c3, c1)));
+    let d = into(to_f64(ray.dir));
+    let point = [1.0, d[1] / d[0], d[2] / d[0]];
+    let (n, fv, fw) = (cross(h4, h5), cross(h5, a), cross(a, h4));
+    let t = dot(n, a);
+    let fu = sub(sub(n, fv), fw);
+
+    // The unit of the edges, from one of them.
+    let norm = |v: V| dot(v, v).sqrt();
+    let unit = norm(fv) / norm(to_f64(v)) * t.signum();
+    let edge = [fu, fv, fw]
+        .iter()
+        .zip(values)
+        .map(|(f, value)| (f64::from(value) - dot(*f, point) / unit).abs())
+        .fold(0.0, f64::max);
+
+    // The reference's t, if it is one: elsewhere the plane's.
+    let scene = reference::Scene::from_triangles([triangle.0]);
+    let line = reference::Ray::new(ray.origin, ray.dir);
+    let mut hit = 0.0;
+    let s = match scene.inter_tri(0, &line, &mut hit) {
+        1 => 1.0 / (hit * d[0]),
+        _ => dot(n, point) / t,
+    };
+    Some([edge, (f64::from(values[3]) - s).abs() / f64::from(err)])
+}
+
+/// Nothing uses more than its bound, in any family; and a search finds what uses most of it.
+#[test]
+fn the_bounds_hold_and_are_not_idle() {
+    let levels: Vec<Level> = Level::all().collect();
+    let mut worst = [0.0_f64; 2];
+    for family in FAMILIES {
+        let mut rng = Rng::new(11);
+        let mut most = [0.0_f64; 2];
+        for i in 0..400 {
+            let scene = common::scene(family, &mut rng, 1, 1);
+            let (triangle, ray) = (scene.triangles[0], scene.rays[0]);
+            let Some(axes) = axes(to_f64(ray.dir), &mut rng) else { continue };
+            let case = Case { triangle, ray, axes };
+            let Some(used) = shares(&case, levels[i % levels.len()]) else { continue };
+            assert!(
+                used.iter().all(|x| *x < 1.0),
+                "{}: {used:?}\n{triangle:?}\n{ray:?}",
+                family.name
+            );
+            most = [most[0].max(used[0]), most[1].max(used[1])];
+        }
+        println!("{:20} edges {:.3} depth {:.3}", family.name, most[0], most[1]);
+        worst = [worst[0].max(most[0]), worst[1].max(most[1])];
+    }
+
+    // A climb, number by number, towards the largest share of the edges' bound.
+    for seed in 0..12 {
+        let mut rng = Rng::new(100 + seed);
+        let corner = |rng: &mut Rng| rng.cube().map(|x| x as f32);
+        let mut case = Case {
+            triangle: Triangle([corner(&mut rng), corner(&mut rng), corner(&mut rng)]),
+            ray: Ray::new([0.0; 3], corner(&mut rng)),
+            axes: [[0.0; 3]; 3],
+        };
+        let Some(first) = axes(to_f64(case.ray.dir), &mut rng) else { continue };
+        case.axes = first;
+        let mut best = 0.0;
+        for _ in 0..20_000 {
+            let mut next = case;
+            let small = rng.log(1e-7, 0.3) as f32;
+            let number = match rng.below(12) {
+                k @ 0..9 => &mut next.triangle.0[k / 3][k % 3],
+                k => &mut next.ray.dir[k - 9],
+            };
+            *number += small * rng.signed() as f32;
+            if let Some(used) = shares(&next, Level::best()) {
+                assert!(used.iter().all(|x| *x < 1.0), "{used:?}");
+                worst[1] = worst[1].max(used[1]);
+                if used[0] > best {
+                    (case, best) = (next, used[0]);
+                }
+            }
+        }
+        worst[0] = worst[0].max(best);
+    }
+    println!("search: edges {:.3} depth {:.3}", worst[0], worst[1]);
+    assert!(worst[0] > 0.2 && worst[1] > 0.1, "bounds that nothing comes near: {worst:?}");
+}
