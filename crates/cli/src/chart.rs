@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use intertri_lab::draw;
 use intertri_lab::families::FAMILIES;
+use intertri_lab::front::{Judge, fastest, front};
 use intertri_lab::judge::{Verdict, judge};
 use intertri_lab::metrics::{Row, metrics};
 use intertri_lab::tables::count;
@@ -118,27 +119,37 @@ impl fmt::Display for Report {
         writeln!(f, "{}", self.machine)?;
         for workload in Workload::ALL {
             let form = workload.form().name();
-            let faster = format!("× ({form} of 8)");
-            writeln!(f, "\n{:22} {faster:>18}  wrong", workload.name())?;
+            let faster = format!("× ({form} of N)");
+            writeln!(f, "\n{:22} {faster:>23}", workload.name())?;
             for verdict in self.verdicts.iter().filter(|v| v.workload == workload.name()) {
-                let own = |time: &&Time| {
-                    time.workload == verdict.workload
-                        && time.method == verdict.method
-                        && (time.form, time.lanes) == (form, 8)
-                };
-                let time = self.times.iter().find(own);
-                let time = time.map_or(String::new(), |time| {
+                let time = fastest(verdict, &self.times).map_or(String::new(), |time| {
                     let Time {
-                        times_faster: at, times_faster_p10: lo, times_faster_p90: hi, ..
+                        times_faster: at,
+                        times_faster_p25: lo,
+                        times_faster_p75: hi,
+                        lanes,
+                        ..
                     } = time;
-                    format!("{at:.1} ({lo:.1}–{hi:.1})")
+                    format!("{at:.1} ({lo:.1}–{hi:.1}) of {lanes:<2}")
                 });
-                let wrong = count(verdict.wrong, verdict.trials);
-                write!(f, "{:22} {time:>18}  {wrong}", verdict.method)?;
+                // Every zero with what it is worth.
+                let of = |errors| count(errors, verdict.trials);
+                write!(f, "{:22} {time:>23}  ", verdict.method)?;
                 if workload == Workload::Edges {
-                    write!(f, ": {} leaks, {} counted twice", verdict.leaks, verdict.doubles)?;
+                    write!(
+                        f,
+                        "leaks {}; counted twice {}",
+                        of(verdict.leaks),
+                        of(verdict.doubles)
+                    )?;
+                } else {
+                    write!(f, "wrong {}", of(verdict.wrong))?;
                 }
-                writeln!(f)?;
+                writeln!(f, "; not as the reference {}", of(verdict.not_reference))?;
+            }
+            for (judge, name) in [(Judge::Truth, "truth"), (Judge::Reference, "reference")] {
+                let front = front(workload, judge, &self.verdicts, &self.times).join(", ");
+                writeln!(f, "Pareto front by the {name}: {front}")?;
             }
         }
         writeln!(f)?;

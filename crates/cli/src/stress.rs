@@ -80,7 +80,7 @@ impl fmt::Display for Report {
             writeln!(f, "\n{}, from {:e} to {:e}", sweep.name, sweep.from, sweep.to)?;
             for subject in SUBJECTS {
                 let value = first(&self.onsets, sweep.name, subject.name);
-                let value = value.map_or("never".to_owned(), |x| format!("{x:.1e}"));
+                let value = value.map_or("not reached".to_owned(), |x| format!("{x:.1e}"));
                 writeln!(f, "  {:24} {value}", subject.name)?;
             }
         }

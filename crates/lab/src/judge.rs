@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::families::adversarial;
 use crate::rng::Rng;
 use crate::subjects::{
-    Answer, Bundle, Form, Layout, Nearest, SUBJECTS, on_grid, reference_closest,
+    Answer, Bundle, Form, Layout, Nearest, SUBJECTS, Subject, on_grid, reference_closest,
 };
 use crate::truth::truth;
 use crate::workloads::{Model, Workload};
@@ -42,8 +42,8 @@ pub const ON_GRID: &str = "fixed, on its grid";
 /// So many rays make one piece of work, with a seed of its own.
 const PIECE: u64 = 256;
 
-/// Judges every subject on at least so many rays. `step` is told how many more are done. The counts
-/// depend on the seed, the number and the model alone.
+/// Judges every subject on at least so many rays; only those that such rays are for. `step` is told
+/// how many more are done. The counts depend on the seed, the number and the model alone.
 pub fn judge(
     workload: Workload,
     model: &Model,
@@ -57,7 +57,7 @@ pub fn judge(
         let verdict = |method| Verdict { workload: workload.name(), method, ..Verdict::default() };
         names.map(verdict).collect::<Vec<_>>()
     };
-    (0..pieces)
+    let mut verdicts = (0..pieces)
         .into_par_iter()
         .map(|piece| {
             let mut rng = Rng::new(seed ^ (workload as u64) << 56 ^ piece << 8);
@@ -82,32 +82,50 @@ pub fn judge(
                 sum.not_reference += more.not_reference;
             }
             sum
-        })
+        });
+    verdicts.retain(|verdict| verdict.trials > 0);
+    verdicts
 }
 
 /// Closest hits.
 fn closest(bundle: &Bundle, verdicts: &mut [Verdict]) -> u64 {
     let rays = bundle.rays.len() as u64;
-    let (mut reference, mut nearest) = (Vec::new(), Vec::new());
-    reference_closest(bundle_slice(bundle), &mut reference);
-    let right = RightAnswers::of(bundle);
     let layout = Layout { form: Form::Packets, lanes: 8 };
-
+    let mut nearest = Vec::new();
+    let mut ask = |subject: &Subject, bundle: &Bundle, known: &Known, verdict: &mut Verdict| {
+        let bundles = bundle_slice(bundle);
+        if subject.closest(Level::best(), bundles, layout, &mut nearest).is_some() {
+            verdict.trials += rays;
+            verdict.wrong += known.right.wrong(&nearest);
+            let differs = |(a, b): &(&Nearest, &Nearest)| a.triangle != b.triangle;
+            let differ = nearest.iter().zip(&known.reference).filter(differs).count();
+            verdict.not_reference += differ as u64;
+        }
+    };
+    let known = Known::of(bundle);
     for (subject, verdict) in SUBJECTS.iter().zip(&mut *verdicts) {
-        let _ = subject.closest(Level::best(), bundle_slice(bundle), layout, &mut nearest);
-        verdict.trials += rays;
-        verdict.wrong += right.wrong(&nearest);
-        let differs = |(a, b): &(&Nearest, &Nearest)| a.triangle != b.triangle;
-        verdict.not_reference += nearest.iter().zip(&reference).filter(differs).count() as u64;
+        ask(subject, bundle, &known, verdict);
     }
     if let (Some(snapped), Some(verdict), Some(fixed)) =
         (on_grid(bundle), verdicts.last_mut(), SUBJECTS.last())
     {
-        let _ = fixed.closest(Level::best(), bundle_slice(&snapped), layout, &mut nearest);
-        verdict.trials += rays;
-        verdict.wrong += RightAnswers::of(&snapped).wrong(&nearest);
+        ask(fixed, &snapped, &Known::of(&snapped), verdict);
     }
     rays
+}
+
+/// What is known of a bundle before a subject is asked.
+struct Known {
+    right: RightAnswers,
+    reference: Vec<Nearest>,
+}
+
+impl Known {
+    fn of(bundle: &Bundle) -> Self {
+        let mut reference = Vec::new();
+        reference_closest(bundle_slice(bundle), &mut reference);
+        Self { right: RightAnswers::of(bundle), reference }
+    }
 }
 
 fn bundle_slice(bundle: &Bundle) -> &[Bundle] {
@@ -162,27 +180,30 @@ pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
 /// or one more for [`ON_GRID`].
 pub(crate) fn edges(bundle: &Bundle, verdicts: &mut [Verdict]) -> u64 {
     let rays = bundle.rays.len() as u64;
-    let scene = reference::Scene::from_triangles(bundle.triangles.iter().map(|t| t.0));
-    let hits = |ray: &Ray| {
-        let line = reference::Ray::new(ray.origin, ray.dir);
-        scene.all(&line, 0.0, f64::INFINITY).len() as u32
+    let reference = |bundle: &Bundle| -> Vec<u32> {
+        let scene = reference::Scene::from_triangles(bundle.triangles.iter().map(|t| t.0));
+        let hits = |ray: &Ray| {
+            let line = reference::Ray::new(ray.origin, ray.dir);
+            scene.all(&line, 0.0, f64::INFINITY).len() as u32
+        };
+        bundle.rays.iter().map(hits).collect()
     };
-    let reference: Vec<u32> = bundle.rays.iter().map(hits).collect();
-    let add = |verdict: &mut Verdict, counts: &[u32]| {
+    let add = |verdict: &mut Verdict, counts: &[u32], reference: &[u32]| {
         verdict.trials += rays;
         verdict.leaks += counts.iter().filter(|&&n| n == 0).count() as u64;
         verdict.doubles += counts.iter().filter(|&&n| n > 1).count() as u64;
         verdict.wrong = verdict.leaks + verdict.doubles;
-        let differ = counts.iter().zip(&reference).filter(|(a, b)| a != b).count();
+        let differ = counts.iter().zip(reference).filter(|(a, b)| a != b).count();
         verdict.not_reference += differ as u64;
     };
+    let expected = reference(bundle);
     for (subject, verdict) in SUBJECTS.iter().zip(&mut *verdicts) {
-        add(verdict, &subject.counts(Level::best(), bundle));
+        add(verdict, &subject.counts(Level::best(), bundle), &expected);
     }
     if let (Some(snapped), Some(verdict), Some(fixed)) =
         (on_grid(bundle), verdicts.get_mut(SUBJECTS.len()), SUBJECTS.last())
     {
-        add(verdict, &fixed.counts(Level::best(), &snapped));
+        add(verdict, &fixed.counts(Level::best(), &snapped), &reference(&snapped));
     }
     rays
 }
@@ -192,15 +213,18 @@ fn pairs(rng: &mut Rng, verdicts: &mut [Verdict]) -> u64 {
     let case = adversarial(rng);
     let (triangles, rays) = ([case.triangle], [case.ray]);
     let is_hit = truth(&case.triangle, &case.ray).is_hit();
-    let scene = reference::Scene::from_triangles([case.triangle.0]).with_threshold(case.threshold);
-    let line = reference::Ray::new(case.ray.origin, case.ray.dir);
-    let reference = scene.hit(0, &line, f64::NEG_INFINITY, f64::INFINITY).is_some();
+    let reference = |triangle: &Triangle, ray: &Ray, threshold| {
+        let scene = reference::Scene::from_triangles([triangle.0]).with_threshold(threshold);
+        let line = reference::Ray::new(ray.origin, ray.dir);
+        scene.hit(0, &line, f64::NEG_INFINITY, f64::INFINITY).is_some()
+    };
+    let expected = reference(&case.triangle, &case.ray, case.threshold);
     for (subject, verdict) in SUBJECTS.iter().zip(&mut *verdicts) {
         let mut to = [Answer::default()];
         subject.pairs(Level::best(), case.threshold, &triangles, &rays, &mut to);
         verdict.trials += 1;
         verdict.wrong += u64::from(to[0].hit != is_hit);
-        verdict.not_reference += u64::from(to[0].hit != reference);
+        verdict.not_reference += u64::from(to[0].hit != expected);
     }
     let bundle = Bundle { rays: rays.to_vec(), triangles: triangles.to_vec() };
     if let (Some(snapped), Some(verdict), Some(fixed)) =
@@ -214,6 +238,8 @@ fn pairs(rng: &mut Rng, verdicts: &mut [Verdict]) -> u64 {
         fixed.pairs(Level::best(), 0.0, &snapped.triangles, &snapped.rays, &mut to);
         verdict.trials += 1;
         verdict.wrong += u64::from(!tie && to[0].hit != exact.is_hit());
+        let expected = reference(&snapped.triangles[0], &snapped.rays[0], 0.0);
+        verdict.not_reference += u64::from(to[0].hit != expected);
     }
     1
 }
@@ -221,6 +247,7 @@ fn pairs(rng: &mut Rng, verdicts: &mut [Verdict]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::{ON_GRID, Verdict, judge};
+    use crate::subjects::OF_THE_REFERENCE;
     use crate::workloads::{Model, Workload};
 
     fn of<'a>(verdicts: &'a [Verdict], method: &str) -> &'a Verdict {
@@ -235,7 +262,10 @@ mod tests {
             assert_eq!(verdicts, judge(workload, &model, 4, 3000, &|_| ()));
             assert_ne!(verdicts, judge(workload, &model, 5, 3000, &|_| ()), "{workload:?}");
             assert!(verdicts.iter().all(|verdict| verdict.trials > 2900), "{verdicts:?}");
-            for method in ["InterTri f64", "double", "certified"] {
+            for method in OF_THE_REFERENCE
+                .iter()
+                .filter(|method| verdicts.iter().any(|v| v.method == **method))
+            {
                 assert_eq!(of(&verdicts, method).not_reference, 0, "{workload:?} {method}");
             }
             assert_eq!(of(&verdicts, ON_GRID).wrong, 0, "{workload:?}");

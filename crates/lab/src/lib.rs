@@ -11,6 +11,7 @@
 //! | [`workloads`] | what is measured: camera, secondary, edge-and-vertex rays, the mix |
 //! | [`timing`] | how long the subjects take, side by side |
 //! | [`judge`] | how often they are wrong on a workload |
+//! | [`front`] | which methods none beats in both |
 //! | [`metrics`] | how they fare on each family |
 //! | [`stress`] | where they begin to fail |
 //! | [`edge_count`] | the kernel's promises, on very many rays |
@@ -22,6 +23,7 @@ mod cases;
 pub mod draw;
 pub mod edge_count;
 pub mod families;
+pub mod front;
 pub mod judge;
 pub mod machine;
 pub mod meshes;

@@ -4,7 +4,8 @@ use super::axis::{Log, power};
 use super::labels::{Area, Wanted, place};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
 use super::{is_kernel, mark};
-use crate::judge::{ON_GRID, Verdict};
+use crate::front::{Judge, fastest, front};
+use crate::judge::Verdict;
 use crate::tables::grouped;
 use crate::timing::Time;
 use crate::workloads::Workload;
@@ -28,8 +29,8 @@ struct Point {
     trials: u64,
 }
 
-/// Four panels of all methods with eight lanes: how many times faster than the scalar f64 reference,
-/// and how often wrong. `caption` stands below.
+/// Four panels of all methods, each as wide as it is fastest: how many times faster than the scalar
+/// f64 reference, and how often wrong. `caption` stands below.
 pub fn chart(times: &[Time], verdicts: &[Verdict], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let mut svg = Svg::new(2.0 * w + 24.0, 2.0 * h + 118.0);
@@ -38,7 +39,8 @@ pub fn chart(times: &[Time], verdicts: &[Verdict], caption: &str) -> Svg {
     legend(&mut svg, [20.0, 54.0]);
     for (k, workload) in Workload::ALL.into_iter().enumerate() {
         let at = [12.0 + w * (k % 2) as f64, 66.0 + h * (k / 2) as f64];
-        panel(&mut svg, at, workload, &points(workload, times, verdicts));
+        let front = front(workload, Judge::Truth, verdicts, times);
+        panel(&mut svg, at, workload, &points(workload, times, verdicts), &front);
     }
     let font = Font::new(11.0, Anchor::Start).fill(GREY);
     for (k, line) in caption.lines().enumerate() {
@@ -71,7 +73,7 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
     match workload {
         Workload::Camera => ("Camera rays on a model", "rays with a wrong closest hit"),
         Workload::Secondary => {
-            ("Secondary rays: one ray × 8 triangles", "rays with a wrong closest hit")
+            ("Secondary rays: one ray × many triangles", "rays with a wrong closest hit")
         }
         Workload::Edges => (
             "Rays exactly at shared edges and vertices",
@@ -83,25 +85,20 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
 
 fn points(workload: Workload, times: &[Time], verdicts: &[Verdict]) -> Vec<Point> {
     let of = |verdict: &Verdict| {
-        let method = if verdict.method == ON_GRID { "fixed" } else { verdict.method };
-        let time = times.iter().find(|time| {
-            let layout = (time.form, time.lanes) == (workload.form().name(), 8);
-            time.workload == workload.name() && time.method == method && layout
-        })?;
-        let edges = workload == Workload::Edges;
+        let time = fastest(verdict, times)?;
         let share = |n: u64| n as f64 / verdict.trials.max(1) as f64;
         Some(Point {
             name: verdict.method.trim_end_matches(" f32").to_owned(),
-            faster: [time.times_faster_p10, time.times_faster, time.times_faster_p90],
-            share: share(if edges { verdict.leaks } else { verdict.wrong }),
-            doubles: edges.then(|| share(verdict.doubles)),
+            faster: [time.times_faster_p25, time.times_faster, time.times_faster_p75],
+            share: share(Judge::Truth.errors(verdict)),
+            doubles: (workload == Workload::Edges).then(|| share(verdict.doubles)),
             trials: verdict.trials,
         })
     };
     verdicts.iter().filter(|verdict| verdict.workload == workload.name()).filter_map(of).collect()
 }
 
-fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]) {
+fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point], front: &[&str]) {
     if points.is_empty() {
         return;
     }
@@ -130,7 +127,7 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
         svg.line([left, at], [right, at], FAINT, 0.7);
         svg.text([left - 6.0, at + 4.0], &power(k), Font::new(11.0, Anchor::End));
     }
-    let faster = "times faster than the scalar f64 reference, 8 lanes";
+    let faster = "times faster than the scalar f64 reference, each method as wide as suits it";
     svg.text([f64::midpoint(left, right), bottom + 31.0], faster, Font::new(12.0, Anchor::Middle));
     svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
 
@@ -149,19 +146,14 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
     let bound = format!("none in {} (< {:.0e} at 95 %)", grouped(trials), 3.0 / trials as f64);
     svg.text([right - 4.0, bottom - 6.0], &bound, Font::new(10.0, Anchor::End).fill(GREY));
 
-    // The Pareto front: from the right, each that is more often right than all faster ones.
+    // The Pareto front, down from the fastest.
     let height = |share: f64| if share > 0.0 { y.at(share) } else { broken + 44.0 };
     let at = |p: &Point| [x.at(p.faster[1]), height(p.share)];
-    let mut order: Vec<_> = points.iter().filter(|p| p.name != "fixed").collect();
-    order.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]).then(a.share.total_cmp(&b.share)));
-    let mut front: Vec<&Point> = Vec::new();
-    for p in order {
-        if front.last().is_none_or(|last| p.share < last.share) {
-            front.push(p);
-        }
-    }
+    let on_front = |p: &&Point| front.iter().any(|name| name.trim_end_matches(" f32") == p.name);
+    let mut order: Vec<&Point> = points.iter().filter(on_front).collect();
+    order.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
     let mut steps: Vec<[f64; 2]> = Vec::new();
-    for p in &front {
+    for p in &order {
         let [px, py] = at(p);
         if let Some(&[_, last]) = steps.last() {
             steps.push([px, last]);
@@ -191,7 +183,7 @@ fn panel(svg: &mut Svg, [ox, oy]: [f64; 2], workload: Workload, points: &[Point]
     let wanted: Vec<_> = points
         .iter()
         .map(|p| {
-            let bold = front.iter().any(|q| q.name == p.name) || is_kernel(&p.name);
+            let bold = on_front(&p) || is_kernel(&p.name);
             Wanted { text: p.name.clone(), at: at(p), bold }
         })
         .collect();

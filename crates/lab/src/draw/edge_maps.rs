@@ -14,7 +14,7 @@ use crate::truth::truth;
 /// Steps on either side.
 const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
-const COLUMNS: usize = 7;
+const COLUMNS: usize = 8;
 
 /// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin:
 /// their directions differ by single f32 steps in x and in y.
@@ -149,7 +149,7 @@ pub fn edge_maps(caption: &str) -> Svg {
 
     for (k, (name, edge, vertex)) in columns.iter().enumerate() {
         let [x, y] = [20.0 + w * (k % COLUMNS) as f64, 74.0 + h * (k / COLUMNS) as f64];
-        let bold = super::is_kernel(name) || k == 0 || name.starts_with("fixed");
+        let bold = super::is_kernel(name) || k == 0;
         let font = Font { bold, ..Font::new(12.0, Anchor::Start) };
         svg.text([x, y + 12.0], name, font);
         for (row, sets) in [edge, vertex].into_iter().enumerate() {

@@ -17,7 +17,7 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let mut svg = Svg::new(LEFT + columns * w + 60.0, TOP + rows * h + 70.0);
     let title = "The parameter at which one answer in 1,000 is first wrong";
     svg.text([16.0, 28.0], title, Font::new(18.0, Anchor::Start).bold());
-    let note = "dark: near the harmless end of the range; empty: never within it";
+    let note = "dark: near the harmless end of the range; empty: not reached within it";
     svg.text([16.0, 47.0], note, Font::new(12.0, Anchor::Start).fill(GREY));
 
     for (k, sweep) in SWEEPS.iter().enumerate() {

@@ -25,6 +25,7 @@ fn styles() -> BTreeMap<&'static str, (&'static str, &'static str)> {
     for subject in SUBJECTS {
         let style = match subject.name {
             "certified" => ("#D55E00", ""),
+            "certified, one origin" => ("#D55E00", "4 2"),
             "double" => ("#D55E00", "2 3"),
             "fixed" => ("#D55E00", "8 3 2 3"),
             name if name.ends_with("f64") => {

@@ -80,3 +80,21 @@ impl Method for Badouel {
         (u.ge(zero) & v.ge(zero) & (u + v).le(one) & t.gt(zero), t)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::Vec3;
+
+    use super::{Axis, Badouel, Method};
+
+    #[test]
+    fn the_projection_by_hand() {
+        // In the plane y = 2, seen along y: z to the right, x up, twice the area 6.
+        let corners = [[1.0, 2.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 4.0]];
+        let triangle = Badouel.triangle(corners.map(|[x, y, z]: [f64; 3]| Vec3 { x, y, z }));
+        assert!(matches!(triangle.axis, Axis::Same(1)));
+        assert_eq!([triangle.n.x, triangle.n.y, triangle.n.z, triangle.d], [0.0, -6.0, 0.0, -12.0]);
+        assert_eq!(triangle.corner, [1.0, 1.0]);
+        assert_eq!(triangle.sides, [[0.0, 2.0 / -6.0], [3.0 / -6.0, 0.0]]);
+    }
+}

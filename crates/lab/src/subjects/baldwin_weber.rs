@@ -80,3 +80,31 @@ impl Method for BaldwinWeber {
         (u.ge(zero) & v.ge(zero) & (u + v).le(one) & t.gt(zero), t)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::Vec3;
+
+    use super::{BaldwinWeber, Method};
+
+    #[test]
+    fn the_map_takes_the_corners_where_the_paper_wants_them() {
+        // Turned so that each axis is once the longest of the normal.
+        for turn in 0..3 {
+            let corners = [[2.0, 3.0, 4.0], [6.0, 3.0, 5.0], [4.0, 9.0, 4.0]];
+            let corners: [Vec3<f64>; 3] = corners.map(|p: [f64; 3]| {
+                let at = |k: usize| p[(k + turn) % 3];
+                Vec3 { x: at(0), y: at(1), z: at(2) }
+            });
+            let map = BaldwinWeber.triangle(corners);
+            for (corner, place) in
+                corners.into_iter().zip([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+            {
+                for (k, wanted) in place.into_iter().enumerate() {
+                    let got = map.rows[k].dot(corner) + map.constants[k];
+                    assert!((got - wanted).abs() < 1e-14, "{turn} {k}: {got} {wanted}");
+                }
+            }
+        }
+    }
+}

@@ -83,7 +83,7 @@ impl Form {
 pub struct Layout {
     /// What lies in the lanes.
     pub form: Form,
-    /// 1, 4 or 8.
+    /// 1, 4, 8 or 16.
     pub lanes: usize,
 }
 
@@ -99,37 +99,53 @@ pub(super) struct Closest<'a, M> {
 /// The seconds on the clock.
 pub(super) type Seconds = f64;
 
-/// [`Closest`] in f32 or f64, with four or eight lanes.
+/// [`Closest`] in f32 or f64, with four lanes or more.
 struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
 
 impl<M: Method> Closest<'_, M> {
-    /// Does it, in f32 or f64.
-    pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Seconds {
+    /// Does it, in f32 or f64. `None` for 16 lanes that are not one register.
+    pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
         match (self.layout.lanes, self.layout.form, DOUBLE) {
-            (1, Form::Packets, false) => packets::<M, f32, 1>(self),
-            (1, Form::Packets, true) => packets::<M, f64, 1>(self),
-            (1, Form::Packs, false) => packs::<M, f32, 1>(self),
-            (1, Form::Packs, true) => packs::<M, f64, 1>(self),
+            (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
+            (1, Form::Packets, true) => Some(packets::<M, f64, 1>(self)),
+            (1, Form::Packs, false) => Some(packs::<M, f32, 1>(self)),
+            (1, Form::Packs, true) => Some(packs::<M, f64, 1>(self)),
             _ => level.run(Run::<M, DOUBLE>(self)),
         }
     }
 }
 
+/// Whether sixteen f32 are one register at a level, aligned as such. Where they are not, no code is
+/// made for them.
+pub(super) const fn one_register<S: Simd>() -> bool {
+    align_of::<S::F32x16>() == 16 * size_of::<f32>()
+}
+
 impl<M: Method, const DOUBLE: bool> WithSimd for Run<'_, M, DOUBLE> {
-    type Output = Seconds;
+    type Output = Option<Seconds>;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Seconds {
+    fn run<S: Simd>(self) -> Option<Seconds> {
         let Self(work) = self;
-        match (work.layout.form, work.layout.lanes, DOUBLE) {
-            (Form::Packets, 4, false) => packets::<M, S::F32x4, 4>(work),
-            (Form::Packets, _, false) => packets::<M, S::F32x8, 8>(work),
-            (Form::Packs, 4, false) => packs::<M, S::F32x4, 4>(work),
-            (Form::Packs, _, false) => packs::<M, S::F32x8, 8>(work),
-            (Form::Packets, 4, true) => packets::<M, S::F64x4, 4>(work),
-            (Form::Packets, _, true) => packets::<M, S::F64x8, 8>(work),
-            (Form::Packs, 4, true) => packs::<M, S::F64x4, 4>(work),
-            (Form::Packs, _, true) => packs::<M, S::F64x8, 8>(work),
+        let Layout { form, lanes } = work.layout;
+        if const { DOUBLE } {
+            match (form, lanes) {
+                (Form::Packets, 4) => Some(packets::<M, S::F64x4, 4>(work)),
+                (Form::Packets, 8) => Some(packets::<M, S::F64x8, 8>(work)),
+                (Form::Packs, 4) => Some(packs::<M, S::F64x4, 4>(work)),
+                (Form::Packs, 8) => Some(packs::<M, S::F64x8, 8>(work)),
+                _ => None,
+            }
+        } else {
+            match (form, lanes) {
+                (Form::Packets, 4) => Some(packets::<M, S::F32x4, 4>(work)),
+                (Form::Packets, 8) => Some(packets::<M, S::F32x8, 8>(work)),
+                (Form::Packs, 4) => Some(packs::<M, S::F32x4, 4>(work)),
+                (Form::Packs, 8) => Some(packs::<M, S::F32x8, 8>(work)),
+                _ if const { !one_register::<S>() } => None,
+                (Form::Packets, _) => Some(packets::<M, S::F32x16, 16>(work)),
+                (Form::Packs, _) => Some(packs::<M, S::F32x16, 16>(work)),
+            }
         }
     }
 }

@@ -9,7 +9,7 @@ use intertri::{
 };
 use intertri_reference as reference;
 
-use super::forms::{Answer, Bundle, Form, Layout, Nearest, Seconds};
+use super::forms::{Answer, Bundle, Form, Layout, Nearest, Seconds, one_register};
 
 /// A mode of the kernel on pairs: each ray a packet of its own.
 pub(super) fn pairs<M: Mode>(mode: M, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
@@ -55,7 +55,8 @@ pub fn reference_closest(bundles: &[Bundle], nearest: &mut Vec<Nearest>) -> Seco
     start.elapsed().as_secs_f64()
 }
 
-/// The closest hits of bundles, by a mode; `None` for one lane, which the reference is there for.
+/// The closest hits of bundles, by a mode; `None` for one lane, which the reference is there for, and
+/// for 16 where they are no packets or not one register.
 pub(super) fn closest<M: Mode>(
     mode: M,
     level: Level,
@@ -63,7 +64,8 @@ pub(super) fn closest<M: Mode>(
     layout: Layout,
     nearest: &mut Vec<Nearest>,
 ) -> Option<Seconds> {
-    (layout.lanes > 1).then(|| level.run(Closest { mode, bundles, layout, nearest }))
+    let has = layout.lanes > 1;
+    has.then(|| level.run(Closest { mode, bundles, layout, nearest })).flatten()
 }
 
 struct Closest<'a, M> {
@@ -74,18 +76,22 @@ struct Closest<'a, M> {
 }
 
 impl<M: Mode> WithSimd for Closest<'_, M> {
-    type Output = Seconds;
+    type Output = Option<Seconds>;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Seconds {
+    fn run<S: Simd>(self) -> Option<Seconds> {
         let Self { mode, bundles, layout, nearest } = self;
         nearest.clear();
         nearest.reserve(bundles.iter().map(|bundle| bundle.rays.len()).sum());
         match (layout.form, layout.lanes) {
-            (Form::Packets, 4) => packets::<M, S, 4>(mode, bundles, nearest),
-            (Form::Packets, _) => packets::<M, S, 8>(mode, bundles, nearest),
-            (Form::Packs, 4) => packs_of_4::<M, S>(mode, bundles, nearest),
-            (Form::Packs, _) => packs_of_8::<M, S>(mode, bundles, nearest),
+            (Form::Packets, 4) => Some(packets::<M, S, 4>(mode, bundles, nearest)),
+            (Form::Packets, 8) => Some(packets::<M, S, 8>(mode, bundles, nearest)),
+            (Form::Packs, 4) => Some(packs_of_4::<M, S>(mode, bundles, nearest)),
+            (Form::Packs, 8) => Some(packs_of_8::<M, S>(mode, bundles, nearest)),
+            (Form::Packets, _) if const { one_register::<S>() } => {
+                Some(packets::<M, S, 16>(mode, bundles, nearest))
+            }
+            _ => None,
         }
     }
 }
@@ -115,18 +121,8 @@ where
         for packet in packets {
             let rays = mode.prepare_packet_in::<S, N>(packet);
             let mut bests = Bests::new(&packet.t_max);
-            for (number, triangle) in (0..).zip(triangles) {
-                let (numbers, live) = ((number, number), packet.live());
-                mode.packet_closest_in(
-                    &rays,
-                    triangle,
-                    numbers,
-                    find,
-                    live,
-                    &mut bests,
-                    &mut counts,
-                );
-            }
+            let live = packet.live();
+            mode.packet_closest_of_in(&rays, triangles, 0, find, live, &mut bests, &mut counts);
             for lane in 0..packet.live().count_ones() as usize {
                 nearest.push(answer(&mode, &packet.ray(lane), &bests.lane(lane), find));
             }
@@ -191,7 +187,12 @@ fn packs<const N: usize>(bundles: &[Bundle]) -> Vec<Vec<TrianglePack<N>>> {
 
 /// The answer with its exact `t`, as a caller gets it.
 #[inline(always)]
-fn answer<M: Mode>(mode: &M, ray: &Ray, best: &Best, find: impl Fn(u32) -> Triangle) -> Nearest {
+pub(super) fn answer<M: Mode>(
+    mode: &M,
+    ray: &Ray,
+    best: &Best,
+    find: impl Fn(u32) -> Triangle,
+) -> Nearest {
     let found = mode.index_and_t(ray, best, find);
     found.map_or(Nearest::MISS, |(triangle, t)| Nearest { t, triangle })
 }
@@ -217,7 +218,7 @@ fn offer(best: &mut Nearest, t: f64, triangle: u32) {
 }
 
 /// The closest hits of bundles, by the mode `fixed`, each bundle on a grid of its own; misses where
-/// something does not fit one, `None` for one lane.
+/// something does not fit one, `None` but for 4 and 8 lanes.
 pub(super) fn fixed_closest(
     level: Level,
     bundles: &[Bundle],
@@ -227,7 +228,7 @@ pub(super) fn fixed_closest(
     let bundles =
         bundles.iter().map(|bundle| Snapped::new(bundle).unwrap_or(Snapped::none(bundle)));
     let bundles = bundles.collect();
-    (layout.lanes > 1).then(|| level.run(FixedClosest { bundles, layout, nearest }))
+    matches!(layout.lanes, 4 | 8).then(|| level.run(FixedClosest { bundles, layout, nearest }))
 }
 
 /// How many triangles of its bundle each ray crosses, by the mode `fixed`; none where something does

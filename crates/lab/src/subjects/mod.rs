@@ -17,6 +17,7 @@ mod forms;
 pub mod inter_tri;
 mod kernel;
 pub mod moller_trumbore;
+mod one_origin;
 pub mod pluecker;
 pub mod signed_volume;
 mod table;
@@ -27,7 +28,7 @@ use intertri::lanes::Lanes;
 
 pub use forms::{Answer, Bundle, Form, Layout, Nearest};
 pub use kernel::{on_grid, reference_closest};
-pub use table::{SUBJECTS, Subject};
+pub use table::{OF_THE_REFERENCE, SUBJECTS, Subject};
 
 /// f32 or f64: what the lanes of a method can be made of.
 pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {

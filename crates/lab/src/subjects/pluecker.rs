@@ -67,3 +67,29 @@ impl Method for Pluecker {
         (same & t.gt(zero) & t.lt(L::of(f64::INFINITY)), t)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::Vec3;
+
+    use super::{Method, Pluecker};
+
+    #[test]
+    fn coordinates_by_hand() {
+        let vec3 = |[x, y, z]: [f64; 3]| Vec3 { x, y, z };
+        let plain = |v: Vec3<f64>| [v.x, v.y, v.z];
+        let corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(vec3);
+        let triangle = Pluecker.triangle(corners);
+        assert_eq!(
+            triangle.sides.map(plain),
+            [[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0], [1.0, 0.0, -1.0]]
+        );
+        assert_eq!(
+            triangle.moments.map(plain),
+            [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+        );
+        // The line through (1, 2, 3) and (1, 2, 3) + (0, 1, 0).
+        let ray = Pluecker.ray(vec3([1.0, 2.0, 3.0]), vec3([0.0, 1.0, 0.0]));
+        assert_eq!(plain(ray.moment), [-3.0, 0.0, 1.0]);
+    }
+}

@@ -11,6 +11,7 @@ use super::forms::{Answer, Bundle, Closest, Layout, Nearest, Pairs, Seconds};
 use super::inter_tri::InterTri;
 use super::kernel;
 use super::moller_trumbore::MollerTrumbore;
+use super::one_origin;
 use super::pluecker::Pluecker;
 use super::signed_volume::SignedVolume;
 use super::woop::Woop;
@@ -51,8 +52,10 @@ impl Subject {
     }
 
     /// Finds the closest hit of each ray in its bundle, bundle by bundle, and how many seconds that
-    /// took without what is computed once for a triangle. `None` where the subject has no such
-    /// layout: one lane of the kernel's modes is the reference, and that has no more.
+    /// took without what is computed once for a triangle. `None`, and `nearest` as it was or empty,
+    /// where the subject has no such layout: one lane of the kernel's modes is the reference, rays
+    /// that do not share an origin are nothing for the form that wants it, and 16 lanes there are of
+    /// f32 alone, where they are one register.
     ///
     /// `t_min` is 0 and `t_max` infinite for every ray.
     pub fn closest(
@@ -91,7 +94,7 @@ macro_rules! subject {
             closest: |level, bundles, layout, nearest| {
                 let make: fn(f64) -> _ = $method;
                 let work = Closest { method: make(THRESHOLD), bundles, layout, nearest };
-                Some(work.run::<$double>(level))
+                work.run::<$double>(level)
             },
             counts: |level, bundle| {
                 let make: fn(f64) -> _ = $method;
@@ -124,6 +127,10 @@ macro_rules! mode {
         }
     };
 }
+
+/// Those that promise the scalar f64 reference's answers, bit for bit.
+pub const OF_THE_REFERENCE: [&str; 4] =
+    ["InterTri f64", "double", "certified", "certified, one origin"];
 
 /// Every subject. Whatever compares methods iterates over this.
 ///
@@ -163,6 +170,18 @@ pub static SUBJECTS: &[Subject] = &[
     subject!("Embree robust f32", "Wald et al. 2014", |_| Robust, f32),
     mode!("double", Double),
     mode!("certified", Certified),
+    Subject {
+        name: "certified, one origin",
+        source: "the kernel, after document D",
+        bits: 53,
+        pairs: one_origin::pairs,
+        closest: one_origin::closest,
+        counts: |level, bundle| {
+            bundle.counts(|triangles, rays, to| {
+                one_origin::pairs(level, THRESHOLD, triangles, rays, to);
+            })
+        },
+    },
     Subject {
         name: "fixed",
         source: "the kernel",

@@ -11,7 +11,9 @@ use super::moller_trumbore::MollerTrumbore;
 use super::pluecker::Pluecker;
 use super::signed_volume::SignedVolume;
 use super::woop::Woop;
-use super::{Answer, Bundle, Form, Layout, Method, Nearest, SUBJECTS, Subject, on_grid};
+use super::{
+    Answer, Bundle, Form, Layout, Method, Nearest, OF_THE_REFERENCE, SUBJECTS, Subject, on_grid,
+};
 use crate::families::{Case, FAMILIES, find};
 use crate::rng::Rng;
 use crate::truth::{Place, exact_t, truth};
@@ -130,6 +132,28 @@ fn woop_by_hand() {
 }
 
 #[test]
+fn the_epsilon_is_the_papers() {
+    // The determinant is the area's double against the direction: here the second side.
+    for (side, beyond) in [(1e-6, false), (1.1e-6, true), (-1e-6, false), (-1.1e-6, true)] {
+        let corners = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, side, 5.0]];
+        let hit = |epsilon| {
+            ask(MollerTrumbore { epsilon }, corners, [0.25, 0.25 * side, 0.0], [0.0, 0.0, 1.0]).0
+        };
+        assert_eq!((hit(0.0), hit(1e-6)), (true, beyond), "{side}");
+    }
+}
+
+#[test]
+fn the_robust_form_takes_a_unit_of_rounding() {
+    let corners = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    for (x, fast, robust) in [(1e-17, true, true), (-1e-17, false, true), (-1e-15, false, false)] {
+        let dir = [x, 0.25, 1.0];
+        assert_eq!(ask(EdgeForm, corners, [0.0; 3], dir).0, fast, "{x}");
+        assert_eq!(ask(Robust, corners, [0.0; 3], dir).0, robust, "{x}");
+    }
+}
+
+#[test]
 fn woop_falls_back_where_f32_cannot_tell() {
     // 8193 * 8191 = 8192 * 8192 - 1, the same in f32. So the side from b to c seems to pass through the
     // ray, and two triangles on either side of it both seem to be hit; f64 knows which is.
@@ -190,9 +214,7 @@ fn every_level_gives_the_same_answers() {
 fn inter_tri_in_f64_is_the_reference() {
     for family in FAMILIES {
         let cases = cases(family.name, 300);
-        for subject in
-            SUBJECTS.iter().filter(|s| ["InterTri f64", "double", "certified"].contains(&s.name))
-        {
+        for subject in SUBJECTS.iter().filter(|s| OF_THE_REFERENCE.contains(&s.name)) {
             for (case, got) in cases.iter().zip(answers(subject, Level::best(), &cases)) {
                 let scene = F64Scene::from_triangles([case.triangle.0]);
                 let ray = F64Ray::new(case.ray.origin, case.ray.dir);
@@ -319,7 +341,7 @@ fn every_layout_finds_the_hits_of_the_pairs() {
             assert_eq!(subject.counts(Level::best(), &bundle), counts);
             let bundles = [bundle.clone(), bundle.clone()];
             for form in [Form::Packets, Form::Packs] {
-                for lanes in [1, 4, 8] {
+                for lanes in [1, 4, 8, 16] {
                     let mut nearest = Vec::new();
                     let layout = Layout { form, lanes };
                     if subject.closest(Level::best(), &bundles, layout, &mut nearest).is_some() {

@@ -87,14 +87,35 @@ impl Method for Woop {
 /// The value of a side in f64, lane by lane, rounded back as the paper does it.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
-    let mut lanes = [[L::Scalar::nearest(0.0); 16]; 4];
-    for (lanes, x) in lanes.iter_mut().zip([p[0], q[1], p[1], q[0]]) {
-        x.store(lanes);
-    }
-    let mut side = [L::Scalar::nearest(0.0); 16];
-    for (k, side) in side.iter_mut().enumerate().take(L::N) {
-        let [px, qy, py, qx]: [f64; 4] = lanes.map(|lanes| lanes[k].into());
-        *side = L::Scalar::nearest(px * qy - py * qx);
+    let zero = [L::Scalar::nearest(0.0); 16];
+    let (mut px, mut py, mut qx, mut qy, mut side) = (zero, zero, zero, zero, zero);
+    p[0].store(&mut px);
+    p[1].store(&mut py);
+    q[0].store(&mut qx);
+    q[1].store(&mut qy);
+    for k in 0..L::N {
+        let (a, b, c, d): (f64, f64, f64, f64) =
+            (px[k].into(), qy[k].into(), py[k].into(), qx[k].into());
+        side[k] = L::Scalar::nearest(a * b - c * d);
     }
     L::load(&side)
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::Vec3;
+
+    use super::{Axis, Method, Woop};
+
+    #[test]
+    fn the_shear_by_hand() {
+        // Along its longest axis the direction becomes (0, 0, 1).
+        let woop = Woop { fall_back: true };
+        let dirs = [[4.0, 1.0, 2.0], [2.0, 4.0, 1.0], [1.0, 2.0, 4.0]];
+        for (axis, [x, y, z]) in dirs.into_iter().enumerate() {
+            let ray = woop.ray(Vec3::splat([0.0_f64; 3]), Vec3 { x, y, z });
+            assert!(matches!(ray.axis, Axis::Same(k) if k == axis));
+            assert_eq!([ray.shear.x, ray.shear.y, ray.shear.z], [0.25, 0.5, 0.25]);
+        }
+    }
 }

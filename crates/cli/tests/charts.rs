@@ -1,0 +1,117 @@
+//! `chart` and `stress` by the real binary: files that are what they say, reports that keep what the
+//! kernel promises, and a seed that gives the same counts again.
+
+mod common;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use common::Place;
+use serde_json::Value;
+
+/// Runs with `--quick --json` and gives the report; looks at every file that it names.
+fn report(place: &Place, arguments: &str, names: &[&str]) -> Value {
+    let report: Value = serde_json::from_slice(&place.ok(arguments)).unwrap();
+    let machine = &report["machine"];
+    let date = machine["date"].as_str().unwrap();
+    let rustc = machine["rustc"].as_str().unwrap();
+    assert!(date.len() == 10 && date.starts_with("20") && rustc.starts_with("rustc 1."));
+    assert!(!machine["cpu"].as_str().unwrap().is_empty());
+
+    let files: Vec<_> =
+        report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
+    for name in names {
+        assert!(files.contains(&&*format!("out/{date}-{name}")), "{name}: {files:?}");
+    }
+    for file in files {
+        let bytes = place.read(file);
+        match file.rsplit_once('.').unwrap().1 {
+            "png" => assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000),
+            "svg" => assert!(bytes.starts_with(b"<svg") && bytes.ends_with(b"</svg>\n")),
+            _ => {
+                // On what, by what, of what; then a table.
+                let text = String::from_utf8(bytes).unwrap();
+                let (first, table) = text.split_once('\n').unwrap();
+                assert!([date, rustc, "seed 7"].iter().all(|word| first.contains(word)), "{first}");
+                let columns = |line: &str| line.split(',').count();
+                let header = table.lines().next().unwrap();
+                assert!(table.lines().count() > 50 && columns(header) > 5, "{file}");
+            }
+        }
+    }
+    report
+}
+
+/// A count of each method in an array of a report, summed over its rows.
+fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
+    let mut sums = BTreeMap::new();
+    for row in rows.as_array().unwrap() {
+        *sums.entry(row["method"].as_str().unwrap()).or_default() += row[count].as_u64().unwrap();
+    }
+    sums
+}
+
+#[test]
+fn a_quick_chart_is_whole_and_keeps_the_promises() {
+    let place = Place::new();
+    let names = ["chart.svg", "chart.png", "times.csv", "verdicts.csv", "families.csv"];
+    let report = report(&place, "chart --quick --seed 7 --json -o out", &names);
+
+    let differ = sums(&report["verdicts"], "not_reference");
+    for method in ["InterTri f64", "double", "certified", "certified, one origin"] {
+        assert_eq!(differ[method], 0, "{method}");
+    }
+    assert!(differ["Möller–Trumbore f32"] > 0);
+    let verdicts = report["verdicts"].as_array().unwrap();
+    for fixed in
+        verdicts.iter().filter(|row| row["method"] == "fixed" && row["workload"] == "edges")
+    {
+        assert!(fixed["trials"].as_u64() >= Some(20_000) && fixed["wrong"] == 0, "{fixed}");
+    }
+    // Everybody is timed; the reference is what the others are compared with.
+    let times = report["times"].as_array().unwrap();
+    assert!(times.iter().all(|time| time["ns_per_test"].as_f64() > Some(0.0)));
+    let methods: BTreeSet<_> = times.iter().map(|time| time["method"].as_str().unwrap()).collect();
+    assert!(differ.keys().all(|method| method.starts_with("fixed,") || methods.contains(method)));
+    assert!(methods.contains("reference"));
+}
+
+#[test]
+fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
+    let place = Place::new();
+    let names = [
+        "onsets.svg",
+        "onsets.png",
+        "heat.svg",
+        "heat.png",
+        "edge-maps.svg",
+        "edge-maps.png",
+        "onsets.csv",
+    ];
+    let report = report(&place, "stress --quick --seed 7 --json -o out", &names);
+    assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);
+    assert!(sums(&report["onsets"], "false_misses")["Woop f32"] > 0);
+
+    // The same counts again, and other ones for another seed.
+    let table = |seed: u32| {
+        let run = format!("stress --quick --seed {seed} -o seed-{seed}");
+        let text = String::from_utf8(place.ok(&run)).unwrap();
+        let file = text.lines().find(|line| line.ends_with("onsets.csv")).unwrap();
+        let text = String::from_utf8(place.read(file)).unwrap();
+        text.split_once('\n').unwrap().1.to_owned()
+    };
+    let files = report["files"].as_array().unwrap();
+    let mut first = files.iter().map(|file| file.as_str().unwrap());
+    let first = first.find(|file| file.ends_with("onsets.csv")).unwrap();
+    let first = String::from_utf8(place.read(first)).unwrap();
+    assert_eq!(first.split_once('\n').unwrap().1, table(7));
+    assert_ne!(first.split_once('\n').unwrap().1, table(8));
+}
+
+#[test]
+fn a_folder_that_cannot_be_is_named_before_the_work() {
+    let place = Place::new();
+    place.put("file", "");
+    for command in ["chart", "stress"] {
+        place.fails(&format!("{command} -o file/below"), 1, &["file/below", "folder"]);
+    }
+}
