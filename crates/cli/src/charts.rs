@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use intertri_lab::draw::{Svg, png};
+use intertri_lab::draw::{Section, Svg, page, png};
 use intertri_lab::{machine, tables};
 use serde::Serialize;
 
@@ -62,6 +62,12 @@ impl Charts {
         self.write(&format!("{name}.svg"), svg.to_string().as_bytes())?;
         let pixels = png(svg).map_err(|cause| Error::at(format!("{name}.png"), cause))?;
         self.write(&format!("{name}.png"), &pixels)
+    }
+
+    /// Writes all on one page of HTML.
+    pub(crate) fn page(&mut self, name: &str, title: &str, sections: &[Section<'_>]) -> Result<()> {
+        let text = page(title, &self.machine.to_string(), sections);
+        self.write(&format!("{name}.html"), text.as_bytes())
     }
 
     /// Writes a table as CSV; its first line says on what and of what.

@@ -3,7 +3,9 @@
 //! Its exit code is 0 only where it did what it was asked, 1 where it could not, and 2 where the
 //! command line made no sense. An error is one line on the standard error.
 
+mod advise;
 mod answers;
+mod bench;
 mod camera;
 mod chart;
 mod charts;
@@ -44,6 +46,8 @@ enum Command {
     Trace(trace::Options),
     Chart(chart::Options),
     Stress(stress::Options),
+    Advise(advise::Options),
+    Bench(bench::Options),
     Crossover(crossover::Options),
 }
 
@@ -57,6 +61,8 @@ fn main() -> ExitCode {
         Command::Trace(options) => trace::run(&options),
         Command::Chart(options) => chart::run(&options),
         Command::Stress(options) => stress::run(&options),
+        Command::Advise(options) => advise::run(&options),
+        Command::Bench(options) => bench::run(&options),
         Command::Crossover(options) => crossover::run(&options),
     };
     match done {

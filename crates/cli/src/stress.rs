@@ -17,7 +17,8 @@ use crate::report;
 
 /// Run the adversarial families and draw where each method begins to fail
 ///
-/// Writes onset curves, the table of onsets and edge maps (SVG and PNG), and the curves as CSV.
+/// Writes onset curves, the table of onsets and edge maps (SVG and PNG), the curves as CSV, and all on
+/// one page (HTML).
 #[derive(Args)]
 pub(crate) struct Options {
     /// The folder that gets the files
@@ -58,10 +59,33 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     let what = format!("up to {cases} cases a value; seed {}", options.seed);
     let caption = format!("{}; {what}", charts.machine);
-    charts.picture("onsets", &draw::onsets(&onsets, &caption))?;
-    charts.picture("heat", &draw::heat(&onsets, &caption))?;
-    charts.picture("edge-maps", &draw::edge_maps(&charts.machine.to_string()))?;
+    let (curves, heat) = (draw::onsets(&onsets, &caption), draw::heat(&onsets, &caption));
+    let maps = draw::edge_maps(&charts.machine.to_string());
+    charts.picture("onsets", &curves)?;
+    charts.picture("heat", &heat)?;
+    charts.picture("edge-maps", &maps)?;
     charts.table("onsets", &onsets, &what)?;
+    let sections = [
+        draw::Section {
+            title: "Where it begins",
+            text: "For each family of inputs, from harmless on the left to adversarial on the right: \
+                   the share of answers of each method that exact arithmetic says are wrong.",
+            picture: &curves,
+        },
+        draw::Section {
+            title: "All methods, all families",
+            text: "The value of each family's parameter at which one answer in a thousand of a method \
+                   is first wrong.",
+            picture: &heat,
+        },
+        draw::Section {
+            title: "Around an edge",
+            text: "Two triangles that share an edge, seen by rays a few steps of f32 apart: where a \
+                   method sees neither, it leaks; where it sees both, it counts twice.",
+            picture: &maps,
+        },
+    ];
+    charts.page("stress", "Ray/triangle tests: where they break", &sections)?;
 
     let report = Report {
         machine: charts.machine,

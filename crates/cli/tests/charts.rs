@@ -26,6 +26,17 @@ fn report(place: &Place, arguments: &str, names: &[&str]) -> Value {
         let bytes = place.read(file);
         match file.rsplit_once('.').unwrap().1 {
             "png" => assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000),
+            "html" => {
+                // All pictures, in light and dark, and nothing from elsewhere.
+                let text = String::from_utf8(bytes).unwrap();
+                assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>\n"));
+                let pictures = names.iter().filter(|name| name.contains(".svg")).count();
+                assert_eq!(text.matches("<svg").count(), pictures);
+                assert!(text.contains("prefers-color-scheme: dark") && text.contains(date));
+                for word in ["<script", "src=", "href=", "url(", "@import", "<link", "https:"] {
+                    assert!(!text.contains(word), "{file}: {word}");
+                }
+            }
             "svg" => assert!(bytes.starts_with(b"<svg") && bytes.ends_with(b"</svg>\n")),
             _ => {
                 // On what, by what, of what; then a table.
@@ -53,7 +64,8 @@ fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
 #[test]
 fn a_quick_chart_is_whole_and_keeps_the_promises() {
     let place = Place::new();
-    let names = ["chart.svg", "chart.png", "times.csv", "verdicts.csv", "families.csv"];
+    let names =
+        ["chart.svg", "chart.png", "times.csv", "verdicts.csv", "families.csv", "chart.html"];
     let report = report(&place, "chart --quick --seed 7 --json -o out", &names);
 
     let differ = sums(&report["verdicts"], "not_reference");
@@ -86,6 +98,7 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
         "edge-maps.svg",
         "edge-maps.png",
         "onsets.csv",
+        "stress.html",
     ];
     let report = report(&place, "stress --quick --seed 7 --json -o out", &names);
     assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);

@@ -15,10 +15,12 @@
 //! | [`metrics`] | how they fare on each family |
 //! | [`stress`] | where they begin to fail |
 //! | [`edge_count`] | the kernel's promises, on very many rays |
+//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and does |
 //! | [`draw`], [`tables`], [`machine`] | pictures, text, and what was measured on |
 //!
 //! A seed gives the same counts on every run and every CPU; only times differ.
 
+pub mod advise;
 mod cases;
 pub mod draw;
 pub mod edge_count;

@@ -8,6 +8,7 @@ mod edge_maps;
 mod heat;
 mod labels;
 mod onsets;
+mod page;
 mod png;
 mod svg;
 
@@ -17,6 +18,7 @@ pub use crossover::{Race, crossover};
 pub use edge_maps::edge_maps;
 pub use heat::heat;
 pub use onsets::onsets;
+pub use page::{Section, page};
 pub use png::png;
 pub use svg::{Anchor, Font, Svg};
 

@@ -1,0 +1,102 @@
+//! What is advised: never too little, and told in one line where nothing will do.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::{MODEL, Place};
+use serde_json::Value;
+
+fn advice(place: &Place, arguments: &str) -> Value {
+    serde_json::from_slice(&place.ok(arguments)).unwrap()
+}
+
+/// That no prediction is below what was counted; the names of those that are enough.
+fn sound(report: &Value) -> Vec<String> {
+    let mut enough = vec![];
+    for choice in report["choices"].as_array().unwrap() {
+        let number = |name: &str| choice[name].as_u64().unwrap();
+        let (frame, sample) = (number("wrong_at_most"), number("wrong_in_sample_at_most"));
+        assert!(number("wrong_in_sample") <= sample && sample <= frame, "{choice}");
+        assert_eq!(choice["enough"], frame <= report["tolerance"].as_u64().unwrap(), "{choice}");
+        if choice["enough"] == true {
+            enough.push(choice["name"].as_str().unwrap().to_owned());
+        }
+    }
+    enough
+}
+
+#[test]
+fn the_well_known_models_are_never_worse_than_predicted() {
+    let folder = std::env::var_os("INTERTRI_MODELS").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models"),
+        PathBuf::from,
+    );
+    let place = Place::new();
+    for name in ["stanford-bunny", "fandisk", "spot", "suzanne", "teapot", "kitchen"] {
+        let path = folder.join(format!("{name}.obj"));
+        if !path.exists() {
+            println!("no model at {}: skipped; set INTERTRI_MODELS", path.display());
+            continue;
+        }
+        let line = format!("advise {} --size 160x120 --json", path.display());
+        let report = advice(&place, &line);
+        assert_eq!(report["sample"], 160 * 120);
+        let enough = sound(&report);
+        println!("{name}: {enough:?}");
+        assert_eq!(report["take"].as_str(), enough.first().map(String::as_str));
+    }
+}
+
+#[test]
+fn more_tolerance_takes_fewer_bits() {
+    let place = Place::new();
+    let mut bits = vec![];
+    for tolerance in ["0", "1%", "20%"] {
+        let report =
+            advice(&place, &format!("advise --size 160x120 --tolerance {tolerance} --json"));
+        let enough = sound(&report);
+        let take = report["take"].as_str().unwrap();
+        assert_eq!(take, enough[0]);
+        let choices = report["choices"].as_array().unwrap();
+        let chosen = choices.iter().find(|choice| choice["name"] == take).unwrap();
+        bits.push(chosen["bits_a_vertex"].as_u64().unwrap());
+    }
+    assert!(bits[0] > bits[1] && bits[1] > bits[2], "{bits:?}");
+}
+
+#[test]
+fn a_small_model_gets_a_small_threshold() {
+    let place = Place::new();
+    // All of it a million-millionth of its size.
+    let scale = |line: &str| match line.strip_prefix("v ") {
+        None => format!("{line}\n"),
+        Some(point) => {
+            let scaled = point.split(' ').map(|x| x.parse::<f64>().unwrap() * 1e-12);
+            format!("v {}\n", scaled.map(|x| format!("{x:e}")).collect::<Vec<_>>().join(" "))
+        }
+    };
+    let model = MODEL.lines().map(scale).collect::<Vec<_>>().concat();
+    place.put("small.obj", model).put("usual.obj", MODEL);
+    let small = advice(&place, "advise small.obj --size 64x48 --json");
+    let usual = advice(&place, "advise usual.obj --size 64x48 --json");
+    assert_eq!((&usual["threshold"], &usual["needs"]["lost"]), (&Value::from(1e-9), &0.into()));
+    assert!(small["threshold"].as_f64().unwrap() < 1e-11, "{small}");
+    assert_eq!(small["needs"]["lost"], small["needs"]["hits"]);
+    sound(&small);
+
+    let text = String::from_utf8(place.ok("advise small.obj --size 64x48")).unwrap();
+    for words in ["take ", "the default, 1e-9, would lose", "wrong pixels", "certified"] {
+        assert!(text.contains(words), "no {words:?} in {text}");
+    }
+}
+
+#[test]
+fn bad_tolerances_are_refused() {
+    let place = Place::new();
+    for bad in ["-1", "1.5", "101%", "-1%", "nan%", "many", ""] {
+        let line = format!("advise --size 8x8 --tolerance={bad}");
+        place.fails(&line, 2, &["--tolerance", "0.1%"]);
+    }
+    place.fails("advise missing.obj", 1, &["missing.obj"]);
+}

@@ -1,0 +1,129 @@
+//! What the scene is like, for this camera.
+
+use intertri::{Hit, Triangle};
+use serde::Serialize;
+
+use super::facet::{length, vector};
+use super::{V, View};
+
+/// Lengths are in units of the scene. What there is none of is 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Needs {
+    /// How many triangles there are, and how many of them have no area or are not finite.
+    pub triangles: usize,
+    /// See there.
+    pub degenerate: usize,
+    /// The diagonal of the box around the scene.
+    pub extent: f64,
+    /// The largest coordinate.
+    pub offset: f64,
+    /// The shortest side and altitude of triangles that have an area.
+    pub shortest_edge: f64,
+    /// See there.
+    pub smallest_altitude: f64,
+    /// Pixels, and how many of them show something.
+    pub pixels: u64,
+    /// See there.
+    pub hits: u64,
+    /// The distance of the nearest and the farthest surface that is seen.
+    pub nearest: f64,
+    /// See there.
+    pub farthest: f64,
+    /// How wide a pixel is at the nearest surface.
+    pub pixel: f64,
+    /// The share of hits at which ray and surface meet at less than six degrees.
+    pub grazing: f64,
+    /// The smallest `|nrm · dir|` and t of a hit: `Threshold` must be below both.
+    pub smallest_slope: f64,
+    /// See there.
+    pub smallest_t: f64,
+    /// How many hits the default `Threshold` loses.
+    pub lost: u64,
+    /// A `Threshold` that loses none: the default, or the power of ten that is a thousand times below
+    /// the smallest slope and t, or 0.
+    pub threshold: f64,
+}
+
+/// Measures. `seen` is what the pixels show, row by row, by a threshold of 0; `threshold` is the
+/// default one.
+///
+/// # Panics
+/// If `seen` is larger than the picture.
+pub fn needs(triangles: &[Triangle], view: &View<'_>, seen: &[Hit], threshold: f64) -> Needs {
+    let mut needs = Needs {
+        triangles: triangles.len(),
+        pixels: seen.len() as u64,
+        shortest_edge: f64::INFINITY,
+        smallest_altitude: f64::INFINITY,
+        nearest: f64::INFINITY,
+        smallest_slope: f64::INFINITY,
+        smallest_t: f64::INFINITY,
+        ..Needs::default()
+    };
+
+    // The model.
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for Triangle(corners) in triangles {
+        let [a, b, c] = corners.map(vector);
+        let sides = [b - a, c - b, a - c].map(length);
+        let area = length((b - a).cross(c - a));
+        if !(area > 0.0 && area.is_finite()) {
+            needs.degenerate += 1;
+            continue;
+        }
+        for corner in corners.map(|c| c.map(f64::from)) {
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+                needs.offset = needs.offset.max(corner[axis].abs());
+            }
+        }
+        let [short, long] = [sides.iter().fold(f64::INFINITY, |a, &b| a.min(b)), {
+            sides.iter().fold(0.0, |a: f64, &b| a.max(b))
+        }];
+        needs.shortest_edge = needs.shortest_edge.min(short);
+        needs.smallest_altitude = needs.smallest_altitude.min(area / long);
+    }
+    if low[0] <= high[0] {
+        needs.extent = length(V::splat(high) - V::splat(low));
+    }
+
+    // The picture.
+    let mut grazing = 0;
+    for (i, hit) in seen.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
+        let width = view.size.0 as usize;
+        let dir = vector((view.ray)((i % width) as u32, (i / width) as u32).dir);
+        let [a, b, c] = triangles[hit.triangle as usize].0.map(vector);
+        let normal = (b - a).cross(c - a);
+        let slope = normal.dot(dir).abs() / length(normal);
+        let distance = hit.t * length(dir);
+        needs.hits += 1;
+        needs.nearest = needs.nearest.min(distance);
+        needs.farthest = needs.farthest.max(distance);
+        needs.smallest_slope = needs.smallest_slope.min(slope);
+        needs.smallest_t = needs.smallest_t.min(hit.t);
+        needs.lost += u64::from(slope < threshold || hit.t <= threshold);
+        grazing += u64::from(slope < 0.1 * length(dir));
+    }
+    if needs.hits > 0 {
+        needs.pixel = needs.nearest * view.pixel();
+        needs.grazing = grazing as f64 / needs.hits as f64;
+    }
+    needs.threshold = match needs.smallest_slope.min(needs.smallest_t) / 1000.0 {
+        most if most >= threshold => threshold,
+        most if most < 1e-300 => 0.0,
+        most => 10.0_f64.powi(most.log10().floor() as i32),
+    };
+    for number in [
+        &mut needs.shortest_edge,
+        &mut needs.smallest_altitude,
+        &mut needs.nearest,
+        &mut needs.smallest_slope,
+        &mut needs.smallest_t,
+    ] {
+        if number.is_infinite() {
+            *number = 0.0;
+        }
+    }
+    needs
+}

@@ -1,0 +1,83 @@
+//! Pictures and words on one page of HTML that needs nothing else: no script, no font, no file.
+
+use std::fmt::Write as _;
+
+use super::Svg;
+use crate::subjects::SUBJECTS;
+
+/// Paper and ink by daylight and at night. The pictures are drawn on white; at night their lightness
+/// is turned over, and their colours stay.
+const STYLE: &str = "\
+:root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
+@media (prefers-color-scheme: dark) {
+  :root { --paper: #161616; --ink: #dddddd; --faint: #3a3a3a }
+  figure svg { filter: invert(0.914) hue-rotate(180deg) }
+}
+body { margin: 2rem auto; max-width: 76rem; padding: 0 1rem; background: var(--paper);
+  color: var(--ink); font: 1rem/1.5 system-ui, sans-serif }
+p { max-width: 46rem }
+figure { margin: 1rem 0 }
+figure svg { width: 100%; height: auto }
+table { border-collapse: collapse }
+td, th { border-bottom: 1px solid var(--faint); padding: 0.2rem 1rem 0.2rem 0; text-align: left }
+";
+
+/// A picture with its heading, and a paragraph about it.
+#[derive(Debug)]
+pub struct Section<'a> {
+    /// The heading.
+    pub title: &'a str,
+    /// What it shows.
+    pub text: &'a str,
+    /// The picture.
+    pub picture: &'a Svg,
+}
+
+/// A page: what it is, its pictures, and the table of the methods.
+pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n<p>{1}</p>\n",
+        escape(title),
+        escape(caption).replace('\n', "<br>")
+    );
+    for Section { title, text, picture } in sections {
+        let (title, text) = (escape(title), escape(text));
+        let _ = write!(
+            page,
+            "<section>\n<h2>{title}</h2>\n<p>{text}</p>\n<figure>\n{picture}</figure>\n</section>\n"
+        );
+    }
+    page += "<section>\n<h2>The methods</h2>\n<table>\n\
+             <tr><th>method</th><th>bits</th><th>source</th></tr>\n";
+    for subject in SUBJECTS {
+        let (name, source) = (escape(subject.name), escape(subject.source));
+        let _ =
+            writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{source}</td></tr>", subject.bits);
+    }
+    page + "</table>\n</section>\n</body>\n</html>\n"
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Section, page};
+    use crate::draw::Svg;
+
+    #[test]
+    fn a_page_needs_nothing_else() {
+        let svg = Svg::new(40.0, 30.0);
+        let sections = [Section { title: "a < b", text: "\"so\" & on", picture: &svg }];
+        let page = page("Title", "one\ntwo", &sections);
+        assert!(page.contains("<h2>a &lt; b</h2>\n<p>&quot;so&quot; &amp; on</p>"));
+        assert!(page.contains("one<br>two") && page.contains("<td>Möller–Trumbore f32</td>"));
+        assert_eq!(page.matches("<svg").count(), 1);
+        for word in ["<script", "src=", "href=", "url(", "@import", "<link"] {
+            assert!(!page.contains(word), "{word}");
+        }
+    }
+}
