@@ -1,0 +1,25 @@
+//! The first triangle that a ray hits, by the kernel alone: `cargo run --example first_hit`.
+
+use intertri::{Certified, Mode, Ray, Triangle};
+
+fn main() {
+    // A tetrahedron, and a ray through it.
+    let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let mesh = faces.map(|face: [usize; 3]| Triangle(face.map(|i| corners[i])));
+    let ray = Ray::new([1.0, 0.5, -1.0], [0.0, 0.0, 2.0]);
+
+    let mode = Certified::default();
+    let hit = mode.closest(&mesh, &ray);
+    assert_eq!((hit.triangle, hit.t), (0, 0.5));
+    println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
+
+    // All hits, those within an interval, and whether there is one.
+    mode.all(&mesh, &ray, |hit| println!("crosses face {} at t = {}", hit.triangle, hit.t));
+    let inside = ray.between(0.6, 5.0);
+    assert_eq!(mode.closest(&mesh, &inside).triangle, 3);
+    assert!(!mode.any(&mesh, &ray.between(2.0, 5.0)));
+
+    // Exactly at a corner, too, there is no gap.
+    assert!(mode.any(&mesh, &Ray::new([4.0, 0.0, -1.0], [0.0, 0.0, 1.0])));
+}
