@@ -14,6 +14,15 @@ pub use fixture::{as_source, parse};
 pub use hierarchy::check_hierarchy;
 pub use solid::is_on;
 
+/// The examples of the page on fixed point, and of the README, are run.
+#[cfg(doctest)]
+mod pages {
+    #[doc = include_str!("../docs/fixed-point.md")]
+    struct FixedPoint;
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+}
+
 use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
     Bests, Certified, Counts, Double, Hit, Hits, Lane, Mode, Ray, RayPacket, Threshold, Triangle,

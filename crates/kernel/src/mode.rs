@@ -46,6 +46,11 @@ impl Default for Threshold {
 }
 
 /// A threshold that is negative, infinite or NaN.
+///
+/// ```
+/// let refused = intertri::Threshold::new(f64::NAN).unwrap_err();
+/// assert!(refused.to_string().contains("finite"));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BadThreshold(pub f64);
 
@@ -83,6 +88,12 @@ impl Width for Lane<16> {
 }
 
 /// How many tests were made, and how many of them the f32 bound left undecided.
+///
+/// ```
+/// let mut all = intertri::Counts { tests: 64, undecided: 1 };
+/// all += intertri::Counts { tests: 36, undecided: 0 };
+/// assert_eq!((all.tests, all.undecided), (100, 1));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Ray/triangle tests, dead lanes not counted.

@@ -34,11 +34,29 @@ pub trait Mode: Test {
     }
 
     /// Whether anything is hit.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Triangle};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+    /// assert!(Certified::default().any(&[wall], &ray));
+    /// // The interval is open at its far end.
+    /// assert!(!Certified::default().any(&[wall], &ray.between(0.0, 5.0)));
+    /// ```
     fn any(&self, triangles: &[Triangle], ray: &Ray) -> bool {
         self.level().run(Any { mode: self, triangles, ray })
     }
 
     /// Every hit, in the order of the triangles.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+    /// let mut hits = vec![];
+    /// Certified::default().all(&[at(5.0), at(-1.0), at(3.0)], &ray, |hit| hits.push(hit.triangle));
+    /// assert_eq!(hits, [0, 2]);
+    /// ```
     fn all(&self, triangles: &[Triangle], ray: &Ray, each: impl FnMut(Hit)) {
         self.level().run(All { mode: self, triangles, ray, each });
     }
@@ -47,6 +65,15 @@ pub trait Mode: Test {
     ///
     /// # Panics
     /// If the slices differ in length.
+    ///
+    /// ```
+    /// use intertri::{Certified, Hit, Mode, Ray, Triangle};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let rays = [0.25, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
+    /// let mut hits = [Hit::MISS; 2];
+    /// Certified::default().closest_of_each(&[wall], &rays, &mut hits);
+    /// assert_eq!(hits.map(|hit| hit.is_hit()), [true, false]);
+    /// ```
     fn closest_of_each(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
         self.level().run(ClosestOfEach { mode: self, triangles, rays, hits });
@@ -75,6 +102,14 @@ pub trait Mode: Test {
     }
 
     /// One ray against N triangles, 4, 8 or 16.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Triangle, TrianglePack};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let pack = TrianglePack::<8>::new(&[at(5.0), at(-1.0), at(3.0)]);
+    /// let hits = Certified::default().pack(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &pack);
+    /// assert_eq!((hits.bits, hits.t[0], hits.t[2]), (0b101, 5.0, 3.0));
+    /// ```
     fn pack<const N: usize>(&self, ray: &Ray, pack: &TrianglePack<N>) -> Hits<N>
     where
         Lane<N>: Width,

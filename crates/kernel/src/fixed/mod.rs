@@ -41,11 +41,6 @@ pub use prepared::Prepared;
 pub use ratio::Ratio;
 pub use verbs::{Crossings, Fixed, blocks};
 
-/// The examples of the page with the proofs are run with the documentation's.
-#[cfg(doctest)]
-#[doc = include_str!("../../../../docs/fixed-point.md")]
-struct Page;
-
 /// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.
 pub trait IntWidth: Width {
     /// So many i64.

@@ -9,6 +9,26 @@ use crate::Hit;
 use crate::lanes::{Level, Simd, WithSimd};
 
 /// The mode `fixed`, at some level of instructions. The answers are those of every level.
+///
+/// ```
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// // A tetrahedron of integers, its corners counter-clockwise as seen from outside.
+/// let [o, x, y, z] = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
+/// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|f| grid.triangle_of(f));
+/// let solid: Vec<_> = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?).collect();
+///
+/// // From inside, out through the face across.
+/// let fixed = Fixed::default();
+/// let ray = grid.ray_of([1, 1, 1], [1, 1, 1])?;
+/// let count = fixed.crossings(&solid, &ray);
+/// assert_eq!((count.signed, count.unsigned), (1, 1));
+/// assert!(fixed.any(&solid, &ray) && fixed.contains(&solid, &grid, [1.0, 1.0, 1.0])?);
+/// let mut hits = vec![];
+/// fixed.all(&solid, &ray, |hit| hits.push((hit.triangle, hit.t)));
+/// assert_eq!(hits, [(3, 1.0 / 3.0)]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fixed {
     level: Level,
