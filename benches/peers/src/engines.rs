@@ -13,13 +13,15 @@ use crate::embree::{Api, Build, Embree, Scene};
 use crate::engine::Engine;
 use crate::measure::Named;
 use crate::obvhs::Obvhs;
-use crate::ours::{Batch, Single};
+use crate::ours::{Batch, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 20] = [
+pub const ENGINES: [(&str, &str); 22] = [
     ("certified", "batch calls, the CPU's best instructions"),
+    ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
+    ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
     ("double", "batch calls"),
     ("embree-fast-1", "a call a ray; default build"),
@@ -75,6 +77,13 @@ pub fn engines(
         }
         let engine: Option<Box<dyn Engine>> = match name {
             "certified" => Some(Box::new(Batch::new(bvh.clone(), Certified::default()))),
+            "certified-triangles" => {
+                Some(Box::new(Triangles::new(bvh.clone(), Certified::default())))
+            }
+            "certified-triangles-avx2" => Level::avx2().map(|level| {
+                let mode = Certified::default().at(level);
+                Box::new(Triangles::new(bvh.clone(), mode)) as Box<dyn Engine>
+            }),
             "certified-avx2" => Level::avx2().map(|level| {
                 Box::new(Batch::new(bvh.clone(), Certified::default().at(level))) as Box<dyn Engine>
             }),

@@ -52,6 +52,43 @@ impl<M: Mode> Engine for Batch<M> {
     }
 }
 
+/// The batch call that tells the triangle alone; of any hit, the batch call.
+pub struct Triangles<M> {
+    batch: Batch<M>,
+    triangles: Vec<u32>,
+}
+
+impl<M: Mode> Triangles<M> {
+    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+        Self { batch: Batch::new(bvh, mode), triangles: vec![] }
+    }
+}
+
+impl<M: Mode> Engine for Triangles<M> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.batch.load(rays, question);
+        self.triangles = vec![u32::MAX; rays.len()];
+    }
+
+    fn trace(&mut self) {
+        let Batch { bvh, mode, rays, any, .. } = &self.batch;
+        if *any {
+            self.batch.trace();
+        } else {
+            bvh.triangles_of_each(mode, rays, &mut self.triangles);
+        }
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        if self.batch.any {
+            self.batch.answers()
+        } else {
+            let answer = |&triangle| Answer { triangle, t: f64::NAN };
+            self.triangles.iter().map(answer).collect()
+        }
+    }
+}
+
 /// The calls for a single ray.
 pub struct Single<M> {
     bvh: Arc<Bvh>,
