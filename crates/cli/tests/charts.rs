@@ -38,7 +38,7 @@ fn report(place: &Place, arguments: &str, names: &[&str]) -> Value {
                 }
             }
             "svg" => {
-                assert!(bytes.starts_with(b"<svg") && bytes.trim_ascii_end().ends_with(b"</svg>"))
+                assert!(bytes.starts_with(b"<svg") && bytes.trim_ascii_end().ends_with(b"</svg>"));
             }
             _ => {
                 // On what, by what, of what; then a table.
