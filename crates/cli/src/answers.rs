@@ -22,20 +22,27 @@ pub(crate) enum Answers {
 }
 
 impl Answers {
-    /// Asks.
-    pub(crate) fn of(engine: &Engine, verb: Verb, rays: &[Ray]) -> Self {
+    /// To what will be asked, none yet.
+    pub(crate) fn new(verb: Verb) -> Self {
         match verb {
-            Verb::Closest => {
-                let mut hits = vec![Hit::MISS; rays.len()];
-                engine.closest(rays, &mut hits);
-                Self::Closest(hits)
+            Verb::Closest => Self::Closest(vec![]),
+            Verb::Any => Self::Any(vec![]),
+            Verb::All => Self::All(vec![]),
+        }
+    }
+
+    /// Asks, in the place of what was asked before: new memory would take as long as the rays.
+    pub(crate) fn ask(&mut self, engine: &Engine, rays: &[Ray]) {
+        match self {
+            Self::Closest(hits) => {
+                hits.resize(rays.len(), Hit::MISS);
+                engine.closest(rays, hits);
             }
-            Verb::Any => {
-                let mut hits = vec![false; rays.len()];
-                engine.any(rays, &mut hits);
-                Self::Any(hits)
+            Self::Any(hits) => {
+                hits.resize(rays.len(), false);
+                engine.any(rays, hits);
             }
-            Verb::All => Self::All(rays.par_iter().map(|ray| engine.all(ray)).collect()),
+            Self::All(hits) => *hits = rays.par_iter().map(|ray| engine.all(ray)).collect(),
         }
     }
 

@@ -111,7 +111,7 @@ impl Engine {
     /// How many rays to ask at once: enough for all threads, few enough for a bar to move.
     pub(crate) fn batch(&self) -> usize {
         match self {
-            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 1 << 16,
+            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 1 << 18,
             Self::Reference(_) => 1 << 10,
         }
     }

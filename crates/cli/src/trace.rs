@@ -117,6 +117,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     // A ray may hit every triangle: only a few such answers at once.
     let batch = if verb == Verb::All { 64 } else { engine.batch() };
     let bar = Progress::new("trace", rays.total());
+    let mut answers = Answers::new(verb);
     let (mut early, mut done, mut hits) = (early.chunks(batch), 0, 0);
     loop {
         match early.next() {
@@ -126,7 +127,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         if asked.is_empty() {
             break;
         }
-        let answers = timed(&mut seconds.trace, || Answers::of(&engine, verb, &asked));
+        timed(&mut seconds.trace, || answers.ask(&engine, &asked));
         hits += answers.hits();
         timed(&mut seconds.write, || {
             answers.bytes(format, done).iter().try_for_each(|bytes| output.write(bytes))
