@@ -21,11 +21,11 @@ use crate::{Ray, RayPacket, Triangle, TrianglePack, Vec3};
 /// A triangle as the document initialises it, in every lane the same or in every lane another.
 #[derive(Clone, Copy)]
 pub struct Tri<D> {
-    pub(crate) c1: Vec3<D>,
+    c1: Vec3<D>,
     c2: Vec3<D>,
     pub(crate) nrm: Vec3<D>,
-    pub(crate) h4: Vec3<D>,
-    pub(crate) h5: Vec3<D>,
+    h4: Vec3<D>,
+    h5: Vec3<D>,
     h6: Vec3<D>,
 }
 

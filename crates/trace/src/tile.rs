@@ -153,8 +153,7 @@ impl<S: Simd> Screen<S> {
         }
         let mut sums = [[0.0; 16]; 3];
         sum.store(&mut sums);
-        let frame =
-            pyramid::frame(rays, [total(&sums[0]), total(&sums[1]), total(&sums[2])], reach)?;
+        let frame = pyramid::frame(rays, sums.map(|lanes| lanes.iter().sum()), reach)?;
 
         let first = frame.points(Vec3::load(&dirs[0]));
         let mut screen = Self {
@@ -199,12 +198,6 @@ impl<S: Simd> Screen<S> {
             |side: &[f32; PACKETS]| side[..self.used].iter().copied().fold(side[0], f32::max);
         ([least(&self.lo[0]), least(&self.lo[1])], [most(&self.hi[0]), most(&self.hi[1])])
     }
-}
-
-/// The sum of sixteen numbers.
-#[inline(always)]
-fn total(numbers: &[f32; 16]) -> f32 {
-    numbers.iter().sum()
 }
 
 /// The smallest and largest lane.
