@@ -96,12 +96,20 @@ impl<M: Mode> WithSimd for Packs<'_, M> {
         let Self { mode, data } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         for ray in &data.rays {
-            let prepared = mode.prepare_ray_in::<S>(ray);
+            let prepared = mode.prepare_ray(ray);
             let mut best = Best::new(ray.t_max);
             for (k, pack) in (0..).zip(&data.packs) {
                 let indices = std::array::from_fn(|i| 8 * k + i as u32);
                 let find = |place| data.triangle(place);
-                mode.closest_in(&prepared, pack, &indices, 8 * k, find, &mut best, &mut counts);
+                mode.closest_in::<S>(
+                    &prepared,
+                    pack,
+                    &indices,
+                    8 * k,
+                    find,
+                    &mut best,
+                    &mut counts,
+                );
             }
             let hit = mode.index_and_t(ray, &best, |place| data.triangle(place));
             if let Some((triangle, t)) = hit {

@@ -1,5 +1,7 @@
 //! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
 
+use core::hint::select_unpredictable;
+
 use crate::lanes::{Lanes, Mask};
 use crate::mode::{Found, Scalar, lanes_of};
 
@@ -86,6 +88,44 @@ impl Best {
         } else if t_lo <= self.t_hi {
             let t = exact(place);
             self.offer_exact(t, triangle, place, exact);
+        }
+    }
+
+    /// Offers what was found in a pack of triangles; the i-th has the index `indices[i]` and the place
+    /// `place + i`.
+    #[inline(always)]
+    pub(crate) fn offer_pack<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &mut self,
+        found: &Found<F, D>,
+        indices: &[u32; 8],
+        place: u32,
+        scalar: &impl Scalar,
+    ) {
+        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        found.t_lo.store(&mut t_lo);
+        found.t_hi.store(&mut t_hi);
+
+        // Of several with an enclosure all but those that begin before the first ends are beaten.
+        let mut near = found.near;
+        if near & near.wrapping_sub(1) != 0 {
+            let first = lanes_of(near).fold(f32::INFINITY, |first, lane| first.min(t_hi[lane]));
+            near &= found.t_lo.le(F::splat(first)).bits();
+        }
+
+        // Nearly always there is one hit then that surely wins, or none; which cannot be guessed.
+        let lane = near.trailing_zeros() as usize % 8;
+        let wins = near != 0 && t_hi[lane] < self.t_lo;
+        let others = near & near.wrapping_sub(1) | found.exact | found.undecided;
+        if others == 0 && (wins || near == 0) {
+            self.t = select_unpredictable(wins, f64::NAN, self.t);
+            self.t_lo = select_unpredictable(wins, t_lo[lane], self.t_lo);
+            self.t_hi = select_unpredictable(wins, t_hi[lane], self.t_hi);
+            self.triangle = select_unpredictable(wins, indices[lane], self.triangle);
+            self.place = select_unpredictable(wins, place + lane as u32, self.place);
+            return;
+        }
+        for lane in lanes_of(found.lanes()) {
+            found.offer(lane, self, indices[lane], place + lane as u32, scalar);
         }
     }
 

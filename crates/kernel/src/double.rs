@@ -165,6 +165,7 @@ impl Test for Double {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = RayLanes<D>;
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Tri<D>;
     type Constants = Tri<f64>;
+    type Ray = RayLanes<f64>;
 
     #[inline(always)]
     fn level(&self) -> Level {
@@ -185,8 +186,16 @@ impl Test for Double {
     }
 
     #[inline(always)]
-    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, ray: &Ray) -> RayLanes<D> {
+    fn ray(&self, ray: &Ray) -> RayLanes<f64> {
         RayLanes::of_ray(ray)
+    }
+
+    #[inline(always)]
+    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        ray: &RayLanes<f64>,
+    ) -> RayLanes<D> {
+        RayLanes::splat(ray)
     }
 
     #[inline(always)]

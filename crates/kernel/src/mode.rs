@@ -149,6 +149,8 @@ pub trait Test: Copy + Send + Sync {
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>: Copy;
     /// One triangle with what is computed from it once.
     type Constants: Copy;
+    /// One ray with what is computed from it once.
+    type Ray: Copy;
 
     /// The level of instructions to run on.
     fn level(&self) -> Level;
@@ -167,10 +169,13 @@ pub trait Test: Copy + Send + Sync {
         packet: &RayPacket<N>,
     ) -> Self::Rays<F, D>;
 
+    /// What is computed from a ray once.
+    fn ray(&self, ray: &Ray) -> Self::Ray;
+
     /// The same ray in all lanes.
     fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
-        ray: &Ray,
+        ray: &Self::Ray,
     ) -> Self::Rays<F, D>;
 
     /// N triangles.

@@ -131,7 +131,14 @@ impl<const N: usize> TrianglePack<N> {
     /// The triangle in a lane.
     #[inline(always)]
     pub fn triangle(&self, lane: usize) -> Triangle {
-        Triangle(self.corners.map(|c| c.map(|axis| axis[lane])))
+        // Not by `map`, which is not always inlined.
+        let mut triangle = Triangle([[0.0; 3]; 3]);
+        for (to, from) in triangle.0.iter_mut().zip(&self.corners) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from[lane];
+            }
+        }
+        triangle
     }
 }
 
@@ -189,6 +196,20 @@ impl<L: Lanes> RayLanes<L> {
             dir: Vec3::load_f32(&packet.dir),
             t_min: L::load_f32(&packet.t_min),
             t_max: L::load_f32(&packet.t_max),
+        }
+    }
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// One ray for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(one: &RayLanes<L::Scalar>) -> Self {
+        let vec3 = |v: Vec3<L::Scalar>| Vec3::splat([v.x, v.y, v.z]);
+        Self {
+            org: vec3(one.org),
+            dir: vec3(one.dir),
+            t_min: L::splat(one.t_min),
+            t_max: L::splat(one.t_max),
         }
     }
 }

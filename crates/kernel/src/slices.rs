@@ -72,12 +72,12 @@ impl<M: Test> WithSimd for ClosestOfEach<'_, M> {
 #[inline(always)]
 fn one_ray<M: Test, S: Simd>(mode: &M, triangles: &[Triangle], ray: &Ray, best: &mut Best) {
     let find = |place: u32| triangles[place as usize];
-    let prepared = mode.prepare_ray_in::<S>(ray);
+    let prepared = mode.prepare_ray(ray);
     for (k, chunk) in (0..).zip(triangles.chunks(8)) {
         let indices = from_fn(|i| 8 * k + i as u32);
         let pack = TrianglePack::new(chunk);
         let counts = &mut Counts::default();
-        mode.closest_in(&prepared, &pack, &indices, 8 * k, find, best, counts);
+        mode.closest_in::<S>(&prepared, &pack, &indices, 8 * k, find, best, counts);
     }
 }
 

@@ -165,7 +165,7 @@ pub trait Mode: Test {
     where
         Lane<N>: Width,
     {
-        let lanes = self.one_ray::<F<S, N>, D<S, N>>(ray);
+        let lanes = self.one_ray::<F<S, N>, D<S, N>>(&self.ray(ray));
         let triangles = self.triangles::<F<S, N>, D<S, N>, N>(pack);
         let far = Lanes::splat(ray.t_max);
         let found = self.test(&triangles, &lanes, far, pack.live(), counts);
@@ -174,10 +174,10 @@ pub trait Mode: Test {
         Hits::of(found, |_| ray.t_max, &scalar)
     }
 
-    /// A ray prepared for one pack after another, within a loop at some level.
+    /// A ray prepared for one pack after another.
     #[inline(always)]
-    fn prepare_ray_in<S: Simd>(&self, ray: &Ray) -> PreparedRay<Self, S> {
-        PreparedRay { ray: *ray, lanes: self.one_ray(ray) }
+    fn prepare_ray(&self, ray: &Ray) -> PreparedRay<Self> {
+        PreparedRay { ray: *ray, constants: self.ray(ray) }
     }
 
     /// Offers the hits of one ray with a pack to the ray's best.
@@ -187,7 +187,7 @@ pub trait Mode: Test {
     #[inline(always)]
     fn closest_in<S: Simd>(
         &self,
-        ray: &PreparedRay<Self, S>,
+        ray: &PreparedRay<Self>,
         pack: &TrianglePack<8>,
         indices: &[u32; 8],
         place: u32,
@@ -195,27 +195,34 @@ pub trait Mode: Test {
         best: &mut Best,
         counts: &mut Counts,
     ) {
-        let triangles = self.triangles(pack);
+        let triangles = self.triangles::<S::F32x8, S::F64x8, 8>(pack);
+        let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
         let far = Lanes::splat(best.t_hi());
-        if let Some(found) = self.test(&triangles, &ray.lanes, far, pack.live(), counts) {
+        if let Some(found) = self.test(&triangles, &lanes, far, pack.live(), counts) {
             let scalar = Triangles { ray: &ray.ray, pack, find, threshold: self.threshold() };
-            for lane in lanes_of(found.lanes()) {
-                found.offer(lane, best, indices[lane], place + lane as u32, &scalar);
-            }
+            best.offer_pack(&found, indices, place, &scalar);
         }
+    }
+
+    /// Whether one ray may hit a triangle of a pack: a first look without a branch, after which
+    /// [`Mode::closest_in`] is asked.
+    #[inline(always)]
+    fn may_hit_in<S: Simd>(&self, ray: &PreparedRay<Self>, pack: &TrianglePack<8>) -> bool {
+        let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
+        self.maybe(&self.triangles(pack), &lanes, pack.live())
     }
 
     /// Whether one ray hits any triangle of a pack.
     #[inline(always)]
     fn any_in<S: Simd>(
         &self,
-        ray: &PreparedRay<Self, S>,
+        ray: &PreparedRay<Self>,
         pack: &TrianglePack<8>,
         counts: &mut Counts,
     ) -> bool {
         let mut best = Best::new(ray.ray.t_max);
         let find = |place| pack.triangle(place as usize);
-        self.closest_in(ray, pack, &[0; 8], 0, find, &mut best, counts);
+        self.closest_in::<S>(ray, pack, &[0; 8], 0, find, &mut best, counts);
         best.is_hit()
     }
 
@@ -323,11 +330,11 @@ pub struct Prepared<M: Test> {
     triangle: Triangle,
 }
 
-/// A ray with what a mode computes from it once, at one level of instructions.
+/// A ray with what a mode computes from it once.
 #[derive(Clone, Copy)]
-pub struct PreparedRay<M: Test, S: Simd> {
+pub struct PreparedRay<M: Test> {
     ray: Ray,
-    lanes: M::Rays<S::F32x8, S::F64x8>,
+    constants: M::Ray,
 }
 
 /// N rays with what a mode computes from them once, at one level of instructions.

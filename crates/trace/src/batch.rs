@@ -1,16 +1,17 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 
 use intertri::lanes::{Simd, WithSimd};
-use intertri::{Best, Counts, Hit, Mode, Ray};
+use intertri::{Counts, Hit, Mode, Ray};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
+use crate::answer::Answer;
 use crate::bvh::Bvh;
-use crate::search;
-use crate::tile::{self, NOTHING, Scratch};
+use crate::flight::{self, Hangar};
+use crate::tile::{self, Scratch};
 
 /// Rays a thread takes at a time.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 4096;
 
 /// Rays of a tile that is tried where a large one is not worth while.
 const SMALL: usize = 64;
@@ -62,52 +63,6 @@ pub(crate) fn chunks<R: Sync, T: Send>(
         .fold(Counts::default(), add);
 }
 
-/// What is asked of a ray: its closest hit, or whether it hits anything.
-trait Answer: Copy + Send {
-    /// Whether any hit will do.
-    const ANY: bool;
-    /// The answers of the tile that was searched last.
-    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]);
-    /// The answer of a ray.
-    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self;
-}
-
-impl Answer for Hit {
-    const ANY: bool = false;
-    #[inline(always)]
-    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
-        tile.hits::<S>(bvh, rays, answers);
-    }
-    #[inline(always)]
-    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self {
-        bvh.hit(mode, ray, best)
-    }
-}
-
-impl Answer for u32 {
-    const ANY: bool = false;
-    #[inline(always)]
-    fn of_tile<S: Simd>(bvh: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
-        tile.triangles(bvh, answers);
-    }
-    #[inline(always)]
-    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
-        best.triangle().map_or(NOTHING, |(index, _)| index)
-    }
-}
-
-impl Answer for bool {
-    const ANY: bool = true;
-    #[inline(always)]
-    fn of_tile<S: Simd>(_: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
-        tile.any(answers);
-    }
-    #[inline(always)]
-    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
-        best.is_hit()
-    }
-}
-
 /// A chunk of rays, at some level.
 struct Batch<'a, M, A> {
     bvh: &'a Bvh,
@@ -122,33 +77,39 @@ impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
         let Self { bvh, mode, rays, answers } = self;
-        let (mut stack, mut scratch) = (bvh.stack(), Scratch::default());
+        let (mut scratch, mut hangar) = (Scratch::default(), None);
         let mut counts = Counts::default();
         let (mut at, mut size) = (0, tile::RAYS);
         while at < rays.len() {
-            let end = (at + size).min(rays.len());
-            let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
+            let mut end = (at + size).min(rays.len());
 
             // Rays from one origin make a tile, if they have enough in common.
-            if let Some(mode) = mode.certified()
-                && tile::shares_origin(rays)
-            {
-                if tile::search::<S>(bvh, mode, rays, A::ANY, &mut scratch, &mut counts) {
-                    A::of_tile::<S>(bvh, rays, &mut scratch, answers);
-                    (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
-                    continue;
-                }
-                if size > SMALL {
-                    size = SMALL;
-                    continue;
+            if let Some(mode) = mode.certified() {
+                let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
+                if tile::shares_origin(rays) {
+                    if tile::search::<S>(bvh, mode, rays, A::ANY, &mut scratch, &mut counts) {
+                        A::of_tile::<S>(bvh, rays, &mut scratch, answers);
+                        (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
+                        continue;
+                    }
+                    if size > SMALL {
+                        size = SMALL;
+                        continue;
+                    }
                 }
             }
 
-            // Others are asked one by one.
-            for (ray, answer) in rays.iter().zip(answers) {
-                let best = search::closest::<M, S>(bvh, mode, ray, A::ANY, &mut stack, &mut counts);
-                *answer = A::of_best(bvh, mode, ray, &best);
+            // Others fly, as many together as there are before the next that might make a tile.
+            while end < rays.len() {
+                let more = (end + tile::RAYS).min(rays.len());
+                if size == SMALL || tile::shares_origin(&rays[end..more]) {
+                    break;
+                }
+                end = more;
             }
+            let hangar = hangar.get_or_insert_with(|| Hangar::new(bvh));
+            let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
+            flight::search::<M, S, A>(bvh, mode, rays, hangar, answers, &mut counts);
             (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
         }
         counts

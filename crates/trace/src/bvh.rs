@@ -8,6 +8,7 @@ use crate::build::{self, BuildError, Tree};
 use crate::node::{NONE, Node};
 use crate::search;
 use crate::sliver::{Extent, extent};
+use crate::stack::{Lent, Stack};
 
 /// A bounding volume hierarchy over triangles.
 ///
@@ -195,9 +196,15 @@ impl Bvh {
         mode.hit(ray, best, |place| self.triangle_in(place))
     }
 
+    /// Stacks for the searches of some rays.
+    pub(crate) fn stacks(&self, rays: usize) -> Stack {
+        Stack::new(rays, self.stack)
+    }
+
     /// A stack for [`search`].
-    pub(crate) fn stack(&self) -> search::Stack {
-        Vec::with_capacity(self.stack)
+    #[inline]
+    pub(crate) fn stack(&self) -> Lent {
+        Lent::new(self.stack)
     }
 }
 

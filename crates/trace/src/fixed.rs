@@ -10,7 +10,8 @@ use intertri::{Counts, Hit, Triangle as Corners};
 use crate::batch::chunks;
 use crate::build::BuildError;
 use crate::bvh::Bvh;
-use crate::search::{Stack, Visit, walk};
+use crate::search::{Visit, walk};
+use crate::stack::Stack;
 
 /// A bounding volume hierarchy over triangles of a grid, for the mode `fixed`.
 ///

@@ -1,15 +1,18 @@
 //! A bounding volume hierarchy whose answers equal a plain loop's, bit for bit.
 
+mod answer;
 mod batch;
 mod bounds;
 mod build;
 mod bvh;
 mod fixed;
+mod flight;
 mod node;
 mod pyramid;
 mod search;
 mod slab;
 mod sliver;
+mod stack;
 mod tile;
 
 pub use build::BuildError;

@@ -1,14 +1,14 @@
 //! One ray through the hierarchy, front to back.
 
-use intertri::lanes::{Lanes, Simd};
+use std::marker::PhantomData;
+
+use intertri::lanes::Simd;
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
 use crate::bvh::Bvh;
 use crate::node::LEAF;
-use crate::slab::{SlabLanes, Slabs};
-
-/// Children that are still to be visited, the nearest on top, each with the t of its box.
-pub(crate) type Stack = Vec<(u32, f32)>;
+use crate::slab::{SlabLanes, Slabs, octant};
+use crate::stack::{BOTTOM, Stack};
 
 /// What a search does with the triangles on its way.
 ///
@@ -22,22 +22,20 @@ pub(crate) trait Visit {
 /// Visits the packs of triangles that a ray may hit, roughly front to back.
 #[inline(always)]
 pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
-    // A ray that is not finite hits nothing.
-    if !ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite()) {
+    // A ray that is not finite hits nothing, nor does one without an interval.
+    if !(ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite()) && ray.t_min < ray.t_max) {
         return;
     }
 
     // What no box can hold is asked of every ray, and a ray that no box can be held against asks
     // everything.
-    let slabs = Slabs::new(ray, bvh.reach);
+    let slabs = Slabs::new::<S>(ray, bvh.reach);
     let mut unboxed = if slabs.is_some() { bvh.boxed } else { 0 }..bvh.indices.len();
     let slabs = slabs.unwrap_or_default();
-    let lanes = SlabLanes::<S::F32x8>::splat(&slabs);
-    let octant = usize::from(slabs.octant);
-    stack.clear();
-    if unboxed.start > 0 {
-        stack.push((0, f32::NEG_INFINITY));
-    }
+    let octant = octant(ray);
+    let lanes = SlabLanes::<S::F32x8>::splat(&slabs, octant);
+    let mut top = stack.bottom(0);
+    let mut next = if unboxed.start > 0 { 0 } else { BOTTOM };
 
     let mut far = ray.t_max;
     loop {
@@ -45,29 +43,20 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
         let pack = match unboxed.next() {
             Some(pack) => pack,
             None => loop {
-                let Some((child, t)) = stack.pop() else { return };
-                if t > far {
-                    continue;
+                if next == BOTTOM {
+                    next = stack.pop::<S>(&mut top, far);
+                    if next == BOTTOM {
+                        return;
+                    }
                 }
-                if child & LEAF != 0 {
-                    break (child ^ LEAF) as usize;
+                if next & LEAF != 0 {
+                    break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                 }
 
-                // A node: its boxes that the ray meets go onto the stack, the nearest last.
-                let node = &bvh.nodes[child as usize];
+                // A node: of its boxes that the ray meets the nearest is next.
+                let node = &bvh.nodes[next as usize];
                 let (met, near) = lanes.meet(node, ray.t_min, far);
-                if met == 0 {
-                    continue;
-                }
-                let mut t = [0.0; 8];
-                near.store(&mut t);
-                let mut order = mirror(met, octant);
-                while order != 0 {
-                    let last = order.ilog2();
-                    order ^= 1 << last;
-                    let slot = last as usize ^ octant;
-                    stack.push((node.child[slot], t[slot]));
-                }
+                next = stack.push::<S>(&mut top, node, octant, met, near);
             },
         };
         match visitor.visit(pack) {
@@ -90,19 +79,20 @@ pub(crate) fn mirror(mask: u32, octant: usize) -> u32 {
 struct Search<'a, M: Mode, S: Simd> {
     bvh: &'a Bvh,
     mode: &'a M,
-    ray: PreparedRay<M, S>,
+    ray: PreparedRay<M>,
     best: Best,
     any: bool,
     counts: &'a mut Counts,
+    level: PhantomData<S>,
 }
 
 impl<M: Mode, S: Simd> Visit for Search<'_, M, S> {
     #[inline(always)]
     fn visit(&mut self, pack: usize) -> Option<f32> {
-        let Self { bvh, mode, ray, best, any, counts } = self;
+        let Self { bvh, mode, ray, best, any, counts, .. } = self;
         let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
         let find = |place| bvh.triangle_in(place);
-        mode.closest_in(ray, triangles, indices, 8 * pack as u32, find, best, counts);
+        mode.closest_in::<S>(ray, triangles, indices, 8 * pack as u32, find, best, counts);
         if *any && best.is_hit() { None } else { Some(best.t_hi()) }
     }
 }
@@ -117,8 +107,9 @@ pub(crate) fn closest<M: Mode, S: Simd>(
     stack: &mut Stack,
     counts: &mut Counts,
 ) -> Best {
-    let (prepared, best) = (mode.prepare_ray_in(ray), Best::new(ray.t_max));
-    let mut search = Search::<M, S> { bvh, mode, ray: prepared, best, any, counts };
+    let (prepared, best) = (mode.prepare_ray(ray), Best::new(ray.t_max));
+    let mut search =
+        Search { bvh, mode, ray: prepared, best, any, counts, level: PhantomData::<S> };
     walk::<S>(bvh, ray, stack, &mut search);
     search.best
 }
@@ -129,7 +120,7 @@ struct All<'a, M: Mode, S: Simd> {
     mode: &'a M,
     ray: &'a Ray,
     hits: Vec<(u32, f64)>,
-    level: std::marker::PhantomData<S>,
+    level: PhantomData<S>,
 }
 
 impl<M: Mode, S: Simd> Visit for All<'_, M, S> {
@@ -152,7 +143,7 @@ pub(crate) fn all<M: Mode, S: Simd>(
     ray: &Ray,
     stack: &mut Stack,
 ) -> Vec<(u32, f64)> {
-    let level = std::marker::PhantomData::<S>;
+    let level = PhantomData::<S>;
     let mut search = All { bvh, mode, ray, hits: Vec::new(), level };
     walk::<S>(bvh, ray, stack, &mut search);
     search.hits

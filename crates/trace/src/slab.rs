@@ -9,7 +9,7 @@
 //! The padding is in the ray's constants, so a node costs one multiply-add a plane. It covers the
 //! rounding here and in the reference; `docs/numerics/hierarchy.md` has the proof.
 
-use intertri::lanes::{Lanes, Mask};
+use intertri::lanes::{Lanes, Mask, Simd};
 use intertri::{Ray, Vec3};
 
 use crate::node::Node;
@@ -27,24 +27,29 @@ const TINY: f32 = f32::from_bits((127 - 120) << 23);
 /// Beyond this, products could overflow: 2^120.
 const HUGE: f32 = f32::from_bits((127 + 120) << 23);
 
-/// A ray as the slab test wants it.
+/// Bit k: the direction is negative along axis k.
+#[inline(always)]
+pub(crate) fn octant(ray: &Ray) -> usize {
+    let [x, y, z] = ray.dir.map(|d| usize::from(d.is_sign_negative()));
+    x | y << 1 | z << 2
+}
+
+/// A ray as the slab test wants it: x, y, z, and one that does not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
     /// One over the direction.
-    rd: [f32; 3],
+    rd: [f32; 4],
     /// The ray's part of the near planes' t.
-    near: [f32; 3],
+    near: [f32; 4],
     /// The ray's part of the far planes' t.
-    far: [f32; 3],
-    /// Bit k: the direction is negative along axis k.
-    pub(crate) octant: u8,
+    far: [f32; 4],
 }
 
 impl Slabs {
     /// A ray in a scene whose coordinates reach to ±`reach`. `None` where the numbers are too large
     /// or too small for f32: then only a plain loop is safe.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray, reach: f32) -> Option<Self> {
+    pub(crate) fn new<S: Simd>(ray: &Ray, reach: f32) -> Option<Self> {
         let largest = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
         let (far_off, length) = (largest(ray.origin) + reach, largest(ray.dir));
 
@@ -54,18 +59,17 @@ impl Slabs {
             return None;
         }
 
-        let pad = far_off * PAD + TINY;
-        let mut slabs = Self { rd: [0.0; 3], near: [0.0; 3], far: [0.0; 3], octant: 0 };
-        for k in 0..3 {
-            let d = ray.dir[k].abs().max(length * STEEPEST).copysign(ray.dir[k]);
-            let rd = 1.0 / d;
-            let at = ray.origin[k] * rd;
-            let pad = pad * rd.abs() + TINY;
-            slabs.rd[k] = rd;
-            slabs.near[k] = at + pad;
-            slabs.far[k] = at - pad;
-            slabs.octant |= u8::from(d < 0.0) << k;
-        }
+        let ([x, y, z], [dx, dy, dz]) = (ray.origin, ray.dir);
+        let origin = S::F32x4::load(&[x, y, z, 0.0]);
+        let dir = S::F32x4::load(&[dx, dy, dz, length]);
+        let splat = S::F32x4::splat;
+        let rd = splat(1.0) / dir.abs().max(splat(length * STEEPEST)).flip(dir);
+        let at = origin * rd;
+        let pad = splat(far_off * PAD + TINY) * rd.abs() + splat(TINY);
+        let mut slabs = Self::default();
+        rd.store(&mut slabs.rd);
+        (at + pad).store(&mut slabs.near);
+        (at - pad).store(&mut slabs.far);
         Some(slabs)
     }
 }
@@ -82,12 +86,13 @@ pub(crate) struct SlabLanes<F> {
 impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
     /// The same ray in every lane.
     #[inline(always)]
-    pub(crate) fn splat(slabs: &Slabs) -> Self {
+    pub(crate) fn splat(slabs: &Slabs, octant: usize) -> Self {
+        let splat = |v: &[f32; 4]| Vec3::splat([v[0], v[1], v[2]]);
         Self {
-            rd: Vec3::splat(slabs.rd),
-            near: Vec3::splat(slabs.near),
-            far: Vec3::splat(slabs.far),
-            negative: [0, 1, 2].map(|k| slabs.octant >> k & 1 != 0),
+            rd: splat(&slabs.rd),
+            near: splat(&slabs.near),
+            far: splat(&slabs.far),
+            negative: [0, 1, 2].map(|k| octant >> k & 1 != 0),
         }
     }
 

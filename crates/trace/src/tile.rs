@@ -18,7 +18,10 @@ use intertri::{
 use crate::bvh::Bvh;
 use crate::node::LEAF;
 use crate::pyramid::{self, Pyramid};
-use crate::search::{Stack, mirror};
+use crate::search::mirror;
+
+/// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
+type Stack = Vec<(u32, f32)>;
 
 /// Rays of a tile, at most.
 pub(crate) const RAYS: usize = 256;

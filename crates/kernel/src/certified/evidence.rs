@@ -67,7 +67,7 @@ impl WithSimd for Seen<'_> {
     fn run<S: Simd>(self) -> Evidence {
         let pack = TrianglePack::<8>::new(core::slice::from_ref(self.triangle));
         let triangles = Triangles::<S::F32x8>::of_pack(&pack);
-        let rays = Rays::of_ray(self.ray, self.threshold);
+        let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold));
         let edges = Edges::new(&triangles, &rays);
         let plane = Plane::new(&triangles, &rays, &edges);
         let lane = |x: S::F32x8| {

@@ -135,6 +135,22 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 
     /// One ray for all lanes.
     #[inline(always)]
+    pub(crate) fn splat(one: &Rays<f32>) -> Self {
+        Self {
+            rays: RayLanes::splat(&one.rays),
+            len: F::splat(one.len),
+            edge: F::splat(one.edge),
+            off: F::splat(one.off),
+            away: F::splat(one.away),
+            above: F::splat(one.above),
+            below: F::splat(one.below),
+        }
+    }
+}
+
+impl Rays<f32> {
+    /// One ray.
+    #[inline(always)]
     pub(crate) fn of_ray(ray: &Ray, threshold: f64) -> Self {
         Self::new(RayLanes::of_ray(ray), threshold)
     }

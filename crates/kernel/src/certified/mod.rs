@@ -64,6 +64,7 @@ impl Test for Certified {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Rays<F>;
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Triangles<F>;
     type Constants = Triangles<f32>;
+    type Ray = Rays<f32>;
 
     #[inline(always)]
     fn level(&self) -> Level {
@@ -89,8 +90,13 @@ impl Test for Certified {
     }
 
     #[inline(always)]
-    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, ray: &Ray) -> Rays<F> {
+    fn ray(&self, ray: &Ray) -> Rays<f32> {
         Rays::of_ray(ray, self.threshold.get())
+    }
+
+    #[inline(always)]
+    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, ray: &Rays<f32>) -> Rays<F> {
+        Rays::splat(ray)
     }
 
     #[inline(always)]
@@ -135,9 +141,6 @@ impl Test for Certified {
     ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        if edges.maybe(triangles, rays).bits() & live == 0 {
-            return None;
-        }
         let verdict = edges.decide(triangles, rays, far, live, self.threshold.get());
         Some(found(&verdict, counts))
     }

@@ -141,6 +141,17 @@ pub trait Simd: Copy {
     type I64x8: Ints;
     /// Which level this is.
     const LEVEL: Level;
+
+    /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
+    #[inline(always)]
+    fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
+        let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
+        lanes.store(&mut from);
+        for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {
+            *to = from[usize::from(lane % 8)];
+        }
+        Lanes::load(&to)
+    }
 }
 
 #[cfg(test)]

@@ -272,6 +272,13 @@ macro_rules! bits {
 bits!(__mmask16, 16);
 bits!(__mmask8, 8);
 
+/// Eight lanes in the order that the bytes tell; the instruction takes each modulo 8.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn permute(lanes: __m256, order: u64) -> __m256 {
+    _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
+}
+
 /// The vectors of `wide`, and 128-bit registers of integers.
 #[derive(Clone, Copy)]
 pub(super) struct Sse41;
@@ -300,6 +307,11 @@ impl Simd for Avx2 {
     type I64x4 = Reg<__m256i>;
     type I64x8 = Pair<Reg<__m256i>>;
     const LEVEL: Level = Level::AVX2;
+
+    #[inline(always)]
+    fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
+        Reg(cpu!(permute(lanes.0, order)))
+    }
 }
 
 /// 512-bit registers, and the 256-bit ones for fewer lanes.
@@ -315,4 +327,9 @@ impl Simd for Avx512 {
     type I64x4 = Reg<__m256i>;
     type I64x8 = Reg<__m512i>;
     const LEVEL: Level = Level::AVX512;
+
+    #[inline(always)]
+    fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
+        Reg(cpu!(permute(lanes.0, order)))
+    }
 }

@@ -145,11 +145,11 @@ fn packs_of_8<M: Mode, S: Simd>(
     for (packs, bundle) in packs.iter().zip(bundles) {
         let find = |place: u32| bundle.triangles[place as usize];
         for ray in &bundle.rays {
-            let lanes = mode.prepare_ray_in::<S>(ray);
+            let lanes = mode.prepare_ray(ray);
             let mut best = Best::new(f32::INFINITY);
             for (k, pack) in (0..).step_by(8).zip(packs) {
                 let numbers = std::array::from_fn(|lane| k + lane as u32);
-                mode.closest_in(&lanes, pack, &numbers, k, find, &mut best, &mut counts);
+                mode.closest_in::<S>(&lanes, pack, &numbers, k, find, &mut best, &mut counts);
             }
             nearest.push(answer(&mode, ray, &best, find));
         }

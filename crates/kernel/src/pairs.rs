@@ -1,0 +1,85 @@
+//! Where rays meet triangles that they are known to hit, eight pairs side by side.
+//!
+//! The operations and their order are the reference's, so t has its bits; the weights are document
+//! D's.
+
+use crate::double::Tri;
+use crate::lanes::{Lanes, Simd};
+use crate::{Coefficients, Hit, Ray, Triangle, Vec3};
+
+/// Up to eight rays, each with a triangle that it is known to hit, for a loop at some level of
+/// instructions.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Hit, Pairs, Ray, Triangle};
+///
+/// struct Meet;
+/// impl WithSimd for Meet {
+///     type Output = [Hit; 8];
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> [Hit; 8] {
+///         let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+///         let mut pairs = Pairs::new();
+///         pairs.set(0, &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]), &triangle, 7);
+///         pairs.hits_in::<S>()
+///     }
+/// }
+/// assert_eq!(dispatch(Meet)[0], Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 7 });
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pairs {
+    corners: [[[f32; 8]; 3]; 3],
+    origin: [[f32; 8]; 3],
+    dir: [[f32; 8]; 3],
+    index: [u32; 8],
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Pairs {
+    /// No pairs yet.
+    pub fn new() -> Self {
+        let zero = [[0.0; 8]; 3];
+        Self { corners: [zero; 3], origin: zero, dir: zero, index: [0; 8] }
+    }
+
+    /// Puts a ray and its triangle, whose index is `index`, into a lane of eight.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: &Ray, triangle: &Triangle, index: u32) {
+        for axis in 0..3 {
+            for corner in 0..3 {
+                self.corners[corner][axis][lane] = triangle.0[corner][axis];
+            }
+            self.origin[axis][lane] = ray.origin[axis];
+            self.dir[axis][lane] = ray.dir[axis];
+        }
+        self.index[lane] = index;
+    }
+
+    /// The hits of all lanes; those of lanes that were not set mean nothing.
+    #[inline(always)]
+    pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
+        let [c1, c2, c3] = &self.corners;
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let (origin, dir) = (Vec3::load_f32(&self.origin), Vec3::load_f32(&self.dir));
+
+        let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        Tri::new(corners).t(origin, dir).store(&mut t);
+        let seen = Coefficients::of(corners, origin);
+        let den = seen.n.dot(dir);
+        (seen.v.dot(dir) / den).store(&mut u);
+        (seen.w.dot(dir) / den).store(&mut v);
+
+        let mut hits = [Hit::MISS; 8];
+        for (lane, hit) in hits.iter_mut().enumerate() {
+            let triangle = self.index[lane].into();
+            *hit = Hit { t: t[lane], u: u[lane], v: v[lane], triangle };
+        }
+        hits
+    }
+}

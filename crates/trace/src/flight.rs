@@ -1,0 +1,302 @@
+//! Rays that have little in common: many in flight at once, each a step at a time.
+//!
+//! A ray alone waits at every step for the one before. Here 32 take turns, and while one waits, the
+//! CPU does the others' steps.
+//!
+//! ```text
+//!   rays of an octant ──► take off ──► nodes ──────► next is a node
+//!                            ▲           │ └───────► next is a leaf ──► leaves ─┐
+//!                            │           └ nothing met                          │
+//!                          land ◄──────────────────── next from the stack ◄─────┘
+//! ```
+//!
+//! Who goes where is written into lists without a branch, so no guess of the CPU's goes wrong. Rays of
+//! one octant fly together: which side of a box is the near one is then known when this is compiled.
+
+use intertri::lanes::Simd;
+use intertri::{Best, Counts, Mode, PreparedRay, Ray};
+
+use crate::answer::{Answer, Landing};
+use crate::bvh::Bvh;
+use crate::node::LEAF;
+use crate::search;
+use crate::slab::{SlabLanes, Slabs, octant};
+use crate::stack::{BOTTOM, Lent, Stack};
+
+/// Rays in flight.
+const FLIGHT: usize = 32;
+
+/// Where a ray is on its way, in a cache line.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+struct Way {
+    slabs: Slabs,
+    t_min: f32,
+    /// No hit beyond it counts.
+    far: f32,
+    /// What it visits next.
+    next: u32,
+    /// The end of its stack.
+    top: u32,
+}
+
+/// What a ray has at its leaves.
+#[derive(Clone, Copy)]
+struct Load<M: Mode> {
+    ray: PreparedRay<M>,
+    best: Best,
+    /// Whose ray it is.
+    number: u32,
+}
+
+/// Places of rays that have the same to do, one bit each.
+#[derive(Clone, Copy)]
+struct Set(u32);
+
+impl Set {
+    const EMPTY: Self = Self(0);
+    const ALL: Self = Self(u32::MAX);
+
+    /// Adds a place, or not.
+    #[inline(always)]
+    fn put(&mut self, place: usize, put: bool) {
+        self.0 |= u32::from(put) << (place % FLIGHT);
+    }
+
+    /// Those that are in neither of two others.
+    #[inline(always)]
+    fn without(self, a: Self, b: Self) -> Self {
+        Self(self.0 & !(a.0 | b.0))
+    }
+
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    #[inline(always)]
+    fn places(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            let place = left.trailing_zeros() as usize % FLIGHT;
+            let any = left != 0;
+            left &= left.wrapping_sub(1);
+            any.then_some(place)
+        })
+    }
+}
+
+/// What a search needs and need not make anew each time.
+pub(crate) struct Hangar {
+    stacks: Stack,
+    /// For rays that do not fly.
+    stack: Lent,
+    /// The numbers of the rays, octant by octant.
+    order: Vec<u32>,
+    landing: Landing,
+}
+
+impl Hangar {
+    pub(crate) fn new(bvh: &Bvh) -> Self {
+        let landing = Landing::default();
+        Self { stacks: bvh.stacks(FLIGHT), stack: bvh.stack(), order: vec![], landing }
+    }
+
+    /// Sorts rays by octant. Gives where each octant ends.
+    fn sort(&mut self, rays: &[Ray]) -> [usize; 8] {
+        let mut ends = [0; 8];
+        for ray in rays {
+            ends[octant(ray)] += 1;
+        }
+        let mut sum = 0;
+        for end in &mut ends {
+            (*end, sum) = (sum, sum + *end);
+        }
+        self.order.resize(rays.len(), 0);
+        for (number, ray) in (0..).zip(rays) {
+            let end = &mut ends[octant(ray)];
+            self.order[*end] = number;
+            *end += 1;
+        }
+        ends
+    }
+}
+
+/// The answer of each ray.
+#[inline(always)]
+pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
+    bvh: &Bvh,
+    mode: &M,
+    rays: &[Ray],
+    hangar: &mut Hangar,
+    answers: &mut [A],
+    counts: &mut Counts,
+) {
+    let Some(first) = rays.first() else { return };
+    let ends = hangar.sort(rays);
+    let Hangar { stacks, stack, order, landing } = hangar;
+    let idle = Load { ray: mode.prepare_ray(first), best: Best::new(0.0), number: 0 };
+    let mut loads = [idle; FLIGHT];
+    let mut ways = [Way::default(); FLIGHT];
+
+    let all_boxed = bvh.boxed == bvh.packs.len();
+
+    let mut from = 0;
+    for (octant, &end) in ends.iter().enumerate() {
+        let mut waiting = order[from..end].iter();
+        from = end;
+
+        // At first all places are free.
+        let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
+        loop {
+            // The next rays take off. The few that must not are asked one by one.
+            for place in free.places() {
+                for &number in waiting.by_ref() {
+                    let ray = &rays[number as usize];
+                    let flies = all_boxed && ray.t_min < ray.t_max;
+                    let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| flies) else {
+                        let best = search::closest::<M, S>(bvh, mode, ray, A::ANY, stack, counts);
+                        answers[number as usize] = A::of_best(bvh, mode, ray, &best);
+                        continue;
+                    };
+                    let (t_min, far, top) = (ray.t_min, ray.t_max, stacks.bottom(place));
+                    ways[place] = Way { slabs, t_min, far, next: 0, top };
+                    loads[place] =
+                        Load { ray: mode.prepare_ray(ray), best: Best::new(far), number };
+                    nodes.put(place, true);
+                    break;
+                }
+            }
+            if nodes.and(leaves).0 == 0 {
+                break;
+            }
+
+            // Nodes.
+            let (at_node, met_nothing) = match octant {
+                0 => visit_nodes::<S, 0>(bvh, &mut ways, stacks, nodes),
+                1 => visit_nodes::<S, 1>(bvh, &mut ways, stacks, nodes),
+                2 => visit_nodes::<S, 2>(bvh, &mut ways, stacks, nodes),
+                3 => visit_nodes::<S, 3>(bvh, &mut ways, stacks, nodes),
+                4 => visit_nodes::<S, 4>(bvh, &mut ways, stacks, nodes),
+                5 => visit_nodes::<S, 5>(bvh, &mut ways, stacks, nodes),
+                6 => visit_nodes::<S, 6>(bvh, &mut ways, stacks, nodes),
+                _ => visit_nodes::<S, 7>(bvh, &mut ways, stacks, nodes),
+            };
+            leaves = leaves.and(nodes.without(at_node, met_nothing));
+            nodes = at_node;
+
+            // Leaves.
+            free = Set::EMPTY;
+            for place in leaves.places() {
+                let (way, load) = (&mut ways[place], &mut loads[place]);
+                let pack = (way.next ^ LEAF) as usize;
+                let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
+                let (ray, best) = (&load.ray, &mut load.best);
+                let find = |place| bvh.triangle_in(place);
+                mode.closest_in::<S>(ray, triangles, indices, 8 * pack as u32, find, best, counts);
+                way.far = best.t_hi();
+                free.put(place, A::ANY && best.is_hit());
+            }
+
+            // The next from the stack.
+            let popping = met_nothing.and(leaves.without(free, Set::EMPTY));
+            let mut at_node = Set::EMPTY;
+            for place in popping.places() {
+                let way = &mut ways[place];
+                let next = stacks.pop::<S>(&mut way.top, way.far);
+                way.next = next;
+                at_node.put(place, next & LEAF == 0);
+                free.put(place, next == BOTTOM);
+            }
+            leaves = popping.without(at_node, free);
+            nodes = nodes.and(at_node);
+
+            // Who has nothing left has arrived.
+            for place in free.places() {
+                let Load { number, best, .. } = &loads[place];
+                let ray = &rays[*number as usize];
+                landing.land::<S, A>(bvh, ray, *number, best, answers);
+            }
+        }
+    }
+    landing.finish::<S, A>(answers);
+}
+
+/// Tests the boxes of the nodes that rays are at. Gives who is at a node next, and who met nothing.
+#[inline(always)]
+fn visit_nodes<S: Simd, const OCTANT: usize>(
+    bvh: &Bvh,
+    ways: &mut [Way; FLIGHT],
+    stacks: &mut Stack,
+    at: Set,
+) -> (Set, Set) {
+    let (mut at_node, mut met_nothing) = (Set::EMPTY, Set::EMPTY);
+    for place in at.places() {
+        let way = &mut ways[place];
+        let node = &bvh.nodes[way.next as usize];
+        let lanes = SlabLanes::<S::F32x8>::splat(&way.slabs, OCTANT);
+        let (met, near) = lanes.meet(node, way.t_min, way.far);
+        let next = stacks.push::<S>(&mut way.top, node, OCTANT, met, near);
+        way.next = next;
+        at_node.put(place, next & LEAF == 0);
+        met_nothing.put(place, next == BOTTOM);
+    }
+    (at_node, met_nothing)
+}
+const _: () = assert!(size_of::<Way>() == 64);
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Certified, Double, Hit, Ray, Triangle};
+
+    use crate::Bvh;
+
+    /// Rays of every direction and origin, and a few that must not fly, one by one and in flight.
+    #[test]
+    fn in_flight_each_ray_gets_its_own_answer() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32 - 0.5
+        };
+        let mut point = |size: f32| [random() * size, random() * size, random() * size];
+        let mut triangles: Vec<Triangle> = (0..3000)
+            .map(|_| {
+                let at = point(2.0);
+                Triangle([0; 3].map(|_| {
+                    let d = point(0.2);
+                    [at[0] + d[0], at[1] + d[1], at[2] + d[2]]
+                }))
+            })
+            .collect();
+        let mut rays: Vec<Ray> = (0..5000).map(|_| Ray::new(point(3.0), point(1.0))).collect();
+        rays[17].dir = [0.0; 3];
+        rays[18].origin[1] = f32::NAN;
+        rays[19].t_max = f32::NAN;
+        rays[20].dir = [f32::INFINITY, 0.0, 0.0];
+        rays[21].t_max = -1.0;
+        rays[22].dir = [1e-40, 0.0, -1e-40];
+        rays[23].dir = [0.0, -0.0, -1.0];
+
+        // With a triangle that has no box, none flies.
+        for huge in [false, true] {
+            if huge {
+                triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
+            }
+            let bvh = Bvh::new(&triangles).unwrap();
+            let (mode, double) = (Certified::default(), Double::default());
+            let mut hits = [vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]];
+            let (mut any, mut index) = (vec![false; rays.len()], vec![0; rays.len()]);
+            bvh.closest_of_each(&mode, &rays, &mut hits[0]);
+            bvh.closest_of_each(&double, &rays, &mut hits[1]);
+            bvh.any_of_each(&mode, &rays, &mut any);
+            bvh.triangles_of_each(&mode, &rays, &mut index);
+            for (i, ray) in rays.iter().enumerate() {
+                let hit = bvh.closest(&mode, ray);
+                assert_eq!([hits[0][i], hits[1][i]], [hit, hit], "ray {i}");
+                assert_eq!((any[i], index[i]), (hit.is_hit(), hit.triangle as u32), "ray {i}");
+            }
+            assert!(any.iter().filter(|&&any| any).count() > 1000);
+        }
+    }
+}

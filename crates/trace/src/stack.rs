@@ -1,0 +1,232 @@
+//! What a ray has still to visit, pushed and popped eight at a time.
+//!
+//! ```text
+//!          bottom                          top
+//!   child  ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ │ far … near, far … near │ · · ·
+//!   t     -∞ … each begins    │ the t of its box        │ · · ·
+//! ```
+//!
+//! A node's boxes are put down far to near by one permutation of lanes, and what begins beyond the
+//! best hit is dropped by one comparison of lanes.
+
+use std::cell::Cell;
+use std::ops::{Deref, DerefMut};
+
+use intertri::lanes::{Lanes, Mask, Simd};
+
+use crate::node::Node;
+
+/// What lies at the bottom: nothing more to visit.
+pub(crate) const BOTTOM: u32 = u32::MAX;
+
+/// So many entries lie there, as many as one look takes.
+const LOOK: usize = 8;
+
+/// The stacks of one or several rays.
+#[derive(Default)]
+pub(crate) struct Stack {
+    /// For each ray its children, by their bits.
+    child: Vec<f32>,
+    /// The t of their boxes.
+    t: Vec<f32>,
+    /// Room for one ray's children.
+    each: usize,
+}
+
+thread_local! {
+    /// The stack of this thread's last search for a single ray: making one can take as long as the
+    /// search.
+    static LAST: Cell<Option<Stack>> = const { Cell::new(None) };
+}
+
+/// A stack for single rays, which the thread keeps for the next search.
+pub(crate) struct Lent(Stack);
+
+impl Lent {
+    /// A stack of a single ray that never has more than `size` to visit.
+    #[inline]
+    pub(crate) fn new(size: usize) -> Self {
+        let last = LAST.try_with(Cell::take).ok().flatten();
+        let fits = last.filter(|last| last.each >= Stack::room(size));
+        Self(fits.unwrap_or_else(|| Stack::new(1, size)))
+    }
+}
+
+impl Deref for Lent {
+    type Target = Stack;
+    #[inline]
+    fn deref(&self) -> &Stack {
+        &self.0
+    }
+}
+
+impl DerefMut for Lent {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut Stack {
+        &mut self.0
+    }
+}
+
+impl Drop for Lent {
+    #[inline]
+    fn drop(&mut self) {
+        let stack = std::mem::take(&mut self.0);
+        // Where the thread is about to end, nobody will want it.
+        let _ = LAST.try_with(|last| last.set(Some(stack)));
+    }
+}
+
+impl Stack {
+    /// Room for a ray's children. A push writes eight, however few are meant, and an odd number of
+    /// cache lines a ray keeps the stacks' ends from competing for the same places in the cache.
+    fn room(size: usize) -> usize {
+        (LOOK + size + 8).next_multiple_of(16) | 16
+    }
+
+    /// Empty stacks for some rays, none of which ever has more than `size` to visit.
+    pub(crate) fn new(rays: usize, size: usize) -> Self {
+        let each = Self::room(size);
+        let mut stack = Self { child: vec![0.0; rays * each], t: vec![0.0; rays * each], each };
+        for (child, t) in stack.child.chunks_mut(each).zip(stack.t.chunks_mut(each)) {
+            child[..LOOK].fill(f32::from_bits(BOTTOM));
+            t[..LOOK].fill(f32::NEG_INFINITY);
+        }
+        stack
+    }
+
+    /// The end of a ray's empty stack.
+    #[inline(always)]
+    pub(crate) fn bottom(&self, ray: usize) -> u32 {
+        (ray * self.each + LOOK) as u32
+    }
+
+    /// Takes the last entry that begins before `far` from the stack that ends at `top`.
+    #[inline(always)]
+    pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
+        loop {
+            let near =
+                S::F32x8::load(&self.t[*top as usize - LOOK..]).le(S::F32x8::splat(far)).bits();
+            let beyond = (near << 24 | 1 << 23).leading_zeros();
+            *top -= beyond;
+            if near != 0 {
+                *top -= 1;
+                return self.child[*top as usize].to_bits();
+            }
+        }
+    }
+
+    /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
+    /// nearest, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t.
+    #[inline(always)]
+    pub(crate) fn push<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: u32,
+        near: S::F32x8,
+    ) -> u32 {
+        let mut child = [0.0; 8];
+        for (to, from) in child.iter_mut().zip(node.child) {
+            *to = f32::from_bits(from);
+        }
+        // All are put there, but the nearest lies beyond the top.
+        let order = FAR_TO_NEAR[octant % 8][met as usize % 256];
+        let nearest = NEAREST[octant % 8][met as usize % 256];
+        S::permute(Lanes::load(&child), order).store(&mut self.child[*top as usize..]);
+        S::permute(near, order).store(&mut self.t[*top as usize..]);
+        *top += met.count_ones().saturating_sub(1);
+        node.child[usize::from(nearest % 8)] | u32::from(met != 0).wrapping_sub(1)
+    }
+}
+
+/// For each octant and mask the mask's slot that comes first; 0 for no slot.
+static NEAREST: [[u8; 256]; 8] = {
+    let mut all = [[0; 256]; 8];
+    let mut at = 0;
+    while at < 8 * 256 {
+        let (octant, mask) = (at / 256, at % 256);
+        let mut i = 8;
+        while i > 0 {
+            i -= 1;
+            if mask >> (i ^ octant) & 1 != 0 {
+                all[octant][mask] = (i ^ octant) as u8;
+            }
+        }
+        at += 1;
+    }
+    all
+};
+
+/// For each octant and mask the mask's slots, the first that comes last, in bytes from the lowest.
+static FAR_TO_NEAR: [[u64; 256]; 8] = {
+    let mut all = [[0; 256]; 8];
+    let mut at = 0;
+    while at < 8 * 256 {
+        let (octant, mask) = (at / 256, at % 256);
+        let (mut i, mut place) = (8, 0);
+        while i > 0 {
+            i -= 1;
+            if mask >> (i ^ octant) & 1 != 0 {
+                all[octant][mask] |= ((i ^ octant) as u64) << (8 * place);
+                place += 1;
+            }
+        }
+        at += 1;
+    }
+    all
+};
+
+#[cfg(test)]
+mod tests {
+    use intertri::lanes::{Lanes, Level, Simd, WithSimd};
+
+    use super::{BOTTOM, FAR_TO_NEAR, NEAREST, Stack};
+    use crate::node::Node;
+
+    #[test]
+    fn slots_of_an_octant_come_far_to_near() {
+        for octant in 0..8 {
+            for mask in 0..256_usize {
+                let slots: Vec<usize> =
+                    (0..8).map(|i| i ^ octant).filter(|slot| mask >> slot & 1 != 0).collect();
+                let bytes = FAR_TO_NEAR[octant][mask].to_le_bytes();
+                let far_to_near: Vec<usize> =
+                    bytes[..slots.len()].iter().map(|&slot| slot.into()).collect();
+                assert!(far_to_near.iter().rev().eq(&slots), "{octant} {mask:b}");
+                assert_eq!(usize::from(NEAREST[octant][mask]), *slots.first().unwrap_or(&0));
+            }
+        }
+    }
+
+    struct Walk;
+    impl WithSimd for Walk {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self) {
+            let mut node = Node::NO_CHILDREN;
+            node.child = [10, 11, 12, 13, 14, 15, 16, 17];
+            let t = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+            let mut stack = Stack::new(2, 24);
+            let mut top = stack.bottom(1);
+
+            // Three levels of all eight children, then everything that begins before 2.5.
+            for _ in 0..3 {
+                assert_eq!(stack.push::<S>(&mut top, &node, 0, 0xff, Lanes::load(&t)), 10);
+            }
+            assert_eq!(stack.push::<S>(&mut top, &node, 0, 0, Lanes::load(&t)), BOTTOM);
+            let mut left = vec![];
+            while left.last() != Some(&BOTTOM) {
+                left.push(stack.pop::<S>(&mut top, 2.5));
+            }
+            assert_eq!(left, [11, 12, 11, 12, 11, 12, BOTTOM]);
+        }
+    }
+
+    #[test]
+    fn what_begins_too_late_is_dropped() {
+        for level in Level::all() {
+            level.run(Walk);
+        }
+    }
+}
