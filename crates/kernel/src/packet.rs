@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 
-use crate::{Ray, Triangle, Vec3, lanes::Lanes};
+use crate::{Ray, Triangle, Vec3, lanes::Lanes, mode::lanes_of};
 
 /// N rays side by side: `origin[axis][lane]`.
 ///
@@ -149,6 +149,20 @@ pub struct Hits<const N: usize> {
     pub bits: u32,
     /// The `t` of each lane; meaningful where its bit is set.
     pub t: [f64; N],
+}
+
+impl<const N: usize> Hits<N> {
+    /// The lanes that are hits, from the lowest, each with its `t`.
+    ///
+    /// ```
+    /// let hits = intertri::Hits { bits: 0b1010, t: [0.0, 5.0, 0.0, 3.0] };
+    /// assert!(hits.iter().eq([(1, 5.0), (3, 3.0)]));
+    /// ```
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + use<N> {
+        let t = self.t;
+        lanes_of(self.bits).map(move |lane| (lane, t[lane]))
+    }
 }
 
 /// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two
