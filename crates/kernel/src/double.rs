@@ -151,11 +151,21 @@ impl Default for Double {
 
 impl Double {
     /// The mode with a threshold of one's own, at this CPU's best level.
+    ///
+    /// ```
+    /// use intertri::{Double, Threshold};
+    /// let mode = Double::new(Threshold::new(1e-12).unwrap());
+    /// ```
     pub fn new(threshold: Threshold) -> Self {
         Self { threshold, level: Level::best() }
     }
 
     /// The same mode at another level. The answers do not depend on it.
+    ///
+    /// ```
+    /// use intertri::{Double, lanes::Level};
+    /// let plain = Double::default().at(Level::SCALAR);
+    /// ```
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }

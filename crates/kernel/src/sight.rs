@@ -10,6 +10,25 @@ use crate::{Coefficients, Hit, Vec3};
 
 /// Eight triangles as they are seen from one origin, ready to tell where a ray from there meets
 /// them.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Mode, Ray, Sights, Triangle, TrianglePack};
+///
+/// struct Eight<'a>(&'a TrianglePack<8>, [f32; 3]);
+/// impl WithSimd for Eight<'_> {
+///     type Output = Sights;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Sights {
+///         Sights::new_in::<S>(self.0.corners(), self.1)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (eight, ray) = ([at(5.0); 8], Ray::new([0.25, 0.5, 0.0], [0.1, 0.0, 2.0]));
+/// let sights = dispatch(Eight(&TrianglePack::new(&eight), ray.origin));
+/// assert_eq!(sights.hit(3, ray.dir, 7).t, Certified::default().closest(&eight, &ray).t);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Sights {
     /// The unit normals.

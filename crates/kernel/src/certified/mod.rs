@@ -50,11 +50,25 @@ impl Default for Certified {
 
 impl Certified {
     /// The mode with a threshold of one's own, at this CPU's best level.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Threshold, Triangle};
+    /// // In a scene of size 1e-7 the default of 1e-9 is a distance.
+    /// let small = Triangle::new([0.0, 0.0, 5e-10], [1e-7, 0.0, 5e-10], [0.0, 1e-7, 5e-10]);
+    /// let ray = Ray::new([2e-8, 2e-8, 0.0], [0.0, 0.0, 1.0]);
+    /// assert!(!Certified::default().any(&[small], &ray));
+    /// assert!(Certified::new(Threshold::new(1e-30).unwrap()).any(&[small], &ray));
+    /// ```
     pub fn new(threshold: Threshold) -> Self {
         Self { threshold, level: Level::best() }
     }
 
     /// The same mode at another level. The answers do not depend on it.
+    ///
+    /// ```
+    /// use intertri::{Certified, lanes::Level};
+    /// let plain = Certified::default().at(Level::SCALAR);
+    /// ```
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
@@ -149,12 +163,20 @@ impl Test for Certified {
 impl Certified {
     /// A triangle as it is seen from the origin that rays share (document D): computed once, it makes
     /// each ray's test three dot products.
+    ///
+    /// ```
+    /// use intertri::{Certified, Triangle, View};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let seen: View = Certified::default().view(&wall, [0.25, 0.25, 0.0]);
+    /// ```
     pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
         View::new(triangle, origin, self.threshold.get())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
     /// origin of the view.
+    ///
+    /// An example stands at [`View`].
     #[inline(always)]
     pub fn view_closest_in<S: Simd, const N: usize>(
         &self,
@@ -186,6 +208,8 @@ impl Certified {
 
     /// Eight triangles as the screen of a frame sees them, for rays none of which has a smaller z than
     /// `slowest`; within a loop at some level.
+    ///
+    /// An example stands at [`Outlines`].
     #[inline(always)]
     pub fn outlines_in<S: Simd>(
         &self,
@@ -198,6 +222,8 @@ impl Certified {
     }
 
     /// Where on their way the rays of points look for hits.
+    ///
+    /// An example stands at [`Ranges`].
     #[inline(always)]
     pub fn ranges_in<F: Lanes<Scalar = f32>, const N: usize>(
         &self,
@@ -212,6 +238,8 @@ impl Certified {
     /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
     /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`. Only
     /// undecided tests are counted: the caller knows how many its windows decided.
+    ///
+    /// An example stands at [`Nearest`].
     #[inline(always)]
     pub fn outline_closest_in<F: Lanes<Scalar = f32>, const N: usize>(
         &self,
@@ -242,6 +270,8 @@ impl Certified {
 
     /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are
     /// `first + i`. All are looked at before any is decided, which is faster than one by one.
+    ///
+    /// An example stands at [`View`].
     #[inline(always)]
     pub fn views_closest_in<S: Simd, const N: usize>(
         &self,

@@ -23,6 +23,15 @@ pub use nearest::Nearest;
 pub use outline::{Outline, Outlines};
 
 /// An origin and three axes through it, of length 1 and at right angles but for the rounding of f32.
+///
+/// ```
+/// use intertri::{Frame, Vec3};
+/// // One f32 is a lane, too.
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let point = frame.points(Vec3::<f32>::splat([0.5, -1.0, 2.0]));
+/// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 2.0));
+/// assert_eq!((frame.depth()[2], frame.across()[1]), (1.0, [0.0, 1.0, 0.0]));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     origin: [f32; 3],
@@ -59,6 +68,13 @@ impl Frame {
 }
 
 /// Rays as points of the screen.
+///
+/// ```
+/// use intertri::Points;
+/// // The bounds hold near the middle of the screen.
+/// let point = |x| Points { x, y: 0.0, z: 1.0_f32 };
+/// assert!(point(0.2).on_screen() && !point(1e3).on_screen() && !point(f32::NAN).on_screen());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Points<F> {
     /// To the right.
@@ -99,6 +115,12 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
 }
 
 /// The near ends of rays, as inverse depths.
+///
+/// ```
+/// use intertri::{Certified, Points, Ranges};
+/// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
+/// let from_two_on: Ranges<f32> = Certified::default().ranges_in(&points, &[2.0]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {
     /// Below this a hit is far enough.
@@ -108,6 +130,12 @@ pub struct Ranges<F> {
 }
 
 /// Rectangles of the screen.
+///
+/// ```
+/// use intertri::Windows;
+/// // From (0, 0) to (0.5, 0.25); four, eight or sixteen with as many lanes.
+/// let window = Windows::<f32>::new([0.0, 0.0], [0.5, 0.25]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Windows<F> {
     lo: [F; 2],

@@ -7,6 +7,47 @@ use crate::mode::lanes_of;
 use super::{Outline, Points, Ranges, at};
 
 /// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Triangle, TrianglePack, Vec3};
+///
+/// struct Leaf<'a>(Certified, &'a TrianglePack<8>, &'a Frame);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Outlines;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Outlines {
+///         self.0.outlines_in::<S>(self.1, self.2, 1.0)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (mode, triangles) = (Certified::default(), [at(5.0), at(3.0)]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let outlines = dispatch(Leaf(mode, &TrianglePack::new(&triangles), &frame));
+///
+/// // One ray; one f32 is a lane, too.
+/// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
+/// let points = frame.points(Vec3::<f32>::splat(ray.dir));
+/// let ranges = mode.ranges_in(&points, &[ray.t_min]);
+/// let mut nearest = Nearest::<f32, 1>::new(&points, &[ray.t_max]);
+/// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
+/// for triangle in 0..2 {
+///     mode.outline_closest_in(
+///         (&points, &ranges),
+///         (&outlines.lane(triangle as usize), false),
+///         triangle,
+///         |_lane| ray,
+///         |triangle| triangles[triangle as usize],
+///         |triangle| triangle,
+///         0b1,
+///         &mut nearest,
+///         &mut Counts::default(),
+///     );
+/// }
+/// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
+/// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
     /// No hit with a smaller inverse depth can become the nearest.

@@ -9,6 +9,31 @@ use super::{Frame, Points, Windows, at};
 /// Eight triangles as the screen sees them, side by side.
 ///
 /// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is sure.
+///
+/// ```
+/// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Frame, Triangle, TrianglePack, Windows};
+///
+/// /// Which triangles of a pack may be hit through a window of the screen?
+/// struct Leaf<'a>(&'a TrianglePack<8>, &'a Frame, [[f32; 2]; 2]);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = (u32, u32);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> (u32, u32) {
+///         let Self(pack, frame, [lo, hi]) = self;
+///         let splat = |[x, y]: [f32; 2]| [S::F32x8::splat(x), S::F32x8::splat(y)];
+///         let outlines = Certified::default().outlines_in::<S>(pack, frame, 1.0);
+///         outlines.within(&Windows::new(splat(lo), splat(hi)))
+///     }
+/// }
+///
+/// // One to the left and one to the right, five in front of the origin.
+/// let at = |x| Triangle::new([x, 0.0, 5.0], [x + 1.0, 0.0, 5.0], [x, 1.0, 5.0]);
+/// let pack = TrianglePack::new(&[at(-3.0), at(2.0)]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let (hit, plain) = dispatch(Leaf(&pack, &frame, [[-0.6, 0.0], [0.0, 0.2]]));
+/// assert_eq!((hit, plain & 0b11), (0b01, 0b11));
+/// ```
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct Outlines {
@@ -31,6 +56,35 @@ pub struct Outlines {
 }
 
 /// A triangle as the screen sees it.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Frame, Outline, Points, Triangle, TrianglePack, Windows};
+///
+/// struct Lane<'a>(&'a TrianglePack<8>, &'a Frame, usize);
+/// impl WithSimd for Lane<'_> {
+///     type Output = Outline;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Outline {
+///         Certified::default().outlines_in::<S>(self.0, self.1, 1.0).lane(self.2)
+///     }
+/// }
+///
+/// let wall = Triangle::new([0.0, 0.0, 4.0], [1.0, 0.0, 4.0], [0.0, 1.0, 4.0]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let outline = dispatch(Lane(&TrianglePack::new(&[wall]), &frame, 0));
+///
+/// // Windows, one in each lane: one f32 is a lane, too.
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1])), 1);
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6])), 0);
+///
+/// // Beyond 1 the three edges are sure; the last number is one by the depth.
+/// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
+/// let ([u, v, w, inverse], off) = outline.at(&point);
+/// assert!(u > 1.0 && v > 1.0 && w > 1.0 && (inverse - 0.25).abs() <= off);
+/// // V grows to the right.
+/// assert!(outline.v()[1] > 0.0);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
     pub(super) u: [f32; 3],
