@@ -25,7 +25,7 @@ use crate::{Coefficients, Hit, Vec3};
 /// }
 ///
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
-/// let (eight, ray) = ([at(5.0); 8], Ray::new([0.25, 0.5, 0.0], [0.1, 0.0, 2.0]));
+/// let (eight, ray) = ([at(5.0); 8], Ray::new([0.25, 0.5, 0.0], [-0.05, 0.0, 2.0]));
 /// let sights = dispatch(Eight(&TrianglePack::new(&eight), ray.origin));
 /// assert_eq!(sights.hit(3, ray.dir, 7).t, Certified::default().closest(&eight, &ray).t);
 /// ```
