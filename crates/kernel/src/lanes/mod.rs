@@ -191,6 +191,21 @@ pub trait Simd: Copy {
     const LEVEL: Level;
 
     /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    /// struct Reversed([f32; 8]);
+    /// impl WithSimd for Reversed {
+    ///     type Output = [f32; 8];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(mut self) -> [f32; 8] {
+    ///         S::permute(S::F32x8::load(&self.0), 0x00_01_02_03_04_05_06_07).store(&mut self.0);
+    ///         self.0
+    ///     }
+    /// }
+    /// let reversed = dispatch(Reversed([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]));
+    /// assert_eq!(reversed, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]);
+    /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
