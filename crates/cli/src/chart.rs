@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
 use intertri_lab::draw;
@@ -15,7 +16,7 @@ use intertri_lab::workloads::{Model, Workload};
 use intertri_scene::load;
 use serde::Serialize;
 
-use crate::charts::{self, Charts, Done};
+use crate::charts::{Charts, Machine};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::report;
@@ -28,20 +29,30 @@ pub(crate) struct Options {
     /// An OBJ, PLY or STL file for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
+    /// The folder that gets the files
+    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
+    output: PathBuf,
+
+    /// Less than a minute, and less sharp
+    #[arg(long)]
+    quick: bool,
+
     /// Where the random numbers start: the same seed gives the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    #[command(flatten)]
-    charts: charts::Options,
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Serialize)]
 struct Report {
-    #[serde(flatten)]
-    done: Done,
+    machine: Machine,
     model: Option<PathBuf>,
     seed: u64,
+    seconds: f64,
+    files: Vec<PathBuf>,
     times: Vec<Time>,
     verdicts: Vec<Verdict>,
     families: Vec<Row>,
@@ -49,7 +60,8 @@ struct Report {
 
 /// Measures, judges and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let mut charts = Charts::new(&options.charts)?;
+    let start = Instant::now();
+    let mut charts = Charts::new(&options.output)?;
     let model = match &options.model {
         None => Model::built_in(),
         Some(path) => Model::new(&load(path)?.to_triangles())
@@ -57,7 +69,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     };
     let seed = options.seed;
     let (turns, rays, cases) =
-        if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
+        if options.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
 
     // Times first, while nothing else runs.
     let bar = Progress::new("time", Some(Workload::ALL.len() as u64 * (turns as u64 + 1)));
@@ -98,19 +110,21 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     charts.page("chart", "Ray/triangle tests: speed against accuracy", &[section])?;
 
     let report = Report {
-        done: charts.done(),
+        machine: charts.machine,
         model: options.model.clone(),
         seed,
+        seconds: start.elapsed().as_secs_f64(),
+        files: charts.files,
         times,
         verdicts,
         families,
     };
-    report::print(&report, options.charts.json)
+    report::print(&report, options.json)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.done.machine)?;
+        writeln!(f, "{}", self.machine)?;
         for workload in Workload::ALL {
             let form = workload.form().name();
             let faster = format!("× ({form} of N)");
@@ -146,6 +160,10 @@ impl fmt::Display for Report {
                 writeln!(f, "Pareto front by the {name}: {front}")?;
             }
         }
-        write!(f, "\n{}", self.done)
+        writeln!(f)?;
+        for file in &self.files {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{:.1} seconds", self.seconds)
     }
 }

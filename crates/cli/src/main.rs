@@ -21,7 +21,6 @@ mod progress;
 mod raster;
 mod render;
 mod report;
-mod stream;
 mod stress;
 mod trace;
 

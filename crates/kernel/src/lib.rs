@@ -29,7 +29,6 @@ pub mod lanes;
 mod mode;
 mod packet;
 mod pairs;
-mod prepared;
 mod sight;
 mod slices;
 mod vec3;
@@ -37,7 +36,7 @@ mod verbs;
 
 pub use best::{Best, Bests};
 pub use certified::{
-    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, View, Windows,
+    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, View, Windows,
 };
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
@@ -45,7 +44,6 @@ pub use double::Double;
 pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};
 pub use packet::{Hits, RayPacket, TrianglePack};
 pub use pairs::Pairs;
-pub use prepared::{Prepared, PreparedPacket, PreparedRay};
-pub use sight::Sights;
+pub use sight::Sight;
 pub use vec3::Vec3;
-pub use verbs::Mode;
+pub use verbs::{Mode, Prepared, PreparedPacket, PreparedRay};
