@@ -1,5 +1,8 @@
 //! What rays are told, and how it is written down.
 
+use std::fmt;
+use std::io::Write;
+
 use intertri::{Hit, Ray};
 use rayon::prelude::*;
 
@@ -14,72 +17,90 @@ pub(crate) enum Verb {
     All,
 }
 
-/// What a batch of rays got.
-pub(crate) enum Answers {
-    Closest(Vec<Hit>),
-    Any(Vec<bool>),
-    All(Vec<Vec<Hit>>),
+/// What rays are asked, and how the answers are to be written down.
+pub(crate) struct Question<'a> {
+    pub(crate) engine: &'a Engine,
+    pub(crate) verb: Verb,
+    pub(crate) format: Format,
+    /// Rays that a thread takes at a time.
+    pub(crate) piece: usize,
 }
 
-impl Answers {
-    /// To what will be asked, none yet.
-    pub(crate) fn new(verb: Verb) -> Self {
+impl Question<'_> {
+    /// Asks all threads, a piece of the rays each, and says how many rays hit something; the first is ray
+    /// number `first`. The memory of earlier answers is used again: new memory would take as long as the
+    /// rays.
+    pub(crate) fn ask(&self, rays: &[Ray], first: u64, answers: &mut Vec<Piece>) -> u64 {
+        answers.resize_with(rays.len().div_ceil(self.piece), Piece::default);
+        let pieces = rays.par_chunks(self.piece).zip(answers).enumerate();
+        pieces
+            .map(|(k, (rays, piece))| piece.answer(self, rays, first + (k * self.piece) as u64))
+            .sum()
+    }
+}
+
+/// The answers of some rays: as they are found, and written down while they are in the cache.
+#[derive(Default)]
+pub(crate) struct Piece {
+    closest: Vec<Hit>,
+    any: Vec<bool>,
+    bytes: Vec<u8>,
+}
+
+impl Piece {
+    /// The answers written down.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Answers rays from number `first` on, and says how many hit something.
+    fn answer(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
+        let Self { closest, any, bytes } = self;
+        let Question { engine, verb, format, .. } = *question;
+        bytes.clear();
+        let numbers = first..;
+        let mut count = 0;
         match verb {
-            Verb::Closest => Self::Closest(vec![]),
-            Verb::Any => Self::Any(vec![]),
-            Verb::All => Self::All(vec![]),
-        }
-    }
-
-    /// Asks, in the place of what was asked before: new memory would take as long as the rays.
-    pub(crate) fn ask(&mut self, engine: &Engine, rays: &[Ray]) {
-        match self {
-            Self::Closest(hits) => {
-                hits.resize(rays.len(), Hit::MISS);
-                engine.closest(rays, hits);
-            }
-            Self::Any(hits) => {
-                hits.resize(rays.len(), false);
-                engine.any(rays, hits);
-            }
-            Self::All(hits) => *hits = rays.par_iter().map(|ray| engine.all(ray)).collect(),
-        }
-    }
-
-    /// Rays that hit something.
-    pub(crate) fn hits(&self) -> u64 {
-        let count = match self {
-            Self::Closest(hits) => hits.iter().filter(|hit| hit.is_hit()).count(),
-            Self::Any(hits) => hits.iter().filter(|&&hit| hit).count(),
-            Self::All(hits) => hits.iter().filter(|hits| !hits.is_empty()).count(),
-        };
-        count as u64
-    }
-
-    /// The answers written down, piece by piece; the first is that of ray number `first`.
-    pub(crate) fn bytes(&self, format: Format, first: u64) -> Vec<Vec<u8>> {
-        match self {
-            Self::Closest(hits) => pieces(hits, first, |out, ray, hit| match format {
-                Format::Csv => csv(out, ray, hit),
-                Format::Raw => raw(out, hit),
-            }),
-            Self::Any(hits) => pieces(hits, first, |out, ray, &hit| match format {
-                Format::Csv => out.extend(format!("{ray},{}\n", u8::from(hit)).bytes()),
-                Format::Raw => out.push(u8::from(hit)),
-            }),
-            Self::All(hits) => pieces(hits, first, |out, ray, hits| {
-                let hits = if hits.is_empty() { &[Hit::MISS] } else { hits.as_slice() };
-                for hit in hits {
+            Verb::Closest => {
+                closest.resize(rays.len(), Hit::MISS);
+                engine.closest(rays, closest);
+                for (ray, hit) in numbers.zip(closest) {
+                    count += u64::from(hit.is_hit());
                     match format {
-                        Format::Csv => csv(out, ray, hit),
-                        Format::Raw => {
-                            out.extend(ray.to_le_bytes());
-                            raw(out, hit);
+                        Format::Csv => csv(bytes, ray, hit),
+                        Format::Raw => bytes.extend_from_slice(&raw(hit)),
+                    }
+                }
+            }
+            Verb::Any => {
+                any.resize(rays.len(), false);
+                engine.any(rays, any);
+                for (ray, &mut hit) in numbers.zip(any) {
+                    count += u64::from(hit);
+                    match format {
+                        Format::Csv => line(bytes, format_args!("{ray},{}", u8::from(hit))),
+                        Format::Raw => bytes.push(u8::from(hit)),
+                    }
+                }
+            }
+            Verb::All => {
+                for (ray, line) in numbers.zip(rays) {
+                    let hits = engine.all(line);
+                    count += u64::from(!hits.is_empty());
+                    let hits = if hits.is_empty() { &[Hit::MISS] } else { hits.as_slice() };
+                    for hit in hits {
+                        match format {
+                            Format::Csv => csv(bytes, ray, hit),
+                            Format::Raw => {
+                                bytes.extend_from_slice(&ray.to_le_bytes());
+                                bytes.extend_from_slice(&raw(hit));
+                            }
                         }
                     }
                 }
-            }),
+            }
         }
+        count
     }
 }
 
@@ -101,39 +122,24 @@ impl Format {
     }
 }
 
-/// Writes each answer, given the number of its ray, on all threads.
-fn pieces<T: Sync>(
-    answers: &[T],
-    first: u64,
-    write: impl Fn(&mut Vec<u8>, u64, &T) + Sync,
-) -> Vec<Vec<u8>> {
-    const PIECE: usize = 1024;
-    let pieces = answers.par_chunks(PIECE).enumerate().map(|(piece, answers)| {
-        let mut out = Vec::new();
-        for (ray, answer) in (first + (piece * PIECE) as u64..).zip(answers) {
-            write(&mut out, ray, answer);
-        }
-        out
-    });
-    pieces.collect()
-}
-
 /// A line `ray,triangle,t,u,v`.
 fn csv(out: &mut Vec<u8>, ray: u64, hit: &Hit) {
-    let line = if hit.is_hit() {
+    if hit.is_hit() {
         let [t, u, v] = [hit.t, hit.u, hit.v].map(Decimal);
-        format!("{ray},{},{t},{u},{v}\n", hit.triangle)
+        line(out, format_args!("{ray},{},{t},{u},{v}", hit.triangle));
     } else {
-        format!("{ray},,,,\n")
-    };
-    out.extend(line.bytes());
+        line(out, format_args!("{ray},,,,"));
+    }
+}
+
+fn line(out: &mut Vec<u8>, text: fmt::Arguments<'_>) {
+    // Memory takes everything.
+    let _ = writeln!(out, "{text}");
 }
 
 /// A record of 32 bytes.
-fn raw(out: &mut Vec<u8>, hit: &Hit) {
+fn raw(hit: &Hit) -> [u8; 32] {
     // No triangle is all ones, which is -1.
-    out.extend(hit.triangle.to_le_bytes());
-    for number in [hit.t, hit.u, hit.v] {
-        out.extend(number.to_le_bytes());
-    }
+    let [t, u, v] = [hit.t, hit.u, hit.v].map(f64::to_le_bytes);
+    bytemuck::cast([hit.triangle.to_le_bytes(), t, u, v])
 }

@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Args;
 use intertri_lab::draw;
@@ -16,7 +15,7 @@ use intertri_lab::workloads::{Model, Workload};
 use intertri_scene::load;
 use serde::Serialize;
 
-use crate::charts::{Charts, Machine};
+use crate::charts::{self, Charts, Done};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 use crate::report;
@@ -29,30 +28,20 @@ pub(crate) struct Options {
     /// An OBJ, PLY or STL file for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
-    /// The folder that gets the files
-    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
-    output: PathBuf,
-
-    /// Less than a minute, and less sharp
-    #[arg(long)]
-    quick: bool,
-
     /// Where the random numbers start: the same seed gives the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Print a report for programs, as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    charts: charts::Options,
 }
 
 #[derive(Serialize)]
 struct Report {
-    machine: Machine,
+    #[serde(flatten)]
+    done: Done,
     model: Option<PathBuf>,
     seed: u64,
-    seconds: f64,
-    files: Vec<PathBuf>,
     times: Vec<Time>,
     verdicts: Vec<Verdict>,
     families: Vec<Row>,
@@ -60,8 +49,7 @@ struct Report {
 
 /// Measures, judges and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let start = Instant::now();
-    let mut charts = Charts::new(&options.output)?;
+    let mut charts = Charts::new(&options.charts)?;
     let model = match &options.model {
         None => Model::built_in(),
         Some(path) => Model::new(&load(path)?.to_triangles())
@@ -69,7 +57,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     };
     let seed = options.seed;
     let (turns, rays, cases) =
-        if options.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
+        if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
 
     // Times first, while nothing else runs.
     let bar = Progress::new("time", Some(Workload::ALL.len() as u64 * (turns as u64 + 1)));
@@ -110,21 +98,19 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     charts.page("chart", "Ray/triangle tests: speed against accuracy", &[section])?;
 
     let report = Report {
-        machine: charts.machine,
+        done: charts.done(),
         model: options.model.clone(),
         seed,
-        seconds: start.elapsed().as_secs_f64(),
-        files: charts.files,
         times,
         verdicts,
         families,
     };
-    report::print(&report, options.json)
+    report::print(&report, options.charts.json)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.machine)?;
+        writeln!(f, "{}", self.done.machine)?;
         for workload in Workload::ALL {
             let form = workload.form().name();
             let faster = format!("× ({form} of N)");
@@ -160,10 +146,6 @@ impl fmt::Display for Report {
                 writeln!(f, "Pareto front by the {name}: {front}")?;
             }
         }
-        writeln!(f)?;
-        for file in &self.files {
-            writeln!(f, "{}", file.display())?;
-        }
-        write!(f, "{:.1} seconds", self.seconds)
+        write!(f, "\n{}", self.done)
     }
 }

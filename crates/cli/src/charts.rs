@@ -2,14 +2,32 @@
 
 use std::fmt;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::time::Instant;
 
+use clap::Args;
 use intertri_lab::draw::{Section, Svg, page, png};
 use intertri_lab::{machine, tables};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::output::Output;
+
+/// What is said to all that draw charts.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// The folder that gets the files
+    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
+    output: PathBuf,
+
+    /// Less than a minute, and less sharp
+    #[arg(long)]
+    pub(crate) quick: bool,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 /// When and on what.
 #[derive(Clone, Serialize)]
@@ -30,13 +48,32 @@ impl fmt::Display for Machine {
 pub(crate) struct Charts {
     folder: PathBuf,
     pub(crate) machine: Machine,
-    /// What was written.
-    pub(crate) files: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+    start: Instant,
+}
+
+/// What was written, on what, and how long it took.
+#[derive(Serialize)]
+pub(crate) struct Done {
+    pub(crate) machine: Machine,
+    seconds: f64,
+    files: Vec<PathBuf>,
+}
+
+impl fmt::Display for Done {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for file in &self.files {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{:.1} seconds", self.seconds)
+    }
 }
 
 impl Charts {
     /// Makes the folder where it is not there.
-    pub(crate) fn new(folder: &Path) -> Result<Self> {
+    pub(crate) fn new(options: &Options) -> Result<Self> {
+        let start = Instant::now();
+        let folder = &options.output;
         fs::create_dir_all(folder).map_err(|cause| {
             Error::at(folder.display(), format!("cannot make this folder: {cause}"))
         })?;
@@ -45,7 +82,13 @@ impl Charts {
             cpu: machine::cpu(),
             rustc: machine::rustc().to_owned(),
         };
-        Ok(Self { folder: folder.to_owned(), machine, files: Vec::new() })
+        Ok(Self { folder: folder.clone(), machine, files: Vec::new(), start })
+    }
+
+    /// Nothing more will be written.
+    pub(crate) fn done(self) -> Done {
+        let Self { machine, files, start, .. } = self;
+        Done { machine, files, seconds: start.elapsed().as_secs_f64() }
     }
 
     fn write(&mut self, name: &str, bytes: &[u8]) -> Result<()> {

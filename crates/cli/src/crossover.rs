@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
-use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Args;
 use intertri::Threshold;
@@ -11,7 +9,7 @@ use intertri_lab::draw::{self, Race};
 use intertri_scene::{Mesh, Scene};
 use serde::Serialize;
 
-use crate::charts::{Charts, Machine};
+use crate::charts::{self, Charts, Done};
 use crate::check::Difference;
 use crate::engine::{Engines, Name};
 use crate::error::{Error, Result};
@@ -28,32 +26,21 @@ use crate::report;
 /// the hierarchy and the table of neighbours, is not in the times. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The folder that gets the files
-    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
-    output: PathBuf,
-
-    /// A few seconds, and less sharp
-    #[arg(long)]
-    quick: bool,
-
-    /// Print a report for programs, as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    charts: charts::Options,
 }
 
 #[derive(Serialize)]
 struct Report {
-    machine: Machine,
-    seconds: f64,
-    files: Vec<PathBuf>,
+    #[serde(flatten)]
+    done: Done,
     races: Vec<Race>,
 }
 
 /// Measures and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let start = Instant::now();
-    let mut charts = Charts::new(&options.output)?;
-    let (turns, cells, sizes): (_, &[u32], &[(u32, u32)]) = if options.quick {
+    let mut charts = Charts::new(&options.charts)?;
+    let (turns, cells, sizes): (_, &[u32], &[(u32, u32)]) = if options.charts.quick {
         (1, &[4, 16], &[(64, 48), (128, 96)])
     } else {
         (5, &[4, 8, 16, 32, 64, 128, 256, 512], &[(256, 192), (1024, 768), (2048, 1536)])
@@ -78,9 +65,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let caption = format!("{}\n{what}", charts.machine);
     charts.picture("crossover", &draw::crossover(&races, &caption))?;
     charts.table("crossover", &races, &what)?;
-    let seconds = start.elapsed().as_secs_f64();
-    let report = Report { machine: charts.machine, seconds, files: charts.files, races };
-    report::print(&report, options.json)
+    report::print(&Report { done: charts.done(), races }, options.charts.json)
 }
 
 /// Draws a picture both ways, again and again in turn, and wants the same pixels.
@@ -153,7 +138,7 @@ fn ring(cells: u32) -> Mesh {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.machine)?;
+        writeln!(f, "{}", self.done.machine)?;
         for task in Race::TASKS {
             writeln!(
                 f,
@@ -167,10 +152,6 @@ impl fmt::Display for Report {
                 writeln!(f, "{size:>16}  {triangles:>10}  {rays:>7.1} ms  {raster:.1} ms")?;
             }
         }
-        writeln!(f)?;
-        for file in &self.files {
-            writeln!(f, "{}", file.display())?;
-        }
-        write!(f, "{:.1} seconds", self.seconds)
+        write!(f, "\n{}", self.done)
     }
 }

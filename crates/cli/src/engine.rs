@@ -108,12 +108,17 @@ pub(crate) enum Engine {
 }
 
 impl Engine {
-    /// How many rays to ask at once: enough for all threads, few enough for a bar to move.
-    pub(crate) fn batch(&self) -> usize {
+    /// Rays that a thread is best asked at once: few enough that they and their answers stay in the cache.
+    pub(crate) fn piece(&self) -> usize {
         match self {
-            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 1 << 18,
-            Self::Reference(_) => 1 << 10,
+            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 2048,
+            Self::Reference(_) => 8,
         }
+    }
+
+    /// How many rays of a picture to ask at once: enough for all threads, few enough for a bar to move.
+    pub(crate) fn batch(&self) -> usize {
+        128 * self.piece()
     }
 
     /// Where a point is for this engine: `fixed` has it on its grid.

@@ -21,6 +21,7 @@ mod progress;
 mod raster;
 mod render;
 mod report;
+mod stream;
 mod stress;
 mod trace;
 

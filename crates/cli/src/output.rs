@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 pub(crate) struct Output {
     /// For error messages.
     name: String,
-    sink: Box<dyn Write>,
+    sink: Box<dyn Write + Send>,
     /// The unfinished file and the name it is to have.
     partial: Option<(PathBuf, PathBuf)>,
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use intertri_lab::tables::grouped;
 use serde::Serialize;
 
 use crate::check::{Count, Difference};
@@ -222,40 +223,11 @@ fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<fixed::Report>) -> fmt::R
     )
 }
 
-/// A number in groups of three digits.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// So many rays in so much time.
 fn speed(rays: u64, seconds: f64) -> String {
     if seconds > 0.0 {
         format!("{:.2} million a second", rays as f64 / seconds * 1e-6)
     } else {
         "no time taken".to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn digits_are_grouped_from_the_right() {
-        for (number, text) in [
-            (0, "0"),
-            (999, "999"),
-            (1000, "1,000"),
-            (1_234_567, "1,234,567"),
-            (123_456, "123,456"),
-        ] {
-            assert_eq!(super::grouped(number), text);
-        }
     }
 }

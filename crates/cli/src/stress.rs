@@ -1,8 +1,6 @@
 //! `intertri stress`: where each method begins to fail.
 
 use std::fmt;
-use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Args;
 use intertri_lab::draw;
@@ -10,7 +8,7 @@ use intertri_lab::stress::{Onset, SWEEPS, first, sweep_all};
 use intertri_lab::subjects::SUBJECTS;
 use serde::Serialize;
 
-use crate::charts::{Charts, Machine};
+use crate::charts::{self, Charts, Done};
 use crate::error::Result;
 use crate::progress::Progress;
 use crate::report;
@@ -21,37 +19,26 @@ use crate::report;
 /// one page (HTML).
 #[derive(Args)]
 pub(crate) struct Options {
-    /// The folder that gets the files
-    #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
-    output: PathBuf,
-
-    /// Less than a minute, and less sharp
-    #[arg(long)]
-    quick: bool,
-
     /// Where the random numbers start: the same seed gives the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Print a report for programs, as JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    charts: charts::Options,
 }
 
 #[derive(Serialize)]
 struct Report {
-    machine: Machine,
+    #[serde(flatten)]
+    done: Done,
     seed: u64,
-    seconds: f64,
-    files: Vec<PathBuf>,
     onsets: Vec<Onset>,
 }
 
 /// Sweeps and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    let start = Instant::now();
-    let mut charts = Charts::new(&options.output)?;
-    let (points, cases) = if options.quick { (13, 2_000) } else { (37, 20_000) };
+    let mut charts = Charts::new(&options.charts)?;
+    let (points, cases) = if options.charts.quick { (13, 2_000) } else { (37, 20_000) };
 
     let bar = Progress::new("sweep", Some((SWEEPS.len() * points) as u64));
     let onsets = sweep_all(options.seed, points, cases, &|| bar.add(1));
@@ -87,19 +74,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     ];
     charts.page("stress", "Ray/triangle tests: where they break", &sections)?;
 
-    let report = Report {
-        machine: charts.machine,
-        seed: options.seed,
-        seconds: start.elapsed().as_secs_f64(),
-        files: charts.files,
-        onsets,
-    };
-    report::print(&report, options.json)
+    let report = Report { done: charts.done(), seed: options.seed, onsets };
+    report::print(&report, options.charts.json)
 }
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}\n\nwhere one answer in 1,000 is first wrong:", self.machine)?;
+        writeln!(f, "{}\n\nwhere one answer in 1,000 is first wrong:", self.done.machine)?;
         for sweep in SWEEPS {
             writeln!(f, "\n{}, from {:e} to {:e}", sweep.name, sweep.from, sweep.to)?;
             for subject in SUBJECTS {
@@ -108,10 +89,6 @@ impl fmt::Display for Report {
                 writeln!(f, "  {:24} {value}", subject.name)?;
             }
         }
-        writeln!(f)?;
-        for file in &self.files {
-            writeln!(f, "{}", file.display())?;
-        }
-        write!(f, "{:.1} seconds", self.seconds)
+        write!(f, "\n{}", self.done)
     }
 }

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use intertri::Threshold;
 use intertri::fixed::Bits;
+use intertri::{Ray, Threshold};
 use intertri_scene::{Rays, load};
 
-use crate::answers::{Answers, Format, Verb};
+use crate::answers::{Format, Piece, Question, Verb};
 use crate::engine::{self, Engines};
 use crate::error::{Error, Result};
 use crate::fixed::parse_bits;
@@ -15,6 +15,21 @@ use crate::numbers;
 use crate::output::Output;
 use crate::progress::{Progress, timed};
 use crate::report::{self, Trace, TraceSeconds};
+use crate::stream::stream;
+
+/// How many batches are on their way at once: one is read, one traced, one written.
+const BATCHES: usize = 3;
+
+/// Pieces of a batch for each thread: enough that none waits long for another, and few enough that all
+/// batches stay in the cache.
+const PIECES: usize = 8;
+
+/// Rays, and what they are told.
+#[derive(Default)]
+struct Batch {
+    rays: Vec<Ray>,
+    answers: Vec<Piece>,
+}
 
 /// Answer a file of rays: what does each hit, and where?
 ///
@@ -111,30 +126,36 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     seconds.build = engines.seconds;
     let mut output = Output::open(options.output.as_deref())?;
 
-    // The stream: a batch of rays at a time, so that no file is too long.
-    let format = if options.raw { Format::Raw } else { Format::Csv };
-    output.write(format.header(verb))?;
-    // A ray may hit every triangle: only a few such answers at once.
-    let batch = if verb == Verb::All { 64 } else { engine.batch() };
+    // A ray may hit every triangle: of all hits, those of few rays at once.
+    let piece = if verb == Verb::All { 8 } else { engine.piece() };
+    let size = piece * PIECES * rayon::current_num_threads();
     let bar = Progress::new("trace", rays.total());
-    let mut answers = Answers::new(verb);
-    let (mut early, mut done, mut hits) = (early.chunks(batch), 0, 0);
-    loop {
-        match early.next() {
-            Some(some) => some.clone_into(&mut asked),
-            None => timed(&mut seconds.read, || rays.read(&mut asked, batch))?,
-        }
-        if asked.is_empty() {
-            break;
-        }
-        timed(&mut seconds.trace, || answers.ask(&engine, &asked));
-        hits += answers.hits();
-        timed(&mut seconds.write, || {
-            answers.bytes(format, done).iter().try_for_each(|bytes| output.write(bytes))
-        })?;
-        done += asked.len() as u64;
-        bar.add(asked.len());
-    }
+    let (mut early, mut done, mut hits) = (early.chunks(size), 0, 0);
+    let format = if options.raw { Format::Raw } else { Format::Csv };
+    let question = Question { engine: &engine, verb, format, piece };
+    output.write(format.header(verb))?;
+    stream(
+        (0..BATCHES).map(|_| Batch::default()),
+        |batch| {
+            match early.next() {
+                Some(some) => some.clone_into(&mut batch.rays),
+                None => timed(&mut seconds.read, || rays.read(&mut batch.rays, size))?,
+            }
+            Ok(!batch.rays.is_empty())
+        },
+        |batch| {
+            let answered =
+                timed(&mut seconds.trace, || question.ask(&batch.rays, done, &mut batch.answers));
+            hits += answered;
+            done += batch.rays.len() as u64;
+        },
+        |batch| {
+            bar.add(batch.rays.len());
+            timed(&mut seconds.write, || {
+                batch.answers.iter().try_for_each(|piece| output.write(piece.bytes()))
+            })
+        },
+    )?;
     drop(bar);
     output.finish()?;
 

@@ -4,8 +4,10 @@
 mod common;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
 
 use common::Place;
+use intertri_scene::Image;
 use serde_json::Value;
 
 /// Runs with `--quick --json` and gives the report; looks at every file that it names.
@@ -63,6 +65,39 @@ fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
     sums
 }
 
+/// A page as a browser shows it, dark on light and light on dark, if there is a browser here.
+fn shown(place: &Place, page: &str) {
+    let there = |browser: &&&str| Command::new(browser).arg("--version").output().is_ok();
+    let browsers = ["chromium", "chromium-browser", "google-chrome"];
+    let Some(browser) = browsers.iter().find(there) else {
+        println!("none of {browsers:?} here: {page} was not opened");
+        return;
+    };
+    let path = place.path(page);
+    let picture = |dark: bool| {
+        let file = place.path(if dark { "dark.png" } else { "light.png" });
+        let done = Command::new(browser)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--window-size=1100,900"])
+            .arg(format!("--user-data-dir={}", place.path("browser").display()))
+            .arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!dark)))
+            .arg(format!("--screenshot={}", file.display()))
+            .arg(format!("file://{}", path.display()))
+            .output()
+            .unwrap();
+        assert!(done.status.success(), "{done:?}");
+        Image::read(&file).unwrap()
+    };
+
+    // The ground is in the corner; on it there is something to see, and most of it stays ground.
+    let (light, dark) = (picture(false), picture(true));
+    for (image, ground) in [(&light, 200..=255), (&dark, 0..=60)] {
+        let pixels = image.pixels();
+        assert!(pixels[0].iter().all(|value| ground.contains(value)), "{:?}", pixels[0]);
+        let ink = pixels.iter().filter(|&pixel| *pixel != pixels[0]).count();
+        assert!(ink > pixels.len() / 100 && ink < pixels.len() / 2, "{ink} of {}", pixels.len());
+    }
+}
+
 #[test]
 fn a_quick_chart_is_whole_and_keeps_the_promises() {
     let place = Place::new();
@@ -87,6 +122,9 @@ fn a_quick_chart_is_whole_and_keeps_the_promises() {
     let methods: BTreeSet<_> = times.iter().map(|time| time["method"].as_str().unwrap()).collect();
     assert!(differ.keys().all(|method| method.starts_with("fixed,") || methods.contains(method)));
     assert!(methods.contains("reference"));
+
+    let mut files = report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap());
+    shown(&place, files.find(|file| file.ends_with("chart.html")).unwrap());
 }
 
 #[test]

@@ -9,6 +9,33 @@ use crate::mode::{Found, Scalar, lanes_of};
 ///
 /// `t_lo <= t <= t_hi` encloses the reference's t. Two hits are compared by these intervals, and in
 /// f64 only where the intervals meet; equal t go to the lower index.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Best, Certified, Counts, Mode, Ray, Triangle, TrianglePack};
+///
+/// struct Eight<'a>(Certified, &'a Ray, &'a [Triangle]);
+/// impl WithSimd for Eight<'_> {
+///     type Output = Best;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Best {
+///         let Self(mode, ray, triangles) = self;
+///         let (pack, indices) = (TrianglePack::new(triangles), [0, 1, 2, 3, 4, 5, 6, 7]);
+///         let find = |place: u32| triangles[place as usize];
+///         let (ray, mut best) = (mode.prepare_ray(ray), Best::new(ray.t_max));
+///         mode.closest_in::<S>(&ray, &pack, &indices, 0, find, &mut best, &mut Counts::default());
+///         best
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+/// let best = dispatch(Eight(Certified::default(), &ray, &[at(5.0), at(3.0)]));
+/// assert!(best.is_hit() && 3.0 <= best.t_hi() && best.t_hi() < 3.001);
+/// assert_eq!(best.triangle(), Some((1, 1)));
+/// assert_eq!(Best::new(9.0).triangle(), None);
+/// assert_eq!(Best::NOTHING, u32::MAX);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Best {
     /// The exact t of the hit, NaN while nobody has asked for it.
@@ -141,6 +168,14 @@ impl Best {
 }
 
 /// The best of each of N rays, side by side.
+///
+/// ```
+/// use intertri::Bests;
+/// // Of four rays that nothing has been offered to yet; one f32 is a lane, too.
+/// let bests = Bests::<f32, 1>::new(&[9.0]);
+/// assert_eq!(bests.t_hi(), 9.0);
+/// assert!(!bests.lane(0).is_hit());
+/// ```
 #[derive(Clone, Copy)]
 pub struct Bests<F, const N: usize> {
     t_lo: F,

@@ -14,6 +14,16 @@ use crate::lanes::Lanes;
 use crate::{Triangle, Vec3};
 
 /// The coefficients of one triangle as it is seen from one origin, in f64; or of several, in lanes.
+///
+/// ```
+/// use intertri::{Coefficients, Triangle};
+/// // Seen from the middle of a side, straight ahead.
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let seen = Coefficients::new(&triangle, [0.5, 0.5, 0.0]);
+/// assert_eq!(seen.weights([0.0, 0.0, 1.0]), (0.5, 0.5));
+/// // Where it passes by, a weight is negative.
+/// assert!(seen.weights([0.0, -2.0, 1.0]).1 < 0.0);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Coefficients<D = f64> {
     /// `c1 - o`

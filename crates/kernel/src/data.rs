@@ -10,6 +10,12 @@ use bytemuck::{Pod, Zeroable};
 /// ray with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
 ///
 /// The layout is that of a file of raw rays: eight little-endian f32 in the order of the fields.
+///
+/// ```
+/// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
+/// let bytes: [u8; 32] = bytemuck::cast(ray);
+/// assert_eq!(bytemuck::cast::<_, intertri::Ray>(bytes), ray);
+/// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Ray {
@@ -49,6 +55,12 @@ impl Ray {
 ///
 /// A buffer of vertices, nine f32 a triangle, can be cast to a slice of these by `bytemuck`. A
 /// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area.
+///
+/// ```
+/// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
+/// let triangles: &[intertri::Triangle] = bytemuck::cast_slice(&vertices);
+/// assert_eq!(triangles[0].0[2], [0.0, 1.0, 5.0]);
+/// ```
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Triangle(pub [[f32; 3]; 3]);
@@ -70,6 +82,13 @@ impl Triangle {
 /// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The ray
 /// `t` is the reference's, bit for bit; `u` and `v` are the same on every CPU but may stand outside
 /// of `0..=1` by rounding.
+///
+/// ```
+/// use intertri::{Certified, Hit, Mode, Ray, Triangle};
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let hit = Certified::default().closest(&[wall], &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]));
+/// assert_eq!(hit, Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 0 });
+/// ```
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Hit {
@@ -85,9 +104,18 @@ pub struct Hit {
 
 impl Hit {
     /// The index that stands for no triangle; as a signed number it is -1.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Hit::MISS.triangle, intertri::Hit::NOTHING);
+    /// ```
     pub const NOTHING: u64 = u64::MAX;
 
     /// What a ray that meets nothing gets.
+    ///
+    /// ```
+    /// use intertri::{Certified, Hit, Mode, Ray};
+    /// assert_eq!(Certified::default().closest(&[], &Ray::new([0.0; 3], [0.0, 0.0, 1.0])), Hit::MISS);
+    /// ```
     pub const MISS: Self = Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NOTHING };
 
     /// Whether there is a triangle.

@@ -29,6 +29,7 @@ pub mod lanes;
 mod mode;
 mod packet;
 mod pairs;
+mod prepared;
 mod sight;
 mod slices;
 mod vec3;
@@ -36,7 +37,7 @@ mod verbs;
 
 pub use best::{Best, Bests};
 pub use certified::{
-    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, View, Windows,
+    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, View, Windows,
 };
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
@@ -44,6 +45,7 @@ pub use double::Double;
 pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};
 pub use packet::{Hits, RayPacket, TrianglePack};
 pub use pairs::Pairs;
-pub use sight::Sight;
+pub use prepared::{Prepared, PreparedPacket, PreparedRay};
+pub use sight::Sights;
 pub use vec3::Vec3;
-pub use verbs::{Mode, Prepared, PreparedPacket, PreparedRay};
+pub use verbs::Mode;

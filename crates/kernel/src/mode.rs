@@ -7,11 +7,23 @@ use crate::{Certified, Ray, RayPacket, Triangle, TrianglePack};
 
 /// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
 /// that is still no hit.
+///
+/// ```
+/// use intertri::{Certified, Mode, Ray, Threshold, Triangle};
+/// let near = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+/// assert!(Certified::new(Threshold::DEFAULT).any(&[near], &ray));
+/// assert!(!Certified::new(Threshold::new(5.0).unwrap()).any(&[near], &ray));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold(f64);
 
 impl Threshold {
     /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Threshold::DEFAULT.get(), 1e-9);
+    /// ```
     pub const DEFAULT: Self = Self(1e-9);
 
     /// A threshold of one's own.
@@ -33,6 +45,10 @@ impl Threshold {
     }
 
     /// The number.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Threshold::new(1e-6).unwrap().get(), 1e-6);
+    /// ```
     #[inline(always)]
     pub fn get(self) -> f64 {
         self.0
@@ -63,6 +79,18 @@ impl fmt::Display for BadThreshold {
 impl core::error::Error for BadThreshold {}
 
 /// How many lanes a packet may have: the marker `Lane<N>` of a width that there is.
+///
+/// ```
+/// use intertri::lanes::Lanes;
+/// use intertri::{Lane, Mode, Prepared, RayPacket, Width};
+/// // Generic over the number of lanes.
+/// fn hits<M: Mode, const N: usize>(mode: &M, rays: &RayPacket<N>, triangle: &Prepared<M>) -> u32
+/// where
+///     Lane<N>: Width,
+/// {
+///     mode.packet(rays, triangle).bits
+/// }
+/// ```
 pub trait Width {
     /// So many f32.
     type F<S: Simd>: Lanes<Scalar = f32>;
@@ -71,6 +99,19 @@ pub trait Width {
 }
 
 /// A width of N lanes.
+///
+/// ```
+/// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+/// use intertri::{Lane, Width};
+/// struct Count;
+/// impl WithSimd for Count {
+///     type Output = (usize, usize);
+///     fn run<S: Simd>(self) -> (usize, usize) {
+///         (<Lane<16> as Width>::F::<S>::N, <Lane<4> as Width>::D::<S>::N)
+///     }
+/// }
+/// assert_eq!(dispatch(Count), (16, 4));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Lane<const N: usize>;
 

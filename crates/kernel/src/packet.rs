@@ -2,11 +2,19 @@
 
 use bytemuck::Zeroable;
 
-use crate::{Ray, Triangle, Vec3, lanes::Lanes};
+use crate::{Ray, Triangle, Vec3, lanes::Lanes, mode::lanes_of};
 
 /// N rays side by side: `origin[axis][lane]`.
 ///
 /// Lanes beyond the given rays repeat the last one and are dead: no answer speaks of them.
+///
+/// ```
+/// use intertri::{Ray, RayPacket};
+/// let rays = [0.0, 1.0, 2.0].map(|x| Ray::new([x, 0.0, 0.0], [0.0, 0.0, 1.0]));
+/// let packet = RayPacket::<4>::new(&rays);
+/// assert_eq!((packet.live(), packet.origin[0]), (0b111, [0.0, 1.0, 2.0, 2.0]));
+/// assert_eq!(packet.ray(1), rays[1]);
+/// ```
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct RayPacket<const N: usize> {
@@ -74,6 +82,15 @@ impl<const N: usize> RayPacket<N> {
 /// N triangles side by side.
 ///
 /// Lanes beyond the given triangles repeat the last one and are dead: no answer speaks of them.
+///
+/// ```
+/// use intertri::{Triangle, TrianglePack};
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let pack = TrianglePack::<8>::new(&[at(5.0), at(7.0)]);
+/// assert_eq!((pack.live(), pack.triangle(1)), (0b11, at(7.0)));
+/// // The z of the first corners.
+/// assert_eq!(pack.corners()[0][2][..3], [5.0, 7.0, 7.0]);
+/// ```
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct TrianglePack<const N: usize> {
@@ -143,12 +160,35 @@ impl<const N: usize> TrianglePack<N> {
 }
 
 /// The answers of a packet of rays or a pack of triangles.
+///
+/// ```
+/// use intertri::{Certified, Hits, Mode, Ray, Triangle, TrianglePack};
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let pack = TrianglePack::<4>::new(&[at(5.0), at(-1.0), at(3.0)]);
+/// let hits: Hits<4> = Certified::default().pack(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &pack);
+/// let nearest = hits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+/// assert_eq!(nearest, Some((2, 3.0)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hits<const N: usize> {
     /// Bit i is set where lane i is a hit.
     pub bits: u32,
     /// The `t` of each lane; meaningful where its bit is set.
     pub t: [f64; N],
+}
+
+impl<const N: usize> Hits<N> {
+    /// The lanes that are hits, from the lowest, each with its `t`.
+    ///
+    /// ```
+    /// let hits = intertri::Hits { bits: 0b1010, t: [0.0, 5.0, 0.0, 3.0] };
+    /// assert!(hits.iter().eq([(1, 5.0), (3, 3.0)]));
+    /// ```
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + use<N> {
+        let t = self.t;
+        lanes_of(self.bits).map(move |lane| (lane, t[lane]))
+    }
 }
 
 /// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two

@@ -5,6 +5,30 @@ use core::ops::{Add, Mul, Sub};
 use crate::lanes::Lanes;
 
 /// N vectors in structure-of-arrays order.
+///
+/// ```
+/// use intertri::Vec3;
+/// use intertri::lanes::Lanes;
+///
+/// // The normals of N triangles; one f64 is a lane, too.
+/// fn normals<L: Lanes>([a, b, c]: [Vec3<L>; 3]) -> Vec3<L> {
+///     (b - a).cross(c - a)
+/// }
+/// let corner = |x, y| Vec3::<f64>::splat([x, y, 5.0]);
+/// let normal = normals([corner(0.0, 0.0), corner(2.0, 0.0), corner(0.0, 2.0)]);
+/// assert_eq!((normal.x, normal.y, normal.z), (0.0, 0.0, 4.0));
+/// assert_eq!((normal.dot(normal), normal.norm1(), (normal * -1.0).abs().z), (16.0, 4.0, 4.0));
+///
+/// // Under a bound, fused.
+/// assert_eq!(normal.dot_fused(normal), 16.0);
+/// assert_eq!(normal.cross_fused(normal).norm1(), 0.0);
+///
+/// // To arrays and back.
+/// let mut lanes = [[0.0]; 3];
+/// (corner(1.0, 2.0) + corner(0.0, 0.0)).store(&mut lanes);
+/// assert_eq!(lanes, [[1.0], [2.0], [10.0]]);
+/// assert_eq!(Vec3::<f64>::load(&lanes).x, Vec3::<f64>::load_f32(&[[1.0], [2.0], [10.0]]).x);
+/// ```
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Vec3<L> {

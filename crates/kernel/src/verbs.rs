@@ -4,7 +4,10 @@ use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Simd, WithSimd};
 use crate::mode::{Counts, Found, Lane, Scalar, Shortlist, Test, Threshold, Width, lanes_of};
 use crate::slices::{All, Any, ClosestOfEach};
-use crate::{Best, Bests, Coefficients, Hit, Hits, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{
+    Best, Bests, Coefficients, Hit, Hits, Prepared, PreparedPacket, PreparedRay, Ray, RayPacket,
+    Triangle, TrianglePack,
+};
 
 /// A way to decide hits: [`Certified`](crate::Certified) or [`Double`](crate::Double).
 ///
@@ -16,6 +19,35 @@ use crate::{Best, Bests, Coefficients, Hit, Hits, Ray, RayPacket, Triangle, Tria
 /// [`closest`](Mode::closest), [`any`](Mode::any) and [`all`](Mode::all) take slices of any length.
 /// For an author of a hierarchy there are packets and packs; those whose names end in `_in` are to
 /// be called within a loop that was entered by [`WithSimd`].
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Best, Counts, Double, Hit, Mode, Ray, Triangle, TrianglePack};
+///
+/// /// The closest hit of a ray, eight triangles at a time.
+/// struct Loop<'a, M>(M, &'a Ray, &'a [Triangle]);
+/// impl<M: Mode> WithSimd for Loop<'_, M> {
+///     type Output = Hit;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Hit {
+///         let Self(mode, ray, triangles) = self;
+///         let (prepared, mut best) = (mode.prepare_ray(ray), Best::new(ray.t_max));
+///         let find = |place: u32| triangles[place as usize];
+///         let mut counts = Counts::default();
+///         for (i, eight) in triangles.chunks(8).enumerate() {
+///             let (pack, first) = (TrianglePack::new(eight), 8 * i as u32);
+///             let indices = std::array::from_fn(|lane| first + lane as u32);
+///             mode.closest_in::<S>(&prepared, &pack, &indices, first, find, &mut best, &mut counts);
+///         }
+///         mode.hit(ray, &best, find)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let walls: Vec<Triangle> = (1..20).map(|i| at(20.0 - i as f32)).collect();
+/// let (mode, ray) = (Double::default(), Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]));
+/// assert_eq!(dispatch(Loop(mode, &ray, &walls)), mode.closest(&walls, &ray));
+/// ```
 pub trait Mode: Test {
     /// The closest hit; of equal t, the lowest index.
     ///
@@ -80,6 +112,12 @@ pub trait Mode: Test {
     }
 
     /// A triangle with what this mode computes from it once.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Prepared, Triangle};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let prepared: Prepared<Certified> = Certified::default().prepare(&wall);
+    /// ```
     fn prepare(&self, triangle: &Triangle) -> Prepared<Self> {
         Prepared { triangle: *triangle, constants: self.constants(triangle) }
     }
@@ -118,6 +156,8 @@ pub trait Mode: Test {
     }
 
     /// N rays prepared for one triangle after another, within a loop at some level.
+    ///
+    /// An example stands at [`PreparedPacket`].
     #[inline(always)]
     fn prepare_packet_in<'a, S: Simd, const N: usize>(
         &self,
@@ -126,10 +166,12 @@ pub trait Mode: Test {
     where
         Lane<N>: Width,
     {
-        PreparedPacket { packet, lanes: self.rays(packet) }
+        PreparedPacket::new(packet, self.rays(packet))
     }
 
     /// [`Mode::packet`] within a loop at some level.
+    ///
+    /// An example stands at [`PreparedPacket`].
     #[inline(always)]
     fn packet_in<S: Simd, const N: usize>(
         &self,
@@ -141,20 +183,22 @@ pub trait Mode: Test {
         Lane<N>: Width,
     {
         let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.constants);
-        let far = Lanes::load(&rays.packet.t_max);
-        let live = rays.packet.live();
-        let found = self.test(&triangles, &rays.lanes, far, live, counts);
+        let far = Lanes::load(&rays.packet().t_max);
+        let live = rays.packet().live();
+        let found = self.test(&triangles, rays.lanes(), far, live, counts);
         let find = |_| triangle.triangle;
         let scalar = Rays {
-            packet: rays.packet,
+            packet: rays.packet(),
             triangle: &triangle.triangle,
             find,
             threshold: self.threshold(),
         };
-        Hits::of(found, |lane| rays.packet.t_max[lane], &scalar)
+        Hits::of(found, |lane| rays.packet().t_max[lane], &scalar)
     }
 
     /// [`Mode::pack`] within a loop at some level.
+    ///
+    /// An example stands at [`PreparedRay`].
     #[inline(always)]
     fn pack_in<S: Simd, const N: usize>(
         &self,
@@ -175,6 +219,8 @@ pub trait Mode: Test {
     }
 
     /// A ray prepared for one pack after another.
+    ///
+    /// An example stands at [`PreparedRay`].
     #[inline(always)]
     fn prepare_ray(&self, ray: &Ray) -> PreparedRay<Self> {
         PreparedRay { ray: *ray, constants: self.ray(ray) }
@@ -206,6 +252,8 @@ pub trait Mode: Test {
 
     /// Whether one ray may hit a triangle of a pack: a first look without a branch, after which
     /// [`Mode::closest_in`] is asked.
+    ///
+    /// An example stands at [`PreparedRay`].
     #[inline(always)]
     fn may_hit_in<S: Simd>(&self, ray: &PreparedRay<Self>, pack: &TrianglePack<8>) -> bool {
         let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
@@ -213,6 +261,8 @@ pub trait Mode: Test {
     }
 
     /// Whether one ray hits any triangle of a pack.
+    ///
+    /// An example stands at [`PreparedRay`].
     #[inline(always)]
     fn any_in<S: Simd>(
         &self,
@@ -228,6 +278,8 @@ pub trait Mode: Test {
 
     /// Offers the hits of N rays with one triangle to their bests; only the lanes in `live` take
     /// part. Index, place and `find` are those of [`Mode::closest_in`].
+    ///
+    /// An example stands at [`PreparedPacket`].
     #[inline(always)]
     fn packet_closest_in<S: Simd, const N: usize>(
         &self,
@@ -243,8 +295,8 @@ pub trait Mode: Test {
     {
         let triangles = self.one_triangle(&triangle.constants);
         let far = bests.t_hi();
-        if let Some(found) = self.test(&triangles, &rays.lanes, far, live, counts) {
-            let (packet, triangle) = (rays.packet, &triangle.triangle);
+        if let Some(found) = self.test(&triangles, rays.lanes(), far, live, counts) {
+            let (packet, triangle) = (rays.packet(), &triangle.triangle);
             let scalar = Rays { packet, triangle, find, threshold: self.threshold() };
             bests.offer(&found, index, place, &scalar);
         }
@@ -252,6 +304,8 @@ pub trait Mode: Test {
 
     /// [`Mode::packet_closest_in`] for one triangle after another; index and place of the i-th are
     /// `first + i`. All are looked at before any is decided, which is faster than one by one.
+    ///
+    /// An example stands at [`PreparedPacket`].
     #[inline(always)]
     fn packet_closest_of_in<S: Simd, const N: usize>(
         &self,
@@ -271,7 +325,7 @@ pub trait Mode: Test {
             let mut list = Shortlist::new();
             for (i, triangle) in block.iter().enumerate() {
                 let triangles = self.one_triangle(&triangle.constants);
-                list.put(i, self.maybe(&triangles, &rays.lanes, live));
+                list.put(i, self.maybe(&triangles, rays.lanes(), live));
             }
             counts.tests += u64::from(live.count_ones()) * block.len() as u64;
             let mut few = Counts::default();
@@ -294,6 +348,8 @@ pub trait Mode: Test {
 
     /// The index and the exact t of the hit that a best stands for. `find` is that of
     /// [`Mode::closest_in`].
+    ///
+    /// An example stands at [`PreparedRay`].
     #[inline]
     fn index_and_t(
         &self,
@@ -320,52 +376,15 @@ impl<M: Test> Mode for M {}
 type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
 type D<S, const N: usize> = <Lane<N> as Width>::D<S>;
 
-/// A triangle with what a mode computes from it once.
-//
-// What every test needs comes first, for `Certified` in one cache line.
-#[derive(Clone, Copy)]
-#[repr(C, align(64))]
-pub struct Prepared<M: Test> {
-    constants: M::Constants,
-    triangle: Triangle,
-}
-
-/// A ray with what a mode computes from it once.
-#[derive(Clone, Copy)]
-pub struct PreparedRay<M: Test> {
-    ray: Ray,
-    constants: M::Ray,
-}
-
-/// N rays with what a mode computes from them once, at one level of instructions.
-#[derive(Clone, Copy)]
-pub struct PreparedPacket<'a, M: Test, S: Simd, const N: usize>
-where
-    Lane<N>: Width,
-{
-    packet: &'a RayPacket<N>,
-    lanes: M::Rays<F<S, N>, D<S, N>>,
-}
-
-impl<M: Test, S: Simd, const N: usize> PreparedPacket<'_, M, S, N>
-where
-    Lane<N>: Width,
-{
-    /// The rays.
-    #[inline(always)]
-    pub(crate) fn packet(&self) -> &RayPacket<N> {
-        self.packet
-    }
-
-    /// What the mode computed from them.
-    #[inline(always)]
-    pub(crate) fn lanes(&self) -> &M::Rays<F<S, N>, D<S, N>> {
-        &self.lanes
-    }
-}
-
 impl Hit {
     /// A hit whose t is known, with the weights computed from the ray and the triangle.
+    ///
+    /// ```
+    /// use intertri::{Hit, Ray, Triangle};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let hit = Hit::at(2.5, 7, &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]), &wall);
+    /// assert_eq!(hit, Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 7 });
+    /// ```
     pub fn at(t: f64, index: u32, ray: &Ray, triangle: &Triangle) -> Self {
         let (u, v) = Coefficients::new(triangle, ray.origin).weights(ray.dir.map(f64::from));
         Self { t, u, v, triangle: u64::from(index) }

@@ -18,7 +18,8 @@ pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
 /// A number in groups of three digits.
 ///
 /// ```
-/// assert_eq!(intertri_lab::tables::grouped(1_234_567), "1,234,567");
+/// use intertri_lab::tables::grouped;
+/// assert_eq!([0, 999, 123_456, 1_234_567].map(grouped), ["0", "999", "123,456", "1,234,567"]);
 /// ```
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();

@@ -22,7 +22,10 @@ type Result<T> = std::result::Result<T, LoadError>;
 const MAX_LINE: usize = 4096;
 
 /// Bytes of a raw ray.
-const RAW: usize = 32;
+const RAW: usize = size_of::<Ray>();
+
+/// Rays for which there is room beyond those that have come.
+const PIECE: usize = 1 << 16;
 
 /// The columns' names, in the order of a raw ray.
 const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
@@ -38,7 +41,7 @@ const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"
 /// ```
 pub struct Rays<'a> {
     name: PathBuf,
-    input: Box<dyn BufRead + 'a>,
+    input: Box<dyn BufRead + Send + 'a>,
     format: Format,
     total: Option<u64>,
 }
@@ -78,7 +81,7 @@ impl<'a> Rays<'a> {
     /// If it cannot be read, its line of names is wrong, or its size is not that of whole rays.
     pub fn new(
         name: impl Into<PathBuf>,
-        mut input: impl Read + 'a,
+        mut input: impl Read + Send + 'a,
         size: Option<u64>,
     ) -> Result<Self> {
         // What does its beginning look like?
@@ -106,30 +109,42 @@ impl<'a> Rays<'a> {
         self.total
     }
 
-    /// Up to `count` more rays into `rays`, which is emptied first; none at the end of the file.
+    /// Up to `count` more rays into `rays`, whose memory is used again but not what is in it; none at the
+    /// end of the file.
     ///
     /// # Errors
     /// If the file cannot be read, a line is not of numbers, or the last raw ray is cut off.
     pub fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
-        rays.clear();
         match self.format {
             Format::Raw => self.read_raw(rays, count),
             Format::Csv { .. } => self.read_csv(rays, count),
         }
     }
 
+    /// A ray in memory is a raw ray: bytes are read to where they stay.
     fn read_raw(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
-        let mut bytes = Vec::new();
-        let read = self.input.by_ref().take((count * RAW) as u64).read_to_end(&mut bytes);
-        read.map_err(|cause| self.unreadable(&cause))?;
-        let (records, rest) = bytes.as_chunks::<RAW>();
-        if !rest.is_empty() {
-            return Err(self.ragged(rest.len() as u64));
+        let mut filled = 0;
+        loop {
+            // Memory grows with what comes, not with what was asked for.
+            let room = count.min(filled / RAW + PIECE);
+            if rays.len() < room {
+                rays.resize(room, Ray::new([0.0; 3], [0.0; 3]));
+            }
+            let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut rays[..room]);
+            match self.input.read(&mut bytes[filled..]) {
+                Ok(0) => break,
+                Ok(read) => filled += read,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(cause) => return Err(self.unreadable(&cause)),
+            }
         }
-        rays.extend(records.iter().map(|record| {
-            let (numbers, _) = record.as_chunks::<4>();
-            ray(std::array::from_fn(|i| f32::from_le_bytes(numbers[i])))
-        }));
+        if !filled.is_multiple_of(RAW) {
+            return Err(self.ragged(filled as u64));
+        }
+        rays.truncate(filled / RAW);
+        for number in bytemuck::cast_slice_mut::<_, u32>(rays) {
+            *number = u32::from_le(*number);
+        }
         Ok(())
     }
 
@@ -155,6 +170,7 @@ impl<'a> Rays<'a> {
     }
 
     fn read_csv(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        rays.clear();
         let mut line = String::new();
         while rays.len() < count && self.next_line(&mut line)? {
             let Format::Csv { columns, .. } = &self.format else { unreachable!() };

@@ -9,8 +9,6 @@ mod fixed;
 mod flight;
 mod node;
 mod pyramid;
-mod scratch;
-mod screen;
 mod search;
 mod slab;
 mod sliver;

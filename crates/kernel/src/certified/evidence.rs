@@ -11,6 +11,17 @@ use super::filter::{Edges, Plane, Rays, Triangles};
 ///
 /// In the words of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
 /// the denominator, `t` is `num / den`. NaN and infinities come in and out as they are.
+///
+/// ```
+/// use intertri::{Certified, Evidence, Ray, Triangle};
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let evidence = |x| -> Evidence {
+///     Certified::default().evidence(&Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]), &triangle)
+/// };
+/// // Inside beyond doubt; and on an edge, where f32 does not decide.
+/// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
+/// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
     /// V, the weight of the second corner times the denominator.

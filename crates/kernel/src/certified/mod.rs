@@ -14,14 +14,14 @@ mod filter;
 mod screen;
 mod view;
 
-use crate::double::replay;
+use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Level, Mask, Simd};
 use crate::mode::{Counts, Found, Lane, Shortlist, Test, Threshold, Width, lanes_of};
 use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, Windows};
+pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Windows};
 pub use view::View;
 
 use filter::{Edges, Rays, Triangles, Verdict};
@@ -50,11 +50,25 @@ impl Default for Certified {
 
 impl Certified {
     /// The mode with a threshold of one's own, at this CPU's best level.
+    ///
+    /// ```
+    /// use intertri::{Certified, Mode, Ray, Threshold, Triangle};
+    /// // In a scene of size 1e-7 the default of 1e-9 is a distance.
+    /// let small = Triangle::new([0.0, 0.0, 5e-10], [1e-7, 0.0, 5e-10], [0.0, 1e-7, 5e-10]);
+    /// let ray = Ray::new([2e-8, 2e-8, 0.0], [0.0, 0.0, 1.0]);
+    /// assert!(!Certified::default().any(&[small], &ray));
+    /// assert!(Certified::new(Threshold::new(1e-30).unwrap()).any(&[small], &ray));
+    /// ```
     pub fn new(threshold: Threshold) -> Self {
         Self { threshold, level: Level::best() }
     }
 
     /// The same mode at another level. The answers do not depend on it.
+    ///
+    /// ```
+    /// use intertri::{Certified, lanes::Level};
+    /// let plain = Certified::default().at(Level::SCALAR);
+    /// ```
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
@@ -149,12 +163,20 @@ impl Test for Certified {
 impl Certified {
     /// A triangle as it is seen from the origin that rays share (document D): computed once, it makes
     /// each ray's test three dot products.
+    ///
+    /// ```
+    /// use intertri::{Certified, Triangle, View};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let seen: View = Certified::default().view(&wall, [0.25, 0.25, 0.0]);
+    /// ```
     pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
         View::new(triangle, origin, self.threshold.get())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
     /// origin of the view.
+    ///
+    /// An example stands at [`View`].
     #[inline(always)]
     pub fn view_closest_in<S: Simd, const N: usize>(
         &self,
@@ -186,6 +208,8 @@ impl Certified {
 
     /// Eight triangles as the screen of a frame sees them, for rays none of which has a smaller z than
     /// `slowest`; within a loop at some level.
+    ///
+    /// An example stands at [`Outlines`].
     #[inline(always)]
     pub fn outlines_in<S: Simd>(
         &self,
@@ -193,30 +217,29 @@ impl Certified {
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        let (corners, longest) = (pack.corners(), pack.longest_edges());
-        let parallel = f64::from(bound::PARALLEL) * self.threshold.get() / f64::from(slowest);
-        let parallel = (parallel as f32).next_up();
-        Outlines::new::<S::F64x8, S::F32x8>(corners, longest, pack.live(), frame, parallel)
+        let (corners, threshold) = (pack.corners(), self.threshold.get());
+        Outlines::new::<S::F64x8, S::F32x8>(corners, pack.live(), frame, slowest, threshold)
     }
 
-    /// Where the rays so far and the live ones of a packet begin to look for hits.
+    /// Where on their way the rays of points look for hits.
+    ///
+    /// An example stands at [`Ranges`].
     #[inline(always)]
-    pub fn starts_in<F: Lanes<Scalar = f32>>(
+    pub fn ranges_in<F: Lanes<Scalar = f32>, const N: usize>(
         &self,
-        starts: &Starts<F>,
         points: &Points<F>,
-        t_min: F,
-        live: F::Mask,
-    ) -> Starts<F> {
-        starts.and(points, t_min, live, self.threshold.get())
+        t_min: &[f32; N],
+    ) -> Ranges<F> {
+        points.ranges(F::load(t_min), self.threshold.get())
     }
 
     /// Offers the hits of N rays with one triangle to their nearest; only the lanes in `live` take
     /// part, which must be on the screen and have no NaN in their interval. `plain` is what
     /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
     /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`. Only
-    /// undecided tests are counted: the caller knows how many its windows decided. Whether the nearest
-    /// may have changed.
+    /// undecided tests are counted: the caller knows how many its windows decided.
+    ///
+    /// An example stands at [`Nearest`].
     #[inline(always)]
     pub fn outline_closest_in<F: Lanes<Scalar = f32>, const N: usize>(
         &self,
@@ -229,8 +252,8 @@ impl Certified {
         live: u32,
         nearest: &mut Nearest<F, N>,
         counts: &mut Counts,
-    ) -> bool {
-        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return false };
+    ) {
+        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return };
 
         // What the bound leaves undecided goes through the document's test.
         let (mut replayed, mut exact) = (0, [0.0; N]);
@@ -241,12 +264,14 @@ impl Certified {
                 exact[lane] = t;
             }
         }
-        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, &find, index);
-        true
+        let t = |ray: &Ray, triangle| exact_t(ray, &find(triangle));
+        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, t, index);
     }
 
     /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are
     /// `first + i`. All are looked at before any is decided, which is faster than one by one.
+    ///
+    /// An example stands at [`View`].
     #[inline(always)]
     pub fn views_closest_in<S: Simd, const N: usize>(
         &self,

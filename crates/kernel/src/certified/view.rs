@@ -17,6 +17,42 @@ use super::bound;
 use super::filter::{Rays, Verdict};
 
 /// A triangle as it is seen from one origin.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, View, Width};
+///
+/// /// What each of eight rays hits first, by views from the origin that they share.
+/// struct Seen<'a>(Certified, &'a RayPacket<8>, &'a [Triangle], &'a [View]);
+/// impl WithSimd for Seen<'_> {
+///     type Output = [[Option<u32>; 8]; 2];
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let Self(mode, packet, triangles, views) = self;
+///         let rays = mode.prepare_packet_in::<S, 8>(packet);
+///         let (live, mut counts) = (packet.live(), Counts::default());
+///         let find = |place: u32| triangles[place as usize];
+///         let mut one = Bests::<<Lane<8> as Width>::F<S>, 8>::new(&packet.t_max);
+///         let mut row = one;
+///         for (i, view) in (0..).zip(views) {
+///             mode.view_closest_in(&rays, view, (i, i), find, live, &mut one, &mut counts);
+///         }
+///         mode.views_closest_in(&rays, views, 0, find, live, &mut row, &mut counts);
+///         [one, row].map(|bests| {
+///             std::array::from_fn(|lane| bests.lane(lane).triangle().map(|(index, _)| index))
+///         })
+///     }
+/// }
+///
+/// let (mode, eye) = (Certified::default(), [0.0; 3]);
+/// let at = |z| Triangle::new([-1.0, -1.0, z], [1.0, -1.0, z], [-1.0, 1.0, z]);
+/// let triangles = [at(5.0), at(3.0)];
+/// let views = triangles.map(|triangle| mode.view(&triangle, eye));
+/// let rays = [-0.2, 0.2, 0.9].map(|x| Ray::new(eye, [x, -0.1, 1.0]));
+/// let [one, row] = dispatch(Seen(mode, &RayPacket::new(&rays), &triangles, &views));
+/// assert_eq!((one[0], one[2]), (Some(1), None));
+/// assert_eq!(one, row);
+/// ```
 //
 // What nearly every test needs comes first, in one cache line.
 #[derive(Clone, Copy, Debug)]

@@ -8,6 +8,30 @@ use crate::mode::{Lane, Width, lanes_of};
 
 /// N prepared triangles side by side, 4 or 8, each with its index. Lanes beyond the given triangles
 /// are points, which nothing hits.
+///
+/// ```
+/// use intertri::fixed::{Bits, Block, Grid, RayLanes};
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+///
+/// /// The triangles of a block that a ray crosses, in a walk of one's own.
+/// struct Leaf<'a>(&'a Block<8>, &'a intertri::fixed::Ray);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Vec<u32>;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Vec<u32> {
+///         let (lanes, mut crossed) = (RayLanes::<S, 8>::new(self.1), vec![]);
+///         self.0.crossings_in::<S, true>(&lanes, |_, index| crossed.push(index));
+///         crossed
+///     }
+/// }
+///
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let at = |z| grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]]);
+/// let block = Block::new([(at(5)?, 70), (at(-5)?, 71), (at(3)?, 72)]);
+/// assert_eq!(block.indices()[..4], [70, 71, 72, u32::MAX]);
+/// assert_eq!(dispatch(Leaf(&block, &grid.ray_of([1, 1, 0], [0, 0, 1])?)), [70, 72]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Block<const N: usize> {
@@ -100,6 +124,24 @@ type F<S, const N: usize> = <Lane<N> as Width>::F<S>;
 type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 
 /// A ray prepared for one block after another, at one level of instructions.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, RayLanes};
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+///
+/// struct Prepare<'a>(&'a intertri::fixed::Ray);
+/// impl WithSimd for Prepare<'_> {
+///     type Output = ();
+///     #[inline(always)]
+///     fn run<S: Simd>(self) {
+///         // Once, and then block after block.
+///         let lanes = RayLanes::<S, 8>::new(self.0);
+///     }
+/// }
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// dispatch(Prepare(&grid.ray_of([1, 1, 0], [0, 0, 1])?));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct RayLanes<S: Simd, const N: usize>
 where

@@ -4,6 +4,19 @@ use super::{Ratio, Ray};
 use crate::Hit;
 
 /// Where a ray crosses a triangle.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, twin};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
+/// let ray = grid.ray_of([1, 2, 0], [0, 0, 3])?;
+/// let crossing = twin::crossing(&ray, &wall).unwrap();
+/// assert_eq!(crossing.t.num() * 3, 5 * u128::from(crossing.t.den()));
+/// assert!(crossing.leaves);
+/// let hit = crossing.to_hit(&ray, 7);
+/// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (7, 5.0 / 3.0, 0.25, 0.5));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crossing {
     /// t in multiples of the snapped direction.
@@ -32,6 +45,21 @@ impl Crossing {
 }
 
 /// The closest crossing so far of one ray; of equal t, the one with the lowest index.
+///
+/// ```
+/// use intertri::fixed::{Best, Bits, Grid, twin};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let ray = grid.ray_of([1, 1, 0], [0, 0, 1])?;
+/// let mut best = Best::default();
+/// assert_eq!(best.t_hi(), f32::INFINITY);
+/// for (index, z) in [5, 3, 3].into_iter().enumerate() {
+///     let wall = grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]])?;
+///     best.offer(twin::crossing(&ray, &wall).unwrap(), index as u32);
+/// }
+/// assert_eq!((best.get().unwrap().1, best.to_hit(&ray).t), (1, 3.0));
+/// assert!(3.0 <= best.t_hi() && best.t_hi() < 3.001);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Best(Option<(Crossing, u32)>);
 

@@ -19,6 +19,14 @@ use crate::Triangle as Corners;
 ///
 /// Coordinates lie in `-2^b ..= 2^b`, components of directions in `-2^q ..= 2^q`. The lanes compute
 /// in i64, which holds every intermediate value if `2 b + q <= 58`.
+///
+/// ```
+/// use intertri::fixed::Bits;
+/// assert_eq!((Bits::FINE.b(), Bits::FINE.q()), (20, 18));
+/// assert_eq!((Bits::COARSE.b(), Bits::COARSE.q()), (16, 16));
+/// assert_eq!(Bits::of_grid(19)?.q(), 20);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bits {
     b: u32,
@@ -76,6 +84,15 @@ impl Default for Bits {
 }
 
 /// What a grid cannot take.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, GridError};
+/// let grid = Grid::around([[0.0; 3], [1.0; 3]], Bits::FINE)?;
+/// assert!(grid.snap([f32::NAN, 0.0, 0.0]).is_err());
+/// let outside: GridError = grid.snap([9.0, 0.0, 0.0]).unwrap_err();
+/// println!("{outside}");
+/// # Ok::<_, GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridError {
     /// Bits outside of the budgets.
@@ -139,6 +156,15 @@ impl fmt::Display for GridError {
 impl core::error::Error for GridError {}
 
 /// A triangle whose corners are points of a grid.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let triangle = grid.triangle_of([[0, 0, 5], [1, 0, 5], [0, 1, 5]])?;
+/// assert_eq!(triangle.corners()[1], [1, 0, 5]);
+/// assert_eq!(triangle.to_f32().0[1], [1.0, 0.0, 5.0]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Triangle(pub(super) [[i32; 3]; 3]);
 
@@ -156,6 +182,18 @@ impl Triangle {
 }
 
 /// A ray whose origin and direction are integers of a grid.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let ray = grid.ray(&intertri::Ray::new([3.0, 4.0, 5.0], [0.0, 0.0, 0.5]))?.between(1.0, 8.0);
+/// assert_eq!((ray.origin(), ray.interval()), ([3, 4, 5], (1.0, 8.0)));
+/// // The direction has all bits; two to the exponent makes up for it.
+/// assert_eq!(f64::from(ray.dir()[2]), 0.5 * f64::from(ray.exponent()).exp2());
+/// // In units of the grid, for boxes.
+/// assert_eq!(ray.to_f32().origin, [3.0, 4.0, 5.0]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     pub(super) origin: [i32; 3],
@@ -221,6 +259,20 @@ impl Ray {
 /// assert_eq!(grid.snap([1.0, 0.0, 0.0]).unwrap()[0], 1 << 20);
 /// assert!(grid.snap([9.0, 0.0, 0.0]).is_err());
 /// assert!(grid.moved([0.1, 0.2, 0.3]).unwrap() <= grid.step() / 2.0);
+/// ```
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// use intertri::{Ray, Triangle};
+/// // The same grid for every scene: sixteen steps to a unit.
+/// let grid = Grid::at(Bits::COARSE, 4, [0; 3])?;
+/// assert_eq!((grid.bits(), grid.scale(), grid.step()), (Bits::COARSE, 4, 1.0 / 16.0));
+/// assert_eq!(grid.unsnap(grid.snap([1.0, 2.01, -3.0])?), [1.0, 2.0, -3.0]);
+/// let floor = grid.triangle(&Triangle::new([0.0; 3], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]))?;
+/// assert_eq!(floor, grid.triangle_of([[0, 0, 0], [32, 0, 0], [0, 0, 32]])?);
+/// let down = grid.ray_of([5, 80, 5], [0, -1, 0])?;
+/// assert_eq!(grid.ray(&Ray::new([0.3, 5.0, 0.3], [0.0, -1.0, 0.0]))?.origin(), down.origin());
+/// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {

@@ -42,6 +42,21 @@ pub use ratio::Ratio;
 pub use verbs::{Crossings, Fixed, blocks};
 
 /// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.
+///
+/// ```
+/// use intertri::fixed::{IntWidth, Packet, Prepared};
+/// use intertri::{Lane, lanes::Simd};
+/// // Generic over the number of lanes.
+/// #[inline(always)]
+/// fn crossed<S: Simd, const N: usize>(rays: &Packet<N>, triangle: &Prepared) -> usize
+/// where
+///     Lane<N>: IntWidth,
+/// {
+///     let mut count = 0;
+///     rays.crossings_in::<S, true>(triangle, rays.live(), |_, _| count += 1);
+///     count
+/// }
+/// ```
 pub trait IntWidth: Width {
     /// So many i64.
     type I<S: Simd>: Ints;

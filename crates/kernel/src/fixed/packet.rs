@@ -11,6 +11,31 @@ use crate::lanes::{Ints, Lanes, Simd};
 use crate::mode::{Lane, Width, lanes_of};
 
 /// N rays side by side, 4 or 8. Lanes beyond the given rays are dead: no answer speaks of them.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, Packet, Prepared};
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+///
+/// /// The rays of a packet that cross a triangle, in a walk of one's own.
+/// struct Leaf<'a>(&'a Packet<8>, &'a Prepared);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Vec<usize>;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Vec<usize> {
+///         let mut lanes = vec![];
+///         self.0.crossings_in::<S, true>(self.1, self.0.live(), |lane, _| lanes.push(lane));
+///         lanes
+///     }
+/// }
+///
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = Prepared::new(&grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?);
+/// let rays = [1, 9, 2].map(|x| grid.ray_of([x, 1, 0], [0, 0, 1]).unwrap());
+/// let packet = Packet::new(&rays);
+/// assert_eq!((packet.live(), packet.rays()[1]), (0b111, rays[1]));
+/// assert_eq!(dispatch(Leaf(&packet, &wall)), [0, 2]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[repr(C, align(64))]
 #[derive(Clone, Copy, Debug)]
 pub struct Packet<const N: usize> {
@@ -106,6 +131,31 @@ impl<const N: usize> Packet<N> {
 /// A triangle as seen from one origin: what rays that share it need, computed once.
 ///
 /// Document D's idea: of a test, only the products with the direction are left.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, Packet, Seen};
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+///
+/// /// The rays of a packet that cross a triangle, all from the origin from which it is seen.
+/// struct Leaf<'a>(&'a Packet<8>, &'a Seen);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Vec<usize>;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Vec<usize> {
+///         let mut lanes = vec![];
+///         self.1.crossings_in::<S, true, 8>(self.0, self.0.live(), |lane, _| lanes.push(lane));
+///         lanes
+///     }
+/// }
+///
+/// let (grid, eye) = (Grid::at(Bits::FINE, 0, [0; 3])?, [0, 0, 0]);
+/// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
+/// let seen = Seen::new(&wall, eye).unwrap();
+/// let rays = [1, 9, 2].map(|x| grid.ray_of(eye, [x, 1, 5]).unwrap());
+/// assert_eq!(dispatch(Leaf(&Packet::new(&rays), &seen)), [0, 2]);
+/// assert!(Seen::new(&wall, [7, 7, 5]).is_none());
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     origin: [i32; 3],

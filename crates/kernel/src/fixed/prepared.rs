@@ -5,6 +5,13 @@ use super::edges::{cross_i64, f32s, i64s};
 
 /// A triangle prepared for packets and blocks. The integers are kept as f32, which hold them
 /// exactly: the filter reads them as they are, the integer lanes convert.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, Prepared};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = Prepared::new(&grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Prepared {
     /// The first corner.

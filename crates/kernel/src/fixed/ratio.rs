@@ -8,6 +8,20 @@ use super::grid::pow2;
 ///
 /// Within the budgets `num <= 2^64` and `den < 2^62`, so that a product of one's numerator and the
 /// other's denominator fits 128 bits.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, twin};
+/// use std::cmp::Ordering;
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = grid.triangle_of([[0, 0, 1], [4, 0, 1], [0, 4, 1]])?;
+/// let t = twin::crossing(&grid.ray_of([1, 1, 0], [0, 0, 3])?, &wall).unwrap().t;
+/// assert_eq!(3 * t.num(), t.den().into());
+/// assert_eq!(t.to_f64(0), 1.0 / 3.0);
+/// // No f32 is a third.
+/// assert_eq!(t.cmp_f32(0, 1.0 / 3.0), Some(Ordering::Less));
+/// assert!(t.within(0, (0.25, 1.0 / 3.0)));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ratio {
     pub(super) num: u128,

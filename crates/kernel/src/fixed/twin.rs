@@ -16,6 +16,15 @@ use super::{Crossing, Ratio, Ray, Triangle};
 /// The whole rule: a determinant that is 0 takes the sign of the first component of its cross
 /// product that is not. The three signs and that of `A . (B x C)` must be equal and not zero, and
 /// `t_min <= t < t_max`.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, twin};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
+/// assert!(twin::crossing(&grid.ray_of([1, 1, 0], [0, 0, 1])?, &wall).is_some());
+/// assert!(twin::crossing(&grid.ray_of([1, 1, 0], [0, 0, -1])?, &wall).is_none());
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     let d = ray.dir.map(i128::from);
     let [a, b, c] = triangle

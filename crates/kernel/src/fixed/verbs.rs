@@ -29,6 +29,23 @@ use crate::lanes::{Level, Simd, WithSimd};
 /// assert_eq!(hits, [(3, 1.0 / 3.0)]);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
+///
+/// ```
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// use intertri::{Hit, lanes::Level};
+/// // The closest of many rays, on plain numbers: the level changes no answer.
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let plain = Fixed::at(Level::SCALAR);
+/// assert_eq!(plain.level(), Level::SCALAR);
+/// let walls = [5, 3].map(|z| grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]]).unwrap());
+/// let rays = [1, 9].map(|x| grid.ray_of([x, 1, 0], [0, 0, 1]).unwrap());
+/// let mut hits = [Hit::MISS; 2];
+/// plain.closest_of_each(&walls, &rays, &mut hits);
+/// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NOTHING]);
+/// // A sheet winds around nothing; see above for what does.
+/// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fixed {
     level: Level,
@@ -41,6 +58,17 @@ impl Default for Fixed {
 }
 
 /// How often a ray crosses.
+///
+/// ```
+/// use intertri::fixed::{Bits, Crossings, Fixed, Grid, blocks};
+/// // Through the front of one wall and the back of another.
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
+/// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();
+/// let crossings = Fixed::default().crossings(&walls, &grid.ray_of([1, 1, 0], [0, 0, 1])?);
+/// assert_eq!(crossings, Crossings { signed: 0, unsigned: 2 });
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crossings {
     /// Crossings with the normal less crossings against it: of a closed mesh whose corners run

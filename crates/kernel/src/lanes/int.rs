@@ -7,6 +7,28 @@ use super::Pair;
 /// N i64. `+` and `-` wrap, as the CPU's do: who uses them proves that nothing does.
 ///
 /// A mask is a plain number here: bit i is lane i.
+///
+/// ```
+/// use intertri::lanes::{Ints, Simd, WithSimd, dispatch};
+///
+/// /// `3 x - 2^40`, and where that is negative or 0.
+/// struct Line([i64; 4]);
+/// impl WithSimd for Line {
+///     type Output = ([i64; 4], u32, u32);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let x = S::I64x4::load(&self.0);
+///         let three = S::I64x4::load_f32(&[3.0; 4]);
+///         let y = three.mul_narrow(x) - S::I64x4::splat(1 << 20).mul_wide(S::I64x4::splat(1 << 20));
+///         let mut lanes = [0; 4];
+///         (y + S::I64x4::splat(0)).store(&mut lanes);
+///         (lanes, y.negative(), (y - y).zero())
+///     }
+/// }
+/// let (lanes, negative, zero) = dispatch(Line([0, 1, -7, 9]));
+/// assert_eq!(lanes, [0, 3, -21, 27].map(|x: i64| x - (1 << 40)));
+/// assert_eq!((negative, zero, 4), (0b1111, 0b1111, lanes.len()));
+/// ```
 pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// How many lanes there are.
     const N: usize;

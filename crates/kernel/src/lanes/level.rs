@@ -8,6 +8,23 @@ use super::{Simd, scalar::Scalar, wide::Wide};
 ///
 /// `run` and whatever it calls in its hot loops must be `#[inline(always)]`: a function that is
 /// called rather than inlined is compiled without the level's instructions.
+///
+/// ```
+/// use intertri::lanes::{Lanes, Level, Mask, Simd, WithSimd};
+///
+/// /// How many of eight numbers are negative?
+/// struct Negative([f32; 8]);
+/// impl WithSimd for Negative {
+///     type Output = u32;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> u32 {
+///         S::F32x8::load(&self.0).lt(S::F32x8::splat(0.0)).bits().count_ones()
+///     }
+/// }
+/// for level in Level::all() {
+///     assert_eq!(level.run(Negative([1.0, -2.0, 3.0, -4.0, 0.0, -0.0, f32::NAN, -5.0])), 3);
+/// }
+/// ```
 pub trait WithSimd {
     /// What the work gives.
     type Output;
@@ -18,6 +35,22 @@ pub trait WithSimd {
 /// A level of instructions that this CPU has.
 ///
 /// There is no way to make one for a CPU that lacks it.
+///
+/// ```
+/// use intertri::lanes::Level;
+/// use intertri::{Certified, Mode, Ray, Triangle};
+///
+/// // The answers do not depend on it.
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.1, 0.0, 2.0]);
+/// let answers = Level::all().map(|level| Certified::default().at(level).closest(&[wall], &ray));
+/// assert!(answers.into_iter().all(|hit| hit == Certified::default().closest(&[wall], &ray)));
+///
+/// assert_eq!((Level::SCALAR.name(), Level::WIDE.name()), ("scalar", "wide"));
+/// // A wider level is there only with the narrower.
+/// assert!(Level::avx512().is_none() || Level::avx2().is_some());
+/// assert!(Level::avx2().is_none() || Level::sse41().is_some());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level(Kind);
 
@@ -174,21 +207,6 @@ impl Level {
 #[inline]
 pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Level::best().run(work)
-}
-
-/// Asks for the memory of things that will be used soon, where the CPU can be asked.
-#[allow(unsafe_code)]
-#[inline(always)]
-pub fn prefetch<T>(things: &[T]) {
-    #[cfg(target_arch = "x86_64")]
-    for line in 0..size_of_val(things).div_ceil(64) {
-        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = things.as_ptr().cast::<i8>().wrapping_add(64 * line);
-        // SAFETY: a hint, of any address; every CPU of this kind has it.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = things;
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -24,7 +24,7 @@ mod x86;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use int::Ints;
-pub use level::{Level, WithSimd, dispatch, prefetch};
+pub use level::{Level, WithSimd, dispatch};
 pub(crate) use pair::Pair;
 
 /// N numbers side by side, f32 or f64.
@@ -32,6 +32,33 @@ pub(crate) use pair::Pair;
 /// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are IEEE 754's, lane by lane
 /// and correctly rounded, the same at every level; they are never fused or reassociated. Only
 /// [`Lanes::mul_add`] may round once or twice.
+///
+/// ```
+/// use intertri::lanes::{Lanes, Mask};
+///
+/// /// How far numbers are outside of an interval.
+/// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
+///     let out = x.lt(lo) | x.gt(hi);
+///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
+/// }
+/// // One f32 is a lane, too; f32 has methods of the same names, so the trait's are named here.
+/// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
+/// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
+/// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
+/// assert_eq!(Lanes::mul_add(2.0_f64, 3.0, 4.0), 10.0);
+/// assert!(Lanes::le(1.0_f32, 1.0) && Lanes::ge(1.0_f32, 1.0) && !Lanes::ge(f32::NAN, 1.0));
+///
+/// // Signs.
+/// assert_eq!((Lanes::flip(2.0_f32, -1.0), Lanes::flip(-2.0_f32, -1.0)), (-2.0, 2.0));
+/// assert!(Lanes::negative(Lanes::or_sign(2.0_f32, -1.0)) && !Lanes::negative(1.0_f32));
+///
+/// // From and to slices.
+/// let mut rounded = [0.0_f32];
+/// <f64 as Lanes>::load_f32(&[0.5]).store_f32(&mut rounded);
+/// let mut kept = [0.0_f64];
+/// <f64 as Lanes>::load(&[0.5]).store(&mut kept);
+/// assert_eq!((rounded, kept, <f64 as Lanes>::N), ([0.5], [0.5], 1));
+/// ```
 pub trait Lanes:
     Copy
     + Add<Output = Self>
@@ -106,6 +133,13 @@ pub trait Lanes:
 }
 
 /// One truth a lane.
+///
+/// ```
+/// use intertri::lanes::Mask;
+/// // One bool is a mask, too.
+/// assert_eq!((bool::from_bits(0b1), true.bits(), <bool as Mask>::N), (true, 0b1, 1));
+/// assert!(!(true & false).any() && (true | false).any());
+/// ```
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// How many lanes there are.
     const N: usize;
@@ -124,6 +158,20 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 /// The lane types of one level of instructions.
 ///
 /// Only [`dispatch`] and [`Level::run`] hand one out, on a CPU that has the instructions.
+///
+/// ```
+/// use intertri::lanes::{Ints, Lanes, Simd, WithSimd, dispatch};
+/// struct Widths;
+/// impl WithSimd for Widths {
+///     type Output = [usize; 7];
+///     fn run<S: Simd>(self) -> [usize; 7] {
+///         assert!(intertri::lanes::Level::all().any(|level| level == S::LEVEL));
+///         let [a, b, c] = [S::F32x4::N, S::F32x8::N, S::F32x16::N];
+///         [a, b, c, S::F64x4::N, S::F64x8::N, S::I64x4::N, S::I64x8::N]
+///     }
+/// }
+/// assert_eq!(dispatch(Widths), [4, 8, 16, 4, 8, 4, 8]);
+/// ```
 pub trait Simd: Copy {
     /// Four f32.
     type F32x4: Lanes<Scalar = f32>;
@@ -143,6 +191,21 @@ pub trait Simd: Copy {
     const LEVEL: Level;
 
     /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    /// struct Reversed([f32; 8]);
+    /// impl WithSimd for Reversed {
+    ///     type Output = [f32; 8];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(mut self) -> [f32; 8] {
+    ///         S::permute(S::F32x8::load(&self.0), 0x00_01_02_03_04_05_06_07).store(&mut self.0);
+    ///         self.0
+    ///     }
+    /// }
+    /// let reversed = dispatch(Reversed([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]));
+    /// assert_eq!(reversed, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]);
+    /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
@@ -151,18 +214,6 @@ pub trait Simd: Copy {
             *to = from[usize::from(lane % 8)];
         }
         Lanes::load(&to)
-    }
-
-    /// Four rows of four numbers as columns.
-    #[inline(always)]
-    fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
-        let mut numbers = [[0.0; 4]; 4];
-        for (row, to) in rows.into_iter().zip(&mut numbers) {
-            row.store(to);
-        }
-        let [a, b, c, d] = numbers;
-        let column = |k: usize| Self::F32x4::load(&[a[k], b[k], c[k], d[k]]);
-        [column(0), column(1), column(2), column(3)]
     }
 }
 

@@ -23,25 +23,27 @@ pub use nearest::Nearest;
 pub use outline::{Outline, Outlines};
 
 /// An origin and three axes through it, of length 1 and at right angles but for the rounding of f32.
+///
+/// ```
+/// use intertri::{Frame, Vec3};
+/// // One f32 is a lane, too.
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let point = frame.points(Vec3::<f32>::splat([0.5, -1.0, 2.0]));
+/// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 2.0));
+/// assert_eq!((frame.depth()[2], frame.across()[1]), (1.0, [0.0, 1.0, 0.0]));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     origin: [f32; 3],
     depth: [f32; 3],
     right: [f32; 3],
     up: [f32; 3],
-    /// The axes in which a normal's components make the same product with a direction's in those
-    /// above.
-    dual: [[f64; 3]; 3],
 }
 
 impl Frame {
     /// A frame. No coordinate of the origin may exceed 2^30.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
-        let [a, b, c] = [depth, right, up].map(|axis| Vec3::<f64>::splat(axis.map(f64::from)));
-        let dual = [b.cross(c), c.cross(a), a.cross(b)];
-        let size = a.dot(dual[0]);
-        let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
-        Self { origin, depth, right, up, dual }
+        Self { origin, depth, right, up }
     }
 
     /// The axis along which depth is measured.
@@ -66,6 +68,13 @@ impl Frame {
 }
 
 /// Rays as points of the screen.
+///
+/// ```
+/// use intertri::Points;
+/// // The bounds hold near the middle of the screen.
+/// let point = |x| Points { x, y: 0.0, z: 1.0_f32 };
+/// assert!(point(0.2).on_screen() && !point(1e3).on_screen() && !point(f32::NAN).on_screen());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Points<F> {
     /// To the right.
@@ -87,6 +96,16 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
             & self.z.le(F::splat(bound::LARGEST))
     }
 
+    /// Where on their way the rays look for hits, beyond `Threshold` and `t_min`.
+    #[inline(always)]
+    pub(super) fn ranges(&self, t_min: F, threshold: f64) -> Ranges<F> {
+        let (zero, threshold) = (F::splat(0.0), threshold as f32);
+        let above = at_least(t_min, threshold.next_up());
+        let below = at_least(t_min, threshold.next_down());
+        let near_hi = F::select(below.gt(zero), self.inverse(below).1, F::splat(f32::INFINITY));
+        Ranges { near_lo: self.inverse(above).0, near_hi }
+    }
+
     /// An enclosure of `1 / (t z)`.
     #[inline(always)]
     fn inverse(&self, t: F) -> (F, F) {
@@ -95,47 +114,13 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     }
 }
 
-/// Where rays begin to look for hits, as depths: lane by lane of any number of packets.
-#[derive(Clone, Copy, Debug)]
-pub struct Starts<F> {
-    /// Beyond this a hit of any of them is far enough.
-    last: F,
-    /// Before this no hit is.
-    first: F,
-}
-
-impl<F: Lanes<Scalar = f32>> Starts<F> {
-    /// Of no ray.
-    #[inline(always)]
-    pub fn none() -> Self {
-        Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
-    }
-
-    /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
-    #[inline(always)]
-    pub(super) fn and(&self, points: &Points<F>, t_min: F, live: F::Mask, threshold: f64) -> Self {
-        let threshold = threshold as f32;
-        let above = at_least(t_min, threshold.next_up());
-        let below = at_least(t_min, threshold.next_down());
-        Self {
-            last: F::select(live, self.last.max(above * points.z), self.last),
-            first: F::select(live, self.first.min(below * points.z), self.first),
-        }
-    }
-
-    /// The same as inverse depths.
-    #[inline(always)]
-    pub fn ranges(&self) -> Ranges<F> {
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
-        Ranges {
-            near_lo: one / self.last * F::splat(1.0 - bound::INVERSE),
-            near_hi: F::select(self.first.gt(zero), near_hi, F::splat(f32::INFINITY)),
-        }
-    }
-}
-
 /// The near ends of rays, as inverse depths.
+///
+/// ```
+/// use intertri::{Certified, Points, Ranges};
+/// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
+/// let from_two_on: Ranges<f32> = Certified::default().ranges_in(&points, &[2.0]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {
     /// Below this a hit is far enough.
@@ -145,6 +130,12 @@ pub struct Ranges<F> {
 }
 
 /// Rectangles of the screen.
+///
+/// ```
+/// use intertri::Windows;
+/// // From (0, 0) to (0.5, 0.25); four, eight or sixteen with as many lanes.
+/// let window = Windows::<f32>::new([0.0, 0.0], [0.5, 0.25]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Windows<F> {
     lo: [F; 2],

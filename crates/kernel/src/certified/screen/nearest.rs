@@ -1,13 +1,53 @@
 //! The nearest hits of rays from one origin, and the test that finds them.
 
-use crate::double::Plane;
+use crate::Ray;
 use crate::lanes::{Lanes, Mask};
 use crate::mode::lanes_of;
-use crate::{Ray, Triangle};
 
 use super::{Outline, Points, Ranges, at};
 
 /// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Triangle, TrianglePack, Vec3};
+///
+/// struct Leaf<'a>(Certified, &'a TrianglePack<8>, &'a Frame);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Outlines;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Outlines {
+///         self.0.outlines_in::<S>(self.1, self.2, 1.0)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (mode, triangles) = (Certified::default(), [at(5.0), at(3.0)]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let outlines = dispatch(Leaf(mode, &TrianglePack::new(&triangles), &frame));
+///
+/// // One ray; one f32 is a lane, too.
+/// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
+/// let points = frame.points(Vec3::<f32>::splat(ray.dir));
+/// let ranges = mode.ranges_in(&points, &[ray.t_min]);
+/// let mut nearest = Nearest::<f32, 1>::new(&points, &[ray.t_max]);
+/// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
+/// for triangle in 0..2 {
+///     mode.outline_closest_in(
+///         (&points, &ranges),
+///         (&outlines.lane(triangle as usize), false),
+///         triangle,
+///         |_lane| ray,
+///         |triangle| triangles[triangle as usize],
+///         |triangle| triangle,
+///         0b1,
+///         &mut nearest,
+///         &mut Counts::default(),
+///     );
+/// }
+/// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
+/// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
     /// No hit with a smaller inverse depth can become the nearest.
@@ -54,13 +94,9 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The caller's numbers of the triangles; [`Nearest::NOTHING`] where nothing is hit.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
-        // Not by `map`, which would not be inlined.
-        let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
-        self.triangle.store(&mut lanes);
-        for (number, lane) in numbers.iter_mut().zip(&lanes) {
-            *number = lane.to_bits();
-        }
-        numbers
+        let mut bits = [0.0; N];
+        self.triangle.store(&mut bits);
+        bits.map(f32::to_bits)
     }
 
     /// Which of the live rays hit a triangle surely, and which perhaps. `plain` says that D is sure
@@ -102,8 +138,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
     }
 
-    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `find` gives a
-    /// triangle by its number, `index` its index, which breaks ties.
+    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `t` gives the exact t
+    /// of a lane's ray with a triangle, `index` the triangle's own number, which breaks ties.
     #[inline(always)]
     pub(in super::super) fn offer(
         &mut self,
@@ -112,7 +148,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         triangle: u32,
         points: &Points<F>,
         ray: impl Fn(usize) -> Ray,
-        find: impl Fn(u32) -> Triangle,
+        t: impl Fn(&Ray, u32) -> f64,
         index: impl Fn(u32) -> u32,
     ) {
         // Where the enclosures tell, all lanes at once.
@@ -136,23 +172,15 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         found.s_lo.store(&mut new_lo);
         found.s_hi.store(&mut new_hi);
         points.z.store(&mut z);
-        let (mut new, mut old) = (None, None);
         for lane in lanes_of(rest) {
             let ray = ray(lane);
-            let t = |plane: &mut Option<(u32, Plane)>, triangle| {
-                let known = plane.filter(|(number, _)| *number == triangle);
-                let (_, seen) =
-                    known.unwrap_or_else(|| (triangle, Plane::new(&find(triangle), ray.origin)));
-                *plane = Some((triangle, seen));
-                seen.t(ray.dir)
-            };
             let known = replayed >> lane & 1 != 0;
-            let at = if known { exact[lane] } else { t(&mut new, triangle) };
+            let at = if known { exact[lane] } else { t(&ray, triangle) };
             let nearer = if self.hits >> lane & 1 == 0 {
                 at < f64::from(ray.t_max)
             } else {
                 let other = number[lane].to_bits();
-                let best = t(&mut old, other);
+                let best = t(&ray, other);
                 at < best || (at == best && index(triangle) < index(other))
             };
             if nearer {
