@@ -39,7 +39,7 @@ fn float(x: &Relaxed) -> f64 {
 
 /// The shares of the bounds that one test uses; 0 where a bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
-struct Shares([f64; 10]);
+struct Shares([f64; 12]);
 
 /// The columns of the table:
 ///
@@ -49,9 +49,23 @@ struct Shares([f64; 10]);
 /// - *box*: the same for the quotients T/D that the bounds of T and D allow;
 /// - *rho*: how thin and how grazing a decided case is, over the 2^20.1 that the proof allows;
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last try;
+/// - *sharp T* and *sharp t*: the error of T over the bound of the last try, and where the reference's t
+///   lies in the enclosure that this leaves;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound.
-const NAMES: [&str; 10] =
-    ["V, W", "U", "D", "T", "t", "box", "rho", "sharp V, W", "sharp U", "noise"];
+const NAMES: [&str; 12] = [
+    "V, W",
+    "U",
+    "D",
+    "T",
+    "t",
+    "box",
+    "rho",
+    "sharp V, W",
+    "sharp U",
+    "noise",
+    "sharp T",
+    "sharp t",
+];
 
 impl Shares {
     /// What a test uses, at one level. `None` where an input is not finite or f32 overflows, for
@@ -87,10 +101,12 @@ impl Shares {
         let sharp_u = share(u, &exact_u, sharp_u);
         let share_d = off(den, &exact_den) / f64::from(den_err);
         let share_t = off(num, &exact_num) / f64::from(num_err);
+        let sharp_num = off(num, &exact_num) / f64::from(seen.sharp_num);
         if !seen.sure {
-            let edges =
-                [share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0];
-            return Some(Self(edges));
+            return Some(Self([
+                share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0,
+                sharp_num, 0.0,
+            ]));
         }
 
         // The enclosure of t: of the reference's, and of every quotient that the bounds of D and T
@@ -100,10 +116,12 @@ impl Shares {
         let mut t = 0.0;
         tables.inter_tri(0, &line, &mut t);
         let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
-        let (mut enclosure, mut quotients) = (0.0, 0.0);
+        let (mut enclosure, mut quotients, mut sharp_t) = (0.0, 0.0, 0.0);
         if hi.is_finite() && lo.is_finite() {
             let (middle, half) = (f64::midpoint(lo, hi), (hi - lo) / 2.0);
             enclosure = (t - middle).abs() / half;
+            let [lo, hi] = seen.sharp_t.map(f64::from);
+            sharp_t = (t - f64::midpoint(lo, hi)).abs() / ((hi - lo) / 2.0);
             let [num, num_err, den, den_err] =
                 [num.abs(), num_err, den.abs(), den_err].map(f64::from);
             quotients = ((num + num_err) / (den - den_err) - num / den) / half;
@@ -132,7 +150,7 @@ impl Shares {
         }
         Some(Self([
             share_vw, share_u, share_d, share_t, enclosure, quotients, rho, sharp_vw, sharp_u,
-            noise,
+            noise, sharp_num, sharp_t,
         ]))
     }
 
@@ -243,7 +261,7 @@ fn start(rng: &mut Rng) -> [f32; 15] {
 /// Where earlier searches ended: the column, the constants that it is there for, and the numbers.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "nobody reads them")]
-const FOUND: [(usize, &str, [f32; 15]); 10] = [
+const FOUND: [(usize, &str, [f32; 15]); 11] = [
     (0, "EDGE", [
         -0.015973011, 2.0034714, 0.0063019227, 5.794106e-5, -0.0045461035,
         2.0034668, -0.12520248, -0.031945825, -0.006337226, 0.00056717545,
@@ -293,6 +311,11 @@ const FOUND: [(usize, &str, [f32; 15]); 10] = [
         -0.00080236, -2.4028993e-6, 4.094513e-5, -0.50005174, 0.0009322114,
         8.642438e-5, 0.010827807, 0.0007106066, -0.0119086495, 0.0059819035,
         -1.0033108, -2.0230525, 0.010783884, -2.0014074, -0.0037486854,
+    ]),
+    (10, "SHARP_NUM", [
+        1.0000329, 0.00013034852, 0.00011309057, -4.6196424e-6, -6.0652474e-5,
+        -6.065289e-5, 2.0205975e-5, 1.9609926e-5, -9.238718e-6, 0.00055843446,
+        -1.0140933, -4.665125e-6, -0.00017663768, -0.53430676, 1.0000204,
     ]),
 ];
 

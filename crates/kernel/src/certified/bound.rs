@@ -24,6 +24,12 @@ pub(super) const DEN: f32 = 8.5 * U;
 /// The numerator is within `NUM |A|₁ h²`.
 pub(super) const NUM: f32 = 8.5 * U;
 
+/// The same of the last try: `SHARP_NUM perm(h4, h5, A)`, and the reference's noise (2^-49) relative to
+/// `|A|₁ h²`.
+pub(super) const SHARP_NUM: f32 = 8.25 * U;
+/// See [`SHARP_NUM`].
+pub(super) const NUM_NOISE: f32 = f32::from_bits((127 - 49) << 23);
+
 /// Nothing is decided where the denominator is below `GRAZING |d|₂ h²`: there the reference's own
 /// rounding is magnified too much.
 pub(super) const GRAZING: f32 = 24.0 * U;

@@ -44,6 +44,10 @@ pub struct Evidence {
     pub num: f32,
     /// The bound of T.
     pub num_err: f32,
+    /// The sharp bound of T, for what the other leaves undecided.
+    pub sharp_num: f32,
+    /// The enclosure of t under it, valid if [`Evidence::sure`].
+    pub sharp_t: [f32; 2],
     /// The enclosure of t, valid if [`Evidence::sure`].
     pub t_lo: f32,
     /// See [`Evidence::t_lo`].
@@ -86,6 +90,7 @@ impl WithSimd for Seen<'_> {
             x.store(&mut lanes);
             lanes[0]
         };
+        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges);
         let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
         let edge = lane(edges.bound(&triangles, &rays));
         Evidence {
@@ -99,6 +104,8 @@ impl WithSimd for Seen<'_> {
             den_err: lane(plane.den_err),
             num: lane(plane.num.flip(edges.den)),
             num_err: lane(plane.num_err),
+            sharp_num: lane(Plane::sharp_num_err(&triangles, &edges)),
+            sharp_t: [lane(sharp_lo), lane(sharp_hi)],
             t_lo: lane(plane.t_lo),
             t_hi: lane(plane.t_hi),
             sure: edges.sure().bits() & 1 != 0,

@@ -277,6 +277,8 @@ pub(super) struct Plane<F> {
     pub(super) num: F,
     pub(super) num_err: F,
     pub(super) den_err: F,
+    /// One over |den|.
+    recip: F,
     pub(super) t_lo: F,
     pub(super) t_hi: F,
 }
@@ -289,16 +291,39 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
         let a1 = a.norm1();
         let num = tri.n.dot_fused(a).flip(den);
         let recip = splat(1.0) / den.abs();
-        let t = num * recip;
         let hh = tri.h * tri.h;
         let num_err =
             ((a1 + splat(bound::SMALL)) * hh).mul_add(splat(bound::NUM), splat(bound::TINY));
         let den_err = (of.len * hh).mul_add(splat(bound::DEN), splat(bound::TINY));
-        let err = t.abs().mul_add(den_err, num_err) * recip;
-        let rounding = t.abs().mul_add(splat(bound::ROUND), splat(bound::TINY));
-        let err = err.mul_add(splat(bound::SLACK), rounding);
-        Self { num, num_err, den_err, t_lo: t - err, t_hi: t + err }
+        let (t_lo, t_hi) = enclose(num, num_err, recip, den_err);
+        Self { num, num_err, den_err, recip, t_lo, t_hi }
     }
+
+    /// A bound of the numerator's error that takes a few times as long.
+    #[inline(always)]
+    pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>) -> F {
+        let splat = F::splat;
+        let (a1, hh) = (edges.a.norm1(), tri.h * tri.h);
+        let perm = tri.minus_h4.abs().permanents(tri.h5.abs()).dot_fused(edges.a.abs());
+        let noise = (hh * a1).mul_add(splat(bound::NUM_NOISE), (hh + a1) * splat(bound::TINY));
+        perm.mul_add(splat(bound::SHARP_NUM), noise + splat(bound::TINY))
+    }
+
+    /// The enclosure of t under it.
+    #[inline(always)]
+    pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>) -> (F, F) {
+        enclose(self.num, Self::sharp_num_err(tri, edges), self.recip, self.den_err)
+    }
+}
+
+/// The enclosure of t from its numerator and the denominator's reciprocal, each with a bound.
+#[inline(always)]
+fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, recip: F, den_err: F) -> (F, F) {
+    let t = num * recip;
+    let err = t.abs().mul_add(den_err, num_err) * recip;
+    let rounding = t.abs().mul_add(F::splat(bound::ROUND), F::splat(bound::TINY));
+    let err = err.mul_add(F::splat(bound::SLACK), rounding);
+    (t - err, t + err)
 }
 
 /// What the bound says of each lane. A lane that is in neither mask is a miss.
@@ -330,16 +355,14 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let sure = self.sure();
 
         // Is the plane where hits count?
-        let Plane { t_lo, t_hi, .. } = Plane::new(tri, of, self);
+        let plane = Plane::new(tri, of, self);
+        let Plane { t_lo, t_hi, .. } = plane;
         let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
         let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
-        let clear = sure
-            & in_range
-            & den.abs().gt(parallel)
-            & t_lo.gt(of.above)
-            & t_hi.lt(splat(f32::INFINITY));
+        let slanted = sure & den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
+        let clear = slanted & in_range & t_lo.gt(of.above);
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let inside = v.min(w).gt(bound) & u.gt(bound + bound);
@@ -347,7 +370,12 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut hit = (maybe & clear & inside).bits() & live;
         let mut undecided = maybe.bits() & live & !hit;
         if undecided != 0 {
+            // A ray that starts on the triangle, for one, is in doubt as to its t.
+            let (t_lo, t_hi) = plane.sharper(tri, self);
+            let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
+            let clear = slanted & in_range & t_lo.gt(of.above);
             let (maybe, inside) = self.sharper(tri, of);
+            let maybe = maybe & in_range;
             hit |= (maybe & clear & inside).bits() & undecided;
             undecided &= maybe.bits() & !hit;
         }
