@@ -1,7 +1,5 @@
 //! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
 
-use core::hint::select_unpredictable;
-
 use crate::lanes::{Lanes, Mask};
 use crate::mode::{Found, Scalar, lanes_of};
 
@@ -128,27 +126,25 @@ impl Best {
         place: u32,
         scalar: &impl Scalar,
     ) {
-        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
-        found.t_lo.store(&mut t_lo);
-        found.t_hi.store(&mut t_hi);
-
-        // Of several with an enclosure all but those that begin before the first ends are beaten.
-        let mut near = found.near;
-        if near & near.wrapping_sub(1) != 0 {
-            let first = lanes_of(near).fold(f32::INFINITY, |first, lane| first.min(t_hi[lane]));
-            near &= found.t_lo.le(F::splat(first)).bits();
+        if found.lanes() == 0 {
+            return;
         }
 
-        // Nearly always there is one hit then that surely wins, or none; which cannot be guessed.
-        let lane = near.trailing_zeros() as usize % 8;
-        let wins = near != 0 && t_hi[lane] < self.t_lo;
-        let others = near & near.wrapping_sub(1) | found.exact | found.undecided;
-        if others == 0 && (wins || near == 0) {
-            self.t = select_unpredictable(wins, f64::NAN, self.t);
-            self.t_lo = select_unpredictable(wins, t_lo[lane], self.t_lo);
-            self.t_hi = select_unpredictable(wins, t_hi[lane], self.t_hi);
-            self.triangle = select_unpredictable(wins, indices[lane], self.triangle);
-            self.place = select_unpredictable(wins, place + lane as u32, self.place);
+        // Of those with an enclosure, the one that ends first and all that begin before that.
+        let near = F::Mask::from_bits(found.near);
+        let ends = F::select(near, found.t_hi, F::splat(f32::INFINITY));
+        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        found.t_lo.store(&mut t_lo);
+        ends.store(&mut t_hi);
+        let first = least(&t_hi);
+        let rivals = (near & found.t_lo.le(F::splat(first))).bits();
+
+        // Nearly always that is one, which surely wins.
+        let doubtful = rivals & rivals.wrapping_sub(1) | found.exact | found.undecided;
+        if doubtful == 0 && first < self.t_lo {
+            let lane = rivals.trailing_zeros() as usize % 8;
+            let (triangle, place) = (indices[lane], place + lane as u32);
+            *self = Self { t: f64::NAN, t_lo: t_lo[lane], t_hi: first, triangle, place };
             return;
         }
         for lane in lanes_of(found.lanes()) {
@@ -267,6 +263,14 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
             self.set(lane, &best);
         }
     }
+}
+
+/// The smallest of eight.
+#[inline(always)]
+fn least(of: &[f32; 8]) -> f32 {
+    let less = |a: f32, b: f32| if b < a { b } else { a };
+    let [a, b, c, d, e, f, g, h] = *of;
+    less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
 }
 
 /// One of N lanes.
