@@ -35,9 +35,9 @@ impl<I: Ints> Edges<I> {
         let a = sub(c1, origin);
         let r = cross(d, a);
         // r and n are wide.
-        let v = I::splat(0) - dot(h5, r);
-        let w = dot(h4, r);
-        let u = dot(d, n) - v - w;
+        let v = I::splat(0) - I::dot(h5, r);
+        let w = I::dot(h4, r);
+        let u = I::dot(d, n) - v - w;
         Self { a, h4, h5, u, v, w }
     }
 
@@ -108,12 +108,6 @@ pub(super) fn cross<I: Ints>(a: V3<I>, b: V3<I>) -> V3<I> {
         a[2].mul_narrow(b[0]) - a[0].mul_narrow(b[2]),
         a[0].mul_narrow(b[1]) - a[1].mul_narrow(b[0]),
     ]
-}
-
-/// The product of a vector within i32 and any vector.
-#[inline(always)]
-pub(super) fn dot<I: Ints>(a: V3<I>, b: V3<I>) -> I {
-    a[0].mul_wide(b[0]) + a[1].mul_wide(b[1]) + a[2].mul_wide(b[2])
 }
 
 // Closures over registers are not always inlined, and then lose their level: so no `map` here.

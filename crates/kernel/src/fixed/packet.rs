@@ -1,9 +1,7 @@
 //! Rays in packets against one triangle, with any origins or with one that they share.
 
 use super::block::Determinants;
-use super::edges::{
-    Edges, cross_i64, dot, i64s, load, load_f32, product, splat, splat_f32, volume,
-};
+use super::edges::{Edges, cross_i64, i64s, load, load_f32, product, splat, splat_f32, volume};
 use super::filter::{SEEN, maybe, maybe_seen};
 use super::prepared::minus;
 use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
@@ -215,9 +213,9 @@ impl Seen {
 
         // Twice the determinant and the tie's sign: never 0, and with the right sign.
         let d = load::<I<S, N>, N>(&packet.dir);
-        let u = dot(d, splat(self.normals[0]));
-        let v = dot(d, splat(self.normals[1]));
-        let w = dot(d, splat(self.normals[2]));
+        let u = Ints::dot(d, splat(self.normals[0]));
+        let v = Ints::dot(d, splat(self.normals[1]));
+        let w = Ints::dot(d, splat(self.normals[2]));
         let nu = (u + u + Ints::splat(self.ties[0])).negative();
         let nv = (v + v + Ints::splat(self.ties[1])).negative();
         let nw = (w + w + Ints::splat(self.ties[2])).negative();

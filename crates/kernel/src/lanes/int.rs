@@ -53,8 +53,9 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
 
     /// The product of two lanes that are both within i32: exact.
     fn mul_narrow(self, b: Self) -> Self;
-    /// The product of a lane within i32 and any `b`: exact where it fits.
-    fn mul_wide(self, b: Self) -> Self;
+    /// The dot product of a vector within i32 and any `b`: exact where it fits, though its parts may
+    /// wrap.
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
 
     /// The lanes below 0.
     fn negative(self) -> u32;
@@ -87,8 +88,11 @@ impl<L: Ints> Ints for Pair<L> {
         Self(self.0.mul_narrow(b.0), self.1.mul_narrow(b.1))
     }
     #[inline(always)]
-    fn mul_wide(self, b: Self) -> Self {
-        Self(self.0.mul_wide(b.0), self.1.mul_wide(b.1))
+    fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
+        Self(
+            L::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]),
+            L::dot([ax.1, ay.1, az.1], [bx.1, by.1, bz.1]),
+        )
     }
     #[inline(always)]
     fn negative(self) -> u32 {
@@ -144,8 +148,8 @@ impl Ints for One {
         Self(self.0.wrapping_mul(b.0))
     }
     #[inline(always)]
-    fn mul_wide(self, b: Self) -> Self {
-        Self(self.0.wrapping_mul(b.0))
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
     }
     #[inline(always)]
     fn negative(self) -> u32 {
@@ -185,8 +189,8 @@ macro_rules! wide {
                 self * b
             }
             #[inline(always)]
-            fn mul_wide(self, b: Self) -> Self {
-                self * b
+            fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+                a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
             }
             #[inline(always)]
             fn negative(self) -> u32 {

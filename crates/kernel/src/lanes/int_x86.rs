@@ -20,7 +20,7 @@ macro_rules! ints {
     (
         $reg:ty, $n:literal, $add:ident $sub:ident $muldq:ident $set1:ident
         $loadu:ident $storeu:ident, load_f32 $load_f32:expr,
-        mul_wide $mul_wide:expr, negative $negative:expr, zero $zero:expr
+        {$($dot:tt)*}, negative $negative:expr, zero $zero:expr
     ) => {
         impl Add for Reg<$reg> {
             type Output = Self;
@@ -62,10 +62,7 @@ macro_rules! ints {
             fn mul_narrow(self, b: Self) -> Self {
                 Self(cpu!($muldq(self.0, b.0)))
             }
-            #[inline(always)]
-            fn mul_wide(self, b: Self) -> Self {
-                Self(cpu!($mul_wide(self.0, b.0)))
-            }
+            $($dot)*
             #[inline(always)]
             fn negative(self) -> u32 {
                 cpu!($negative(self.0)) as u32
@@ -78,12 +75,19 @@ macro_rules! ints {
     };
 }
 
-/// b = low + 2^32 * high with a signed low half, so that both halves are factors for `pmuldq`.
+/// Each component of b = low + 2^32 * high with a signed low half, so that both halves are factors for
+/// `pmuldq`; the two sums meet at the end.
 macro_rules! split {
-    ($add:ident $muldq:ident $set1:ident $srli:ident $slli:ident) => {
-        |a, b| {
-            let high = $srli::<32>($add(b, $set1(1 << 31)));
-            $add($muldq(a, b), $slli::<32>($muldq(a, high)))
+    ($set1:ident $srli:ident $slli:ident) => {
+        #[inline(always)]
+        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            let half = Self(cpu!($set1(1 << 31)));
+            let x = Self(cpu!($srli::<32>((b[0] + half).0)));
+            let y = Self(cpu!($srli::<32>((b[1] + half).0)));
+            let z = Self(cpu!($srli::<32>((b[2] + half).0)));
+            let low = a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2]);
+            let high = a[0].mul_narrow(x) + a[1].mul_narrow(y) + a[2].mul_narrow(z);
+            low + Self(cpu!($slli::<32>(high.0)))
         }
     };
 }
@@ -91,20 +95,27 @@ macro_rules! split {
 ints!(__m128i, 2, _mm_add_epi64 _mm_sub_epi64 _mm_mul_epi32 _mm_set1_epi64x
     _mm_loadu_si128 _mm_storeu_si128,
     load_f32 |from: *const f32| _mm_cvtepi32_epi64(_mm_cvttps_epi32(_mm_castsi128_ps(_mm_loadl_epi64(from.cast())))),
-    mul_wide split!(_mm_add_epi64 _mm_mul_epi32 _mm_set1_epi64x _mm_srli_epi64 _mm_slli_epi64),
+    { split! { _mm_set1_epi64x _mm_srli_epi64 _mm_slli_epi64 } },
     negative |x| _mm_movemask_pd(_mm_castsi128_pd(x)),
     zero |x| _mm_movemask_pd(_mm_castsi128_pd(_mm_cmpeq_epi64(x, _mm_setzero_si128()))));
 ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1_epi64x
     _mm256_loadu_si256 _mm256_storeu_si256,
     load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
-    mul_wide split!(_mm256_add_epi64 _mm256_mul_epi32 _mm256_set1_epi64x
-        _mm256_srli_epi64 _mm256_slli_epi64),
+    { split! { _mm256_set1_epi64x _mm256_srli_epi64 _mm256_slli_epi64 } },
     negative |x| _mm256_movemask_pd(_mm256_castsi256_pd(x)),
     zero |x| _mm256_movemask_pd(_mm256_castsi256_pd(
         _mm256_cmpeq_epi64(x, _mm256_setzero_si256()))));
 ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1_epi64
     _mm512_loadu_si512 _mm512_storeu_si512,
     load_f32 |from| _mm512_cvttps_epi64(_mm256_loadu_ps(from)),
-    mul_wide |a, b| _mm512_mullo_epi64(a, b),
+    {
+        #[inline(always)]
+        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
+            let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
+            let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));
+            x + y + z
+        }
+    },
     negative |x| _mm512_movepi64_mask(x),
     zero |x| _mm512_testn_epi64_mask(x, x));

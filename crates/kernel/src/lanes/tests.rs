@@ -152,7 +152,10 @@ fn check_i64<L: Ints>(level: Level) {
         same(la + lc, &|i| a[i].wrapping_add(c[i]));
         same(la - lc, &|i| a[i].wrapping_sub(c[i]));
         same(la.mul_narrow(lb), &|i| a[i] * b[i]);
-        same(la.mul_wide(lc), &|i| a[i].wrapping_mul(c[i]));
+        same(L::dot([la, lb, la], [lc, lc, lb]), &|i| {
+            let two = a[i].wrapping_mul(c[i]).wrapping_add(b[i].wrapping_mul(c[i]));
+            two.wrapping_add(a[i] * b[i])
+        });
         same(L::splat(c[0]), &|_| c[0]);
         let whole = a.map(|x| x as f32);
         let whole = whole.map(|x| if x > 1e9 { 16_777_216.0 } else { x });
