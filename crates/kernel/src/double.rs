@@ -129,6 +129,27 @@ pub(crate) fn exact_t(ray: &Ray, triangle: &Triangle) -> f64 {
     Tri::one(triangle).t(rays.org, rays.dir)
 }
 
+/// A triangle's plane as it is seen from an origin.
+#[derive(Clone, Copy)]
+pub(crate) struct Plane {
+    nrm: Vec3<f64>,
+    num: f64,
+}
+
+impl Plane {
+    #[inline(never)]
+    pub(crate) fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
+        let Tri { nrm, c1, .. } = Tri::one(triangle);
+        Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
+    }
+
+    /// The reference's t of a ray from there that is known to hit the triangle.
+    #[inline(always)]
+    pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
+        self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))
+    }
+}
+
 /// f64 lanes throughout: the answers of the scalar reference, bit for bit.
 ///
 /// ```

@@ -37,7 +37,7 @@ mod verbs;
 
 pub use best::{Best, Bests};
 pub use certified::{
-    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, View, Windows,
+    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, View, Windows,
 };
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
@@ -46,6 +46,6 @@ pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};
 pub use packet::{Hits, RayPacket, TrianglePack};
 pub use pairs::Pairs;
 pub use prepared::{Prepared, PreparedPacket, PreparedRay};
-pub use sight::Sights;
+pub use sight::Sight;
 pub use vec3::Vec3;
 pub use verbs::Mode;

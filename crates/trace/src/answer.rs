@@ -4,7 +4,7 @@ use intertri::lanes::Simd;
 use intertri::{Best, Hit, Mode, Pairs, Ray};
 
 use crate::bvh::Bvh;
-use crate::tile::{NOTHING, Scratch};
+use crate::scratch::{NOTHING, Scratch};
 
 /// What is asked of a ray.
 pub(crate) trait Answer: Copy + Send {

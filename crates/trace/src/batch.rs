@@ -8,13 +8,15 @@ use rayon::prelude::*;
 use crate::answer::Answer;
 use crate::bvh::Bvh;
 use crate::flight::{self, Hangar};
-use crate::tile::{self, Scratch};
+use crate::scratch::Scratch;
+use crate::screen::{RAYS, shares_origin};
+use crate::tile;
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Rays of a tile that is tried where a large one is not worth while.
-const SMALL: usize = 64;
+/// Rays of the smallest tile.
+const SMALLEST: usize = 16;
 
 /// The closest hit of each ray.
 pub(crate) fn closest<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
@@ -76,43 +78,74 @@ impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, mode, rays, answers } = self;
-        let (mut scratch, mut hangar) = (Scratch::default(), None);
+        let Self { bvh, mode, rays: all, answers } = self;
+        let (mut scratch, mut hangar, mut late) = (Scratch::default(), None, Vec::new());
         let mut counts = Counts::default();
-        let (mut at, mut size) = (0, tile::RAYS);
-        while at < rays.len() {
-            let mut end = (at + size).min(rays.len());
+        let (mut at, mut size) = (0, RAYS);
+        loop {
+            let mut end = (at + size).min(all.len());
 
-            // Rays from one origin make a tile, if they have enough in common.
+            // Rays from one origin make a tile, unless they go too far apart.
             if let Some(mode) = mode.certified() {
-                let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
-                if tile::shares_origin(rays) {
-                    if tile::search::<S>(bvh, mode, rays, A::ANY, &mut scratch, &mut counts) {
-                        A::of_tile::<S>(bvh, rays, &mut scratch, answers);
-                        (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
+                let (rays, next, answers) = (&all[at..end], &all[end..], &mut answers[at..end]);
+                if shares_origin::<S>(rays) {
+                    let (scratch, counts) = (&mut scratch, &mut counts);
+                    let left = tile::search::<S, A>(
+                        bvh,
+                        mode,
+                        (rays, next),
+                        answers,
+                        A::ANY,
+                        scratch,
+                        counts,
+                    );
+                    if let Some(left) = left {
+                        A::of_tile::<S>(bvh, rays, scratch, answers);
+                        for i in 0..if left == 0 { 0 } else { rays.len() } {
+                            if left >> (i / 16) & 1 != 0 && !(A::ANY && scratch.is_hit(i)) {
+                                late.push(at + i);
+                            }
+                        }
+                        (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
                         continue;
                     }
-                    if size > SMALL {
-                        size = SMALL;
+                    if size > SMALLEST {
+                        size /= 4;
                         continue;
                     }
                 }
             }
 
-            // Others fly, as many together as there are before the next that might make a tile.
-            while end < rays.len() {
-                let more = (end + tile::RAYS).min(rays.len());
-                if size == SMALL || tile::shares_origin(&rays[end..more]) {
+            // Others fly, as many together as there are before the next that might make a tile; at
+            // last those that tiles left over.
+            while end < all.len() && size == RAYS {
+                let more = (end + RAYS).min(all.len());
+                if shares_origin::<S>(&all[end..more]) {
                     break;
                 }
                 end = more;
             }
+            let last = at == end;
+            if last && late.is_empty() {
+                return counts;
+            }
+            let late_rays: Vec<Ray> = late.iter().filter(|_| last).map(|&i| all[i]).collect();
+            let mut found: Vec<A> = late.iter().filter(|_| last).map(|&i| answers[i]).collect();
+            let (rays, to) = if last {
+                (&late_rays[..], &mut found[..])
+            } else {
+                (&all[at..end], &mut answers[at..end])
+            };
             let hangar = hangar.get_or_insert_with(|| Hangar::new(bvh));
-            let (rays, answers) = (&rays[at..end], &mut answers[at..end]);
-            flight::search::<M, S, A>(bvh, mode, rays, hangar, answers, &mut counts);
-            (at, size) = (end, if end % tile::RAYS == 0 { tile::RAYS } else { size });
+            flight::search::<M, S, A>(bvh, mode, rays, hangar, to, &mut counts);
+            if last {
+                for (&i, found) in late.iter().zip(found) {
+                    answers[i] = found;
+                }
+                return counts;
+            }
+            (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
         }
-        counts
     }
 }
 

@@ -9,6 +9,8 @@ mod fixed;
 mod flight;
 mod node;
 mod pyramid;
+mod scratch;
+mod screen;
 mod search;
 mod slab;
 mod sliver;

@@ -10,8 +10,8 @@
 //!
 //! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that nothing is lost.
 
+use intertri::Frame;
 use intertri::lanes::{Lanes, Mask};
-use intertri::{Frame, Ray};
 
 use crate::node::Node;
 
@@ -101,21 +101,32 @@ impl Pyramid {
     }
 }
 
-/// A frame that looks where the rays go, level with the way from the first to the second. `None`
-/// where they have no common direction, or coordinates are too large.
-pub(crate) fn frame(rays: &[Ray], sum: [f32; 3], reach: f32) -> Option<Frame> {
-    let origin = rays[0].origin;
+/// A frame that looks along `sum`, level with `step`. `None` where there is no direction, or
+/// coordinates are too large.
+pub(crate) fn frame(origin: [f32; 3], sum: [f32; 3], step: [f32; 3], reach: f32) -> Option<Frame> {
     if reach >= LARGEST || origin.iter().any(|x| x.abs() >= LARGEST) {
         return None;
     }
     let depth = unit(sum)?;
-    let step = [0, 1, 2].map(|k| rays[1].dir[k] - rays[0].dir[k]);
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
     Some(Frame::new(origin, depth, right, cross(depth, right)))
+}
+
+/// The axis across along which points of a screen spread at least twice as far as at right angles to
+/// it, if there is one and it is not one of the frame's, from the sums of `x x`, `x y` and `y y`.
+pub(crate) fn main_axis(frame: &Frame, xx: f32, xy: f32, yy: f32) -> Option<[f32; 3]> {
+    if 16.0 * xy * xy < xx * yy || !(xx + yy).is_finite() {
+        return None;
+    }
+    let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
+    let (most, least) = (xx + yy + root, xx + yy - root);
+    let [x, y] = if xx > yy { [most - 2.0 * yy, 2.0 * xy] } else { [2.0 * xy, most - 2.0 * xx] };
+    let [right, up] = frame.across();
+    (most > 4.0 * least).then(|| [0, 1, 2].map(|k| x * right[k] + y * up[k]))
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {

@@ -75,29 +75,36 @@ pub(super) const FORM: f32 = 4.25 * U;
 pub(super) const NOISE: f32 = 0.25 * U;
 
 /// On a screen no point is farther from the middle than this, in x or in y.
-pub(super) const SCREEN_EDGE: f32 = 0.25;
+pub(super) const SCREEN_EDGE: f32 = 0.5;
 
 /// No direction on the screen is longer than its depth times this.
-pub(super) const LEAN: f64 = 1.07;
+pub(super) const LEAN: f32 = 1.23;
 
-/// A linear form of a point of the screen, rounded to f32, is within `SCREEN |form|₂`.
-pub(super) const SCREEN: f64 = 12.0 * U as f64;
+/// A linear form of a point of the screen, rounded to f32, is within `SCREEN |form|₁`.
+pub(super) const SCREEN: f32 = 9.25 * U;
 
-/// The inverse depth is within `DEPTH |n|₂ / T` and `LOST h² / T`.
-pub(super) const DEPTH: f64 = 24.0 * U as f64;
+/// An edge in the screen's axes is within `EDGES h (|A|₁ + h)` as its coefficients go, the
+/// reference's noise included.
+pub(super) const EDGES: f32 = 16.75 * U;
+
+/// The inverse depth is within `DEPTH |s|₁` and `LOST h² / |T|`.
+pub(super) const DEPTH: f32 = 16.0 * U;
 /// See [`DEPTH`]: 2^-45.
-pub(super) const LOST: f64 = 1.0 / (1_u64 << 45) as f64;
+pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
 /// The inverse of a t and a depth is within this share of itself.
 pub(super) const INVERSE: f32 = 8.0 * U;
 
-/// Around a triangle the reference may accept a point that lies `ROOM h + ROOM_AWAY (|A|₁ + |o|₁)` over
-/// its least depth outside, on the screen; rounding adds `ROOM_SCREEN`. 2^-19, 2^-46, 2^-20.
-pub(super) const ROOM: f64 = 1.0 / (1_u64 << 19) as f64;
+/// Around a triangle the reference may accept a point that lies `ROOM h + ROOM_AWAY |o|₁` over its
+/// least depth outside, on the screen, and its corners are known within `CORNER |A|₁`; rounding adds
+/// `ROOM_SCREEN`. 2^-19, 2^-46, 2^-20.
+pub(super) const ROOM: f32 = 1.0 / (1_u64 << 19) as f32;
 /// See [`ROOM`].
-pub(super) const ROOM_AWAY: f64 = 1.0 / (1_u64 << 46) as f64;
+pub(super) const ROOM_AWAY: f32 = 1.0 / (1_u64 << 46) as f32;
+/// See [`ROOM`].
+pub(super) const CORNER: f32 = 11.0 * U;
 /// See [`ROOM`].
 pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
-/// Of a triangle that is thinner than this (2^25) no rectangle is known.
-pub(super) const THIN: f64 = (1_u64 << 25) as f64;
+/// Of a triangle for which `h² / |n|₁` is more than this (2^24) no rectangle is known.
+pub(super) const THIN: f32 = (1_u64 << 24) as f32;

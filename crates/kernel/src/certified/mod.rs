@@ -14,14 +14,14 @@ mod filter;
 mod screen;
 mod view;
 
-use crate::double::{exact_t, replay};
+use crate::double::replay;
 use crate::lanes::{Lanes, Level, Mask, Simd};
 use crate::mode::{Counts, Found, Lane, Shortlist, Test, Threshold, Width, lanes_of};
 use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Windows};
+pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, Windows};
 pub use view::View;
 
 use filter::{Edges, Rays, Triangles, Verdict};
@@ -217,27 +217,32 @@ impl Certified {
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        let (corners, threshold) = (pack.corners(), self.threshold.get());
-        Outlines::new::<S::F64x8, S::F32x8>(corners, pack.live(), frame, slowest, threshold)
+        let (corners, longest) = (pack.corners(), pack.longest_edges());
+        let parallel = f64::from(bound::PARALLEL) * self.threshold.get() / f64::from(slowest);
+        let parallel = (parallel as f32).next_up();
+        Outlines::new::<S::F64x8, S::F32x8>(corners, longest, pack.live(), frame, parallel)
     }
 
-    /// Where on their way the rays of points look for hits.
+    /// Where the rays so far and the live ones of a packet begin to look for hits.
     ///
-    /// An example stands at [`Ranges`].
+    /// An example stands at [`Starts`].
     #[inline(always)]
-    pub fn ranges_in<F: Lanes<Scalar = f32>, const N: usize>(
+    pub fn starts_in<F: Lanes<Scalar = f32>>(
         &self,
+        starts: &Starts<F>,
         points: &Points<F>,
-        t_min: &[f32; N],
-    ) -> Ranges<F> {
-        points.ranges(F::load(t_min), self.threshold.get())
+        t_min: F,
+        live: F::Mask,
+    ) -> Starts<F> {
+        starts.and(points, t_min, live, self.threshold.get())
     }
 
     /// Offers the hits of N rays with one triangle to their nearest; only the lanes in `live` take
     /// part, which must be on the screen and have no NaN in their interval. `plain` is what
     /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
     /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`. Only
-    /// undecided tests are counted: the caller knows how many its windows decided.
+    /// undecided tests are counted: the caller knows how many its windows decided. Whether the nearest
+    /// may have changed.
     ///
     /// An example stands at [`Nearest`].
     #[inline(always)]
@@ -252,8 +257,8 @@ impl Certified {
         live: u32,
         nearest: &mut Nearest<F, N>,
         counts: &mut Counts,
-    ) {
-        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return };
+    ) -> bool {
+        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return false };
 
         // What the bound leaves undecided goes through the document's test.
         let (mut replayed, mut exact) = (0, [0.0; N]);
@@ -264,8 +269,8 @@ impl Certified {
                 exact[lane] = t;
             }
         }
-        let t = |ray: &Ray, triangle| exact_t(ray, &find(triangle));
-        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, t, index);
+        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, &find, index);
+        true
     }
 
     /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are

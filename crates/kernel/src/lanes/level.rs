@@ -209,6 +209,26 @@ pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Level::best().run(work)
 }
 
+/// Asks for the memory of things that will be used soon, where the CPU can be asked.
+///
+/// ```
+/// let far_away = vec![1.0_f32; 1000];
+/// intertri::lanes::prefetch(&far_away[500..516]);
+/// ```
+#[allow(unsafe_code)]
+#[inline(always)]
+pub fn prefetch<T>(things: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in 0..size_of_val(things).div_ceil(64) {
+        use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let address = things.as_ptr().cast::<i8>().wrapping_add(64 * line);
+        // SAFETY: a hint, of any address; every CPU of this kind has it.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = things;
+}
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "sse4.1")]
 fn sse41<W: WithSimd>(work: W) -> W::Output {

@@ -24,7 +24,7 @@ mod x86;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use int::Ints;
-pub use level::{Level, WithSimd, dispatch};
+pub use level::{Level, WithSimd, dispatch, prefetch};
 pub(crate) use pair::Pair;
 
 /// N numbers side by side, f32 or f64.
@@ -214,6 +214,37 @@ pub trait Simd: Copy {
             *to = from[usize::from(lane % 8)];
         }
         Lanes::load(&to)
+    }
+
+    /// Four rows of four numbers as columns.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f32; 4]; 4]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [f32; 4];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 4] {
+    ///         let [a, b, c, d] = &self.0;
+    ///         let load = S::F32x4::load;
+    ///         let mut first = [0.0; 4];
+    ///         S::transpose([load(a), load(b), load(c), load(d)])[0].store(&mut first);
+    ///         first
+    ///     }
+    /// }
+    /// let row = |x| [x, 0.0, 0.0, 0.0];
+    /// assert_eq!(dispatch(Turn([row(1.0), row(2.0), row(3.0), row(4.0)])), [1.0, 2.0, 3.0, 4.0]);
+    /// ```
+    #[inline(always)]
+    fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        let mut numbers = [[0.0; 4]; 4];
+        for (row, to) in rows.into_iter().zip(&mut numbers) {
+            row.store(to);
+        }
+        let [a, b, c, d] = numbers;
+        let column = |k: usize| Self::F32x4::load(&[a[k], b[k], c[k], d[k]]);
+        [column(0), column(1), column(2), column(3)]
     }
 }
 

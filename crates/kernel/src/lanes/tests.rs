@@ -181,6 +181,16 @@ impl WithSimd for Check {
         check_i64::<S::I64x8>(S::LEVEL);
         check_f32::<f32>(S::LEVEL);
         check_f64::<f64>(S::LEVEL);
+
+        let row = |i: usize| S::F32x4::load(&NUMBERS.map(|x| x as f32)[4 * i..]);
+        let columns = S::transpose([row(0), row(1), row(2), row(3)]);
+        for (k, column) in columns.into_iter().enumerate() {
+            let mut numbers = [0.0; 4];
+            column.store(&mut numbers);
+            for (i, x) in numbers.into_iter().enumerate() {
+                assert_eq!(x.to_bits(), (NUMBERS[4 * i + k] as f32).to_bits(), "{:?}", S::LEVEL);
+            }
+        }
     }
 }
 

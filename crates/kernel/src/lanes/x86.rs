@@ -294,6 +294,15 @@ impl Simd for Sse41 {
     const LEVEL: Level = Level::SSE41;
 }
 
+/// Four rows as columns.
+#[inline(always)]
+fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
+    let zip = |x: __m128, y: __m128| cpu!((_mm_unpacklo_ps(x, y), _mm_unpackhi_ps(x, y)));
+    let ((ac, ac_hi), (bd, bd_hi)) = (zip(a.0, c.0), zip(b.0, d.0));
+    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
+    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+}
+
 /// 256-bit registers.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2;
@@ -311,6 +320,10 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         Reg(cpu!(permute(lanes.0, order)))
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        transpose(rows)
     }
 }
 
@@ -331,5 +344,9 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         Reg(cpu!(permute(lanes.0, order)))
+    }
+    #[inline(always)]
+    fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        transpose(rows)
     }
 }

@@ -38,12 +38,19 @@ pub struct Frame {
     depth: [f32; 3],
     right: [f32; 3],
     up: [f32; 3],
+    /// The axes in which a normal's components make the same product with a direction's in those
+    /// above.
+    dual: [[f64; 3]; 3],
 }
 
 impl Frame {
     /// A frame. No coordinate of the origin may exceed 2^30.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
-        Self { origin, depth, right, up }
+        let [a, b, c] = [depth, right, up].map(|axis| Vec3::<f64>::splat(axis.map(f64::from)));
+        let dual = [b.cross(c), c.cross(a), a.cross(b)];
+        let size = a.dot(dual[0]);
+        let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
+        Self { origin, depth, right, up, dual }
     }
 
     /// The axis along which depth is measured.
@@ -96,16 +103,6 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
             & self.z.le(F::splat(bound::LARGEST))
     }
 
-    /// Where on their way the rays look for hits, beyond `Threshold` and `t_min`.
-    #[inline(always)]
-    pub(super) fn ranges(&self, t_min: F, threshold: f64) -> Ranges<F> {
-        let (zero, threshold) = (F::splat(0.0), threshold as f32);
-        let above = at_least(t_min, threshold.next_up());
-        let below = at_least(t_min, threshold.next_down());
-        let near_hi = F::select(below.gt(zero), self.inverse(below).1, F::splat(f32::INFINITY));
-        Ranges { near_lo: self.inverse(above).0, near_hi }
-    }
-
     /// An enclosure of `1 / (t z)`.
     #[inline(always)]
     fn inverse(&self, t: F) -> (F, F) {
@@ -114,12 +111,58 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     }
 }
 
+/// Where rays begin to look for hits, as depths: lane by lane of any number of packets.
+///
+/// ```
+/// use intertri::{Certified, Points, Ranges, Starts};
+/// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
+/// let starts = Certified::default().starts_in(&Starts::none(), &points, 2.0, true);
+/// let from_two_on: Ranges<f32> = starts.ranges();
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Starts<F> {
+    /// Beyond this a hit of any of them is far enough.
+    last: F,
+    /// Before this no hit is.
+    first: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Starts<F> {
+    /// Of no ray.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
+    }
+
+    /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
+    #[inline(always)]
+    pub(super) fn and(&self, points: &Points<F>, t_min: F, live: F::Mask, threshold: f64) -> Self {
+        let threshold = threshold as f32;
+        let above = at_least(t_min, threshold.next_up());
+        let below = at_least(t_min, threshold.next_down());
+        Self {
+            last: F::select(live, self.last.max(above * points.z), self.last),
+            first: F::select(live, self.first.min(below * points.z), self.first),
+        }
+    }
+
+    /// The same as inverse depths.
+    #[inline(always)]
+    pub fn ranges(&self) -> Ranges<F> {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
+        Ranges {
+            near_lo: one / self.last * F::splat(1.0 - bound::INVERSE),
+            near_hi: F::select(self.first.gt(zero), near_hi, F::splat(f32::INFINITY)),
+        }
+    }
+}
+
 /// The near ends of rays, as inverse depths.
 ///
 /// ```
-/// use intertri::{Certified, Points, Ranges};
-/// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
-/// let from_two_on: Ranges<f32> = Certified::default().ranges_in(&points, &[2.0]);
+/// use intertri::{Ranges, Starts};
+/// let of_no_ray: Ranges<f32> = Starts::none().ranges();
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {

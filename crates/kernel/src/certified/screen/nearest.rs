@@ -1,8 +1,9 @@
 //! The nearest hits of rays from one origin, and the test that finds them.
 
-use crate::Ray;
+use crate::double::Plane;
 use crate::lanes::{Lanes, Mask};
 use crate::mode::lanes_of;
+use crate::{Ray, Triangle};
 
 use super::{Outline, Points, Ranges, at};
 
@@ -10,7 +11,8 @@ use super::{Outline, Points, Ranges, at};
 ///
 /// ```
 /// use intertri::lanes::{Simd, WithSimd, dispatch};
-/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Triangle, TrianglePack, Vec3};
+/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Starts, Triangle};
+/// use intertri::{TrianglePack, Vec3};
 ///
 /// struct Leaf<'a>(Certified, &'a TrianglePack<8>, &'a Frame);
 /// impl WithSimd for Leaf<'_> {
@@ -29,7 +31,7 @@ use super::{Outline, Points, Ranges, at};
 /// // One ray; one f32 is a lane, too.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
-/// let ranges = mode.ranges_in(&points, &[ray.t_min]);
+/// let ranges = mode.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(&points, &[ray.t_max]);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
 /// for triangle in 0..2 {
@@ -94,9 +96,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// The caller's numbers of the triangles; [`Nearest::NOTHING`] where nothing is hit.
     #[inline(always)]
     pub fn triangles(&self) -> [u32; N] {
-        let mut bits = [0.0; N];
-        self.triangle.store(&mut bits);
-        bits.map(f32::to_bits)
+        // Not by `map`, which would not be inlined.
+        let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
+        self.triangle.store(&mut lanes);
+        for (number, lane) in numbers.iter_mut().zip(&lanes) {
+            *number = lane.to_bits();
+        }
+        numbers
     }
 
     /// Which of the live rays hit a triangle surely, and which perhaps. `plain` says that D is sure
@@ -138,8 +144,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
     }
 
-    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `t` gives the exact t
-    /// of a lane's ray with a triangle, `index` the triangle's own number, which breaks ties.
+    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `find` gives a
+    /// triangle by its number, `index` its index, which breaks ties.
     #[inline(always)]
     pub(in super::super) fn offer(
         &mut self,
@@ -148,7 +154,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         triangle: u32,
         points: &Points<F>,
         ray: impl Fn(usize) -> Ray,
-        t: impl Fn(&Ray, u32) -> f64,
+        find: impl Fn(u32) -> Triangle,
         index: impl Fn(u32) -> u32,
     ) {
         // Where the enclosures tell, all lanes at once.
@@ -172,15 +178,23 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         found.s_lo.store(&mut new_lo);
         found.s_hi.store(&mut new_hi);
         points.z.store(&mut z);
+        let (mut new, mut old) = (None, None);
         for lane in lanes_of(rest) {
             let ray = ray(lane);
+            let t = |plane: &mut Option<(u32, Plane)>, triangle| {
+                let known = plane.filter(|(number, _)| *number == triangle);
+                let (_, seen) =
+                    known.unwrap_or_else(|| (triangle, Plane::new(&find(triangle), ray.origin)));
+                *plane = Some((triangle, seen));
+                seen.t(ray.dir)
+            };
             let known = replayed >> lane & 1 != 0;
-            let at = if known { exact[lane] } else { t(&ray, triangle) };
+            let at = if known { exact[lane] } else { t(&mut new, triangle) };
             let nearer = if self.hits >> lane & 1 == 0 {
                 at < f64::from(ray.t_max)
             } else {
                 let other = number[lane].to_bits();
-                let best = t(&ray, other);
+                let best = t(&mut old, other);
                 at < best || (at == best && index(triangle) < index(other))
             };
             if nearer {

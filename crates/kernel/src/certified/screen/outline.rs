@@ -1,7 +1,7 @@
 //! Triangles on the screen.
 
+use crate::Vec3;
 use crate::lanes::{Lanes, Mask};
-use crate::{Coefficients, Vec3};
 
 use super::super::bound;
 use super::{Frame, Points, Windows, at};
@@ -23,7 +23,7 @@ use super::{Frame, Points, Windows, at};
 ///         let Self(pack, frame, [lo, hi]) = self;
 ///         let splat = |[x, y]: [f32; 2]| [S::F32x8::splat(x), S::F32x8::splat(y)];
 ///         let outlines = Certified::default().outlines_in::<S>(pack, frame, 1.0);
-///         outlines.within(&Windows::new(splat(lo), splat(hi)))
+///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
 ///     }
 /// }
 ///
@@ -51,7 +51,9 @@ pub struct Outlines {
     /// The rectangle that holds the triangle.
     lo: [[f32; 8]; 2],
     hi: [[f32; 8]; 2],
-    /// Those that something can hit from here.
+    /// What the edges are in units of.
+    unit: [f32; 8],
+    /// Those that there are.
     live: u32,
 }
 
@@ -75,15 +77,15 @@ pub struct Outlines {
 /// let outline = dispatch(Lane(&TrianglePack::new(&[wall]), &frame, 0));
 ///
 /// // Windows, one in each lane: one f32 is a lane, too.
-/// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1])), 1);
-/// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6])), 0);
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1]), 0.0), 1);
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6]), 0.0), 0);
 ///
 /// // Beyond 1 the three edges are sure; the last number is one by the depth.
 /// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
 /// let ([u, v, w, inverse], off) = outline.at(&point);
 /// assert!(u > 1.0 && v > 1.0 && w > 1.0 && (inverse - 0.25).abs() <= off);
 /// // V grows to the right.
-/// assert!(outline.v()[1] > 0.0);
+/// assert!(outline.unit() > 0.0);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
@@ -94,128 +96,111 @@ pub struct Outline {
     pub(super) err: f32,
     pub(super) least: f32,
     pub(super) parallel: f32,
+    unit: f32,
     lo: [f32; 2],
     hi: [f32; 2],
 }
 
 impl Outlines {
-    /// Eight triangles, `corners[k][axis][lane]` being of corner k+1; `slowest` is the smallest z of
-    /// the rays.
+    /// Eight triangles, `corners[k][axis][lane]` being of corner k+1, with their longest edges;
+    /// `parallel` is the document's threshold over the smallest z of the rays, rounded up.
     #[inline(always)]
     pub(in super::super) fn new<D: Lanes<Scalar = f64>, F: Lanes<Scalar = f32>>(
-        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        corners: &[[[f32; 8]; 3]; 3],
+        longest: &[f32; 8],
         live: u32,
         frame: &Frame,
-        slowest: f32,
-        threshold: f64,
+        parallel: f32,
     ) -> Self {
-        let splat = D::splat;
-        let mut to = Self::NOTHING;
+        let splat = F::splat;
 
-        // The triangle in the axes of the frame: its first corner and two edges.
-        let origin = frame.origin;
-        let origin = Vec3::<D>::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
-        let (c1, c2, c3) = (Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3));
-        let (a, h4, h5) = (into(c1 - origin, frame), into(c2 - c1, frame), into(c3 - c1, frame));
-        let Coefficients { n, v, w, .. } = Coefficients::along(a, h4, h5);
-        let (u, t) = (n - v - w, n.dot_fused(a));
+        // In f64: the inverse depth, 1 / depth = D / T; h^2 / |T|; |N| with the sign of T.
+        let (mut s, mut q, mut normal) = ([[0.0; 8]; 3], [0.0; 8], [0.0; 8]);
+        {
+            let [c1, c2, c3] = corners;
+            let (c1, c2, c3) = (Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3));
+            let n = (c2 - c1).cross_fused(c3 - c1);
+            let t = n.dot_fused(c1 - Vec3::splat(frame.origin.map(f64::from)));
+            let recip = D::splat(1.0) / t;
+            let n = into(n, &frame.dual);
+            (n.x * recip).store_f32(&mut s[0]);
+            (n.y * recip).store_f32(&mut s[1]);
+            (n.z * recip).store_f32(&mut s[2]);
+            let h = D::load_f32(longest);
+            (h * h * recip.abs()).store_f32(&mut q);
+            n.norm1().flip(t).store_f32(&mut normal);
+        }
 
-        // The rectangle: from corners in front, with room for what the reference may be off by.
-        let h6 = h5 - h4;
-        let hh = h4.dot_fused(h4).max(h5.dot_fused(h5)).max(h6.dot_fused(h6));
-        let (h, normal) = (hh.sqrt(), n.dot_fused(n).sqrt());
-        let (away, far_off) = (a.norm1(), origin.norm1());
+        // In f32: the corners and the edges in the axes of the frame.
+        let [c1, c2, c3] = corners;
+        let (c1, c2, c3) = (Vec3::<F>::load(c1), Vec3::load(c2), Vec3::load(c3));
+        let axes = [frame.depth, frame.right, frame.up];
+        let (a, h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2 - c1, &axes));
+        let (h5, h6) = (into(c3 - c1, &axes), into(c3 - c2, &axes));
         let (b, c) = (a + h4, a + h5);
+        let (q, turn, h) = (F::load(&q), F::load(&normal), F::load(longest));
+
+        // What the inverse depth may be off by.
+        let s: [F; 3] = load(&s);
+        let size = s[0].abs() + s[1].abs() + s[2].abs();
+        let err = size.mul_add(splat(bound::DEPTH), q * splat(bound::LOST));
+        let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
+        let parallel = size.mul_add(splat(parallel), least);
+
+        // The rectangle: from corners in front, with room for what they and the reference may be off
+        // by.
+        let origin = frame.origin.iter().fold(0.0, |sum, x| sum + x.abs());
+        let away = a.norm1();
         let nearest = a.x.min(b.x).min(c.x);
-        let room = h.mul_add(splat(bound::ROOM), (away + far_off) * splat(bound::ROOM_AWAY));
-        let known = hh.lt(normal * splat(bound::THIN))
-            & nearest.gt(room * splat(8.0))
-            & nearest.gt(splat(bound::SHORTEST_DIR.into()))
-            & away.lt(splat(bound::LARGEST.into()));
-        let room = D::select(known, room / nearest, splat(f64::INFINITY));
-        to.rectangle::<D, F>([a, b, c], room);
-
-        // The bound of the edges: of the forms, of the reference's noise, of the origin's rounding.
-        let form = u.dot_fused(u).max(v.dot_fused(v)).max(w.dot_fused(w)).sqrt();
-        let noise = (away + h).mul_add(
-            h * splat(f64::from(bound::NOISE) * bound::LEAN),
-            h * far_off * splat(f64::from(bound::ORIGIN) * bound::LEAN),
+        let room = h.mul_add(
+            splat(bound::ROOM),
+            away.mul_add(splat(bound::CORNER), splat(origin * bound::ROOM_AWAY)),
         );
-        let scale = splat(1.0) / form.mul_add(splat(bound::SCREEN), noise);
+        let known = (h * h).lt(turn.abs() * splat(bound::THIN))
+            & nearest.gt(room * splat(8.0))
+            & nearest.gt(splat(bound::SHORTEST_DIR))
+            & away.lt(splat(bound::LARGEST));
+        let one = splat(1.0);
+        let (ra, rb, rc) = (one / a.x, one / b.x, one / c.x);
+        let room = room.mul_add(ra.max(rb).max(rc), splat(bound::ROOM_SCREEN));
+        let (x, y) = ([a.y * ra, b.y * rb, c.y * rc], [a.z * ra, b.z * rb, c.z * rc]);
+        let ((left, right), (down, up)) = (around(x, room, known), around(y, room, known));
 
-        // In front of the triangle or behind, T has the same sign as D wherever it is hit.
-        let sure = t.abs().gt(hh * away * splat(bound::NOISE.into()));
-        let turn = D::select(sure, scale.flip(t), splat(f64::NAN));
-        store_form(u, turn, &mut to.u);
-        store_form(v, turn, &mut to.v);
-        store_form(w, turn, &mut to.w);
-
-        // 1 / depth = D / T.
-        let recip = splat(1.0) / t;
-        let size = recip.abs();
-        store_form(n, D::select(sure, recip, splat(f64::NAN)), &mut to.s);
-        let lost = hh * splat(bound::LOST);
-        (normal.mul_add(splat(bound::DEPTH), lost) * size).store_f32(&mut to.err);
-        let grazing = splat(f64::from(bound::GRAZING) * bound::LEAN);
-        let least = normal.mul_add(splat(bound::SCREEN), hh * grazing) * size;
-        let parallel = splat(f64::from(bound::PARALLEL) * threshold / f64::from(slowest));
-        least.store_f32(&mut to.least);
-        (parallel * normal).mul_add(size, least).store_f32(&mut to.parallel);
-
-        // What is not finite is never hit. (No area here may be some area in other axes.)
-        let limit = splat(f64::INFINITY);
-        let finite = normal.lt(limit) & away.lt(limit);
-        to.live = finite.bits() & live;
-        to
-    }
-
-    /// The rectangles around the corners, with `room` on all sides.
-    #[inline(always)]
-    fn rectangle<D: Lanes<Scalar = f64>, F: Lanes<Scalar = f32>>(
-        &mut self,
-        corners: [Vec3<D>; 3],
-        room: D,
-    ) {
-        let mut numbers = [[0.0; 8]; 10];
-        let [a, b, c] = corners;
-        store_three(a, &mut numbers[0..3]);
-        store_three(b, &mut numbers[3..6]);
-        store_three(c, &mut numbers[6..9]);
-        room.store_f32(&mut numbers[9]);
-        let [a, b, c] =
-            [project::<F>(&numbers[0..3]), project(&numbers[3..6]), project(&numbers[6..9])];
-        let room = F::load(&numbers[9]) + F::splat(bound::ROOM_SCREEN);
-        let everywhere = F::splat(f32::INFINITY);
-        let known = room.lt(everywhere);
-        for k in 0..2 {
-            let (lo, hi) = (a[k].min(b[k]).min(c[k]) - room, a[k].max(b[k]).max(c[k]) + room);
-            F::select(known, lo, -everywhere).store(&mut self.lo[k]);
-            F::select(known, hi, everywhere).store(&mut self.hi[k]);
+        // The edges, over their bound. In front of the triangle or behind, T has the same sign as D
+        // wherever it is hit.
+        let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
+        let form = u.norm1().max(v.norm1()).max(w.norm1());
+        let noise =
+            (away + h).mul_add(splat(bound::EDGES), splat(origin * bound::ORIGIN * bound::LEAN));
+        let unit = form.mul_add(splat(bound::SCREEN), noise * h);
+        let sure = (q * away).lt(splat(0.99 / bound::NOISE));
+        let nothing = splat(f32::NAN);
+        let turn = F::select(sure, (one / unit).flip(turn), nothing);
+        Self {
+            u: three(u * turn),
+            v: three(v * turn),
+            w: three(w * turn),
+            s: three(Vec3 { x: F::select(sure, s[0], nothing), y: s[1], z: s[2] }),
+            err: eight(err),
+            least: eight(least),
+            parallel: eight(parallel),
+            lo: [eight(left), eight(down)],
+            hi: [eight(right), eight(up)],
+            unit: eight(unit),
+            live,
         }
     }
 
-    const NOTHING: Self = Self {
-        u: [[0.0; 8]; 3],
-        v: [[0.0; 8]; 3],
-        w: [[0.0; 8]; 3],
-        s: [[0.0; 8]; 3],
-        err: [0.0; 8],
-        least: [0.0; 8],
-        parallel: [0.0; 8],
-        lo: [[0.0; 8]; 2],
-        hi: [[0.0; 8]; 2],
-        live: 0,
-    };
-
-    /// Which of the triangles some ray through the window may hit; and which of them no ray through
-    /// it grazes, and none has behind it.
+    /// Which of the triangles some ray through the window may hit that still looks for hits of at
+    /// least this inverse depth; and which of them no ray through it grazes, and none has behind it.
     #[inline(always)]
-    pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>) -> (u32, u32) {
+    pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> (u32, u32) {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
         let hi = [F::load(&self.hi[0]), F::load(&self.hi[1])];
-        let form = (load(&self.u), load(&self.v), load(&self.w));
-        let (missed, plain) = missed(window, form, load(&self.s), F::load(&self.least));
-        ((window.reached(lo, hi) & !missed).bits() & self.live, plain.bits())
+        let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
+        let missed = depths.missed(F::splat(nearest))
+            | depths.plain & outside(window, [load(&self.u), load(&self.v), load(&self.w)]);
+        ((window.reached(lo, hi) & !missed).bits() & self.live, depths.plain.bits())
     }
 
     /// The outline in a lane.
@@ -229,6 +214,7 @@ impl Outlines {
             err: self.err[i],
             least: self.least[i],
             parallel: self.parallel[i],
+            unit: self.unit[i],
             lo: [self.lo[0][i], self.lo[1][i]],
             hi: [self.hi[0][i], self.hi[1][i]],
         }
@@ -252,75 +238,90 @@ impl Outline {
         )
     }
 
-    /// The coefficients of V, in units of its bound.
-    pub fn v(&self) -> [f32; 3] {
-        self.v
+    /// The bound of the edges, which is their unit.
+    pub fn unit(&self) -> f32 {
+        self.unit
     }
 
-    /// The windows through which some ray may hit the triangle.
+    /// The windows through which some ray may hit the triangle that still looks for hits of at least
+    /// the window's inverse depth.
     #[inline(always)]
-    pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {
+    pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
         let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
         let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
-        let reached = windows.reached(lo, hi).bits();
+        let reached = windows.reached(lo, hi);
 
         // Of a small triangle the rectangle says enough.
-        if reached.count_ones() <= 2 {
-            return reached;
+        if reached.bits().count_ones() <= 2 {
+            return reached.bits();
         }
-        let form = (splat(self.u), splat(self.v), splat(self.w));
-        let (missed, _) = missed(windows, form, splat(self.s), F::splat(self.least));
-        reached & !missed.bits()
+        let (err, least) = (F::splat(self.err), F::splat(self.least));
+        let depths = Depths::new(windows, splat(self.s), err, least);
+        let edges = [splat(self.u), splat(self.v), splat(self.w)];
+        let missed = depths.missed(nearest) | depths.plain & outside(windows, edges);
+        (reached & !missed).bits()
     }
 }
 
-/// Triangles against windows, either of them the same in all lanes: where an edge or the plane says
-/// that no ray can hit, and where D is sure and positive for all rays.
+/// Triangles against windows, either of them the same in all lanes: the inverse depths.
+struct Depths<F: Lanes> {
+    /// No ray has a larger one.
+    most: F,
+    /// For no ray is it sure and positive.
+    behind: F::Mask,
+    /// For every ray it is sure and positive.
+    plain: F::Mask,
+}
+
+impl<F: Lanes<Scalar = f32>> Depths<F> {
+    #[inline(always)]
+    fn new(windows: &Windows<F>, s: [F; 3], err: F, least: F) -> Self {
+        let ((lo, hi), twice) = (windows.range(s), least + least);
+        Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
+    }
+
+    /// Where the plane lies behind every ray, or too far away.
+    #[inline(always)]
+    fn missed(&self, nearest: F) -> F::Mask {
+        self.behind | self.most.lt(nearest)
+    }
+}
+
+/// Where some edge has all of the window on its outer side, if D is sure and positive.
 #[inline(always)]
-fn missed<F: Lanes<Scalar = f32>>(
-    windows: &Windows<F>,
-    (u, v, w): ([F; 3], [F; 3], [F; 3]),
-    s: [F; 3],
-    least: F,
-) -> (F::Mask, F::Mask) {
-    let (s_lo, s_hi) = windows.range(s);
-    let twice = least + least;
-    let (plain, behind) = (s_lo.gt(twice), s_hi.lt(-twice));
+fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
-    (behind | (plain & highest.lt(F::splat(-2.0))), plain)
+    highest.lt(F::splat(-2.0))
 }
 
-/// Vectors in the axes of a frame: depth, right, up.
+/// Vectors in other axes.
 #[inline(always)]
-fn into<D: Lanes<Scalar = f64>>(v: Vec3<D>, frame: &Frame) -> Vec3<D> {
-    let Frame { depth: a, right: b, up: c, .. } = frame;
+fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec3<L> {
     Vec3 {
-        x: v.dot_fused(Vec3::splat([a[0].into(), a[1].into(), a[2].into()])),
-        y: v.dot_fused(Vec3::splat([b[0].into(), b[1].into(), b[2].into()])),
-        z: v.dot_fused(Vec3::splat([c[0].into(), c[1].into(), c[2].into()])),
+        x: v.dot_fused(Vec3::splat(*a)),
+        y: v.dot_fused(Vec3::splat(*b)),
+        z: v.dot_fused(Vec3::splat(*c)),
     }
 }
 
-/// A form in f64, scaled and rounded.
+/// The smallest and largest of three, with room; everything where they are not known.
 #[inline(always)]
-fn store_form<D: Lanes<Scalar = f64>>(f: Vec3<D>, scale: D, to: &mut [[f32; 8]; 3]) {
-    (f.x * scale).store_f32(&mut to[0]);
-    (f.y * scale).store_f32(&mut to[1]);
-    (f.z * scale).store_f32(&mut to[2]);
+fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
+    let everywhere = F::splat(f32::INFINITY);
+    let lo = F::select(known, a.min(b).min(c) - room, -everywhere);
+    (lo, F::select(known, a.max(b).max(c) + room, everywhere))
 }
 
 #[inline(always)]
-fn store_three<D: Lanes<Scalar = f64>>(v: Vec3<D>, to: &mut [[f32; 8]]) {
-    v.x.store_f32(&mut to[0]);
-    v.y.store_f32(&mut to[1]);
-    v.z.store_f32(&mut to[2]);
+fn eight<F: Lanes<Scalar = f32>>(lanes: F) -> [f32; 8] {
+    let mut numbers = [0.0; 8];
+    lanes.store(&mut numbers);
+    numbers
 }
 
-/// Points in the axes of a frame as points of the screen.
 #[inline(always)]
-fn project<F: Lanes<Scalar = f32>>(point: &[[f32; 8]]) -> [F; 2] {
-    let recip = F::splat(1.0) / F::load(&point[0]);
-    [F::load(&point[1]) * recip, F::load(&point[2]) * recip]
+fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 8]; 3] {
+    [eight(v.x), eight(v.y), eight(v.z)]
 }
 
 #[inline(always)]

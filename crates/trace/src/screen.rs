@@ -1,0 +1,268 @@
+//! The rays of a tile side by side, as points of a screen.
+//!
+//! ```text
+//!   four rays in memory      four registers      sixteen rays a packet, 256 a tile
+//!   o t_min d t_max ───┐
+//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet;
+//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  level with the way in
+//!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
+//! ```
+
+use intertri::lanes::{Lanes, Mask, Simd, prefetch};
+use intertri::{Certified, Frame, Points, Ranges, Ray, Starts, Vec3, Windows};
+
+use crate::pyramid;
+
+/// Rays of a tile, at most.
+pub(crate) const RAYS: usize = 256;
+
+/// Sixteen rays each.
+pub(crate) const PACKETS: usize = RAYS / 16;
+
+/// Whether all rays start at the same point, to the bit.
+#[inline(always)]
+pub(crate) fn shares_origin<S: Simd>(rays: &[Ray]) -> bool {
+    let [first, .., last] = rays else { return false };
+    let bits = |ray: &Ray| ray.origin.map(f32::to_bits);
+    let zero = first.origin.contains(&0.0);
+    let origin = S::F32x4::load(half(first, 0));
+    let mut same = [origin.le(origin); 2];
+    for pair in rays.chunks_exact(2) {
+        let (a, b) = (S::F32x4::load(half(&pair[0], 0)), S::F32x4::load(half(&pair[1], 0)));
+        same = [same[0] & a.le(origin) & origin.le(a), same[1] & b.le(origin) & origin.le(b)];
+    }
+    let last = S::F32x4::load(half(last, 0));
+    let same = same[0] & same[1] & last.le(origin) & origin.le(last);
+
+    // A zero is equal to the other one; that is rare enough to look at twice.
+    same.bits() & 0b111 == 0b111 && !(zero && rays.iter().any(|ray| bits(ray) != bits(first)))
+}
+
+/// Origin and `t_min` of a ray, or its direction and `t_max`.
+#[inline(always)]
+fn half(ray: &Ray, half: usize) -> &[f32] {
+    let numbers: &[f32; 8] = bytemuck::cast_ref(ray);
+    &numbers[4 * half..4 * half + 4]
+}
+
+/// The rays of a tile side by side, as points of a screen.
+pub(crate) struct Screen<S: Simd> {
+    pub(crate) frame: Frame,
+    pub(crate) points: [Points<S::F32x16>; PACKETS],
+    /// The smallest and largest x and y of each packet, by packet.
+    lo: [[f32; PACKETS]; 2],
+    hi: [[f32; PACKETS]; 2],
+    /// How many packets there are.
+    pub(crate) used: usize,
+    /// No z is smaller.
+    pub(crate) slowest: f32,
+    /// The near ends of the rays of all packets.
+    pub(crate) ranges: Ranges<S::F32x16>,
+    /// The far ends.
+    pub(crate) t_max: [[f32; 16]; PACKETS],
+    /// Whether some ray has none.
+    pub(crate) endless: bool,
+    /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
+    pub(crate) live: [u32; PACKETS],
+}
+
+impl<S: Simd> Screen<S> {
+    /// `None` where the rays go too far apart, or numbers are too large or too small.
+    #[inline(always)]
+    pub(crate) fn new<A>(
+        mode: &Certified,
+        (rays, next): (&[Ray], &[Ray]),
+        answers: &[A],
+        reach: f32,
+    ) -> Option<Self> {
+        // The rays side by side. The last packet is filled with the last ray.
+        let used = rays.len().div_ceil(16);
+        let mut dirs = [[[0.0; 16]; 3]; PACKETS];
+        let (mut t_min, mut t_max) = ([[0.0; 16]; PACKETS], [[0.0; 16]; PACKETS]);
+        let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
+        for packet in 0..used {
+            for four in [0, 4, 8, 12] {
+                let at = 16 * packet + four;
+                let [[.., near], [x, y, z, far]] = side_by_side::<S>(rays, at);
+                x.store(&mut dirs[packet][0][four..]);
+                y.store(&mut dirs[packet][1][four..]);
+                z.store(&mut dirs[packet][2][four..]);
+                near.store(&mut t_min[packet][four..]);
+                far.store(&mut t_max[packet][four..]);
+                sum = [sum[0] + x, sum[1] + y, sum[2] + z];
+                farthest = farthest.max(far);
+            }
+        }
+
+        // A frame that looks where they go.
+        let total = |lanes: S::F32x4| {
+            let mut numbers = [0.0; 4];
+            lanes.store(&mut numbers);
+            numbers[0] + numbers[1] + numbers[2] + numbers[3]
+        };
+        let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
+        let step = [0, 1, 2].map(|k| rays[1].dir[k] - rays[0].dir[k]);
+        let frame = pyramid::frame(rays[0].origin, sum, step, reach)?;
+        let mut turned = false;
+
+        let first = frame.points(Vec3::load(&dirs[0]));
+        let mut screen = Self {
+            frame,
+            points: [first; PACKETS],
+            lo: [[0.0; PACKETS]; 2],
+            hi: [[0.0; PACKETS]; 2],
+            used,
+            slowest: 0.0,
+            ranges: Starts::none().ranges(),
+            t_max,
+            endless: farthest.ge(S::F32x4::splat(f32::INFINITY)).any(),
+            live: [0; PACKETS],
+        };
+        for packet in 0..used {
+            let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
+            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0));
+            let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
+            screen.live[packet] = live.bits() & given;
+        }
+
+        loop {
+            // Where they meet its screen.
+            let (mut sane, mut slowest) = (first.on_screen(), S::F32x16::splat(f32::INFINITY));
+            let mut starts = Starts::none();
+            for packet in 0..used {
+                // What comes next is asked for from memory meanwhile.
+                prefetch(sixteen(next, packet));
+                prefetch(sixteen(answers, packet));
+                let points = screen.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
+                screen.points[packet] = points;
+                sane = sane & points.on_screen();
+                slowest = slowest.min(points.z);
+                let [x, y, left, down] = extremes::<S>(points.x, points.y);
+                (screen.lo[0][packet], screen.lo[1][packet]) = (x, y);
+                (screen.hi[0][packet], screen.hi[1][packet]) = (-left, -down);
+                let live = <S::F32x16 as Lanes>::Mask::from_bits(screen.live[packet]);
+                starts = mode.starts_in(&starts, &points, Lanes::load(&t_min[packet]), live);
+            }
+            screen.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
+            screen.ranges = starts.ranges();
+
+            // Once more, level with the way in which they spread most, if one stands out: rectangles
+            // then hold little else.
+            match screen.main_axis() {
+                Some(step) if !turned => {
+                    screen.frame = pyramid::frame(rays[0].origin, sum, step, reach)?;
+                    turned = true;
+                }
+                _ => return (sane.bits() == 0xffff).then_some(screen),
+            }
+        }
+    }
+
+    /// The axis across along which the packets lie, if they lie along one that is not right or up.
+    #[inline(always)]
+    fn main_axis(&self) -> Option<[f32; 3]> {
+        let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << self.used) - 1);
+        let middle = |k: usize| {
+            let twice = S::F32x16::load(&self.lo[k]) + S::F32x16::load(&self.hi[k]);
+            S::F32x16::select(used, twice, S::F32x16::splat(0.0))
+        };
+        let (x, y) = (middle(0), middle(1));
+        let [xx, xy, yy] = sums::<S>([x * x, x * y, y * y]);
+        pyramid::main_axis(&self.frame, xx, xy, yy)
+    }
+
+    /// A window a packet; where there are fewer packets, windows that nothing reaches.
+    #[inline(always)]
+    pub(crate) fn windows(&self) -> Windows<S::F32x16> {
+        let (mut lo, mut hi) = (self.lo, self.hi);
+        for k in 0..2 {
+            lo[k][self.used..].fill(f32::INFINITY);
+            hi[k][self.used..].fill(f32::NEG_INFINITY);
+        }
+        let load = |side: &[f32; 16]| Lanes::load(side);
+        Windows::new([load(&lo[0]), load(&lo[1])], [load(&hi[0]), load(&hi[1])])
+    }
+
+    /// The smallest and largest x and y of some packets.
+    #[inline(always)]
+    pub(crate) fn window(&self, packets: u32) -> ([f32; 2], [f32; 2]) {
+        let which = <S::F32x16 as Lanes>::Mask::from_bits(packets);
+        let (least, most) = (S::F32x16::splat(f32::INFINITY), S::F32x16::splat(f32::NEG_INFINITY));
+        let side = |side: &[f32; PACKETS], of_none| {
+            S::F32x16::select(which, S::F32x16::load(side), of_none)
+        };
+        let [x, y, ..] = extremes::<S>(side(&self.lo[0], least), side(&self.lo[1], least));
+        let [.., left, down] = extremes::<S>(side(&self.hi[0], most), side(&self.hi[1], most));
+        ([x, y], [-left, -down])
+    }
+}
+
+/// A window for eight triangles at once.
+#[inline(always)]
+pub(crate) fn around<S: Simd>((lo, hi): ([f32; 2], [f32; 2])) -> Windows<S::F32x8> {
+    let splat = S::F32x8::splat;
+    Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
+}
+
+/// Those of a packet, or what there is of them.
+#[inline(always)]
+fn sixteen<T>(things: &[T], packet: usize) -> &[T] {
+    &things[(16 * packet).min(things.len())..(16 * packet + 16).min(things.len())]
+}
+
+/// The smallest lane.
+#[inline(always)]
+pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
+    let mut numbers = [0.0; 16];
+    lanes.store(&mut numbers);
+    let four = |i: usize| S::F32x4::load(&numbers[4 * i..]);
+    let four = four(0).min(four(1)).min(four(2).min(four(3)));
+    four.store(&mut numbers);
+    let less = |a: f32, b: f32| if a < b { a } else { b };
+    less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
+}
+
+/// The sums of all lanes.
+#[inline(always)]
+fn sums<S: Simd>(lanes: [S::F32x16; 3]) -> [f32; 3] {
+    let mut rows = [S::F32x4::splat(0.0); 4];
+    for (row, lanes) in rows.iter_mut().zip(lanes) {
+        let mut numbers = [0.0; 16];
+        lanes.store(&mut numbers);
+        let four = |i: usize| S::F32x4::load(&numbers[4 * i..]);
+        *row = four(0) + four(1) + (four(2) + four(3));
+    }
+    let [a, b, c, d] = S::transpose(rows);
+    let mut numbers = [0.0; 4];
+    (a + b + (c + d)).store(&mut numbers);
+    [numbers[0], numbers[1], numbers[2]]
+}
+
+/// The numbers of four rays by column: of origin and `t_min`, and of direction and `t_max`. Beyond the
+/// last ray it is repeated.
+#[inline(always)]
+fn side_by_side<S: Simd>(rays: &[Ray], at: usize) -> [[S::F32x4; 4]; 2] {
+    let ray = |i: usize| &rays[(at + i).min(rays.len() - 1)];
+    let rows = [ray(0), ray(1), ray(2), ray(3)];
+    let load = |row: usize, k: usize| S::F32x4::load(half(rows[row], k));
+    let columns = |k: usize| S::transpose([load(0, k), load(1, k), load(2, k), load(3, k)]);
+    [columns(0), columns(1)]
+}
+
+/// The smallest x and y, and the smallest -x and -y.
+#[inline(always)]
+fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
+    // Sixteen lanes as four times four; what is left of them as columns.
+    let fours = |lanes: S::F32x16| {
+        let mut numbers = [0.0; 16];
+        lanes.store(&mut numbers);
+        [0, 4, 8, 12].map(|i| S::F32x4::load(&numbers[i..]))
+    };
+    let ([a, b, c, d], [e, f, g, h]) = (fours(x), fours(y));
+    let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+    let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
+    let [a, b, c, d] = S::transpose([left, down, -right, -up]);
+    let mut least = [0.0; 4];
+    a.min(b).min(c.min(d)).store(&mut least);
+    least
+}
