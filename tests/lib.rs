@@ -90,22 +90,21 @@ impl Truth {
 pub fn check_kernel(scene: &Scene) -> Result<(), String> {
     let truth = Truth::of(scene);
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    let (double, certified) = (Double::new(threshold), Certified::new(threshold));
+    check_width::<4>(scene, &truth, &double, &certified)?;
+    check_width::<8>(scene, &truth, &double, &certified)?;
+    check_width::<16>(scene, &truth, &double, &certified)?;
+    check_views::<8>(scene, &truth, &certified)?;
+    check_views::<16>(scene, &truth, &certified)?;
     for level in Level::all() {
-        check_mode(scene, &truth, &Double::new(threshold).at(level), "double")?;
-        check_mode(scene, &truth, &Certified::new(threshold).at(level), "certified")?;
-        check_views::<8>(scene, &truth.scene, &Certified::new(threshold), level)?;
-        check_views::<16>(scene, &truth.scene, &Certified::new(threshold), level)?;
+        check_slices(scene, &truth, &double.at(level), "double")?;
+        check_slices(scene, &truth, &certified.at(level), "certified")?;
     }
     Ok(())
 }
 
 /// Rays that share an origin: each ray by itself, and packets of neighbours moved to one origin.
-fn check_views<const N: usize>(
-    scene: &Scene,
-    truth: &reference::Scene,
-    mode: &Certified,
-    level: Level,
-) -> Result<(), String>
+fn check_views<const N: usize>(scene: &Scene, truth: &Truth, mode: &Certified) -> Result<(), String>
 where
     Lane<N>: Width,
 {
@@ -114,15 +113,17 @@ where
     let packets = alone.chain(scene.rays.chunks(N).filter(|rays| rays.len() > 1).map(moved));
     for rays in packets {
         let packet = RayPacket::<N>::new(&rays);
-        let found = level.run(Views { mode, packet: &packet, triangles: &scene.triangles });
-        for (ray, found) in rays.iter().zip(found) {
-            let want = truth.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into());
-            let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
-            if bits(found) != bits(want) {
-                let level = level.name();
-                return Err(format!(
-                    "certified {level}, {N} rays of one origin: {found:?}, the reference {want:?}\n{ray:?}"
-                ));
+        let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
+        for level in Level::all() {
+            let found = level.run(Views { mode, packet: &packet, triangles: &scene.triangles });
+            for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
+                let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+                if bits(found) != bits(*want) {
+                    let level = level.name();
+                    return Err(format!(
+                        "certified {level}, {N} rays of one origin: {found:?}, the reference {want:?}\n{ray:?}"
+                    ));
+                }
             }
         }
     }
@@ -163,19 +164,33 @@ where
     }
 }
 
-fn check_mode<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
-    check_width::<M, 4>(scene, truth, mode, name)?;
-    check_width::<M, 8>(scene, truth, mode, name)?;
-    check_width::<M, 16>(scene, truth, mode, name)?;
-    check_slices(scene, truth, mode, name)
+/// Packets of N rays and packs of N triangles, made once and given to both modes at every level.
+fn check_width<const N: usize>(
+    scene: &Scene,
+    truth: &Truth,
+    double: &Double,
+    certified: &Certified,
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let packets: Vec<RayPacket<N>> = scene.rays.chunks(N).map(RayPacket::new).collect();
+    let packs: Vec<TrianglePack<N>> = scene.triangles.chunks(N).map(TrianglePack::new).collect();
+    for level in Level::all() {
+        check_forms(scene, truth, &double.at(level), "double", &packets, &packs)?;
+        check_forms(scene, truth, &certified.at(level), "certified", &packets, &packs)?;
+    }
+    Ok(())
 }
 
 /// Packets of rays against each triangle, and each ray against packs of triangles.
-fn check_width<M: Mode, const N: usize>(
+fn check_forms<M: Mode, const N: usize>(
     scene: &Scene,
     truth: &Truth,
     mode: &M,
     name: &str,
+    packets: &[RayPacket<N>],
+    packs: &[TrianglePack<N>],
 ) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -183,8 +198,8 @@ where
     let level = mode.level().name();
     for (obj, triangle) in scene.triangles.iter().enumerate() {
         let prepared = mode.prepare(triangle);
-        for (k, rays) in scene.rays.chunks(N).enumerate() {
-            let hits = mode.packet(&RayPacket::<N>::new(rays), &prepared);
+        for (k, (packet, rays)) in packets.iter().zip(scene.rays.chunks(N)).enumerate() {
+            let hits = mode.packet(packet, &prepared);
             let want = |lane: usize| truth.t[N * k + lane][obj];
             same(&hits, rays.len(), want).map_err(|(lane, what)| {
                 format!("{name} {level} packet of {N}: {what}\n{:?}\n{triangle:?}", rays[lane])
@@ -192,8 +207,8 @@ where
         }
     }
     for (i, ray) in scene.rays.iter().enumerate() {
-        for (k, triangles) in scene.triangles.chunks(N).enumerate() {
-            let hits = mode.pack(ray, &TrianglePack::<N>::new(triangles));
+        for (k, (pack, triangles)) in packs.iter().zip(scene.triangles.chunks(N)).enumerate() {
+            let hits = mode.pack(ray, pack);
             let want = |lane: usize| truth.t[i][N * k + lane];
             same(&hits, triangles.len(), want).map_err(|(lane, what)| {
                 format!("{name} {level} pack of {N}: {what}\n{ray:?}\n{:?}", triangles[lane])

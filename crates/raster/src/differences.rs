@@ -1,4 +1,4 @@
-//! Where two pictures of the same scene may differ, decided pixel by pixel.
+//! Where two pictures of the same scene may differ, decided pixel by pixel and without rounding.
 //!
 //! A traced ray and the centre of its pixel are not the same line: the tracer rounds directions to
 //! f32, and here corners are snapped to parts of a pixel. Together they shift what is seen by at most
@@ -7,15 +7,15 @@
 //!
 //! ```text
 //!      .-----.            an edge of one of the two facets passes within r of the centre, or
-//!    /    ___/____        somewhere within r one facet is in front, and elsewhere the other: their
-//!   |  . /    |  edge     depths tie, or a plane is seen so edge-on that its depth is unbounded
+//!    /    ___/____        somewhere within r their depths tie, or
+//!   |  . /    |  edge     somewhere within r one of their planes is seen edge-on
 //!    \  /    /
 //!      '-----'  r
 //! ```
 
 use intertri::{Hit, Triangle};
 
-use crate::clip::{Point4, clip_edge};
+use crate::disc::Disc;
 use crate::threads;
 use crate::vector::{cross, dot, double, length, sub};
 use crate::view::View;
@@ -34,11 +34,15 @@ pub enum Verdict {
 /// Compares which triangle each pixel shows, and at which depth, in two pictures of the same triangles
 /// by the same view, row by row.
 ///
-/// Another triangle is excused where the centre of the pixel is within [`View::tolerance`] of an edge of
-/// either triangle (as far as that edge is in the picture), or where the two planes, or one plane and
-/// the horizon, tie in depth at some point within that distance. The same triangle must be at the same
-/// depth: both `t`, the distances from the eye, are what its plane has within that distance, up to
-/// 2^-22 of them for the length of a ray's direction; nothing excuses another.
+/// Another triangle is excused where an edge of either comes within [`View::tolerance`] of the centre
+/// of the pixel, or where, at some point within that distance, the depths of their planes are equal or
+/// one of the planes is edge-on to the eye. The same triangle must be at the same depth: both `t`, the
+/// distances from the eye, are what its plane has within that distance, up to 2^-22 of them for the
+/// length of a ray's direction; nothing excuses another.
+///
+/// All of this is decided in rational arithmetic on the values that the view and the triangles have.
+/// Only where depths are compared is there an allowance for the f64 in which engines compute them, of
+/// some 2^-48 of the products that make them up (`docs/raster.md`).
 ///
 /// # Panics
 /// If a slice is not as long as the view has pixels.
@@ -58,9 +62,13 @@ pub fn differences(
             let seen = pair.map(|hit| triangles.get(usize::try_from(hit.triangle).ok()?));
             let (x, y) = (x as u32, y as u32);
             *verdict = if pair[0].triangle == pair[1].triangle {
-                let agree = pair.iter().all(|hit| at_depth(view, seen[0], hit.t, x, y));
-                if agree { Verdict::Same } else { Verdict::Unexcused }
-            } else if excused(view, seen, x, y) {
+                let at_depth = |t| seen[0].is_none_or(|seen| may_be_at(view, seen, t, x, y));
+                if pair.iter().all(|hit| at_depth(hit.t)) {
+                    Verdict::Same
+                } else {
+                    Verdict::Unexcused
+                }
+            } else if Disc::new(view, x, y).excuses(seen) {
                 Verdict::Excused
             } else {
                 Verdict::Unexcused
@@ -70,67 +78,33 @@ pub fn differences(
     verdicts
 }
 
-/// Whether a pixel may show either of two triangles, or nothing instead of one of them.
-fn excused(view: &View, seen: [Option<&Triangle>; 2], x: u32, y: u32) -> bool {
-    let centre = [x, y].map(|c| f64::from(c) + 0.5);
-    let near_edge = |triangle: &Triangle| edge_distance(view, triangle, centre) <= view.tolerance();
-    if seen.iter().flatten().any(|triangle| near_edge(triangle)) {
-        return true;
-    }
-
-    // q over the disc: what is not a hit has q = 0, as if it were at infinity.
-    let [one, other] =
-        seen.map(|triangle| triangle.map_or((0.0, 0.0), |t| depths(view, t, centre)));
-    one.0 <= other.1 && other.0 <= one.1
+/// Whether a triangle can be seen at the distance `t` in a pixel.
+fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
+    clearly_at(view, triangle, t, x, y)
+        .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// Whether a triangle, if there is one, can be seen at the distance `t` in a pixel.
-fn at_depth(view: &View, triangle: Option<&Triangle>, t: f64, x: u32, y: u32) -> bool {
-    let Some(triangle) = triangle else { return true };
-    let (lo, hi) = depths(view, triangle, [x, y].map(|c| f64::from(c) + 0.5));
-    let q = view.through(x, y).1 / t;
-    let slack = q * 2f64.powi(-22);
-    lo <= q + slack && q - slack <= hi
-}
-
-/// The distance in pixels from a place of the picture to the nearest edge of a triangle, as far as
-/// its edges are in the picture; infinity where none is.
-fn edge_distance(view: &View, Triangle(corners): &Triangle, place: [f64; 2]) -> f64 {
-    let [a, b, c] = corners.map(|corner| {
-        // z = 0 leaves only the four sides of the picture and w > 0.
-        Point4 { z: 0.0, ..view.project(sub(double(corner), view.eye()), 1.0, 0.0) }
-    });
-    let edges = [(a, b), (b, c), (c, a)].into_iter().filter_map(|(a, b)| clip_edge(a, b));
-    edges
-        .map(|(a, b)| segment_distance(view.pixel(a), view.pixel(b), place))
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// The distance from p to the segment from a to b.
-fn segment_distance(a: [f64; 2], b: [f64; 2], p: [f64; 2]) -> f64 {
-    let (along, to) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
-    let square = along[0] * along[0] + along[1] * along[1];
-    let t = if square > 0.0 { (to[0] * along[0] + to[1] * along[1]) / square } else { 0.0 };
-    let t = t.clamp(0.0, 1.0);
-    (to[0] - t * along[0]).hypot(to[1] - t * along[1])
-}
-
-/// The least and the most of q, the inverse of the view depth, of a triangle's plane within the
-/// tolerance of a place; nothing is known of a plane without a normal or through the eye.
-fn depths(view: &View, Triangle(corners): &Triangle, [x, y]: [f64; 2]) -> (f64, f64) {
+/// The same in f64 and in a hurry, where that is beyond doubt: within half of what is allowed or not
+/// within twice of it, and f64's own rounding far below.
+fn clearly_at(view: &View, Triangle(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
-    let normal = cross(sub(c2, c1), sub(c3, c1));
-    let sight = view.sight();
-    let offset = dot(normal, sub(c1, view.eye()));
-    let q = dot(normal, view.direction(x, y)) / offset;
+    let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];
+    let normal = cross(p, q);
+    let offset = dot(normal, arm);
+    let (sight, (d, far)) = (view.sight(), view.through(x, y));
+    let depth = dot(normal, d) / offset;
     let slope = (dot(normal, sight.dx) / offset).hypot(dot(normal, sight.dy) / offset);
 
-    // f64 itself rounds by some 2^-50 of |n||d| / (n & a).
-    let rounding = length(normal) * view.longest() / offset.abs() * 2f64.powi(-49);
-    let slack = view.tolerance() * slope + rounding;
-    if slack.is_finite() && q.is_finite() {
-        (q - slack, q + slack)
+    let products = length(p) * length(q) * (far + depth.abs() * length(arm));
+    let rounding = 2f64.powi(-48) * products / offset.abs();
+    let allowed = view.tolerance() * slope + 2f64.powi(-22) * depth;
+    let off = (depth - far / t).abs();
+    let certain = rounding.is_finite() && rounding <= 2f64.powi(-28) * depth;
+    if !certain {
+        None
+    } else if off <= 0.5 * allowed {
+        Some(true)
     } else {
-        (f64::NEG_INFINITY, f64::INFINITY)
+        (off > 2.0 * allowed).then_some(false)
     }
 }

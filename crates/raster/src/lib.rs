@@ -31,9 +31,12 @@
 //! ```
 
 mod adjacency;
+mod ball;
 mod batch;
 mod clip;
 mod differences;
+mod disc;
+mod exact;
 mod plane;
 mod shadow_differences;
 mod silhouette;

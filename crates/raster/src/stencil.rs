@@ -70,7 +70,7 @@ pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
 }
 
 /// `q`, the inverse of the view depth, of what each pixel shows; 0 for nothing.
-pub(crate) fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<f64> {
+fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<f64> {
     let width = view.width() as usize;
     let mesh = volume.adjacency();
     let mut depths = vec![0.0; hits.len()];

@@ -109,6 +109,16 @@ impl View {
         self.eye
     }
 
+    /// Right, up and forward.
+    pub(crate) fn axes(&self) -> [Vector; 3] {
+        [self.right, self.up, self.forward]
+    }
+
+    /// Half of the picture's height at distance 1.
+    pub(crate) fn half_height(&self) -> f64 {
+        self.half_height
+    }
+
     /// The line of sight through a place of the picture, in pixels from its top left corner; its
     /// part along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {

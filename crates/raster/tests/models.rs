@@ -65,11 +65,12 @@ fn check(name: &str, scene: &Scene) {
         assert!(differ < 20, "{name}: {differ}");
     }
 
-    // The rule is no blanket: a picture that is one pixel off is found out.
+    // The rule is no blanket: some rows that are one pixel off are found out.
     let mut shifted = traced.clone();
-    shifted.rotate_right(1);
+    let middle = width as usize * 380..width as usize * 400;
+    shifted[middle].rotate_right(1);
     let found = differences(&view, &soup, &drawn, &shifted);
-    assert!(count(&found, Verdict::Unexcused) > 1000, "{name}");
+    assert!(count(&found, Verdict::Unexcused) > 100, "{name}");
 }
 
 #[test]

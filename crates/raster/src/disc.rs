@@ -1,0 +1,198 @@
+//! The rule for one pixel, in rationals: what can be seen within a distance of its centre?
+//!
+//! Points are taken relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
+//! the pixel is a disc of radius r about its centre c; what is seen in the disc lies in a cone:
+//!
+//! ```text
+//!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0
+//!   eye o----(c)-----
+//!               """---          a plane n · x = n · a has  q = 1/W = n · (x, y, 1) / n · a,
+//!            W = 1              which is linear in the place (x, y)
+//! ```
+
+use intertri::Triangle;
+
+use crate::exact::{
+    Exact, Point, abs, cross, dot, exact, point, sign_with_root, sign_with_roots, size, sub,
+};
+use crate::view::View;
+
+/// One pixel's disc.
+pub(crate) struct Disc {
+    eye: Point,
+    axes: [Point; 3],
+    /// The centre at W = 1.
+    centre: Point,
+    /// What [`View::tolerance`] is there.
+    pub(crate) radius: Exact,
+}
+
+/// A triangle as the eye sees it.
+struct Seen {
+    corners: [Point; 3],
+    /// `n · (x, y, 1)`, which is positive where the triangle is in front.
+    height: Linear,
+    /// `n · a`, not negative.
+    offset: Exact,
+    /// What f64 may do to the offset.
+    doubt: Exact,
+}
+
+/// A linear function of the place in the picture.
+struct Linear {
+    /// At the centre.
+    value: Exact,
+    /// Along x and y.
+    slope: [Exact; 2],
+    /// What f64 may do to its value.
+    doubt: Exact,
+}
+
+impl Linear {
+    /// The square of how steep it is.
+    fn steepness(&self) -> Exact {
+        self.slope[0].sqr() + self.slope[1].sqr()
+    }
+
+    /// Whether it is 0 somewhere in a disc of that radius about the centre.
+    fn vanishes(&self, radius: &Exact) -> bool {
+        let beyond = &self.doubt - abs(self.value.clone());
+        sign_with_root(&beyond, radius, &self.steepness()).is_ge()
+    }
+}
+
+impl Disc {
+    /// The disc of [`View::tolerance`] about the centre of a pixel.
+    pub(crate) fn new(view: &View, x: u32, y: u32) -> Self {
+        let pixel = exact(2.0 * view.half_height()) / Exact::from(view.height());
+        // The middle of the picture is (0, 0), and y grows downward.
+        let from_middle = |place: u32, side: u32| {
+            (Exact::from(2 * place + 1) - Exact::from(side)) / Exact::from(2) * &pixel
+        };
+        let centre = [from_middle(x, view.width()), -from_middle(y, view.height()), Exact::from(1)];
+        Self {
+            eye: point(view.eye()),
+            axes: view.axes().map(point),
+            centre,
+            radius: exact(view.tolerance()) * pixel,
+        }
+    }
+
+    /// The direction, in the scene, of the line of sight through the centre; 1 along forward.
+    pub(crate) fn sight(&self) -> Point {
+        [0, 1, 2].map(|k| {
+            let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
+            along(0) + along(1) + along(2)
+        })
+    }
+
+    /// Whether the pixel may show either of two triangles, or nothing instead of one of them.
+    pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
+        // What is not finite or has no area cannot be seen.
+        let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
+        if matches!(one, Some(None)) || matches!(other, Some(None)) {
+            return false;
+        }
+        let (one, other) = (one.flatten(), other.flatten());
+        let alone = |seen: &Seen| self.meets_outline(seen) || seen.height.vanishes(&self.radius);
+        if [&one, &other].into_iter().flatten().any(alone) {
+            return true;
+        }
+        one.zip(other).is_some_and(|(one, other)| tie(&one, &other).vanishes(&self.radius))
+    }
+
+    /// Whether a triangle can be seen at the distance `t`: whether its plane has `q t = |d|`, up to
+    /// 2^-22 of that, somewhere in the disc, with `d` the line of sight through the centre.
+    pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
+        let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
+            return false;
+        };
+        if seen.offset <= seen.doubt {
+            return true;
+        }
+        let (t, length) = (exact(t), dot(&self.centre, &self.centre));
+        let Linear { value, doubt, .. } = &seen.height;
+        let (reach, steep) = (&t * &self.radius, seen.height.steepness());
+        // (value +- reach sqrt(steep) +- doubt) t against (offset -+ doubt) (1 -+ 2^-22) sqrt(length)
+        let factor = |sign: i32| Exact::from(1) + exact(f64::from(sign) * 2f64.powi(-22));
+        let least = (&seen.doubt - &seen.offset) * factor(-1);
+        let most = (&seen.offset + &seen.doubt) * factor(1);
+        sign_with_roots(&((value + doubt) * &t), [&reach, &steep], [&least, &length]).is_ge()
+            && sign_with_roots(&((doubt - value) * &t), [&reach, &steep], [&most, &length]).is_ge()
+    }
+
+    /// A triangle as the eye sees it, turned to have its normal away from the eye; none if it is not
+    /// finite or has no area.
+    fn see(&self, Triangle(corners): &Triangle) -> Option<Seen> {
+        // f64 rounds each of the two numbers in both engines, some 12 times each.
+        let unit = exact(2f64.powi(-48));
+        if !corners.as_flattened().iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let corners = corners.map(|corner| {
+            let arm = sub(&point(corner), &self.eye);
+            [0, 1, 2].map(|axis| dot(&self.axes[axis], &arm))
+        });
+        let [p, q] = [1, 2].map(|i| sub(&corners[i], &corners[0]));
+        let mut normal = cross(&p, &q);
+        if normal.iter().all(Exact::is_zero) {
+            return None;
+        }
+        let mut offset = dot(&normal, &corners[0]);
+        if offset < Exact::ZERO {
+            (normal, offset) = (normal.map(|x| -x), -offset);
+        }
+        let product = size(&p) * size(&q) * unit;
+        let doubt = &product * size(&corners[0]);
+        let value = dot(&normal, &self.centre);
+        let [nx, ny, _] = normal;
+        let height = Linear { value, slope: [nx, ny], doubt: product * size(&self.centre) };
+        Some(Seen { corners, height, offset, doubt })
+    }
+
+    /// Whether an edge of a triangle comes into the cone.
+    fn meets_outline(&self, Seen { corners: [a, b, c], .. }: &Seen) -> bool {
+        [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
+    }
+
+    /// Whether the way from a to b comes into the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a
+    /// quadratic function of the part s of the way, it does where `f >= 0` and `W > 0`:
+    ///
+    /// ```text
+    ///   a ------(======)------ b     an end is in it, or, as it is convex, both zeros of f are on
+    ///           f  >=  0             the way, and with them its maximum
+    /// ```
+    fn meets(&self, a: &Point, b: &Point) -> bool {
+        let aside = |p: &Point| [0, 1].map(|k| &p[k] - &p[2] * &self.centre[k]);
+        let ([ax, ay], [bx, by]) = (aside(a), aside(b));
+        let (aw, bw) = (&self.radius * &a[2], &self.radius * &b[2]);
+        let inside =
+            |x: &Exact, y: &Exact, w: &Exact| *w > Exact::ZERO && w.sqr() >= x.sqr() + y.sqr();
+        if inside(&ax, &ay, &aw) || inside(&bx, &by, &bw) {
+            return true;
+        }
+
+        // f = k2 s^2 + 2 k1 s + k0, at most at s = k1 / -k2
+        let (dx, dy, dw) = (bx - &ax, by - &ay, bw - &aw);
+        let fall = dx.sqr() + dy.sqr() - dw.sqr();
+        let k1 = &aw * &dw - &ax * &dx - &ay * &dy;
+        if k1 <= Exact::ZERO || k1 >= fall {
+            return false;
+        }
+        let s = k1 / fall;
+        inside(&(ax + dx * &s), &(ay + dy * &s), &(aw + dw * &s))
+    }
+}
+
+/// The difference of two depths, times both offsets: `q = height / offset` of either.
+fn tie(one: &Seen, other: &Seen) -> Linear {
+    let across =
+        |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;
+    let doubt =
+        |a: &Seen, b: &Seen| &a.height.doubt * &b.offset + abs(a.height.value.clone()) * &b.doubt;
+    Linear {
+        value: &one.height.value * &other.offset - &other.height.value * &one.offset,
+        slope: [across(0), across(1)],
+        doubt: doubt(one, other) + doubt(other, one),
+    }
+}

@@ -1,0 +1,130 @@
+//! Numbers without rounding, for verdicts that rounding must not decide.
+//!
+//! Every f32 and f64 is a rational. Sums, products and quotients of rationals are rationals, and the
+//! sign of a sum with square roots in it follows by squaring, so that lengths can be compared, too.
+
+use std::cmp::Ordering;
+
+use dashu_ratio::Relaxed;
+
+/// A rational.
+pub(crate) type Exact = Relaxed;
+
+/// Three of them.
+pub(crate) type Point = [Exact; 3];
+
+/// A number as it is; 0 for one that is not finite.
+pub(crate) fn exact(x: f64) -> Exact {
+    Exact::try_from(x).unwrap_or_default()
+}
+
+pub(crate) fn point<T: Into<f64>>(p: [T; 3]) -> Point {
+    p.map(|x| exact(x.into()))
+}
+
+/// The nearest f64.
+pub(crate) fn rounded(x: &Exact) -> f64 {
+    x.to_f64().value()
+}
+
+pub(crate) fn abs(x: Exact) -> Exact {
+    if x < Exact::ZERO { -x } else { x }
+}
+
+pub(crate) fn add(a: &Point, b: &Point) -> Point {
+    [&a[0] + &b[0], &a[1] + &b[1], &a[2] + &b[2]]
+}
+
+pub(crate) fn sub(a: &Point, b: &Point) -> Point {
+    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
+}
+
+pub(crate) fn scale(a: &Point, s: &Exact) -> Point {
+    [&a[0] * s, &a[1] * s, &a[2] * s]
+}
+
+pub(crate) fn dot(a: &Point, b: &Point) -> Exact {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+pub(crate) fn cross(a: &Point, b: &Point) -> Point {
+    [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
+}
+
+/// |x| + |y| + |z|, which is a rational and at least the length.
+pub(crate) fn size(a: &Point) -> Exact {
+    a.iter().cloned().map(abs).fold(Exact::ZERO, |sum, x| sum + x)
+}
+
+fn sign(x: &Exact) -> Ordering {
+    x.cmp(&Exact::ZERO)
+}
+
+/// The sign of `a + b sqrt(p)`, `p` not negative.
+pub(crate) fn sign_with_root(a: &Exact, b: &Exact, p: &Exact) -> Ordering {
+    stronger(sign(a), sign(b), || sign(&(a.sqr() - b.sqr() * p)), p)
+}
+
+/// The sign of `a + b sqrt(p) + c sqrt(q)`, neither `p` nor `q` negative.
+pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2]) -> Ordering {
+    // (a + b sqrt(p))^2 - (c sqrt(q))^2 has a single root left.
+    let squares = || {
+        let rational = a.sqr() + b.sqr() * p - c.sqr() * q;
+        sign_with_root(&rational, &(a * b * Exact::from(2)), p)
+    };
+    stronger(sign_with_root(a, b, p), sign(c), squares, q)
+}
+
+/// The sign of `x + y sqrt(p)` from the signs of x and y, and that of `x^2 - y^2 p` where they pull
+/// against each other.
+fn stronger(x: Ordering, y: Ordering, squares: impl FnOnce() -> Ordering, p: &Exact) -> Ordering {
+    let y = if p.is_zero() { Ordering::Equal } else { y };
+    if y.is_eq() || x == y {
+        x
+    } else if x.is_eq() {
+        y
+    } else {
+        match squares() {
+            Ordering::Greater => x,
+            Ordering::Equal => Ordering::Equal,
+            Ordering::Less => y,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn roots(a: i32, b: i32, p: i32, c: i32, q: i32) -> Ordering {
+        let [a, b, p, c, q] = [a, b, p, c, q].map(Exact::from);
+        sign_with_roots(&a, [&b, &p], [&c, &q])
+    }
+
+    #[test]
+    fn signs_of_roots_are_those_of_the_numbers() {
+        let small = -3..=3;
+        for (a, b) in small.clone().flat_map(|a| small.clone().map(move |b| (a, b))) {
+            for (c, (p, q)) in small.clone().flat_map(|c| {
+                (0..5).flat_map(|p| (0..5).map(move |q| (p, q))).map(move |pq| (c, pq))
+            }) {
+                let [x, y, z] = [a, b, c].map(f64::from);
+                let value = x + y * f64::from(p).sqrt() + z * f64::from(q).sqrt();
+                // Numbers as small as these are 0 or far from it.
+                let expected = if value.abs() < 1e-9 { 0.0 } else { value };
+                assert_eq!(roots(a, b, p, c, q), expected.total_cmp(&0.0), "{a} {b} {p} {c} {q}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_difference_is_too_small() {
+        // sqrt(2) + sqrt(3) = sqrt(10.000...): off by one at the 30th digit of 5 + 2 sqrt(6).
+        assert_eq!(roots(0, 1, 2, -1, 2), Ordering::Equal);
+        let tiny = exact(2f64.powi(-300));
+        let [one, two, four] = [1, 2, 4].map(Exact::from);
+        assert_eq!(sign_with_root(&-&two, &one, &four), Ordering::Equal);
+        assert_eq!(sign_with_root(&(&tiny - &two), &one, &four), Ordering::Greater);
+        assert_eq!(sign_with_roots(&-&tiny, [&one, &two], [&-&one, &two]), Ordering::Less);
+    }
+}
