@@ -19,7 +19,8 @@ use super::Pair;
 ///     fn run<S: Simd>(self) -> Self::Output {
 ///         let x = S::I64x4::load(&self.0);
 ///         let three = S::I64x4::load_f32(&[3.0; 4]);
-///         let y = three.mul_narrow(x) - S::I64x4::splat(1 << 20).mul_wide(S::I64x4::splat(1 << 20));
+///         let (million, none) = (S::I64x4::splat(1 << 20), S::I64x4::splat(0));
+///         let y = three.mul_narrow(x) - S::I64x4::dot([million, none, none], [million; 3]);
 ///         let mut lanes = [0; 4];
 ///         (y + S::I64x4::splat(0)).store(&mut lanes);
 ///         (lanes, y.negative(), (y - y).zero())
