@@ -1,7 +1,7 @@
 //! What may be asked of many rays: their closest hits, their closest triangles, or whether they hit.
 
 use intertri::lanes::Simd;
-use intertri::{Best, Hit, Mode, Pairs, Ray};
+use intertri::{Best, Hit, Pairs, Ray};
 
 use crate::bvh::Bvh;
 use crate::scratch::{NOTHING, Scratch};
@@ -14,10 +14,7 @@ pub(crate) trait Answer: Copy + Send {
     /// The answers of the tile that was searched last.
     fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]);
 
-    /// The answer of a ray.
-    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self;
-
-    /// The same, if that takes no f64: else it waits for others like it.
+    /// The answer of a ray, if that takes no f64: else it waits for others like it.
     fn at_once(best: &Best) -> Option<Self>;
 
     /// The answer for a hit.
@@ -29,10 +26,6 @@ impl Answer for Hit {
     #[inline(always)]
     fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
         tile.hits::<S>(bvh, rays, answers);
-    }
-    #[inline(always)]
-    fn of_best<M: Mode>(bvh: &Bvh, mode: &M, ray: &Ray, best: &Best) -> Self {
-        bvh.hit(mode, ray, best)
     }
     #[inline(always)]
     fn at_once(best: &Best) -> Option<Self> {
@@ -51,10 +44,6 @@ impl Answer for u32 {
         tile.triangles(bvh, answers);
     }
     #[inline(always)]
-    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
-        best.triangle().map_or(NOTHING, |(index, _)| index)
-    }
-    #[inline(always)]
     fn at_once(best: &Best) -> Option<Self> {
         Some(best.triangle().map_or(NOTHING, |(index, _)| index))
     }
@@ -69,10 +58,6 @@ impl Answer for bool {
     #[inline(always)]
     fn of_tile<S: Simd>(_: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
         tile.any(answers);
-    }
-    #[inline(always)]
-    fn of_best<M: Mode>(_: &Bvh, _: &M, _: &Ray, best: &Best) -> Self {
-        best.is_hit()
     }
     #[inline(always)]
     fn at_once(best: &Best) -> Option<Self> {

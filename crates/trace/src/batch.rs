@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::answer::Answer;
 use crate::bvh::Bvh;
-use crate::flight::{self, Hangar};
+use crate::flight;
 use crate::scratch::Scratch;
 use crate::screen::{RAYS, shares_origin};
 use crate::tile;
@@ -79,73 +79,48 @@ impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
         let Self { bvh, mode, rays: all, answers } = self;
-        let (mut scratch, mut hangar, mut late) = (Scratch::default(), None, Vec::new());
-        let mut counts = Counts::default();
+        let (mut scratch, mut counts) = (Scratch::default(), Counts::default());
+        let mut flying: Vec<u32> = Vec::new();
         let (mut at, mut size) = (0, RAYS);
-        loop {
-            let mut end = (at + size).min(all.len());
+        while at < all.len() {
+            let end = (at + size).min(all.len());
+            let (rays, next) = (&all[at..end], &all[end..]);
 
-            // Rays from one origin make a tile, unless they go too far apart.
-            if let Some(mode) = mode.certified() {
-                let (rays, next, answers) = (&all[at..end], &all[end..], &mut answers[at..end]);
-                if shares_origin::<S>(rays) {
-                    let (scratch, counts) = (&mut scratch, &mut counts);
-                    let left = tile::search::<S, A>(
-                        bvh,
-                        mode,
-                        (rays, next),
-                        answers,
-                        A::ANY,
-                        scratch,
-                        counts,
-                    );
-                    if let Some(left) = left {
-                        A::of_tile::<S>(bvh, rays, scratch, answers);
-                        for i in 0..if left == 0 { 0 } else { rays.len() } {
-                            if left >> (i / 16) & 1 != 0 && !(A::ANY && scratch.is_hit(i)) {
-                                late.push(at + i);
-                            }
-                        }
-                        (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
-                        continue;
+            // Rays from one origin make a tile, unless they go too far apart: then a smaller one. Bit p
+            // of `left` is set where the tile leaves its packet p.
+            let mut left = u32::MAX;
+            if let Some(mode) = mode.certified()
+                && shares_origin::<S>(rays)
+            {
+                let (rays, answers) = ((rays, next), &mut answers[at..end]);
+                let (scratch, counts) = (&mut scratch, &mut counts);
+                match tile::search::<S, A>(bvh, mode, rays, answers, A::ANY, scratch, counts) {
+                    Some(packets) => {
+                        A::of_tile::<S>(bvh, rays.0, scratch, answers);
+                        left = packets;
                     }
-                    if size > SMALLEST {
+                    None if size > SMALLEST => {
                         size /= 4;
                         continue;
                     }
+                    None => scratch.found.clear(),
                 }
+            } else {
+                scratch.found.clear();
             }
 
-            // Others fly, as many together as there are before the next that might make a tile; at
-            // last those that tiles left over.
-            while end < all.len() && size == RAYS {
-                let more = (end + RAYS).min(all.len());
-                if shares_origin::<S>(&all[end..more]) {
-                    break;
-                }
-                end = more;
-            }
-            let last = at == end;
-            if last && late.is_empty() {
-                return counts;
-            }
-            let late_rays: Vec<Ray> = late.iter().filter(|_| last).map(|&i| all[i]).collect();
-            let mut found: Vec<A> = late.iter().filter(|_| last).map(|&i| answers[i]).collect();
-            let (rays, to) = if last {
-                (&late_rays[..], &mut found[..])
-            } else {
-                (&all[at..end], &mut answers[at..end])
-            };
-            let hangar = hangar.get_or_insert_with(|| Hangar::new(bvh));
-            flight::search::<M, S, A>(bvh, mode, rays, hangar, to, &mut counts);
-            if last {
-                for (&i, found) in late.iter().zip(found) {
-                    answers[i] = found;
-                }
-                return counts;
+            // The others fly, unless some hit was asked for and is found.
+            if left != 0 {
+                let over = |ray: usize| A::ANY && scratch.is_hit(ray);
+                let flies = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
+                flying.extend((0..rays.len()).filter(flies).map(|ray| (at + ray) as u32));
             }
             (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
         }
+        if !flying.is_empty() {
+            flight::search::<M, S, A>(bvh, mode, all, &flying, answers, &mut counts);
+        }
+        counts
     }
 }
 

@@ -21,7 +21,7 @@ use crate::bvh::Bvh;
 use crate::node::LEAF;
 use crate::search;
 use crate::slab::{SlabLanes, Slabs, octant};
-use crate::stack::{BOTTOM, Lent, Stack};
+use crate::stack::{BOTTOM, Stack};
 
 /// Rays in flight.
 const FLIGHT: usize = 32;
@@ -86,55 +86,40 @@ impl Set {
     }
 }
 
-/// What a search needs and need not make anew each time.
-pub(crate) struct Hangar {
-    stacks: Stack,
-    /// For rays that do not fly.
-    stack: Lent,
-    /// The numbers of the rays, octant by octant.
-    order: Vec<u32>,
-    landing: Landing,
+/// Sorts the numbers of rays by octant. Gives where each octant ends.
+fn by_octant(rays: &[Ray], numbers: &[u32]) -> (Vec<u32>, [usize; 8]) {
+    let octant = |&number: &u32| octant(&rays[number as usize]);
+    let mut ends = [0; 8];
+    for number in numbers {
+        ends[octant(number)] += 1;
+    }
+    let mut sum = 0;
+    for end in &mut ends {
+        (*end, sum) = (sum, sum + *end);
+    }
+    let mut order = vec![0; numbers.len()];
+    for number in numbers {
+        let end = &mut ends[octant(number)];
+        order[*end] = *number;
+        *end += 1;
+    }
+    (order, ends)
 }
 
-impl Hangar {
-    pub(crate) fn new(bvh: &Bvh) -> Self {
-        let landing = Landing::default();
-        Self { stacks: bvh.stacks(FLIGHT), stack: bvh.stack(), order: vec![], landing }
-    }
-
-    /// Sorts rays by octant. Gives where each octant ends.
-    fn sort(&mut self, rays: &[Ray]) -> [usize; 8] {
-        let mut ends = [0; 8];
-        for ray in rays {
-            ends[octant(ray)] += 1;
-        }
-        let mut sum = 0;
-        for end in &mut ends {
-            (*end, sum) = (sum, sum + *end);
-        }
-        self.order.resize(rays.len(), 0);
-        for (number, ray) in (0..).zip(rays) {
-            let end = &mut ends[octant(ray)];
-            self.order[*end] = number;
-            *end += 1;
-        }
-        ends
-    }
-}
-
-/// The answer of each ray.
+/// The answers of those rays whose numbers are in `flying`.
 #[inline(always)]
 pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
     bvh: &Bvh,
     mode: &M,
     rays: &[Ray],
-    hangar: &mut Hangar,
+    flying: &[u32],
     answers: &mut [A],
     counts: &mut Counts,
 ) {
     let Some(first) = rays.first() else { return };
-    let ends = hangar.sort(rays);
-    let Hangar { stacks, stack, order, landing } = hangar;
+    let (order, ends) = by_octant(rays, flying);
+    let (stacks, stack) = (&mut bvh.stacks(FLIGHT), &mut bvh.stack());
+    let landing = &mut Landing::default();
     let idle = Load { ray: mode.prepare_ray(first), best: Best::new(0.0), number: 0 };
     let mut loads = [idle; FLIGHT];
     let mut ways = [Way::default(); FLIGHT];
@@ -156,7 +141,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     let flies = all_boxed && ray.t_min < ray.t_max;
                     let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| flies) else {
                         let best = search::closest::<M, S>(bvh, mode, ray, A::ANY, stack, counts);
-                        answers[number as usize] = A::of_best(bvh, mode, ray, &best);
+                        landing.land::<S, A>(bvh, ray, number, &best, answers);
                         continue;
                     };
                     let (t_min, far, top) = (ray.t_min, ray.t_max, stacks.bottom(place));

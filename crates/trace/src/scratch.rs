@@ -29,9 +29,9 @@ pub(crate) struct Scratch {
 }
 
 impl Scratch {
-    /// Whether a ray of the last tile hits something.
+    /// Whether a ray is one of the last tile and hits something.
     pub(crate) fn is_hit(&self, ray: usize) -> bool {
-        self.found[ray] != NOTHING
+        self.found.get(ray).is_some_and(|&found| found != NOTHING)
     }
 
     /// Whether each ray of the last tile hits something.

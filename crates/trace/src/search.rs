@@ -66,15 +66,6 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
     }
 }
 
-/// Bit i of the result is bit `i ^ octant` of an eight-bit mask.
-#[inline(always)]
-pub(crate) fn mirror(mask: u32, octant: usize) -> u32 {
-    let swap = |m: u32, keep: u32, by: u32| (m & keep) << by | m >> by & keep;
-    let m = if octant & 1 != 0 { swap(mask, 0x55, 1) } else { mask };
-    let m = if octant & 2 != 0 { swap(m, 0x33, 2) } else { m };
-    if octant & 4 != 0 { swap(m, 0x0f, 4) } else { m }
-}
-
 /// A search for the closest hit, or for any.
 struct Search<'a, M: Mode, S: Simd> {
     bvh: &'a Bvh,
@@ -147,19 +138,4 @@ pub(crate) fn all<M: Mode, S: Simd>(
     let mut search = All { bvh, mode, ray, hits: Vec::new(), level };
     walk::<S>(bvh, ray, stack, &mut search);
     search.hits
-}
-
-#[cfg(test)]
-mod tests {
-    use super::mirror;
-
-    #[test]
-    fn a_mirrored_mask_lists_the_slots_of_an_octant() {
-        for octant in 0..8 {
-            for mask in 0..256 {
-                let want = (0..8).fold(0, |m, i| m | (mask >> (i ^ octant) & 1) << i);
-                assert_eq!(mirror(mask, octant as usize), want);
-            }
-        }
-    }
 }

@@ -131,13 +131,19 @@ impl Stack {
             *to = f32::from_bits(from);
         }
         // All are put there, but the nearest lies beyond the top.
-        let order = FAR_TO_NEAR[octant % 8][met as usize % 256];
+        let order = far_to_near(met, octant);
         let nearest = NEAREST[octant % 8][met as usize % 256];
         S::permute(Lanes::load(&child), order).store(&mut self.child[*top as usize..]);
         S::permute(near, order).store(&mut self.t[*top as usize..]);
         *top += met.count_ones().saturating_sub(1);
         node.child[usize::from(nearest % 8)] | u32::from(met != 0).wrapping_sub(1)
     }
+}
+
+/// The slots of a mask, for an octant's rays the last to come first, in bytes from the lowest.
+#[inline(always)]
+pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
+    FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
 /// For each octant and mask the mask's slot that comes first; 0 for no slot.

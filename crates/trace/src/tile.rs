@@ -18,7 +18,7 @@ use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
 use crate::screen::{PACKETS, Screen, around, smallest};
-use crate::search::mirror;
+use crate::stack::far_to_near;
 
 /// So much work a ray, in tests of a packet, and a tile is split.
 const SPLIT: usize = 8;
@@ -129,11 +129,9 @@ fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32)
         let (met, near) = pyramid.meet::<S::F32x8>(node, far);
         let mut depth = [0.0; 8];
         near.store(&mut depth);
-        let mut order = mirror(met, pyramid.octant);
-        while order != 0 {
-            let last = order.ilog2();
-            order ^= 1 << last;
-            let slot = last as usize ^ pyramid.octant;
+        let order = far_to_near(met, pyramid.octant).to_le_bytes();
+        for &slot in &order[..met.count_ones() as usize] {
+            let slot = usize::from(slot % 8);
             let child = node.child[slot];
             stack.push((child, depth[slot]));
             match child & LEAF {
