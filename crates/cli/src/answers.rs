@@ -4,7 +4,6 @@ use std::fmt;
 use std::io::Write;
 
 use intertri::{Hit, Ray};
-use rayon::prelude::*;
 
 use crate::engine::Engine;
 use crate::numbers::Decimal;
@@ -22,42 +21,35 @@ pub(crate) struct Question<'a> {
     pub(crate) engine: &'a Engine,
     pub(crate) verb: Verb,
     pub(crate) format: Format,
-    /// Rays that a thread takes at a time.
-    pub(crate) piece: usize,
 }
 
-impl Question<'_> {
-    /// Asks all threads, a piece of the rays each, and says how many rays hit something; the first is ray
-    /// number `first`. The memory of earlier answers is used again: new memory would take as long as the
-    /// rays.
-    pub(crate) fn ask(&self, rays: &[Ray], first: u64, answers: &mut Vec<Piece>) -> u64 {
-        answers.resize_with(rays.len().div_ceil(self.piece), Piece::default);
-        let pieces = rays.par_chunks(self.piece).zip(answers).enumerate();
-        pieces
-            .map(|(k, (rays, piece))| piece.answer(self, rays, first + (k * self.piece) as u64))
-            .sum()
-    }
-}
-
-/// The answers of some rays: as they are found, and written down while they are in the cache.
+/// The answers of some rays: as they are found, and written down while they are in the cache. The memory of
+/// earlier answers is used again: new memory would take as long as the rays.
 #[derive(Default)]
-pub(crate) struct Piece {
+pub(crate) struct Answers {
     closest: Vec<Hit>,
     any: Vec<bool>,
     bytes: Vec<u8>,
 }
 
-impl Piece {
+impl Answers {
     /// The answers written down.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Answers rays from number `first` on, and says how many hit something.
-    fn answer(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
+    /// Asks the rays from number `first` on, and says how many hit something.
+    pub(crate) fn ask(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
+        self.bytes.clear();
+        let size = question.engine.piece();
+        let pieces = rays.chunks(size).zip((first..).step_by(size));
+        pieces.map(|(rays, first)| self.add(question, rays, first)).sum()
+    }
+
+    /// The same, and adds what they are told.
+    fn add(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
         let Self { closest, any, bytes } = self;
-        let Question { engine, verb, format, .. } = *question;
-        bytes.clear();
+        let Question { engine, verb, format } = *question;
         let numbers = first..;
         let mut count = 0;
         match verb {

@@ -111,14 +111,14 @@ impl Engine {
     /// Rays that a thread is best asked at once: few enough that they and their answers stay in the cache.
     pub(crate) fn piece(&self) -> usize {
         match self {
-            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 2048,
-            Self::Reference(_) => 8,
+            Self::Certified(..) | Self::Double(..) | Self::Fixed(_) => 4096,
+            Self::Reference(_) => 16,
         }
     }
 
     /// How many rays of a picture to ask at once: enough for all threads, few enough for a bar to move.
     pub(crate) fn batch(&self) -> usize {
-        128 * self.piece()
+        64 * self.piece()
     }
 
     /// Where a point is for this engine: `fixed` has it on its grid.

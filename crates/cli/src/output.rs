@@ -25,7 +25,10 @@ impl Output {
     pub(crate) fn open(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else {
             let name = "standard output".to_owned();
-            return Ok(Self { name, sink: Box::new(io::stdout()), partial: None });
+            return match standard_output() {
+                Ok(sink) => Ok(Self { name, sink, partial: None }),
+                Err(cause) => Err(Error::at(name, format!("cannot write the answers: {cause}"))),
+            };
         };
         let name = path.display().to_string();
         let refuse = |why: &str| Err(Error::at(&name, why));
@@ -78,6 +81,19 @@ impl Output {
         };
         Error::at(&self.name, why)
     }
+}
+
+/// The standard output as it is. `io::stdout` would look for the ends of lines, and keep what follows the
+/// last for a write of its own, which tears pieces of raw answers in two.
+#[cfg(unix)]
+fn standard_output() -> io::Result<Box<dyn Write + Send>> {
+    use std::os::fd::AsFd;
+    Ok(Box::new(File::from(io::stdout().as_fd().try_clone_to_owned()?)))
+}
+
+#[cfg(not(unix))]
+fn standard_output() -> io::Result<Box<dyn Write + Send>> {
+    Ok(Box::new(io::stdout()))
 }
 
 impl Drop for Output {

@@ -182,7 +182,7 @@ pub(crate) struct Trace {
     pub(crate) seconds: TraceSeconds,
 }
 
-/// How long each step took.
+/// How long each step took; of `trace`, how long a thread was at it. The last three go on at the same time.
 #[derive(Default, Serialize)]
 pub(crate) struct TraceSeconds {
     pub(crate) load: f64,

@@ -7,7 +7,7 @@ use intertri::fixed::Bits;
 use intertri::{Ray, Threshold};
 use intertri_scene::{Rays, load};
 
-use crate::answers::{Format, Piece, Question, Verb};
+use crate::answers::{Answers, Format, Question, Verb};
 use crate::engine::{self, Engines};
 use crate::error::{Error, Result};
 use crate::fixed::parse_bits;
@@ -15,20 +15,27 @@ use crate::numbers;
 use crate::output::Output;
 use crate::progress::{Progress, timed};
 use crate::report::{self, Trace, TraceSeconds};
-use crate::stream::stream;
+use crate::stream::{stream, widen_pipes};
 
-/// How many batches are on their way at once: one is read, one traced, one written.
-const BATCHES: usize = 3;
+/// Batches that are on their way at once, for each thread: it has one, and while it is at it another is read
+/// or written.
+const BATCHES: usize = 2;
 
-/// Pieces of a batch for each thread: enough that none waits long for another, and few enough that all
-/// batches stay in the cache.
-const PIECES: usize = 8;
+/// Pieces of a batch: enough that handing it on is nothing beside them, and few enough that all batches stay in
+/// the cache.
+const PIECES: usize = 4;
 
 /// Rays, and what they are told.
 #[derive(Default)]
 struct Batch {
     rays: Vec<Ray>,
-    answers: Vec<Piece>,
+    /// The number of the first.
+    first: u64,
+    answers: Answers,
+    /// How many hit something.
+    hits: u64,
+    /// How long it took to find that out.
+    seconds: f64,
 }
 
 /// Answer a file of rays: what does each hit, and where?
@@ -127,37 +134,42 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut output = Output::open(options.output.as_deref())?;
 
     // A ray may hit every triangle: of all hits, those of few rays at once.
-    let piece = if verb == Verb::All { 8 } else { engine.piece() };
-    let size = piece * PIECES * rayon::current_num_threads();
+    let size = if verb == Verb::All { 16 } else { PIECES * engine.piece() };
+    let threads = rayon::current_num_threads();
     let bar = Progress::new("trace", rays.total());
-    let (mut early, mut done, mut hits) = (early.chunks(size), 0, 0);
+    let (mut early, mut read, mut done, mut hits) = (early.chunks(size), 0, 0, 0);
     let format = if options.raw { Format::Raw } else { Format::Csv };
-    let question = Question { engine: &engine, verb, format, piece };
+    let question = Question { engine: &engine, verb, format };
     output.write(format.header(verb))?;
+    widen_pipes();
     stream(
-        (0..BATCHES).map(|_| Batch::default()),
+        (0..BATCHES * threads).map(|_| Batch::default()),
         |batch| {
             match early.next() {
                 Some(some) => some.clone_into(&mut batch.rays),
                 None => timed(&mut seconds.read, || rays.read(&mut batch.rays, size))?,
             }
+            batch.first = read;
+            read += batch.rays.len() as u64;
             Ok(!batch.rays.is_empty())
         },
-        |batch| {
-            let answered =
-                timed(&mut seconds.trace, || question.ask(&batch.rays, done, &mut batch.answers));
-            hits += answered;
-            done += batch.rays.len() as u64;
+        |Batch { rays, first, answers, hits, seconds }| {
+            *seconds = 0.0;
+            *hits = timed(seconds, || answers.ask(&question, rays, *first));
         },
         |batch| {
             bar.add(batch.rays.len());
-            timed(&mut seconds.write, || {
-                batch.answers.iter().try_for_each(|piece| output.write(piece.bytes()))
-            })
+            done += batch.rays.len() as u64;
+            hits += batch.hits;
+            seconds.trace += batch.seconds;
+            timed(&mut seconds.write, || output.write(batch.answers.bytes()))
         },
     )?;
     drop(bar);
     output.finish()?;
+    // So many threads were at it at the same time.
+    let threads = threads.min(done.div_ceil(size as u64) as usize).max(1);
+    seconds.trace /= threads as f64;
 
     // Where the answers are the standard output, there is no place for a report.
     if options.output.is_none() {
