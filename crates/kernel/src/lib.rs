@@ -20,6 +20,7 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod best;
+mod blocks;
 mod certified;
 mod cramer;
 mod data;

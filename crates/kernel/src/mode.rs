@@ -258,37 +258,6 @@ pub trait Test: Copy + Send + Sync {
     ) -> Option<Found<F, D>>;
 }
 
-/// The few of a block of triangles that may be hit, in their order: gathered without a branch, so that
-/// no wrong guess of the CPU's costs the time of many tests.
-pub(crate) struct Shortlist {
-    of_block: [u8; Self::BLOCK],
-    len: usize,
-}
-
-impl Shortlist {
-    /// So many triangles make a block.
-    pub(crate) const BLOCK: usize = 64;
-
-    /// The list of nothing.
-    #[inline(always)]
-    pub(crate) fn new() -> Self {
-        Self { of_block: [0; Self::BLOCK], len: 0 }
-    }
-
-    /// Puts the next triangle of the block on the list, or not.
-    #[inline(always)]
-    pub(crate) fn put(&mut self, next: usize, maybe: bool) {
-        self.of_block[self.len % Self::BLOCK] = next as u8;
-        self.len += usize::from(maybe);
-    }
-
-    /// Those on the list, as places in their block.
-    #[inline(always)]
-    pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
-        self.of_block[..self.len.min(Self::BLOCK)].iter().map(|&place| place.into())
-    }
-}
-
 /// Bits of a mask, from the lowest.
 #[inline(always)]
 pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {

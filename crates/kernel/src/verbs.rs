@@ -1,8 +1,9 @@
 //! The verbs: what every mode does with its one test.
 
+use crate::blocks;
 use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Simd, WithSimd};
-use crate::mode::{Counts, Found, Lane, Scalar, Shortlist, Test, Threshold, Width, lanes_of};
+use crate::mode::{Counts, Found, Lane, Scalar, Test, Threshold, Width, lanes_of};
 use crate::slices::{All, Any, ClosestOfEach};
 use crate::{
     Best, Bests, Coefficients, Hit, Hits, Prepared, PreparedPacket, PreparedRay, Ray, RayPacket,
@@ -319,31 +320,7 @@ pub trait Mode: Test {
     ) where
         Lane<N>: Width,
     {
-        // A copy of its own stays in registers.
-        let mut own = *bests;
-        for (b, block) in triangles.chunks(Shortlist::BLOCK).enumerate() {
-            let mut list = Shortlist::new();
-            for (i, triangle) in block.iter().enumerate() {
-                let triangles = self.one_triangle(&triangle.constants);
-                list.put(i, self.maybe(&triangles, rays.lanes(), live));
-            }
-            counts.tests += u64::from(live.count_ones()) * block.len() as u64;
-            let mut few = Counts::default();
-            for i in list.places() {
-                let index = first + (b * Shortlist::BLOCK + i) as u32;
-                self.packet_closest_in(
-                    rays,
-                    &block[i],
-                    (index, index),
-                    &find,
-                    live,
-                    &mut own,
-                    &mut few,
-                );
-            }
-            counts.undecided += few.undecided;
-        }
-        *bests = own;
+        blocks::closest_of(self, rays, triangles, first, &find, live, bests, counts);
     }
 
     /// The index and the exact t of the hit that a best stands for. `find` is that of

@@ -14,9 +14,10 @@ mod filter;
 mod screen;
 mod view;
 
+use crate::blocks;
 use crate::double::replay;
 use crate::lanes::{Lanes, Level, Mask, Simd};
-use crate::mode::{Counts, Found, Lane, Shortlist, Test, Threshold, Width, lanes_of};
+use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
 use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
@@ -290,31 +291,7 @@ impl Certified {
     ) where
         Lane<N>: Width,
     {
-        // A copy of its own stays in registers.
-        let mut own = *bests;
-        for (b, block) in views.chunks(Shortlist::BLOCK).enumerate() {
-            let mut list = Shortlist::new();
-            for (i, view) in block.iter().enumerate() {
-                let maybe = view::Forms::new(view, rays.lanes()).maybe(view).bits() & live != 0;
-                list.put(i, maybe);
-            }
-            counts.tests += u64::from(live.count_ones()) * block.len() as u64;
-            let mut few = Counts::default();
-            for i in list.places() {
-                let index = first + (b * Shortlist::BLOCK + i) as u32;
-                self.view_closest_in(
-                    rays,
-                    &block[i],
-                    (index, index),
-                    &find,
-                    live,
-                    &mut own,
-                    &mut few,
-                );
-            }
-            counts.undecided += few.undecided;
-        }
-        *bests = own;
+        blocks::closest_of(self, rays, views, first, &find, live, bests, counts);
     }
 }
 

@@ -10,8 +10,10 @@
 //! sign of T, so that a hit in front has all of them positive, and scaled by their common bound, which
 //! thus becomes |d|. Bounds and proof: `docs/numerics/certified.md`.
 
-use crate::lanes::{Lanes, Mask};
-use crate::{Coefficients, Triangle, Vec3};
+use crate::blocks::Target;
+use crate::lanes::{Lanes, Mask, Simd};
+use crate::mode::{Counts, Lane, Width};
+use crate::{Bests, Certified, Coefficients, PreparedPacket, Triangle, Vec3};
 
 use super::bound;
 use super::filter::{Rays, Verdict};
@@ -126,6 +128,30 @@ impl View {
             den_err: den_err as f32,
             parallel: (f64::from(bound::PARALLEL) * threshold * normal * scale) as f32,
         }
+    }
+}
+
+impl<S: Simd, const N: usize> Target<Certified, S, N> for View
+where
+    Lane<N>: Width,
+{
+    #[inline(always)]
+    fn maybe(&self, _: &Certified, rays: &PreparedPacket<'_, Certified, S, N>, live: u32) -> bool {
+        Forms::new(self, rays.lanes()).maybe(self).bits() & live != 0
+    }
+
+    #[inline(always)]
+    fn offer(
+        &self,
+        mode: &Certified,
+        rays: &PreparedPacket<'_, Certified, S, N>,
+        index: u32,
+        find: &impl Fn(u32) -> Triangle,
+        live: u32,
+        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
+        counts: &mut Counts,
+    ) {
+        mode.view_closest_in(rays, self, (index, index), find, live, bests, counts);
     }
 }
 
