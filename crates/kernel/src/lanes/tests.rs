@@ -191,6 +191,18 @@ impl WithSimd for Check {
                 assert_eq!(x.to_bits(), (NUMBERS[4 * i + k] as f32).to_bits(), "{:?}", S::LEVEL);
             }
         }
+
+        // Orders of any bytes, of which the lowest three bits count.
+        let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
+        for turn in 0..1000_u64 {
+            let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);
+            let mut numbers = [0.0; 8];
+            S::permute(S::F32x8::load(&from), order).store(&mut numbers);
+            for (x, lane) in numbers.into_iter().zip(order.to_le_bytes()) {
+                let want = from[usize::from(lane & 7)];
+                assert_eq!(x.to_bits(), want.to_bits(), "{:?} {order:#x}", S::LEVEL);
+            }
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! `wide` chooses its instructions when it is compiled; these types reach the CPU's on a plain
 //! build. They are private to this folder: a value of one exists only inside [`super::Level::run`],
-//! which has found the instructions on this CPU. That is the `SAFETY` of every call below.
+//! which has found the instructions on this CPU. That is the `SAFETY` of every call below; of loads
+//! and stores it is, too, that they touch N numbers of a slice that was cut to N just before.
 #![allow(unsafe_code, clippy::wildcard_imports)]
 
 use core::arch::x86_64::*;
