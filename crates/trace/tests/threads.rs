@@ -18,12 +18,17 @@ fn many_rays_at_once_get_what_each_gets_alone() {
             Triangle([corner(3), corner(6), corner(4)])
         })
         .collect();
-    let rays: Vec<Ray> = (0..10_000)
+    // Rays from anywhere, which fly, and a picture from one point, in tiles.
+    let mut rays: Vec<Ray> = (0..10_000)
         .map(|i| {
             let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|k| number(i + 77_777, k));
             Ray::new([a, b, c], [d, e, f])
         })
         .collect();
+    rays.extend((0..10_000).map(|i| {
+        let [x, y] = [i % 100, i / 100].map(|k| k as f32 / 100.0 - 0.5);
+        Ray::new([0.0, 0.0, -3.0], [x, y, 1.0])
+    }));
     let mode = Certified::default();
     let bvh = Bvh::new(&triangles).unwrap();
     let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
