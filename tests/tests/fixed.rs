@@ -10,6 +10,8 @@ mod meshes;
 mod rationals;
 #[path = "fixed/solids.rs"]
 mod solids;
+#[path = "fixed/tiles.rs"]
+mod tiles;
 #[path = "fixed/twin.rs"]
 mod twin;
 

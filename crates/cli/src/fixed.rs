@@ -50,26 +50,38 @@ impl OnGrid {
 
     /// The closest hit of each ray.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
-        rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(rays, hits)| {
-            self.bvh.closest_of_each(&Fixed::default(), &self.snap(rays), hits);
+        self.chunks(rays, hits, |rays, hits| {
+            self.bvh.closest_of_each(&Fixed::default(), rays, hits);
         });
     }
 
     /// Whether each ray hits anything.
     pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) {
-        rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(rays, hits)| {
-            self.bvh.any_of_each(&Fixed::default(), &self.snap(rays), hits);
+        self.chunks(rays, hits, |rays, hits| {
+            self.bvh.any_of_each(&Fixed::default(), rays, hits);
         });
     }
 
     /// Every hit of a ray, in the order of the triangles.
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
-        self.bvh.all(&Fixed::default(), &self.snap(&[*ray])[0])
+        let ray = self.grid.ray(ray).unwrap_or(self.nothing);
+        self.bvh.all(&Fixed::default(), &ray)
     }
 
-    /// The rays on the grid, which was made around their origins.
-    fn snap(&self, rays: &[Ray]) -> Vec<Snapped> {
-        rays.iter().map(|ray| self.grid.ray(ray).unwrap_or(self.nothing)).collect()
+    /// Snaps rays to the grid, which was made around their origins, and asks for their answers, so
+    /// many at a time that they stay near.
+    fn chunks<T: Send>(
+        &self,
+        rays: &[Ray],
+        answers: &mut [T],
+        ask: impl Fn(&[Snapped], &mut [T]) + Sync,
+    ) {
+        let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
+        chunks.for_each(|(rays, answers)| {
+            let snapped = &mut [self.nothing; CHUNK][..rays.len()];
+            self.grid.rays(rays, snapped, |_, _| self.nothing);
+            ask(snapped, answers);
+        });
     }
 
     /// What the grid is like.

@@ -51,6 +51,14 @@ impl Ray {
     }
 }
 
+/// Rays of other kinds that have one in f32 are asked for it; this one is it.
+impl AsRef<Self> for Ray {
+    #[inline(always)]
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
 /// A buffer of vertices, nine f32 a triangle, can be cast to a slice of these by `bytemuck`. A

@@ -130,8 +130,8 @@ pub(crate) fn exact_t(ray: &Ray, triangle: &Triangle) -> f64 {
 }
 
 /// A triangle's plane as it is seen from an origin.
-#[derive(Clone, Copy)]
-pub(crate) struct Plane {
+#[derive(Clone, Copy, Debug)]
+pub struct Plane {
     nrm: Vec3<f64>,
     num: f64,
 }

@@ -38,7 +38,8 @@ mod verbs;
 
 pub use best::{Best, Bests};
 pub use certified::{
-    Certified, Evidence, Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, View, Windows,
+    Certified, Evidence, Frame, Judge, Nearest, Outline, Outlines, Points, Ranges, Replay, Starts,
+    View, Windows,
 };
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};

@@ -26,6 +26,15 @@ impl Threshold {
     /// ```
     pub const DEFAULT: Self = Self(1e-9);
 
+    /// None: parallel is what is so exactly.
+    ///
+    /// ```
+    /// use intertri::{Certified, Threshold};
+    /// assert_eq!(Threshold::ZERO, Threshold::new(0.0).unwrap());
+    /// let mode = Certified::new(Threshold::ZERO);
+    /// ```
+    pub const ZERO: Self = Self(0.0);
+
     /// A threshold of one's own.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 
-use intertri::lanes::{Simd, WithSimd};
-use intertri::{Counts, Hit, Mode, Ray};
+use intertri::lanes::{Level, Simd, WithSimd};
+use intertri::{Counts, Mode, Ray, Replay};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
@@ -18,35 +18,43 @@ const CHUNK: usize = 4096;
 /// Rays of the smallest tile.
 const SMALLEST: usize = 16;
 
-/// The closest hit of each ray.
-pub(crate) fn closest<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-    assert_eq!(rays.len(), hits.len(), "one hit a ray");
-    chunks(rays, hits, |rays, hits| mode.level().run(Batch { bvh, mode, rays, answers: hits }))
+/// All packets of a tile.
+pub(crate) const ALL: u32 = u32::MAX;
+
+/// Who answers rays: a hierarchy, and a mode for its leaves.
+pub(crate) trait Tracer<A>: Sync {
+    type Ray: Sync;
+
+    fn level(&self) -> Level;
+
+    /// Answers rays as a tile, if they share their origin; those of `next` come later. `None` where they
+    /// go too far apart; else bit p is set where the rays of packet p are left.
+    fn tile<S: Simd>(
+        &self,
+        rays: (&[Self::Ray], &[Self::Ray]),
+        answers: &mut [A],
+        scratch: &mut Scratch,
+        counts: &mut Counts,
+    ) -> Option<u32>;
+
+    /// Answers the rays of those numbers, which make no tile.
+    fn others<S: Simd>(
+        &self,
+        rays: &[Self::Ray],
+        numbers: &[u32],
+        answers: &mut [A],
+        counts: &mut Counts,
+    );
 }
 
-/// The index of the closest triangle of each ray.
-pub(crate) fn triangles<M: Mode>(
-    bvh: &Bvh,
-    mode: &M,
-    rays: &[Ray],
-    triangles: &mut [u32],
+/// The answer of each ray, on all threads where there are threads.
+pub(crate) fn answer<A: Answer, T: Tracer<A>>(
+    tracer: &T,
+    rays: &[T::Ray],
+    answers: &mut [A],
 ) -> Counts {
-    assert_eq!(rays.len(), triangles.len(), "one answer a ray");
-    chunks(rays, triangles, |rays, answers| mode.level().run(Batch { bvh, mode, rays, answers }))
-}
-
-/// Whether each ray hits anything.
-pub(crate) fn any<M: Mode>(bvh: &Bvh, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
-    assert_eq!(rays.len(), hits.len(), "one answer a ray");
-    chunks(rays, hits, |rays, hits| mode.level().run(Batch { bvh, mode, rays, answers: hits }))
-}
-
-/// Does chunk by chunk, on all threads where there are threads, and adds up the counts.
-pub(crate) fn chunks<R: Sync, T: Send>(
-    rays: &[R],
-    answers: &mut [T],
-    each: impl Fn(&[R], &mut [T]) -> Counts + Sync,
-) -> Counts {
+    assert_eq!(rays.len(), answers.len(), "one answer a ray");
+    let each = |(rays, answers)| tracer.level().run(Batch { tracer, rays, answers });
     let add = |mut a: Counts, b: Counts| {
         a += b;
         a
@@ -55,32 +63,78 @@ pub(crate) fn chunks<R: Sync, T: Send>(
     return rays
         .par_chunks(CHUNK)
         .zip(answers.par_chunks_mut(CHUNK))
-        .map(|(rays, answers)| each(rays, answers))
+        .map(each)
         .reduce(Counts::default, add);
     #[cfg(not(feature = "parallel"))]
     return rays
         .chunks(CHUNK)
         .zip(answers.chunks_mut(CHUNK))
-        .map(|(rays, answers)| each(rays, answers))
+        .map(each)
         .fold(Counts::default(), add);
 }
 
+/// A hierarchy and a mode whose rays are f32.
+pub(crate) struct OfMode<'a, M> {
+    pub(crate) bvh: &'a Bvh,
+    pub(crate) mode: &'a M,
+}
+
+impl<M: Mode, A: Answer> Tracer<A> for OfMode<'_, M> {
+    type Ray = Ray;
+
+    fn level(&self) -> Level {
+        self.mode.level()
+    }
+
+    #[inline(always)]
+    fn tile<S: Simd>(
+        &self,
+        (rays, next): (&[Ray], &[Ray]),
+        answers: &mut [A],
+        scratch: &mut Scratch,
+        counts: &mut Counts,
+    ) -> Option<u32> {
+        let bvh = self.bvh;
+        let Some(mode) = self.mode.certified() else { return Some(ALL) };
+        if !shares_origin::<S>(rays) {
+            return Some(ALL);
+        }
+        let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
+        let judge = Replay { mode, rays, find, index };
+        let by = (mode, &judge);
+        let left =
+            tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, scratch, counts)?;
+        A::of_tile::<S>(bvh, rays, scratch, answers);
+        Some(left)
+    }
+
+    #[inline(always)]
+    fn others<S: Simd>(
+        &self,
+        rays: &[Ray],
+        numbers: &[u32],
+        answers: &mut [A],
+        counts: &mut Counts,
+    ) {
+        flight::search::<M, S, A>(self.bvh, self.mode, rays, numbers, answers, counts);
+    }
+}
+
 /// A chunk of rays, at some level.
-struct Batch<'a, M, A> {
-    bvh: &'a Bvh,
-    mode: &'a M,
-    rays: &'a [Ray],
+struct Batch<'a, T: Tracer<A>, A> {
+    tracer: &'a T,
+    rays: &'a [T::Ray],
     answers: &'a mut [A],
 }
 
-impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
+impl<T: Tracer<A>, A: Answer> WithSimd for Batch<'_, T, A> {
     type Output = Counts;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, mode, rays: all, answers } = self;
+        let Self { tracer, rays: all, answers } = self;
         let (mut scratch, mut counts) = (Scratch::default(), Counts::default());
-        let mut flying: Vec<u32> = Vec::new();
+        let mut others: Vec<u32> = Vec::new();
         let (mut at, mut size) = (0, RAYS);
         while at < all.len() {
             let end = (at + size).min(all.len());
@@ -88,37 +142,27 @@ impl<M: Mode, A: Answer> WithSimd for Batch<'_, M, A> {
 
             // Rays from one origin make a tile, unless they go too far apart: then a smaller one. Bit p
             // of `left` is set where the tile leaves its packet p.
-            let mut left = u32::MAX;
-            if let Some(mode) = mode.certified()
-                && shares_origin::<S>(rays)
-            {
-                let (rays, answers) = ((rays, next), &mut answers[at..end]);
-                let (scratch, counts) = (&mut scratch, &mut counts);
-                match tile::search::<S, A>(bvh, mode, rays, answers, A::ANY, scratch, counts) {
-                    Some(packets) => {
-                        A::of_tile::<S>(bvh, rays.0, scratch, answers);
-                        left = packets;
-                    }
-                    None if size > SMALLEST => {
-                        size /= 4;
-                        continue;
-                    }
-                    None => scratch.found.clear(),
+            scratch.found.clear();
+            let answers = &mut answers[at..end];
+            let left = match tracer.tile::<S>((rays, next), answers, &mut scratch, &mut counts) {
+                Some(left) => left,
+                None if size > SMALLEST => {
+                    size /= 4;
+                    continue;
                 }
-            } else {
-                scratch.found.clear();
-            }
+                None => ALL,
+            };
 
-            // The others fly, unless some hit was asked for and is found.
+            // The others wait for each other, unless some hit was asked for and is found.
             if left != 0 {
                 let over = |ray: usize| A::ANY && scratch.is_hit(ray);
-                let flies = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
-                flying.extend((0..rays.len()).filter(flies).map(|ray| (at + ray) as u32));
+                let waits = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
+                others.extend((0..rays.len()).filter(waits).map(|ray| (at + ray) as u32));
             }
             (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
         }
-        if !flying.is_empty() {
-            flight::search::<M, S, A>(bvh, mode, all, &flying, answers, &mut counts);
+        if !others.is_empty() {
+            tracer.others::<S>(all, &others, answers, &mut counts);
         }
         counts
     }

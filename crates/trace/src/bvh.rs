@@ -3,7 +3,7 @@
 use intertri::lanes::{Simd, WithSimd};
 use intertri::{Best, Counts, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
 
-use crate::batch;
+use crate::batch::{self, OfMode};
 use crate::build::{self, BuildError, Tree};
 use crate::node::{NONE, Node};
 use crate::search;
@@ -153,7 +153,7 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::closest(self, mode, rays, hits)
+        batch::answer(&OfMode { bvh: self, mode }, rays, hits)
     }
 
     /// The triangles of [`Bvh::closest_of_each`] alone, `u32::MAX` for a miss: where nobody asks for
@@ -167,7 +167,7 @@ impl Bvh {
         rays: &[Ray],
         triangles: &mut [u32],
     ) -> Counts {
-        batch::triangles(self, mode, rays, triangles)
+        batch::answer(&OfMode { bvh: self, mode }, rays, triangles)
     }
 
     /// [`Bvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
@@ -175,7 +175,7 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
-        batch::any(self, mode, rays, hits)
+        batch::answer(&OfMode { bvh: self, mode }, rays, hits)
     }
 
     /// The triangle in a place of the packs.

@@ -3,13 +3,14 @@
 //! Integers of a grid are exact in f32, so the boxes are, and a crossing lies exactly in its
 //! triangle's box. What the walk itself rounds, its padding covers: `docs/numerics/hierarchy.md`.
 
-use intertri::fixed::{Best, Block, Crossing, Crossings, Fixed, Ray, RayLanes, Triangle};
+use intertri::fixed::{Block, Crossing, Crossings, Fixed, Ray, RayLanes, Triangle};
 use intertri::lanes::{Simd, WithSimd};
 use intertri::{Counts, Hit, Triangle as Corners};
 
-use crate::batch::chunks;
+use crate::batch::{Tracer, answer};
 use crate::build::BuildError;
 use crate::bvh::Bvh;
+use crate::integers::OfGrid;
 use crate::search::{Visit, walk};
 use crate::stack::Stack;
 
@@ -33,8 +34,8 @@ use crate::stack::Stack;
 /// ```
 #[derive(Debug)]
 pub struct FixedBvh {
-    /// Its packs are these blocks.
-    tree: Bvh,
+    /// Its packs are these blocks in f32.
+    pub(crate) tree: Bvh,
     blocks: Vec<Block<8>>,
 }
 
@@ -57,8 +58,7 @@ impl FixedBvh {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, BuildError> {
         let corners: Vec<Corners> = triangles.iter().map(Triangle::to_f32).collect();
-        let mut tree = Bvh::with_progress(&corners, progress)?;
-        tree.packs = vec![];
+        let tree = Bvh::with_progress(&corners, progress)?;
         let block = |indices: &[u32; 8]| {
             let of = |&index: &u32| Some((*triangles.get(index as usize)?, index));
             Block::new(indices.iter().filter_map(of))
@@ -68,16 +68,16 @@ impl FixedBvh {
 
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
     pub fn closest(&self, mode: &Fixed, ray: &Ray) -> Hit {
-        let mut hit = [Hit::MISS];
-        mode.level().run(Closest { bvh: self, rays: std::slice::from_ref(ray), hits: &mut hit });
-        hit[0]
+        let mut hit = Hit::MISS;
+        mode.level().run(One { by: self.by(*mode), ray, answer: &mut hit });
+        hit
     }
 
     /// Whether anything is hit.
     pub fn any(&self, mode: &Fixed, ray: &Ray) -> bool {
-        let mut hit = [false];
-        mode.level().run(Any { bvh: self, rays: std::slice::from_ref(ray), hits: &mut hit });
-        hit[0]
+        let mut hit = false;
+        mode.level().run(One { by: self.by(*mode), ray, answer: &mut hit });
+        hit
     }
 
     /// Every hit, in the order of the triangles.
@@ -105,8 +105,7 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_of_each(&self, mode: &Fixed, rays: &[Ray], hits: &mut [Hit]) {
-        assert_eq!(rays.len(), hits.len(), "one hit a ray");
-        chunks(rays, hits, |rays, hits| mode.level().run(Closest { bvh: self, rays, hits }));
+        answer(&self.by(*mode), rays, hits);
     }
 
     /// [`FixedBvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
@@ -114,13 +113,22 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_of_each(&self, mode: &Fixed, rays: &[Ray], hits: &mut [bool]) {
-        assert_eq!(rays.len(), hits.len(), "one answer a ray");
-        chunks(rays, hits, |rays, hits| mode.level().run(Any { bvh: self, rays, hits }));
+        answer(&self.by(*mode), rays, hits);
+    }
+
+    fn by(&self, mode: Fixed) -> OfGrid<'_> {
+        OfGrid { bvh: self, level: mode.level() }
+    }
+
+    /// The triangle in a place of the packs.
+    #[inline(always)]
+    pub(crate) fn triangle_in(&self, place: u32) -> Triangle {
+        Triangle::from_f32(&self.tree.triangle_in(place))
     }
 
     /// The walk of one ray. Each crossing gives the new far end of the search, or `None` to stop.
     #[inline(always)]
-    fn walk<S: Simd>(
+    pub(crate) fn walk<S: Simd>(
         &self,
         ray: &Ray,
         stack: &mut Stack,
@@ -129,7 +137,7 @@ impl FixedBvh {
         let line = ray.to_f32();
         let lanes = RayLanes::<S, 8>::new(ray);
         let mut leaves = Leaves { blocks: &self.blocks, ray: lanes, far: line.t_max, each };
-        walk::<S>(&self.tree, &line, stack, &mut leaves);
+        walk::<S>(&self.tree, line, stack, &mut leaves);
     }
 }
 
@@ -155,50 +163,23 @@ impl<S: Simd, E: FnMut(Crossing, u32) -> Option<f32>> Visit for Leaves<'_, S, E>
     }
 }
 
-struct Closest<'a> {
-    bvh: &'a FixedBvh,
-    rays: &'a [Ray],
-    hits: &'a mut [Hit],
+/// One ray alone.
+struct One<'a, A> {
+    by: OfGrid<'a>,
+    ray: &'a Ray,
+    answer: &'a mut A,
 }
 
-impl WithSimd for Closest<'_> {
-    type Output = Counts;
+impl<'a, A> WithSimd for One<'a, A>
+where
+    OfGrid<'a>: Tracer<A, Ray = Ray>,
+{
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Counts {
-        let stack = &mut self.bvh.tree.stack();
-        for (ray, hit) in self.rays.iter().zip(self.hits) {
-            let mut best = Best::default();
-            self.bvh.walk::<S>(ray, stack, |crossing, index| {
-                best.offer(crossing, index);
-                Some(best.t_hi())
-            });
-            *hit = best.to_hit(ray);
-        }
-        Counts::default()
-    }
-}
-
-struct Any<'a> {
-    bvh: &'a FixedBvh,
-    rays: &'a [Ray],
-    hits: &'a mut [bool],
-}
-
-impl WithSimd for Any<'_> {
-    type Output = Counts;
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Counts {
-        let stack = &mut self.bvh.tree.stack();
-        for (ray, hit) in self.rays.iter().zip(self.hits) {
-            *hit = false;
-            self.bvh.walk::<S>(ray, stack, |_, _| {
-                *hit = true;
-                None
-            });
-        }
-        Counts::default()
+    fn run<S: Simd>(self) {
+        let (ray, answer) = (std::slice::from_ref(self.ray), std::slice::from_mut(self.answer));
+        self.by.others::<S>(ray, &[0], answer, &mut Counts::default());
     }
 }
 
@@ -218,5 +199,47 @@ impl<E: FnMut(Crossing, u32)> WithSimd for All<'_, E> {
             (self.each)(crossing, index);
             Some(far)
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::Hit;
+    use intertri::fixed::{Bits, Fixed, Grid, Ray};
+
+    use crate::FixedBvh;
+    use crate::batch::answer;
+
+    /// A picture of a bumpy sheet, every fourth ray exactly at a corner: tiles are taken, and the
+    /// integers judge few of their pairs.
+    #[test]
+    fn tiles_are_taken_and_change_nothing() {
+        let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+        let corner = |x: i32, y: i32| [1000 * x, 1000 * y, x * y % 5 * 100];
+        let cells = (0..900).map(|i| (i % 30, i / 30));
+        let pair = |(x, y)| {
+            let across = [corner(x + 1, y), corner(x, y + 1)];
+            [[corner(x, y), across[0], across[1]], [corner(x + 1, y + 1), across[0], across[1]]]
+        };
+        let triangles: Vec<_> =
+            cells.flat_map(pair).map(|corners| grid.triangle_of(corners).unwrap()).collect();
+        let bvh = FixedBvh::new(&triangles).unwrap();
+
+        let eye = [14_300, 15_100, 100_000];
+        let ray = |i: i32| {
+            let (x, y) = (i / 256 % 4 * 16 + i % 16, i / 1024 * 16 + i / 16 % 16);
+            let to = if i % 4 == 0 { corner(x / 2, y / 2) } else { [500 * x, 500 * y, 77] };
+            grid.ray_of(eye, [0, 1, 2].map(|k| to[k] - eye[k])).unwrap()
+        };
+        let rays: Vec<Ray> = (0..4096).map(ray).collect();
+        let mode = Fixed::default();
+        let mut hits = vec![Hit::MISS; rays.len()];
+        let counts = answer(&bvh.by(mode), &rays, &mut hits);
+        for (ray, hit) in rays.iter().zip(&hits) {
+            assert_eq!(*hit, bvh.closest(&mode, ray));
+        }
+        assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 3000);
+        let share = counts.undecided as f64 / counts.tests as f64;
+        assert!(counts.tests > 4096 && share < 0.05, "{counts:?}");
     }
 }

@@ -7,6 +7,7 @@ mod build;
 mod bvh;
 mod fixed;
 mod flight;
+mod integers;
 mod node;
 mod pyramid;
 mod scratch;

@@ -19,7 +19,7 @@ pub(crate) struct Scratch {
     pub(crate) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(crate) found: Vec<u32>,
-    /// For each of `seen` its number among those that are hit, or [`NOTHING`].
+    /// For each of `seen` that is hit its number in `hit`.
     slot: Vec<u32>,
     /// The places of those that are hit.
     hit: Vec<u32>,
@@ -52,15 +52,13 @@ impl Scratch {
         }
     }
 
-    /// Where the rays of the last tile meet what they hit.
+    /// The places of the triangles that rays of the last tile hit, each once, however many hit it. For
+    /// [`Scratch::number`].
     #[inline(always)]
-    pub(crate) fn hits<S: Simd>(&mut self, bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-        let Self { seen, slot, hit, sights, found, .. } = self;
-
-        // Every triangle once, however many rays hit it.
+    pub(crate) fn distinct(&mut self) -> &[u32] {
+        let Self { seen, slot, hit, found, .. } = self;
         slot.clear();
         hit.clear();
-        sights.clear();
         slot.resize(seen.len(), NOTHING);
         let mut last = NOTHING;
         for &number in found.iter() {
@@ -70,7 +68,24 @@ impl Scratch {
             }
             last = number;
         }
-        for places in hit.chunks(8) {
+        hit
+    }
+
+    /// Where a ray of the last tile hits something, the number of that in [`Scratch::distinct`].
+    #[inline(always)]
+    pub(crate) fn number(&self, ray: usize) -> Option<usize> {
+        match self.found[ray] {
+            NOTHING => None,
+            number => Some(self.slot[number as usize] as usize),
+        }
+    }
+
+    /// Where the rays of the last tile meet what they hit.
+    #[inline(always)]
+    pub(crate) fn hits<S: Simd>(&mut self, bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+        let mut sights = std::mem::take(&mut self.sights);
+        sights.clear();
+        for places in self.distinct().chunks(8) {
             let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);
             for (lane, &place) in places.iter().enumerate() {
                 let Triangle(from) = bvh.triangle_in(place);
@@ -82,11 +97,12 @@ impl Scratch {
             sights.extend(Sight::eight_in::<S>(&corners, &indices, rays[0].origin));
         }
 
-        for ((ray, &number), to) in rays.iter().zip(found.iter()).zip(hits) {
-            match number {
-                NOTHING => *to = Hit::MISS,
-                number => sights[slot[number as usize] as usize].hit_in::<S>(ray.dir, to),
+        for (i, (ray, to)) in rays.iter().zip(hits).enumerate() {
+            match self.number(i) {
+                None => *to = Hit::MISS,
+                Some(number) => sights[number].hit_in::<S>(ray.dir, to),
             }
         }
+        self.sights = sights;
     }
 }

@@ -21,10 +21,10 @@ pub(crate) const PACKETS: usize = RAYS / 16;
 
 /// Whether all rays start at the same point, to the bit.
 #[inline(always)]
-pub(crate) fn shares_origin<S: Simd>(rays: &[Ray]) -> bool {
+pub(crate) fn shares_origin<S: Simd>(rays: &[impl AsRef<Ray>]) -> bool {
     let [first, .., last] = rays else { return false };
     let bits = |ray: &Ray| ray.origin.map(f32::to_bits);
-    let zero = first.origin.contains(&0.0);
+    let zero = first.as_ref().origin.contains(&0.0);
     let origin = S::F32x4::load(half(first, 0));
     let mut same = [origin.le(origin); 2];
     for pair in rays.chunks_exact(2) {
@@ -35,13 +35,14 @@ pub(crate) fn shares_origin<S: Simd>(rays: &[Ray]) -> bool {
     let same = same[0] & same[1] & last.le(origin) & origin.le(last);
 
     // A zero is equal to the other one; that is rare enough to look at twice.
-    same.bits() & 0b111 == 0b111 && !(zero && rays.iter().any(|ray| bits(ray) != bits(first)))
+    same.bits() & 0b111 == 0b111
+        && !(zero && rays.iter().any(|ray| bits(ray.as_ref()) != bits(first.as_ref())))
 }
 
 /// Origin and `t_min` of a ray, or its direction and `t_max`.
 #[inline(always)]
-fn half(ray: &Ray, half: usize) -> &[f32] {
-    let numbers: &[f32; 8] = bytemuck::cast_ref(ray);
+fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32] {
+    let numbers: &[f32; 8] = bytemuck::cast_ref(ray.as_ref());
     &numbers[4 * half..4 * half + 4]
 }
 
@@ -69,9 +70,9 @@ pub(crate) struct Screen<S: Simd> {
 impl<S: Simd> Screen<S> {
     /// `None` where the rays go too far apart, or numbers are too large or too small.
     #[inline(always)]
-    pub(crate) fn new<A>(
+    pub(crate) fn new<R: AsRef<Ray>, A>(
         mode: &Certified,
-        (rays, next): (&[Ray], &[Ray]),
+        (rays, next): (&[R], &[R]),
         answers: &[A],
         reach: f32,
     ) -> Option<Self> {
@@ -101,8 +102,10 @@ impl<S: Simd> Screen<S> {
             numbers[0] + numbers[1] + numbers[2] + numbers[3]
         };
         let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
-        let step = [0, 1, 2].map(|k| rays[1].dir[k] - rays[0].dir[k]);
-        let frame = pyramid::frame(rays[0].origin, sum, step, reach)?;
+        let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
+        let origin = first.origin;
+        let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
+        let frame = pyramid::frame(origin, sum, step, reach)?;
         let mut turned = false;
 
         let first = frame.points(Vec3::load(&dirs[0]));
@@ -150,7 +153,7 @@ impl<S: Simd> Screen<S> {
             // then hold little else.
             match screen.main_axis() {
                 Some(step) if !turned => {
-                    screen.frame = pyramid::frame(rays[0].origin, sum, step, reach)?;
+                    screen.frame = pyramid::frame(origin, sum, step, reach)?;
                     turned = true;
                 }
                 _ => return (sane.bits() == 0xffff).then_some(screen),
@@ -241,7 +244,7 @@ fn sums<S: Simd>(lanes: [S::F32x16; 3]) -> [f32; 3] {
 /// The numbers of four rays by column: of origin and `t_min`, and of direction and `t_max`. Beyond the
 /// last ray it is repeated.
 #[inline(always)]
-fn side_by_side<S: Simd>(rays: &[Ray], at: usize) -> [[S::F32x4; 4]; 2] {
+fn side_by_side<S: Simd>(rays: &[impl AsRef<Ray>], at: usize) -> [[S::F32x4; 4]; 2] {
     let ray = |i: usize| &rays[(at + i).min(rays.len() - 1)];
     let rows = [ray(0), ray(1), ray(2), ray(3)];
     let load = |row: usize, k: usize| S::F32x4::load(half(rows[row], k));

@@ -11,7 +11,7 @@
 //! ```
 
 use intertri::lanes::{Lanes, Mask, Simd, prefetch};
-use intertri::{Certified, Counts, Nearest, Ray, Windows};
+use intertri::{Certified, Counts, Judge, Nearest, Ray, Windows};
 
 use crate::bvh::Bvh;
 use crate::node::LEAF;
@@ -27,15 +27,16 @@ const SPLIT: usize = 8;
 const PATIENCE: usize = 32;
 
 /// Finds the closest hit of each ray of a tile; with `any`, some hit. The rays share an origin; those
-/// in `next` come later, and the answers go to `answers`.
+/// in `next` come later, and the answers go to `answers`. What f32 leave open the judge settles, who
+/// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
 ///
 /// `None` where they go too far apart; else bit p is set where the rays of packet p are left to be
 /// asked one by one, because that is less work.
 #[inline(always)]
-pub(crate) fn search<S: Simd, A>(
+pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     bvh: &Bvh,
-    mode: &Certified,
-    (rays, next): (&[Ray], &[Ray]),
+    (mode, judge): (&Certified, &J),
+    (rays, next): (&[R], &[R]),
     answers: &[A],
     any: bool,
     scratch: &mut Scratch,
@@ -44,7 +45,8 @@ pub(crate) fn search<S: Simd, A>(
     let screen = Screen::<S>::new(mode, (rays, next), answers, bvh.reach)?;
     let all = (1 << screen.used) - 1;
     let window = screen.window(all);
-    let mut pyramid = Pyramid::new(&screen.frame, rays[0].origin, window, bvh.reach);
+    let origin = rays[0].as_ref().origin;
+    let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?
     let Scratch { stack, seen, found, split, .. } = scratch;
@@ -61,7 +63,7 @@ pub(crate) fn search<S: Simd, A>(
     }
 
     // Then its leaves, front to back, and the triangles without a box.
-    let mut tile = Tile::new(bvh, mode, rays, &screen, window);
+    let mut tile = Tile::new(bvh, (mode, judge), rays.len(), &screen, window);
     for pack in bvh.boxed..bvh.packs.len() {
         tile.visit(pack, any, seen, counts);
     }
@@ -100,7 +102,7 @@ pub(crate) fn search<S: Simd, A>(
         tile.part = part(quarter);
         let window = screen.window(tile.part);
         tile.window = around::<S>(window);
-        pyramid = Pyramid::new(&screen.frame, rays[0].origin, window, bvh.reach);
+        pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
         (tile.work, budget) = (0, 64 * PATIENCE);
         stack.clear();
         stack.extend_from_slice(split);
@@ -143,10 +145,11 @@ fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32)
 }
 
 /// The rays of a tile and what they have hit so far.
-struct Tile<'a, S: Simd> {
+struct Tile<'a, S: Simd, J> {
     bvh: &'a Bvh,
     mode: &'a Certified,
-    rays: &'a [Ray],
+    judge: &'a J,
+    rays: usize,
     screen: &'a Screen<S>,
     /// A window a packet, and the one of all.
     windows: Windows<S::F32x16>,
@@ -163,18 +166,19 @@ struct Tile<'a, S: Simd> {
     work: usize,
 }
 
-impl<'a, S: Simd> Tile<'a, S> {
+impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
     #[inline(always)]
     fn new(
         bvh: &'a Bvh,
-        mode: &'a Certified,
-        rays: &'a [Ray],
+        (mode, judge): (&'a Certified, &'a J),
+        rays: usize,
         screen: &'a Screen<S>,
         window: ([f32; 2], [f32; 2]),
     ) -> Self {
         let mut tile = Self {
             bvh,
             mode,
+            judge,
             rays,
             screen,
             windows: screen.windows(),
@@ -200,11 +204,11 @@ impl<'a, S: Simd> Tile<'a, S> {
     /// the far end of a packet changed.
     #[inline(always)]
     fn visit(&mut self, pack: usize, any: bool, seen: &mut Vec<u32>, counts: &mut Counts) -> bool {
-        let Self { bvh, mode, rays, screen, .. } = *self;
+        let Self { bvh, mode, judge, rays, screen, .. } = *self;
         let outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
         let (mut triangles, plain) = outlines.within(&self.window, self.least_of_all);
         self.work += 8 + triangles.count_ones() as usize;
-        counts.tests += u64::from(triangles.count_ones()) * rays.len() as u64;
+        counts.tests += u64::from(triangles.count_ones()) * rays as u64;
         let mut changed = false;
         while triangles != 0 {
             let lane = triangles.trailing_zeros() as usize;
@@ -222,15 +226,12 @@ impl<'a, S: Simd> Tile<'a, S> {
                 let packet = packets.trailing_zeros() as usize;
                 packets &= packets - 1;
                 let nearest = &mut self.nearest[packet];
-                let may_change = mode.outline_closest_in(
+                let may_change = nearest.take(
                     (&screen.points[packet], &screen.ranges),
                     (&outline, plain >> lane & 1 != 0),
-                    number,
-                    |lane| rays[16 * packet + lane],
-                    |number| bvh.triangle_in(seen[number as usize]),
-                    |number| bvh.index_of(seen[number as usize]),
+                    (number, seen.as_slice()),
+                    (16 * packet, judge),
                     self.live[packet],
-                    nearest,
                     counts,
                 );
                 if may_change {

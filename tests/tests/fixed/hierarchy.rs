@@ -8,7 +8,7 @@ use intertri_trace::FixedBvh;
 use crate::{Numbers, add, solids, sub};
 
 /// A sphere, loose triangles, slivers and flat ones, some of them twice, in -1..=1.
-fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
+pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
     let mut number = || (n.next() >> 40) as f32 / 8_388_608.0 - 1.0;
     let mut scene: Vec<[[f32; 3]; 3]> =
         solids::icosphere(2).into_iter().map(|t| t.map(|c| c.map(|x| x * 0.75))).collect();

@@ -113,6 +113,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         }
 
         // No f64 is nearer.
+        let ratio = whole(crossing.t.num() as i128) / whole(i128::from(crossing.t.den()));
         let t = crossing.t.to_f64(exponent);
         let rational = |x: f64| RBig::try_from(x).unwrap();
         let distance = |x: f64| {
@@ -129,13 +130,19 @@ fn t_is_rounded_once_and_compared_exactly() {
         let near = t as f32;
         for x in [near, near.next_up(), near.next_down(), 0.0, -1.0, f32::MAX, 1e-45, 1e-38, 1.0] {
             if x.is_finite() {
-                let order = exact.cmp(&RBig::try_from(x).unwrap());
-                assert_eq!(crossing.t.cmp_f32(exponent, x), Some(order), "{t} {x}");
+                let x_exact = RBig::try_from(x).unwrap();
+                assert_eq!(crossing.t.cmp_f32(x), Some(ratio.cmp(&x_exact)), "{t} {x}");
+
+                // The ends of the interval are in multiples of the other direction.
+                let from = twin::crossing(&ray.between(x, f32::INFINITY), &triangle);
+                let until = twin::crossing(&ray.between(0.0, x), &triangle);
+                assert_eq!(from.is_some(), exact >= x_exact, "{t} {x}");
+                assert_eq!(until.is_some(), exact < x_exact, "{t} {x}");
             }
         }
-        assert_eq!(crossing.t.cmp_f32(exponent, f32::NAN), None);
-        assert!(crossing.t.cmp_f32(exponent, f32::INFINITY).unwrap().is_lt());
-        assert!(crossing.t.cmp_f32(exponent, f32::NEG_INFINITY).unwrap().is_gt());
+        assert_eq!(crossing.t.cmp_f32(f32::NAN), None);
+        assert!(crossing.t.cmp_f32(f32::INFINITY).unwrap().is_lt());
+        assert!(crossing.t.cmp_f32(f32::NEG_INFINITY).unwrap().is_gt());
 
         // Half-open: t itself is within where it begins the interval, not where it ends it.
         if f64::from(near) == t && rational(t) == exact {

@@ -15,14 +15,15 @@ mod screen;
 mod view;
 
 use crate::blocks;
-use crate::double::replay;
 use crate::lanes::{Lanes, Level, Mask, Simd};
-use crate::mode::{Counts, Found, Lane, Test, Threshold, Width, lanes_of};
+use crate::mode::{Counts, Found, Lane, Test, Threshold, Width};
 use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
 pub use evidence::Evidence;
-pub use screen::{Frame, Nearest, Outline, Outlines, Points, Ranges, Starts, Windows};
+pub use screen::{
+    Frame, Judge, Nearest, Outline, Outlines, Points, Ranges, Replay, Starts, Windows,
+};
 pub use view::View;
 
 use filter::{Edges, Rays, Triangles, Verdict};
@@ -236,42 +237,6 @@ impl Certified {
         live: F::Mask,
     ) -> Starts<F> {
         starts.and(points, t_min, live, self.threshold.get())
-    }
-
-    /// Offers the hits of N rays with one triangle to their nearest; only the lanes in `live` take
-    /// part, which must be on the screen and have no NaN in their interval. `plain` is what
-    /// [`Outlines::within`] said of the triangle. The caller knows the triangle by its number
-    /// `triangle`, by which `find` gives it and `index` its index, and a lane's ray by `ray`. Only
-    /// undecided tests are counted: the caller knows how many its windows decided. Whether the nearest
-    /// may have changed.
-    ///
-    /// An example stands at [`Nearest`].
-    #[inline(always)]
-    pub fn outline_closest_in<F: Lanes<Scalar = f32>, const N: usize>(
-        &self,
-        (points, ranges): (&Points<F>, &Ranges<F>),
-        (outline, plain): (&Outline, bool),
-        triangle: u32,
-        ray: impl Fn(usize) -> Ray,
-        find: impl Fn(u32) -> Triangle,
-        index: impl Fn(u32) -> u32,
-        live: u32,
-        nearest: &mut Nearest<F, N>,
-        counts: &mut Counts,
-    ) -> bool {
-        let Some(found) = nearest.test(outline, plain, points, ranges, live) else { return false };
-
-        // What the bound leaves undecided goes through the document's test.
-        let (mut replayed, mut exact) = (0, [0.0; N]);
-        counts.undecided += u64::from(found.undecided.count_ones());
-        for lane in lanes_of(found.undecided) {
-            if let Some(t) = replay(&ray(lane), &find(triangle), self.threshold.get()) {
-                replayed |= 1 << lane;
-                exact[lane] = t;
-            }
-        }
-        nearest.offer(&found, (replayed, &exact), triangle, points, &ray, &find, index);
-        true
     }
 
     /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are

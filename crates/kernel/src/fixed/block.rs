@@ -1,6 +1,6 @@
 //! One ray against a block of triangles: the leaf of a hierarchy.
 
-use super::edges::{Edges, cross, f32s, i64s, load, load_f32, splat, splat_f32, volume};
+use super::edges::{Edges, cross, i64s, load, load_f32, splat, splat_f32, volume};
 use super::filter::maybe;
 use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::lanes::{Ints, Lanes, Simd};
@@ -93,8 +93,8 @@ impl<const N: usize> Block<N> {
 
         let (h4, h5) = (load(&self.h4), load(&self.h5));
         let edges = Edges::<I<S, N>>::new(
-            splat(i64s(ray.ray.origin)),
-            splat(i64s(ray.ray.dir)),
+            splat(i64s(ray.ray.origin())),
+            splat(i64s(ray.ray.dir())),
             [load(&self.c1), h4, h5, cross(h4, h5)],
         );
         let (with, against) = edges.sides(lanes);
@@ -104,7 +104,7 @@ impl<const N: usize> Block<N> {
 
         let at = Determinants::of(&edges);
         for lane in lanes_of(with | against) {
-            let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin));
+            let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin()));
             let a = [c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]];
             let num = volume(a, integers(&self.h4, lane), integers(&self.h5, lane));
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, &ray.ray) {
@@ -162,9 +162,9 @@ where
     pub fn new(ray: &Ray) -> Self {
         Self {
             ray: *ray,
-            origin: splat_f32(f32s(ray.origin)),
-            d: splat_f32(f32s(ray.dir)),
-            longest: Lanes::splat(ray.longest() as f32),
+            origin: splat_f32(ray.to_f32().origin),
+            d: splat_f32(ray.to_f32().dir),
+            longest: Lanes::splat(ray.longest()),
         }
     }
 }
@@ -210,6 +210,6 @@ impl Determinants {
         let v = self.v[lane].unsigned_abs();
         let w = self.w[lane].unsigned_abs();
         let t = Ratio { num: num.unsigned_abs(), den: u + v + w };
-        t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(Crossing { t, v, w, leaves })
+        t.within(ray.to_f32()).then_some(Crossing { t, v, w, leaves })
     }
 }

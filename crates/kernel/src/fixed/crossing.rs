@@ -1,7 +1,13 @@
 //! One crossing of a ray and a triangle, and the best of many.
 
-use super::{Ratio, Ray};
+use super::block::Determinants;
+use super::edges::{Edges, cross_i64, i64s, splat, volume};
+use super::numbers::pow2;
+use super::prepared::minus;
+use super::ratio::Divisor;
+use super::{Ratio, Ray, Triangle};
 use crate::Hit;
+use crate::lanes::One;
 
 /// Where a ray crosses a triangle.
 ///
@@ -31,16 +37,43 @@ pub struct Crossing {
 }
 
 impl Crossing {
+    /// Whether and where a ray crosses one triangle: the test of the lanes in a single one.
+    ///
+    /// ```
+    /// use intertri::fixed::{Bits, Crossing, Grid, twin};
+    /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+    /// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
+    /// let ray = grid.ray_of([1, 1, 0], [0, 0, 1])?;
+    /// assert_eq!(Crossing::of(&ray, &wall), twin::crossing(&ray, &wall));
+    /// # Ok::<_, intertri::fixed::GridError>(())
+    /// ```
+    pub fn of(ray: &Ray, &Triangle([c1, c2, c3]): &Triangle) -> Option<Self> {
+        let (a, h4, h5) = (minus(c1, ray.origin()), minus(c2, c1), minus(c3, c1));
+        let (a, h4, h5) = (i64s(a), i64s(h4), i64s(h5));
+        let triangle = [splat(a), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
+        let edges = Edges::<One>::new(splat([0; 3]), splat(i64s(ray.dir())), triangle);
+        let (with, against) = edges.sides(1);
+        if with | against == 0 {
+            return None;
+        }
+        let at = Determinants::new(edges.u, edges.v, edges.w);
+        at.crossing(0, volume(a, h4, h5), with != 0, ray)
+    }
+
     /// The crossing in f64, `t` in multiples of the direction that was snapped. All three numbers
     /// are rounded once.
+    #[inline(always)]
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
-        let weight = |num: u64| Ratio { num: u128::from(num), den: self.t.den }.to_f64(0);
-        Hit {
-            t: self.t.to_f64(ray.exponent),
-            u: weight(self.v),
-            v: weight(self.w),
-            triangle: u64::from(triangle),
+        let Self { t, v, w, .. } = *self;
+        let triangle = u64::from(triangle);
+        if let (Some(by), Ok(num)) = (Divisor::new(t.den), u64::try_from(t.num)) {
+            let ((t, a), (u, b), (v, c)) = (by.divides(num), by.divides(v), by.divides(w));
+            if a & b & c {
+                return Hit { t: t * pow2(ray.exponent()), u, v, triangle };
+            }
         }
+        let weight = |num: u64| Ratio { num: num.into(), den: t.den }.to_f64(0);
+        Hit { t: t.to_f64(ray.exponent()), u: weight(v), v: weight(w), triangle }
     }
 }
 

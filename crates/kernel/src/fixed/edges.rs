@@ -9,6 +9,7 @@
 //!           h4               U = d . (B x C) =  d . n - V - W
 //! ```
 
+use super::numbers::round;
 use crate::lanes::{Ints, Lanes};
 
 /// N integer vectors.
@@ -140,6 +141,13 @@ pub(super) fn splat_f32<F: Lanes<Scalar = f32>>([x, y, z]: [f32; 3]) -> V3<F> {
 #[inline(always)]
 pub(super) fn i64s([x, y, z]: [i32; 3]) -> [i64; 3] {
     [i64::from(x), i64::from(y), i64::from(z)]
+}
+
+/// A vector of the grid that f32 hold. Rounding costs less than what casts do with numbers that are
+/// too large.
+#[inline(always)]
+pub(super) fn i32s([x, y, z]: [f32; 3]) -> [i32; 3] {
+    [round(x.into()) as i32, round(y.into()) as i32, round(z.into()) as i32]
 }
 
 /// A vector of the grid as f32, exactly.

@@ -13,6 +13,8 @@
 
 use core::fmt;
 
+use super::numbers::{exponent, pow2, round};
+use super::{Ray, Triangle};
 use crate::Triangle as Corners;
 
 /// How many bits the integers of a grid have.
@@ -155,102 +157,6 @@ impl fmt::Display for GridError {
 
 impl core::error::Error for GridError {}
 
-/// A triangle whose corners are points of a grid.
-///
-/// ```
-/// use intertri::fixed::{Bits, Grid};
-/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-/// let triangle = grid.triangle_of([[0, 0, 5], [1, 0, 5], [0, 1, 5]])?;
-/// assert_eq!(triangle.corners()[1], [1, 0, 5]);
-/// assert_eq!(triangle.to_f32().0[1], [1.0, 0.0, 5.0]);
-/// # Ok::<_, intertri::fixed::GridError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Triangle(pub(super) [[i32; 3]; 3]);
-
-impl Triangle {
-    /// The corners.
-    #[inline(always)]
-    pub fn corners(&self) -> [[i32; 3]; 3] {
-        self.0
-    }
-
-    /// The same triangle in f32, in units of the grid: exact, so that boxes around it are too.
-    pub fn to_f32(&self) -> Corners {
-        Corners(self.0.map(|c| c.map(|x| x as f32)))
-    }
-}
-
-/// A ray whose origin and direction are integers of a grid.
-///
-/// ```
-/// use intertri::fixed::{Bits, Grid};
-/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-/// let ray = grid.ray(&intertri::Ray::new([3.0, 4.0, 5.0], [0.0, 0.0, 0.5]))?.between(1.0, 8.0);
-/// assert_eq!((ray.origin(), ray.interval()), ([3, 4, 5], (1.0, 8.0)));
-/// // The direction has all bits; two to the exponent makes up for it.
-/// assert_eq!(f64::from(ray.dir()[2]), 0.5 * f64::from(ray.exponent()).exp2());
-/// // In units of the grid, for boxes.
-/// assert_eq!(ray.to_f32().origin, [3.0, 4.0, 5.0]);
-/// # Ok::<_, intertri::fixed::GridError>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    pub(super) origin: [i32; 3],
-    pub(super) dir: [i32; 3],
-    /// `t` of the caller is `t` of the integers times two to this.
-    pub(super) exponent: i32,
-    pub(super) t_min: f32,
-    pub(super) t_max: f32,
-}
-
-impl Ray {
-    /// The origin.
-    #[inline(always)]
-    pub fn origin(&self) -> [i32; 3] {
-        self.origin
-    }
-
-    /// The direction.
-    #[inline(always)]
-    pub fn dir(&self) -> [i32; 3] {
-        self.dir
-    }
-
-    /// A `t` in multiples of [`Ray::dir`] times two to this is a `t` in multiples of the direction
-    /// that was snapped.
-    #[inline(always)]
-    pub fn exponent(&self) -> i32 {
-        self.exponent
-    }
-
-    /// The part of the ray that counts, in multiples of the direction that was snapped.
-    #[inline(always)]
-    pub fn interval(&self) -> (f32, f32) {
-        (self.t_min, self.t_max)
-    }
-
-    /// The same line with the interval `t_min <= t < t_max`, besides `0 < t`.
-    pub fn between(self, t_min: f32, t_max: f32) -> Self {
-        Self { t_min, t_max, ..self }
-    }
-
-    /// The longest component of the direction.
-    #[inline(always)]
-    pub(super) fn longest(&self) -> i32 {
-        self.dir.iter().fold(0, |far, x| x.abs().max(far))
-    }
-
-    /// The same ray in f32, in units of the grid and of [`Ray::dir`]: for the boxes of a hierarchy.
-    /// Origin and direction are exact; the interval is rounded outwards.
-    pub fn to_f32(&self) -> crate::Ray {
-        let unit = pow2(-self.exponent);
-        let [t_min, t_max] = [self.t_min, self.t_max].map(|t| (f64::from(t) * unit) as f32);
-        crate::Ray::new(self.origin.map(|x| x as f32), self.dir.map(|x| x as f32))
-            .between(t_min.next_down(), t_max.next_up())
-    }
-}
-
 /// A grid of integers over a scene.
 ///
 /// ```
@@ -361,23 +267,22 @@ impl Grid {
     ///
     /// # Errors
     /// If the point is not finite, or outside of the grid.
+    #[inline]
     pub fn snap(&self, p: [f32; 3]) -> Result<[i32; 3], GridError> {
-        let mut snapped = [0; 3];
+        let (mut snapped, mut inside) = ([0; 3], true);
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
-            if !x.is_finite() {
-                return Err(GridError::NotFinite(p));
-            }
-            if x.abs() > FAR {
-                return Err(GridError::Outside(p));
-            }
-            let x = round(x) - self.centre[axis];
-            if x.unsigned_abs() > 1 << self.bits.b {
-                return Err(GridError::Outside(p));
-            }
-            snapped[axis] = x as i32;
+            let on_grid = round(x).wrapping_sub(self.centre[axis]);
+            inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
+            snapped[axis] = on_grid as i32;
         }
-        Ok(snapped)
+        if inside {
+            Ok(snapped)
+        } else if p.iter().all(|x| x.is_finite()) {
+            Err(GridError::Outside(p))
+        } else {
+            Err(GridError::NotFinite(p))
+        }
     }
 
     /// Where a point of the grid lies in the scene, exactly.
@@ -403,32 +308,6 @@ impl Grid {
         Ok(Triangle([self.snap(c1)?, self.snap(c2)?, self.snap(c3)?]))
     }
 
-    /// A ray with its origin snapped, and its direction by a power of two of its own, so that its
-    /// longest component has all `q` bits: each component moves by less than `2^-q` of the longest.
-    /// The interval stays as it is.
-    ///
-    /// # Errors
-    /// Those of [`Grid::snap`], and a direction that is zero or not finite.
-    pub fn ray(&self, ray: &crate::Ray) -> Result<Ray, GridError> {
-        let origin = self.snap(ray.origin)?;
-        let dir = ray.dir.map(f64::from);
-        let longest = dir.iter().fold(0.0, |far: f64, x| if x.abs() > far { x.abs() } else { far });
-        if longest == 0.0 || !dir.iter().all(|x| x.is_finite()) {
-            return Err(GridError::Direction(ray.dir));
-        }
-
-        // Where the longest component is rounded up to 2^q, one bit less keeps it at 2^(q-1): so
-        // that a snapped direction is snapped to itself.
-        let q = self.bits.q as i32;
-        let mut k = q - 1 - exponent(longest);
-        if round(longest * pow2(k)) == 1 << q {
-            k -= 1;
-        }
-        let dir = dir.map(|x| round(x * pow2(k)) as i32);
-        let (t_min, t_max) = (ray.t_min, ray.t_max);
-        Ok(Ray { origin, dir, exponent: k - self.scale, t_min, t_max })
-    }
-
     /// A triangle from integers.
     ///
     /// # Errors
@@ -452,7 +331,7 @@ impl Grid {
         if exceeds(dir, self.bits.q) || dir == [0; 3] {
             return Err(GridError::Integers(dir));
         }
-        Ok(Ray { origin, dir, exponent: 0, t_min: 0.0, t_max: f32::INFINITY })
+        Ok(Ray::new(origin, dir))
     }
 }
 
@@ -461,22 +340,6 @@ fn exceeds(p: [i32; 3], bits: u32) -> bool {
     p.iter().any(|x| x.unsigned_abs() > 1 << bits)
 }
 
-/// The nearest integer, ties to even, of a number within `-2^51..=2^51`: above 2^52 f64 has no
-/// fractions, so adding rounds as wanted, and taking away again is exact.
-fn round(x: f64) -> i64 {
-    const ABOVE: f64 = (3_i64 << 51) as f64;
-    ((x + ABOVE) - ABOVE) as i64
-}
-
-/// `2^e`, for a normal result.
-pub(super) fn pow2(e: i32) -> f64 {
-    f64::from_bits(((e + 1023) as u64) << 52)
-}
-
-/// e of `2^e <= x < 2^(e+1)`, for a normal positive x.
-fn exponent(x: f64) -> i32 {
-    (x.to_bits() >> 52) as i32 - 1023
-}
-
+mod rays;
 #[cfg(test)]
 mod tests;

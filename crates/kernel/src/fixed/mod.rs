@@ -24,9 +24,11 @@ mod crossing;
 mod edges;
 mod filter;
 mod grid;
+mod numbers;
 mod packet;
 mod prepared;
 mod ratio;
+mod snapped;
 pub mod twin;
 mod verbs;
 
@@ -35,10 +37,11 @@ use crate::mode::{Lane, Width};
 
 pub use block::{Block, RayLanes};
 pub use crossing::{Best, Crossing};
-pub use grid::{Bits, Grid, GridError, Ray, Triangle};
-pub use packet::{Packet, Seen};
+pub use grid::{Bits, Grid, GridError};
+pub use packet::{Packet, Seen, Sides};
 pub use prepared::Prepared;
 pub use ratio::Ratio;
+pub use snapped::{Ray, Triangle};
 pub use verbs::{Crossings, Fixed, blocks};
 
 /// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.

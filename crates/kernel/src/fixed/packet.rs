@@ -4,7 +4,7 @@ use super::block::Determinants;
 use super::edges::{Edges, cross_i64, i64s, load, load_f32, product, splat, splat_f32, volume};
 use super::filter::{SEEN, maybe, maybe_seen};
 use super::prepared::minus;
-use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
+use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
 use crate::lanes::{Ints, Lanes, Simd};
 use crate::mode::{Lane, Width, lanes_of};
 
@@ -50,8 +50,7 @@ impl<const N: usize> Packet<N> {
     /// empty.
     pub fn new(rays: &[Ray]) -> Self {
         let live = rays.len().min(N);
-        let none =
-            Ray { origin: [0; 3], dir: [0; 3], exponent: 0, t_min: 0.0, t_max: f32::INFINITY };
+        let none = Ray::new([0; 3], [0; 3]);
         let mut packet = Self {
             origin: [[0.0; N]; 3],
             dir: [[0.0; N]; 3],
@@ -62,10 +61,10 @@ impl<const N: usize> Packet<N> {
         packet.rays[..live].copy_from_slice(&rays[..live]);
         for (lane, ray) in packet.rays.iter().enumerate() {
             for axis in 0..3 {
-                packet.origin[axis][lane] = ray.origin[axis] as f32;
-                packet.dir[axis][lane] = ray.dir[axis] as f32;
+                packet.origin[axis][lane] = ray.to_f32().origin[axis];
+                packet.dir[axis][lane] = ray.to_f32().dir[axis];
             }
-            packet.longest = Lanes::max(packet.longest, ray.longest() as f32);
+            packet.longest = Lanes::max(packet.longest, ray.longest());
         }
         packet
     }
@@ -117,7 +116,7 @@ impl<const N: usize> Packet<N> {
         let at = Determinants::new(edges.u, edges.v, edges.w);
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
-            let o = i64s(ray.origin);
+            let o = i64s(ray.origin());
             let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
@@ -157,14 +156,52 @@ impl<const N: usize> Packet<N> {
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     origin: [i32; 3],
-    /// B x C, C x A and A x B.
-    normals: [[i64; 3]; 3],
+    sides: Sides,
     normals_f32: [[f32; 3]; 3],
     /// The sign that each determinant has where it is 0: 1 or -1.
     ties: [i64; 3],
     /// The largest `|x| + |y| + |z|` of the normals, times the filter's factor.
     bound: f32,
+}
+
+/// The integers of a triangle as seen from one origin: where rays meet it that are known to.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid, Sides};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
+/// let sides = Sides::new(&wall, [1, 1, 0]);
+/// let ray = grid.ray_of([1, 1, 0], [0, 0, 2])?;
+/// assert_eq!(sides.crossing(&ray).to_hit(&ray, 0).t, 2.5);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Sides {
+    /// B x C, C x A and A x B.
+    normals: [[i64; 3]; 3],
     num: i128,
+}
+
+impl Sides {
+    /// The triangle from an origin.
+    #[inline(always)]
+    pub fn new(&Triangle([c1, c2, c3]): &Triangle, origin: [i32; 3]) -> Self {
+        let a = i64s(minus(c1, origin));
+        let b = i64s(minus(c2, origin));
+        let c = i64s(minus(c3, origin));
+        let normals = [cross_i64(b, c), cross_i64(c, a), cross_i64(a, b)];
+        Self { normals, num: product(a, normals[0]) }
+    }
+
+    /// Where a ray from that origin crosses the triangle, which it is known to do.
+    #[inline(always)]
+    pub fn crossing(&self, ray: &Ray) -> Crossing {
+        let [x, y, z] = i64s(ray.dir());
+        let weight = |n: &[i64; 3]| (x * n[0] + y * n[1] + z * n[2]).unsigned_abs();
+        let [u, v, w] = self.normals.each_ref().map(weight);
+        let t = Ratio { num: self.num.unsigned_abs(), den: u + v + w };
+        Crossing { t, v, w, leaves: self.num > 0 }
+    }
 }
 
 impl Seen {
@@ -172,12 +209,8 @@ impl Seen {
     /// no area: then no ray from there crosses it.
     #[inline(always)]
     pub fn new(triangle: &Triangle, origin: [i32; 3]) -> Option<Self> {
-        let [c1, c2, c3] = triangle.0;
-        let a = i64s(minus(c1, origin));
-        let b = i64s(minus(c2, origin));
-        let c = i64s(minus(c3, origin));
-        let normals = [cross_i64(b, c), cross_i64(c, a), cross_i64(a, b)];
-        let num = product(a, normals[0]);
+        let sides = Sides::new(triangle, origin);
+        let Sides { normals, num } = sides;
         if num == 0 {
             return None;
         }
@@ -186,7 +219,7 @@ impl Seen {
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
         let bound = SEEN * normals_f32.iter().map(norm).fold(0.0, Lanes::max);
-        Some(Self { origin, normals, normals_f32, ties, bound, num })
+        Some(Self { origin, sides, normals_f32, ties, bound })
     }
 
     /// The crossings of the `live` rays with the triangle, each with its lane. All of them must
@@ -201,7 +234,7 @@ impl Seen {
     ) where
         Lane<N>: IntWidth,
     {
-        debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin == self.origin));
+        debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin() == self.origin));
         let mut lanes = live;
         if FILTER {
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
@@ -212,21 +245,22 @@ impl Seen {
         }
 
         // Twice the determinant and the tie's sign: never 0, and with the right sign.
+        let Sides { normals, num } = &self.sides;
         let d = load::<I<S, N>, N>(&packet.dir);
-        let u = Ints::dot(d, splat(self.normals[0]));
-        let v = Ints::dot(d, splat(self.normals[1]));
-        let w = Ints::dot(d, splat(self.normals[2]));
+        let u = Ints::dot(d, splat(normals[0]));
+        let v = Ints::dot(d, splat(normals[1]));
+        let w = Ints::dot(d, splat(normals[2]));
         let nu = (u + u + Ints::splat(self.ties[0])).negative();
         let nv = (v + v + Ints::splat(self.ties[1])).negative();
         let nw = (w + w + Ints::splat(self.ties[2])).negative();
-        let leaves = self.num > 0;
+        let leaves = *num > 0;
         let lanes = lanes & if leaves { !(nu | nv | nw) } else { nu & nv & nw };
         if lanes == 0 {
             return;
         }
         let at = Determinants::new(u, v, w);
         for lane in lanes_of(lanes) {
-            if let Some(crossing) = at.crossing(lane, self.num, leaves, &packet.rays[lane]) {
+            if let Some(crossing) = at.crossing(lane, *num, leaves, &packet.rays[lane]) {
                 each(lane, crossing);
             }
         }

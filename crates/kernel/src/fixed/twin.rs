@@ -26,10 +26,10 @@ use super::{Crossing, Ratio, Ray, Triangle};
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
 pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
-    let d = ray.dir.map(i128::from);
+    let d = ray.dir().map(i128::from);
     let [a, b, c] = triangle
         .0
-        .map(|corner| [0, 1, 2].map(|i| i128::from(corner[i]) - i128::from(ray.origin[i])));
+        .map(|corner| [0, 1, 2].map(|i| i128::from(corner[i]) - i128::from(ray.origin()[i])));
 
     let normals = [cross(b, c), cross(c, a), cross(a, b)];
     let volume = dot(a, normals[0]);
@@ -41,7 +41,7 @@ pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Crossing> {
     let [u, v, w] = normals.map(|n| dot(d, n).unsigned_abs() as u64);
     let t = Ratio { num: volume.unsigned_abs(), den: u + v + w };
     let crossing = Crossing { t, v, w, leaves: sign > 0 };
-    t.within(ray.exponent, (ray.t_min, ray.t_max)).then_some(crossing)
+    t.within(ray.to_f32()).then_some(crossing)
 }
 
 /// The sign of `(d + (e, e^2, e^3)) . n` for an e smaller than any number.

@@ -241,8 +241,8 @@ impl WithSimd for ClosestOfEach<'_> {
             let packets = &packets[..rays.len().div_ceil(8)];
             let mut bests = [[Best::default(); 8]; PACKETS];
 
-            let origin = rays[0].origin;
-            let shared = rays.iter().all(|ray| ray.origin == origin);
+            let origin = rays[0].origin();
+            let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {
                 if shared {
                     let Some(seen) = Seen::new(triangle, origin) else { continue };

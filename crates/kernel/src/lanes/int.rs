@@ -107,7 +107,7 @@ impl<L: Ints> Ints for Pair<L> {
 
 /// One i64 whose `+` and `-` wrap in every build.
 #[derive(Clone, Copy)]
-pub(super) struct One(i64);
+pub(crate) struct One(i64);
 
 impl Add for One {
     type Output = Self;

@@ -24,6 +24,7 @@ mod x86;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use int::Ints;
+pub(crate) use int::One;
 pub use level::{Level, WithSimd, dispatch, prefetch};
 pub(crate) use pair::Pair;
 

@@ -10,6 +10,7 @@
 //! So a triangle costs a ray two multiply-adds an edge, and one outline of a triangle can be held
 //! against a whole window of the screen. Bounds and proof: `docs/numerics/screen.md`.
 
+mod judge;
 mod nearest;
 mod outline;
 
@@ -19,6 +20,7 @@ use crate::lanes::Lanes;
 use super::bound;
 use super::filter::at_least;
 
+pub use judge::{Judge, Replay};
 pub use nearest::Nearest;
 pub use outline::{Outline, Outlines};
 

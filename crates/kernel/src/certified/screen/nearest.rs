@@ -1,18 +1,16 @@
 //! The nearest hits of rays from one origin, and the test that finds them.
 
-use crate::double::Plane;
 use crate::lanes::{Lanes, Mask};
-use crate::mode::lanes_of;
-use crate::{Ray, Triangle};
+use crate::mode::{Counts, lanes_of};
 
-use super::{Outline, Points, Ranges, at};
+use super::{Judge, Outline, Points, Ranges, at};
 
 /// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
 ///
 /// ```
 /// use intertri::lanes::{Simd, WithSimd, dispatch};
-/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Starts, Triangle};
-/// use intertri::{TrianglePack, Vec3};
+/// use intertri::{Certified, Counts, Frame, Nearest, Outlines, Ray, Replay, Starts};
+/// use intertri::{Triangle, TrianglePack, Vec3};
 ///
 /// struct Leaf<'a>(Certified, &'a TrianglePack<8>, &'a Frame);
 /// impl WithSimd for Leaf<'_> {
@@ -34,18 +32,13 @@ use super::{Outline, Points, Ranges, at};
 /// let ranges = mode.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(&points, &[ray.t_max]);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
-/// for triangle in 0..2 {
-///     mode.outline_closest_in(
-///         (&points, &ranges),
-///         (&outlines.lane(triangle as usize), false),
-///         triangle,
-///         |_lane| ray,
-///         |triangle| triangles[triangle as usize],
-///         |triangle| triangle,
-///         0b1,
-///         &mut nearest,
-///         &mut Counts::default(),
-///     );
+/// let find = |triangle| triangles[triangle as usize];
+/// let judge = Replay { mode: &mode, rays: &[ray], find, index: |triangle| triangle };
+/// for lane in 0..2 {
+///     let (outline, plain) = (outlines.lane(lane), false);
+///     let numbers = (lane as u32, [0, 1].as_slice());
+///     let counts = &mut Counts::default();
+///     nearest.take((&points, &ranges), (&outline, plain), numbers, (0, &judge), 0b1, counts);
 /// }
 /// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
 /// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
@@ -63,9 +56,9 @@ pub struct Nearest<F, const N: usize> {
 
 /// What the bound says of each lane. A lane that is in neither mask is a miss.
 #[derive(Clone, Copy)]
-pub(in super::super) struct Verdict<F> {
-    pub(in super::super) hit: u32,
-    pub(in super::super) undecided: u32,
+struct Verdict<F> {
+    hit: u32,
+    undecided: u32,
     s_lo: F,
     s_hi: F,
 }
@@ -105,10 +98,31 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
+    /// Takes the hits of N rays with the triangle `seen[number]`, where they are nearer. Only the lanes
+    /// in `live` take part, which must be on the screen and have no NaN in their interval. `plain` is
+    /// what [`Outlines::within`](super::Outlines::within) said of the triangle. The judge, who knows
+    /// lane i as the ray `first + i`, settles what the bound leaves open. Only undecided tests are
+    /// counted: the caller knows how many its windows decided. Whether anything may have changed.
+    #[inline(always)]
+    pub fn take<J: Judge>(
+        &mut self,
+        (points, ranges): (&Points<F>, &Ranges<F>),
+        (outline, plain): (&Outline, bool),
+        (number, seen): (u32, &[u32]),
+        (first, judge): (usize, &J),
+        live: u32,
+        counts: &mut Counts,
+    ) -> bool {
+        let Some(found) = self.test(outline, plain, points, ranges, live) else { return false };
+        counts.undecided += u64::from(found.undecided.count_ones());
+        self.offer(&found, (number, seen), points, (first, judge));
+        true
+    }
+
     /// Which of the live rays hit a triangle surely, and which perhaps. `plain` says that D is sure
     /// and positive. `None` where all miss.
     #[inline(always)]
-    pub(in super::super) fn test(
+    fn test(
         &self,
         outline: &Outline,
         plain: bool,
@@ -144,21 +158,17 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
     }
 
-    /// Offers what a test found: `exact` holds the t of the lanes in `replayed`. `find` gives a
-    /// triangle by its number, `index` its index, which breaks ties.
+    /// Offers what a test found of the triangle `seen[number]`.
     #[inline(always)]
-    pub(in super::super) fn offer(
+    fn offer<J: Judge>(
         &mut self,
         found: &Verdict<F>,
-        (replayed, exact): (u32, &[f64; N]),
-        triangle: u32,
+        (number, seen): (u32, &[u32]),
         points: &Points<F>,
-        ray: impl Fn(usize) -> Ray,
-        find: impl Fn(u32) -> Triangle,
-        index: impl Fn(u32) -> u32,
+        (first, judge): (usize, &J),
     ) {
         // Where the enclosures tell, all lanes at once.
-        let bits = f32::from_bits(triangle);
+        let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
         self.s_hi = F::select(wins, found.s_hi, self.s_hi);
@@ -166,48 +176,54 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.hits |= wins.bits();
 
         // The others one by one, by their exact t.
-        let rest = (found.hit & !wins.bits()) | replayed;
+        let rest = (found.hit & !wins.bits()) | found.undecided;
         if rest == 0 {
             return;
         }
-        let (mut lo, mut hi, mut number) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut lo, mut hi, mut numbers) = ([0.0; N], [0.0; N], [0.0; N]);
         let (mut new_lo, mut new_hi, mut z) = ([0.0; N], [0.0; N], [0.0; N]);
         self.s_lo.store(&mut lo);
         self.s_hi.store(&mut hi);
-        self.triangle.store(&mut number);
+        self.triangle.store(&mut numbers);
         found.s_lo.store(&mut new_lo);
         found.s_hi.store(&mut new_hi);
         points.z.store(&mut z);
+        let triangle = seen[number as usize];
         let (mut new, mut old) = (None, None);
         for lane in lanes_of(rest) {
-            let ray = ray(lane);
-            let t = |plane: &mut Option<(u32, Plane)>, triangle| {
-                let known = plane.filter(|(number, _)| *number == triangle);
-                let (_, seen) =
-                    known.unwrap_or_else(|| (triangle, Plane::new(&find(triangle), ray.origin)));
-                *plane = Some((triangle, seen));
-                seen.t(ray.dir)
+            let ray = first + lane;
+            let t = |last: &mut Option<(u32, J::Seen)>, triangle| {
+                let known = last.filter(|(number, _)| *number == triangle);
+                let (_, seen) = known.unwrap_or_else(|| (triangle, judge.see(triangle)));
+                *last = Some((triangle, seen));
+                judge.t(&seen, ray)
             };
-            let known = replayed >> lane & 1 != 0;
-            let at = if known { exact[lane] } else { t(&mut new, triangle) };
-            let nearer = if self.hits >> lane & 1 == 0 {
-                at < f64::from(ray.t_max)
+
+            // A ray without a hit may have its far end here; one with a hit only has to compare.
+            let is_hit = self.hits >> lane & 1 != 0;
+            let sure = found.hit >> lane & 1 != 0;
+            let at = if sure && is_hit {
+                t(&mut new, triangle)
+            } else if let Some(at) = judge.hit(triangle, ray) {
+                at
             } else {
-                let other = number[lane].to_bits();
-                let best = t(&mut old, other);
-                at < best || (at == best && index(triangle) < index(other))
+                continue;
             };
-            if nearer {
-                let one = Points { x: 0.0, y: 0.0, z: z[lane] };
-                let enclosure =
-                    if known { one.inverse(at as f32) } else { (new_lo[lane], new_hi[lane]) };
-                (lo[lane], hi[lane]) = enclosure;
-                number[lane] = bits;
-                self.hits |= 1 << lane;
+            if is_hit {
+                let other = seen[numbers[lane].to_bits() as usize];
+                let best = t(&mut old, other);
+                if !(at < best || (at == best && judge.index(triangle) < judge.index(other))) {
+                    continue;
+                }
             }
+            let one = Points { x: 0.0, y: 0.0, z: z[lane] };
+            (lo[lane], hi[lane]) =
+                if sure { (new_lo[lane], new_hi[lane]) } else { one.inverse(J::rounded(at)) };
+            numbers[lane] = bits;
+            self.hits |= 1 << lane;
         }
         self.s_lo = F::load(&lo);
         self.s_hi = F::load(&hi);
-        self.triangle = F::load(&number);
+        self.triangle = F::load(&numbers);
     }
 }

@@ -1,0 +1,124 @@
+//! What lies on a grid: triangles and rays of integers.
+
+use super::edges::{f32s, i32s};
+use super::numbers::pow2;
+use crate::Triangle as Corners;
+
+/// A triangle whose corners are points of a grid.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let triangle = grid.triangle_of([[0, 0, 5], [1, 0, 5], [0, 1, 5]])?;
+/// assert_eq!(triangle.corners()[1], [1, 0, 5]);
+/// assert_eq!(triangle.to_f32().0[1], [1.0, 0.0, 5.0]);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle(pub(super) [[i32; 3]; 3]);
+
+impl Triangle {
+    /// The corners.
+    #[inline(always)]
+    pub fn corners(&self) -> [[i32; 3]; 3] {
+        self.0
+    }
+
+    /// The same triangle in f32, in units of the grid: exact, so that boxes around it are too.
+    pub fn to_f32(&self) -> Corners {
+        Corners(self.0.map(f32s))
+    }
+
+    /// The triangle that [`Triangle::to_f32`] gave.
+    ///
+    /// ```
+    /// use intertri::fixed::{Bits, Grid, Triangle};
+    /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+    /// let triangle = grid.triangle_of([[0, 0, 5], [1, 0, -5], [0, 1, 1 << 20]])?;
+    /// assert_eq!(Triangle::from_f32(&triangle.to_f32()), triangle);
+    /// # Ok::<_, intertri::fixed::GridError>(())
+    /// ```
+    #[inline(always)]
+    pub fn from_f32(&Corners([a, b, c]): &Corners) -> Self {
+        Self([i32s(a), i32s(b), i32s(c)])
+    }
+}
+
+/// A ray whose origin and direction are integers of a grid.
+///
+/// ```
+/// use intertri::fixed::{Bits, Grid};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let ray = grid.ray(&intertri::Ray::new([3.0, 4.0, 5.0], [0.0, 0.0, 0.5]))?.between(1.0, 8.0);
+/// assert_eq!(ray.origin(), [3, 4, 5]);
+/// // The direction has all bits; two to the exponent makes up for it.
+/// let unit = f64::from(ray.exponent()).exp2();
+/// assert_eq!(f64::from(ray.dir()[2]), 0.5 * unit);
+/// // In f32, and in units of the grid.
+/// assert_eq!((ray.to_f32().origin, ray.to_f32().dir), ([3.0, 4.0, 5.0], [0.0, 0.0, ray.dir()[2] as f32]));
+/// assert_eq!(f64::from(ray.to_f32().t_max), 8.0 / unit);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Integers, which f32 hold exactly; the interval is in multiples of that direction.
+    pub(super) line: crate::Ray,
+    /// `t` of the caller is `t` of the integers times two to this.
+    pub(super) exponent: i32,
+}
+
+impl Ray {
+    /// A ray of integers, with `0 < t`.
+    pub(super) fn new(origin: [i32; 3], dir: [i32; 3]) -> Self {
+        Self { line: crate::Ray::new(f32s(origin), f32s(dir)), exponent: 0 }
+    }
+
+    /// The origin.
+    #[inline(always)]
+    pub fn origin(&self) -> [i32; 3] {
+        i32s(self.line.origin)
+    }
+
+    /// The direction.
+    #[inline(always)]
+    pub fn dir(&self) -> [i32; 3] {
+        i32s(self.line.dir)
+    }
+
+    /// A `t` in multiples of [`Ray::dir`] times two to this is a `t` in multiples of the direction
+    /// that was snapped.
+    #[inline(always)]
+    pub fn exponent(&self) -> i32 {
+        self.exponent
+    }
+
+    /// The same line with the interval `t_min <= t < t_max`, besides `0 < t`, in multiples of the
+    /// direction that was snapped.
+    #[inline(always)]
+    pub fn between(self, t_min: f32, t_max: f32) -> Self {
+        // Exact but where no crossing can be: within the budgets, `2^-62 < t <= 2^64`.
+        let unit = pow2(-self.exponent);
+        let end = |t: f32| (f64::from(t) * unit) as f32;
+        Self { line: self.line.between(end(t_min), end(t_max)), ..self }
+    }
+
+    /// The longest component of the direction.
+    #[inline(always)]
+    pub(super) fn longest(&self) -> f32 {
+        self.line.dir.iter().fold(0.0, |far, x| x.abs().max(far))
+    }
+
+    /// The same ray in f32, in units of the grid and of [`Ray::dir`]. Its interval is that of the ray
+    /// wherever a crossing can be.
+    #[inline(always)]
+    pub fn to_f32(&self) -> &crate::Ray {
+        &self.line
+    }
+}
+
+impl AsRef<crate::Ray> for Ray {
+    #[inline(always)]
+    fn as_ref(&self) -> &crate::Ray {
+        &self.line
+    }
+}
