@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::progress::Progress;
 
 /// Rays a thread snaps and asks at a time.
-const CHUNK: usize = 1024;
+const CHUNK: usize = 2048;
 
 /// A scene on a grid that holds the origins of its rays, too.
 pub(crate) struct OnGrid {
@@ -77,8 +77,9 @@ impl OnGrid {
         ask: impl Fn(&[Snapped], &mut [T]) + Sync,
     ) {
         let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
-        chunks.for_each(|(rays, answers)| {
-            let snapped = &mut [self.nothing; CHUNK][..rays.len()];
+        let buffer = || vec![self.nothing; CHUNK];
+        chunks.for_each_init(buffer, |snapped, (rays, answers)| {
+            let snapped = &mut snapped[..rays.len()];
             self.grid.rays(rays, snapped, |_, _| self.nothing);
             ask(snapped, answers);
         });

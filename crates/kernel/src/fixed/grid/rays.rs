@@ -102,11 +102,11 @@ impl Grid {
 }
 
 /// Many rays, at the best level.
-struct Snap<'a, F> {
-    grid: &'a Grid,
-    rays: &'a [crate::Ray],
-    snapped: &'a mut [Ray],
-    otherwise: F,
+pub(super) struct Snap<'a, F> {
+    pub(super) grid: &'a Grid,
+    pub(super) rays: &'a [crate::Ray],
+    pub(super) snapped: &'a mut [Ray],
+    pub(super) otherwise: F,
 }
 
 impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {

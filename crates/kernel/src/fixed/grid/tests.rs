@@ -1,7 +1,9 @@
 //! The grid at its limits.
 
+use super::rays::Snap;
 use super::{Bits, Grid, GridError};
 use crate::Ray;
+use crate::lanes::Level;
 
 #[test]
 fn the_budgets_are_kept() {
@@ -64,6 +66,7 @@ fn snapping_rounds_once_and_a_second_time_changes_nothing() {
             }
             let again = back.map(|x| x as f32);
             assert_eq!(again.map(f64::from), back, "a snapped direction is f32");
+            assert_eq!(ray.to_f32().dir, ray.dir().map(|x| x as f32), "integers, and no -0");
             let again = grid.ray(&Ray::new(points[0], again)).unwrap();
             assert_eq!(again, ray, "{dir:?} turned twice");
         }
@@ -125,4 +128,55 @@ fn a_direction_that_rounds_up_to_a_power_of_two_stays_where_it_is() {
     let k = ray.exponent() + grid.scale();
     let again = ray.dir().map(|x| (f64::from(x) * 0.5_f64.powi(k)) as f32);
     assert_eq!(grid.ray(&Ray::new([0.0; 3], again)).unwrap(), ray);
+}
+
+/// Directions and ends of any size, odd halves, and what has no direction: the same bits at all levels.
+#[test]
+fn rays_are_snapped_alike_at_every_level() {
+    let mut state = 7_u64;
+    let mut bits = || {
+        state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+        f32::from_bits((state >> 32) as u32)
+    };
+    let mut rays: Vec<Ray> = (0..20_000)
+        .map(|i| {
+            let near = |x: f32| 1.0 + x % 1.0;
+            let any = [bits(), bits(), bits()];
+            let dir = if i % 2 == 0 { any } else { any.map(near) };
+            Ray::new([(i / 100) as f32, 0.5, -3.0], dir).between(bits(), bits())
+        })
+        .collect();
+    // Ties: with all of 18 bits, these components end in a half.
+    rays.push(Ray::new([0.0; 3], [131_073.0, 0.5, -1.5]));
+    for (b, scale) in [(20, 0), (17, 3), (16, -140), (4, 149)] {
+        let grid = Grid::at(Bits::of_grid(b).unwrap(), scale, [0; 3]).unwrap();
+        let nothing = grid.ray_of([0; 3], [1, 0, 0]).unwrap();
+        let mut first = None;
+        for level in Level::all() {
+            let (mut snapped, mut wrong) = (vec![nothing; rays.len()], 0);
+            let otherwise = |_, _| {
+                wrong += 1;
+                nothing
+            };
+            level.run(Snap { grid: &grid, rays: &rays, snapped: &mut snapped, otherwise });
+            for (ray, from) in snapped.iter().zip(&rays).filter(|(ray, _)| **ray != nothing) {
+                // The ends, wherever a crossing can be.
+                let ends = ray.between(from.t_min, from.t_max);
+                let [a, b] = [ray, &ends].map(|ray| [ray.to_f32().t_min, ray.to_f32().t_max]);
+                for (a, b) in a.into_iter().zip(b) {
+                    assert!(a == b || !(1e-19..=1.9e19).contains(&b), "{from:?} {a} {b}");
+                }
+            }
+            let bits: Vec<[u32; 8]> =
+                snapped.iter().map(|ray| bytemuck::cast(*ray.to_f32())).collect();
+            let answer = (bits, wrong);
+            assert_eq!(
+                first.get_or_insert_with(|| answer.clone()),
+                &answer,
+                "{level:?} {b} {scale}"
+            );
+        }
+    }
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    assert_eq!(grid.ray(&rays[20_000]).unwrap().dir(), [131_073, 0, -2]);
 }
