@@ -11,19 +11,21 @@ use obvhs::BvhBuildParams;
 use crate::bvh::TwoWay;
 use crate::embree::{Api, Build, Embree, Scene};
 use crate::engine::Engine;
+use crate::fixed::Fixed;
 use crate::measure::Named;
 use crate::obvhs::Obvhs;
 use crate::ours::{Batch, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 22] = [
+pub const ENGINES: [(&str, &str); 23] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
     ("double", "batch calls"),
+    ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
     ("embree-fast-1", "a call a ray; default build"),
     ("embree-fast-8", "8 rays a call"),
     ("embree-fast-16", "16 rays a call"),
@@ -95,6 +97,7 @@ pub fn engines(
             }
             "bvh" => Some(Box::new(TwoWay::new(triangles))),
             "parry" => made(name, Parry::new(mesh)),
+            "fixed" => made(name, Fixed::new(scene)),
             _ => api.and_then(|api| {
                 let has = |word| name.split('-').any(|part| part == word);
                 let build = Build {

@@ -8,6 +8,7 @@ mod clock;
 mod embree;
 mod engine;
 mod engines;
+mod fixed;
 mod measure;
 mod obvhs;
 mod ours;
@@ -230,8 +231,9 @@ fn chart_of_all(options: &ChartOptions) -> Result<(), String> {
     }
     let first = rows.first().ok_or("no figures in the files")?;
     let s = if first.threads == 1 { "" } else { "s" };
+    let lines = if options.growth { "" } else { "; the line in a bar: eight of ten repeats" };
     let caption = format!(
-        "{}, {}, {} thread{s}; each engine at its fastest call; the line in a bar: eight of ten repeats",
+        "{}, {}, {} thread{s}; each engine at its fastest call{lines}",
         intertri_lab::machine::date(),
         report::cpu(),
         first.threads,
