@@ -3,6 +3,7 @@
 use intertri::lanes::Simd;
 use intertri::{Best, Hit, Pairs, Ray};
 
+use crate::batch::Tracer;
 use crate::bvh::Bvh;
 use crate::scratch::{NOTHING, Scratch};
 
@@ -12,7 +13,12 @@ pub(crate) trait Answer: Copy + Send {
     const ANY: bool;
 
     /// The answers of the tile that was searched last.
-    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]);
+    fn of_tile<S: Simd, T: Tracer>(
+        by: &T,
+        rays: &[T::Ray],
+        tile: &mut Scratch,
+        answers: &mut [Self],
+    );
 
     /// The answer of a ray, if that takes no f64: else it waits for others like it.
     fn at_once(best: &Best) -> Option<Self>;
@@ -24,8 +30,8 @@ pub(crate) trait Answer: Copy + Send {
 impl Answer for Hit {
     const ANY: bool = false;
     #[inline(always)]
-    fn of_tile<S: Simd>(bvh: &Bvh, rays: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
-        tile.hits::<S>(bvh, rays, answers);
+    fn of_tile<S: Simd, T: Tracer>(by: &T, rays: &[T::Ray], tile: &mut Scratch, hits: &mut [Self]) {
+        by.hits::<S>(rays, tile, hits);
     }
     #[inline(always)]
     fn at_once(best: &Best) -> Option<Self> {
@@ -40,8 +46,8 @@ impl Answer for Hit {
 impl Answer for u32 {
     const ANY: bool = false;
     #[inline(always)]
-    fn of_tile<S: Simd>(bvh: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
-        tile.triangles(bvh, answers);
+    fn of_tile<S: Simd, T: Tracer>(by: &T, _: &[T::Ray], tile: &mut Scratch, answers: &mut [Self]) {
+        tile.triangles(by.tree(), answers);
     }
     #[inline(always)]
     fn at_once(best: &Best) -> Option<Self> {
@@ -56,7 +62,7 @@ impl Answer for u32 {
 impl Answer for bool {
     const ANY: bool = true;
     #[inline(always)]
-    fn of_tile<S: Simd>(_: &Bvh, _: &[Ray], tile: &mut Scratch, answers: &mut [Self]) {
+    fn of_tile<S: Simd, T: Tracer>(_: &T, _: &[T::Ray], tile: &mut Scratch, answers: &mut [Self]) {
         tile.any(answers);
     }
     #[inline(always)]

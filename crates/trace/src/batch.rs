@@ -1,7 +1,7 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 
 use intertri::lanes::{Level, Simd, WithSimd};
-use intertri::{Counts, Mode, Ray, Replay};
+use intertri::{Counts, Hit, Mode, Ray, Replay};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
@@ -22,23 +22,30 @@ const SMALLEST: usize = 16;
 pub(crate) const ALL: u32 = u32::MAX;
 
 /// Who answers rays: a hierarchy, and a mode for its leaves.
-pub(crate) trait Tracer<A>: Sync {
+pub(crate) trait Tracer: Sync {
     type Ray: Sync;
 
     fn level(&self) -> Level;
 
-    /// Answers rays as a tile, if they share their origin; those of `next` come later. `None` where they
-    /// go too far apart; else bit p is set where the rays of packet p are left.
-    fn tile<S: Simd>(
+    /// The hierarchy.
+    fn tree(&self) -> &Bvh;
+
+    /// Searches rays as a tile, if they share their origin; those of `next` come later. `None` where they
+    /// go too far apart; else bit p is set where the rays of packet p are left, and [`ALL`] are where it
+    /// was not searched.
+    fn search<S: Simd, A: Answer>(
         &self,
         rays: (&[Self::Ray], &[Self::Ray]),
-        answers: &mut [A],
+        answers: &[A],
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> Option<u32>;
 
+    /// Where the rays of the last tile meet what they hit.
+    fn hits<S: Simd>(&self, rays: &[Self::Ray], tile: &mut Scratch, hits: &mut [Hit]);
+
     /// Answers the rays of those numbers, which make no tile.
-    fn others<S: Simd>(
+    fn others<S: Simd, A: Answer>(
         &self,
         rays: &[Self::Ray],
         numbers: &[u32],
@@ -48,7 +55,7 @@ pub(crate) trait Tracer<A>: Sync {
 }
 
 /// The answer of each ray, on all threads where there are threads.
-pub(crate) fn answer<A: Answer, T: Tracer<A>>(
+pub(crate) fn answer<A: Answer, T: Tracer>(
     tracer: &T,
     rays: &[T::Ray],
     answers: &mut [A],
@@ -79,18 +86,22 @@ pub(crate) struct OfMode<'a, M> {
     pub(crate) mode: &'a M,
 }
 
-impl<M: Mode, A: Answer> Tracer<A> for OfMode<'_, M> {
+impl<M: Mode> Tracer for OfMode<'_, M> {
     type Ray = Ray;
 
     fn level(&self) -> Level {
         self.mode.level()
     }
 
+    fn tree(&self) -> &Bvh {
+        self.bvh
+    }
+
     #[inline(always)]
-    fn tile<S: Simd>(
+    fn search<S: Simd, A: Answer>(
         &self,
         (rays, next): (&[Ray], &[Ray]),
-        answers: &mut [A],
+        answers: &[A],
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> Option<u32> {
@@ -102,14 +113,16 @@ impl<M: Mode, A: Answer> Tracer<A> for OfMode<'_, M> {
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
         let by = (mode, &judge);
-        let left =
-            tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, scratch, counts)?;
-        A::of_tile::<S>(bvh, rays, scratch, answers);
-        Some(left)
+        tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, scratch, counts)
     }
 
     #[inline(always)]
-    fn others<S: Simd>(
+    fn hits<S: Simd>(&self, rays: &[Ray], tile: &mut Scratch, hits: &mut [Hit]) {
+        tile.hits::<S>(self.bvh, rays, hits);
+    }
+
+    #[inline(always)]
+    fn others<S: Simd, A: Answer>(
         &self,
         rays: &[Ray],
         numbers: &[u32],
@@ -121,13 +134,13 @@ impl<M: Mode, A: Answer> Tracer<A> for OfMode<'_, M> {
 }
 
 /// A chunk of rays, at some level.
-struct Batch<'a, T: Tracer<A>, A> {
+struct Batch<'a, T: Tracer, A> {
     tracer: &'a T,
     rays: &'a [T::Ray],
     answers: &'a mut [A],
 }
 
-impl<T: Tracer<A>, A: Answer> WithSimd for Batch<'_, T, A> {
+impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
     type Output = Counts;
 
     #[inline(always)]
@@ -144,8 +157,13 @@ impl<T: Tracer<A>, A: Answer> WithSimd for Batch<'_, T, A> {
             // of `left` is set where the tile leaves its packet p.
             scratch.found.clear();
             let answers = &mut answers[at..end];
-            let left = match tracer.tile::<S>((rays, next), answers, &mut scratch, &mut counts) {
-                Some(left) => left,
+            let tile = (rays, next);
+            let left = match tracer.search::<S, A>(tile, answers, &mut scratch, &mut counts) {
+                Some(ALL) => ALL,
+                Some(left) => {
+                    A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
+                    left
+                }
                 None if size > SMALLEST => {
                     size /= 4;
                     continue;
@@ -162,7 +180,7 @@ impl<T: Tracer<A>, A: Answer> WithSimd for Batch<'_, T, A> {
             (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
         }
         if !others.is_empty() {
-            tracer.others::<S>(all, &others, answers, &mut counts);
+            tracer.others::<S, A>(all, &others, answers, &mut counts);
         }
         counts
     }

@@ -7,6 +7,7 @@ use intertri::fixed::{Block, Crossing, Crossings, Fixed, Ray, RayLanes, Triangle
 use intertri::lanes::{Simd, WithSimd};
 use intertri::{Counts, Hit, Triangle as Corners};
 
+use crate::answer::Answer;
 use crate::batch::{Tracer, answer};
 use crate::build::BuildError;
 use crate::bvh::Bvh;
@@ -170,16 +171,13 @@ struct One<'a, A> {
     answer: &'a mut A,
 }
 
-impl<'a, A> WithSimd for One<'a, A>
-where
-    OfGrid<'a>: Tracer<A, Ray = Ray>,
-{
+impl<A: Answer> WithSimd for One<'_, A> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self) {
         let (ray, answer) = (std::slice::from_ref(self.ray), std::slice::from_mut(self.answer));
-        self.by.others::<S>(ray, &[0], answer, &mut Counts::default());
+        self.by.others::<S, A>(ray, &[0], answer, &mut Counts::default());
     }
 }
 

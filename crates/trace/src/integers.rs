@@ -4,7 +4,9 @@ use intertri::fixed::{Best, Crossing, Ratio, Ray, Sides};
 use intertri::lanes::{Level, Simd};
 use intertri::{Certified, Counts, Hit, Judge, Threshold};
 
+use crate::answer::Answer;
 use crate::batch::{ALL, Tracer};
+use crate::bvh::Bvh;
 use crate::fixed::FixedBvh;
 use crate::scratch::Scratch;
 use crate::screen::shares_origin;
@@ -16,108 +18,69 @@ pub(crate) struct OfGrid<'a> {
     pub(crate) level: Level,
 }
 
-impl OfGrid<'_> {
-    /// Searches a tile: what f32 decide of integers that they hold exactly is so, and of the rest the
-    /// integers are the judge (`docs/numerics/screen.md`, section 5).
-    #[inline(always)]
-    fn search<S: Simd, A>(
-        &self,
-        rays: (&[Ray], &[Ray]),
-        (answers, any): (&[A], bool),
-        scratch: &mut Scratch,
-        counts: &mut Counts,
-    ) -> Option<u32> {
-        if !shares_origin::<S>(rays.0) {
-            return Some(ALL);
-        }
-        let filter = Certified::new(Threshold::ZERO).at(self.level);
-        let by = (&filter, &Integers { bvh: self.bvh, rays: rays.0 });
-        let tree = &self.bvh.tree;
-        tile::search::<S, _, _, _>(tree, by, rays, answers, any, scratch, counts)
-    }
-}
-
-impl Tracer<Hit> for OfGrid<'_> {
+impl Tracer for OfGrid<'_> {
     type Ray = Ray;
 
     fn level(&self) -> Level {
         self.level
     }
 
+    fn tree(&self) -> &Bvh {
+        &self.bvh.tree
+    }
+
+    /// What f32 decide of integers that they hold exactly is so, and of the rest the integers are the
+    /// judge (`docs/numerics/screen.md`, section 5).
     #[inline(always)]
-    fn tile<S: Simd>(
+    fn search<S: Simd, A: Answer>(
         &self,
         (rays, next): (&[Ray], &[Ray]),
-        hits: &mut [Hit],
+        answers: &[A],
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> Option<u32> {
-        let left = self.search::<S, Hit>((rays, next), (hits, false), scratch, counts)?;
-
-        if left == ALL {
+        if !shares_origin::<S>(rays) {
             return Some(ALL);
         }
+        let filter = Certified::new(Threshold::ZERO).at(self.level);
+        let by = (&filter, &Integers { bvh: self.bvh, rays });
+        let tree = &self.bvh.tree;
+        tile::search::<S, _, _, _>(tree, by, (rays, next), answers, A::ANY, scratch, counts)
+    }
 
+    #[inline(always)]
+    fn hits<S: Simd>(&self, rays: &[Ray], tile: &mut Scratch, hits: &mut [Hit]) {
         // What does not depend on the direction once a triangle, then where each ray crosses.
         let see = |&place: &u32| {
             let sides = Sides::new(&self.bvh.triangle_in(place), rays[0].origin());
             (sides, self.bvh.tree.index_of(place))
         };
-        let seen: Vec<(Sides, u32)> = scratch.distinct().iter().map(see).collect();
+        let seen: Vec<(Sides, u32)> = tile.distinct().iter().map(see).collect();
         for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            *hit = scratch.number(i).map_or(Hit::MISS, |number| {
+            *hit = tile.number(i).map_or(Hit::MISS, |number| {
                 let (sides, index) = &seen[number];
                 sides.crossing(ray).to_hit(ray, *index)
             });
         }
-        Some(left)
     }
 
     #[inline(always)]
-    fn others<S: Simd>(&self, rays: &[Ray], numbers: &[u32], hits: &mut [Hit], _: &mut Counts) {
+    fn others<S: Simd, A: Answer>(
+        &self,
+        rays: &[Ray],
+        numbers: &[u32],
+        answers: &mut [A],
+        _: &mut Counts,
+    ) {
         let stack = &mut self.bvh.tree.stack();
         for &number in numbers {
             let ray = &rays[number as usize];
             let mut best = Best::default();
             self.bvh.walk::<S>(ray, stack, |crossing, index| {
                 best.offer(crossing, index);
-                Some(best.t_hi())
+                if A::ANY { None } else { Some(best.t_hi()) }
             });
-            hits[number as usize] = best.to_hit(ray);
-        }
-    }
-}
-
-impl Tracer<bool> for OfGrid<'_> {
-    type Ray = Ray;
-
-    fn level(&self) -> Level {
-        self.level
-    }
-
-    #[inline(always)]
-    fn tile<S: Simd>(
-        &self,
-        rays: (&[Ray], &[Ray]),
-        hits: &mut [bool],
-        scratch: &mut Scratch,
-        counts: &mut Counts,
-    ) -> Option<u32> {
-        let left = self.search::<S, bool>(rays, (hits, true), scratch, counts)?;
-        scratch.any(hits);
-        Some(left)
-    }
-
-    #[inline(always)]
-    fn others<S: Simd>(&self, rays: &[Ray], numbers: &[u32], hits: &mut [bool], _: &mut Counts) {
-        let stack = &mut self.bvh.tree.stack();
-        for &number in numbers {
-            let hit = &mut hits[number as usize];
-            *hit = false;
-            self.bvh.walk::<S>(&rays[number as usize], stack, |_, _| {
-                *hit = true;
-                None
-            });
+            answers[number as usize] = A::of_hit(best.to_hit(ray));
         }
     }
 }
