@@ -46,7 +46,7 @@ pub(crate) use pair::Pair;
 /// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
 /// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
 /// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
-/// assert_eq!(Lanes::mul_add(2.0_f64, 3.0, 4.0), 10.0);
+/// assert_eq!((Lanes::mul_add(2.0_f64, 3.0, 4.0), Lanes::power(10.0_f64)), (10.0, 8.0));
 /// assert!(Lanes::le(1.0_f32, 1.0) && Lanes::ge(1.0_f32, 1.0) && !Lanes::ge(f32::NAN, 1.0));
 ///
 /// // Signs.
@@ -106,6 +106,8 @@ pub trait Lanes:
     fn min(self, other: Self) -> Self;
     /// Without its sign.
     fn abs(self) -> Self;
+    /// The largest power of two that is not larger, of a positive normal number; of others, any number.
+    fn power(self) -> Self;
     /// With its sign flipped where `of` has the sign bit set.
     fn flip(self, of: Self) -> Self;
     /// A number that has its sign bit set where either has it; what else it is does not count.

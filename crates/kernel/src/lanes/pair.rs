@@ -94,6 +94,10 @@ impl<L: Lanes> Lanes for Pair<L> {
         Self(self.0.abs(), self.1.abs())
     }
     #[inline(always)]
+    fn power(self) -> Self {
+        Self(self.0.power(), self.1.power())
+    }
+    #[inline(always)]
     fn flip(self, of: Self) -> Self {
         Self(self.0.flip(of.0), self.1.flip(of.1))
     }

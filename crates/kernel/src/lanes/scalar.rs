@@ -60,6 +60,10 @@ macro_rules! scalar {
                 <$t>::abs(self)
             }
             #[inline(always)]
+            fn power(self) -> Self {
+                Self::from_bits(self.to_bits() & Self::INFINITY.to_bits())
+            }
+            #[inline(always)]
             fn flip(self, of: Self) -> Self {
                 if of.is_sign_negative() { -self } else { self }
             }

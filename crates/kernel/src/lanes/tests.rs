@@ -47,6 +47,7 @@ macro_rules! check {
                 same("div", la / lb, &|x, y| x / y);
                 same("neg", -la, &|x, _| -x);
                 same("abs", la.abs(), &|x, _| x.abs());
+                same("power", la.power(), &|x, _| x.power());
                 same("sqrt", la.abs().sqrt(), &|x, _| x.abs().sqrt());
                 same("flip", la.flip(lb), &|x, y| if y.is_sign_negative() { -x } else { x });
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });

@@ -125,6 +125,10 @@ macro_rules! lanes {
                 Self(self.0.abs())
             }
             #[inline(always)]
+            fn power(self) -> Self {
+                Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
+            }
+            #[inline(always)]
             fn flip(self, of: Self) -> Self {
                 Self(self.0 ^ (of.0 & <$t>::splat(-0.0)))
             }

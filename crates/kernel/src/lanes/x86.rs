@@ -110,6 +110,10 @@ macro_rules! lanes {
                 Self(cpu!($andnot($set1(-0.0), self.0)))
             }
             #[inline(always)]
+            fn power(self) -> Self {
+                Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
+            }
+            #[inline(always)]
             fn flip(self, of: Self) -> Self {
                 Self(cpu!($xor(self.0, $and(of.0, $set1(-0.0)))))
             }

@@ -7,7 +7,8 @@
 use super::{Grid, GridError};
 use crate::fixed::Ray;
 use crate::fixed::edges::f32s;
-use crate::lanes::{Lanes, Simd, WithSimd, dispatch};
+use crate::fixed::numbers::{exponent, pow2, round};
+use crate::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
     /// A ray with its origin snapped, and its direction by a power of two of its own, so that its
@@ -58,47 +59,163 @@ impl Grid {
         dispatch(Snap { grid: self, rays, snapped, otherwise });
     }
 
-    /// Snaps a ray whose origin is on the grid already.
-    #[inline(always)]
-    fn aim<S: Simd>(
-        &self,
-        origin: [f32; 3],
-        ray: &crate::Ray,
-        to: &mut Ray,
-    ) -> Result<(), GridError> {
-        // Without signs, the bits of f32 are ordered as the numbers are, infinity and NaNs last.
-        let [x, y, z] = ray.dir.map(|x| x.abs().to_bits());
-        let longest = x.max(y).max(z);
-        if longest.wrapping_sub(1) >= f32::MAX.to_bits() {
+    /// Snaps the direction and the interval of a ray whose origin is on the grid already, whatever their
+    /// size: by two factors each, for `2^k` need not be an f32.
+    fn aim(&self, [x, y, z, _]: [f32; 4], ray: &crate::Ray) -> Result<Ray, GridError> {
+        let longest = ray.dir.iter().fold(0.0, |far: f32, x| x.abs().max(far));
+        if longest == 0.0 || !ray.dir.iter().all(|x| x.is_finite()) {
             return Err(GridError::Direction(ray.dir));
         }
+        let q = self.bits.q as i32;
+        let k = q - 1 - exponent(f64::from(longest) + pow2(exponent(longest.into()) - q));
+
+        // What underflows or overflows on the way is nothing, or an end where no crossing can be.
+        let (up, back) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
+        let component = |x: f32| round((x * up[0] * up[1]).into()) as f32;
+        let end = |t: f32| t * back[0] * back[1];
+        let line = crate::Ray {
+            origin: [x, y, z],
+            t_min: end(ray.t_min),
+            dir: ray.dir.map(component),
+            t_max: end(ray.t_max),
+        };
+        Ok(Ray { line, exponent: k - self.scale })
+    }
+}
+
+/// Snaps four rays at once, if their longest components lie within two to this and one over that.
+struct Four<S: Simd> {
+    /// Half of the last of q bits, for a longest component in `1..2`.
+    half: S::F32x4,
+    /// `2^(q - 1)`
+    unit: S::F32x4,
+    /// `2^(scale - (q - 1))`
+    back: S::F32x4,
+    /// Added and taken away again, it rounds the direction, and leaves `t_max`.
+    whole: S::F32x4,
+    /// What the exponent of k in bits exceeds the ray's by.
+    bias: i32,
+}
+
+/// See [`Four`].
+const EVEN: i32 = 60;
+
+impl<S: Simd> Four<S> {
+    /// `None` where the numbers of the grid are too large or too small for it.
+    #[inline(always)]
+    fn new(Grid { bits, scale, .. }: &Grid) -> Option<Self> {
+        let (splat, one) = (S::F32x4::splat, bits.q as i32 - 1);
+        // Between 2^23 and twice as much f32 are whole numbers; directions reach 2^22 from the middle.
+        let whole = 1.5 * (1 << 23) as f32;
+        (bits.q <= 22 && (scale - one).abs() <= EVEN).then_some(Self {
+            half: splat(pow2(-one - 1) as f32),
+            unit: splat(pow2(one) as f32),
+            back: splat(pow2(scale - one) as f32),
+            whole: S::F32x4::load(&[whole, whole, whole, 0.0]),
+            bias: 127 + scale,
+        })
+    }
+
+    /// Snaps the directions and intervals of four rays whose origins are on the grid already. Bit i is
+    /// set where `to[i]` is not what it should be, for that is a case for [`Grid::aim`].
+    #[inline(always)]
+    fn aim(&self, origins: &[[f32; 4]; 4], from: &[crate::Ray; 4], to: &mut [Ray; 4]) -> u32 {
+        let (splat, load) = (S::F32x4::splat, S::F32x4::load);
+        let numbers: &[[[f32; 4]; 2]; 4] = bytemuck::cast_ref(from);
+        let [a, b, c, d] = numbers;
+        let ends = [load(&a[1]), load(&b[1]), load(&c[1]), load(&d[1])];
 
         // The longest component comes to lie in 2^(q-1) .. 2^q. Where it would be rounded up to 2^q, what
         // is added here carries into the exponent, and it comes to lie at 2^(q-1): so that a snapped
         // direction is snapped to itself.
-        let q = self.bits.q as i32;
-        let carried = f64::from(f32::from_bits(longest)).to_bits() + (1 << (52 - q));
-        let k = q - 1 - ((carried >> 52) as i32 - 1023);
+        let [x, y, z, _] = S::transpose(ends);
+        let (x, y, z) = (x.abs(), y.abs(), z.abs());
+        let longest = x.max(y).max(z);
+        let size = longest.power().mul_add(self.half, longest).power();
+        let (up, back) = (self.unit / size, self.back * size);
+        let mut ups = [0.0; 4];
+        up.store(&mut ups);
 
-        // Direction and far end lie side by side. Each is scaled in two steps, for 2^k need not be an
-        // f32; what underflows or overflows on the way is nothing, or an end where no crossing can be.
-        let ([a, b], [c, d]) = (halves(k), halves((self.scale - k).clamp(-252, 252)));
-        let numbers: &[f32; 8] = bytemuck::cast_ref(ray);
-        let unit = [S::F32x4::load(&[a, a, a, c]), S::F32x4::load(&[b, b, b, d])];
-        let far = S::F32x4::load(&numbers[4..]) * unit[0] * unit[1];
+        // A sum keeps the NaN that a maximum may lose.
+        let (least, most) = (splat(pow2(-EVEN) as f32), splat(pow2(EVEN) as f32));
+        let even = (longest.ge(least) & (x + y + z).le(most)).bits();
 
-        // The direction is rounded, ties to even: from 2^23 on f32 have no fractions.
-        let (size, whole) = (far.abs(), (1 << 23) as f32);
-        let above = S::F32x4::splat(whole);
-        let rounded = ((size + above) - above).flip(far) + S::F32x4::splat(0.0);
-        let fraction = size.lt(S::F32x4::load(&[whole, whole, whole, 0.0]));
-        let mut numbers = [0.0; 4];
-        S::F32x4::select(fraction, rounded, far).store(&mut numbers);
-        let [x, y, z, t_max] = numbers;
-        to.line = crate::Ray { origin, t_min: ray.t_min * c * d, dir: [x, y, z], t_max };
-        to.exponent = k - self.scale;
-        Ok(())
+        // Origin and t_min, and direction and t_max, lie side by side.
+        let none = splat(0.0);
+        let (near, far) =
+            (S::transpose([none, none, none, back]), S::transpose([up, up, up, back]));
+        for i in 0..4 {
+            let line: &mut [[f32; 4]; 2] = bytemuck::cast_mut(&mut to[i].line);
+            (load(&origins[i]) + load(&numbers[i][0]) * near[i]).store(&mut line[0]);
+            (ends[i] * far[i] + self.whole - self.whole).store(&mut line[1]);
+            to[i].exponent = (ups[i].to_bits() >> 23) as i32 - self.bias;
+        }
+        !even & 0xf
     }
+}
+
+/// Snaps rays in fours.
+struct Snapper<'a, S: Simd, F> {
+    grid: &'a Grid,
+    four: Option<Four<S>>,
+    /// The bits of the origin that was snapped last, and what became of it.
+    last: (u64, u32),
+    origin: Result<[f32; 4], GridError>,
+    otherwise: F,
+}
+
+impl<S: Simd, F: FnMut(usize, GridError) -> Ray> Snapper<'_, S, F> {
+    /// Snaps four rays, of which the first has the number `at`.
+    #[inline(always)]
+    fn snap(&mut self, at: usize, from: &[crate::Ray; 4], to: &mut [Ray; 4]) {
+        // Most often they share their origin with those before.
+        let [a, b, c, d] = from;
+        let last = (self.last, self.last);
+        if ((origin_bits(a), origin_bits(b)), (origin_bits(c), origin_bits(d))) == (last, last)
+            && let (Some(four), Ok(origin)) = (&self.four, self.origin)
+        {
+            let left = four.aim(&[origin; 4], from, to);
+            if left == 0 {
+                return;
+            }
+        }
+
+        let (mut origins, mut left) = ([[0.0; 4]; 4], 0);
+        for i in 0..4 {
+            match self.origin(&from[i]) {
+                Ok(origin) => origins[i] = origin,
+                Err(_) => left |= 1 << i,
+            }
+        }
+        left |= match &self.four {
+            Some(four) => four.aim(&origins, from, to),
+            None => 0xf,
+        };
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let grid = self.grid;
+            let ray = self.origin(&from[i]).and_then(|origin| grid.aim(origin, &from[i]));
+            to[i] = ray.unwrap_or_else(|error| (self.otherwise)(at + i, error));
+        }
+    }
+
+    /// The origin of a ray, on the grid.
+    fn origin(&mut self, ray: &crate::Ray) -> Result<[f32; 4], GridError> {
+        let bits = origin_bits(ray);
+        if bits != self.last {
+            let snapped = self.grid.snap(ray.origin).map(f32s);
+            (self.last, self.origin) = (bits, snapped.map(|[x, y, z]| [x, y, z, 0.0]));
+        }
+        self.origin
+    }
+}
+
+/// The origin of a ray to the bit, as few words.
+#[inline(always)]
+fn origin_bits(ray: &crate::Ray) -> (u64, u32) {
+    let [xy, zw, ..]: [u64; 4] = bytemuck::cast(*ray);
+    (xy, zw as u32)
 }
 
 /// Many rays, at the best level.
@@ -114,15 +231,22 @@ impl<F: FnMut(usize, GridError) -> Ray> WithSimd for Snap<'_, F> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { grid, rays, snapped, mut otherwise } = self;
-        let mut last = ([f32::NAN; 3], Ok([0.0; 3]));
-        for (i, (ray, to)) in rays.iter().zip(snapped).enumerate() {
-            if ray.origin != last.0 {
-                last = (ray.origin, grid.snap(ray.origin).map(f32s));
-            }
-            if let Err(error) = last.1.and_then(|origin| grid.aim::<S>(origin, ray, to)) {
-                *to = otherwise(i, error);
-            }
+        let Self { grid, rays, snapped, otherwise } = self;
+        // No number has these bits.
+        let (last, origin) = ((u64::MAX, u32::MAX), Err(GridError::NotFinite([f32::NAN; 3])));
+        let mut by = Snapper { grid, four: Four::<S>::new(grid), last, origin, otherwise };
+        let ((fours, rest), (to_fours, to_rest)) =
+            (rays.as_chunks::<4>(), snapped.as_chunks_mut::<4>());
+        for (k, (from, to)) in fours.iter().zip(to_fours).enumerate() {
+            by.snap(4 * k, from, to);
+        }
+
+        // Fewer than four are made four.
+        if let ([.., ray], [.., to]) = (rest, &mut *to_rest) {
+            let (mut four, mut to_four) = ([*ray; 4], [*to; 4]);
+            four[..rest.len()].copy_from_slice(rest);
+            by.snap(rays.len() - rest.len(), &four, &mut to_four);
+            to_rest.copy_from_slice(&to_four[..rest.len()]);
         }
     }
 }
