@@ -50,18 +50,7 @@ impl Tracer for OfGrid<'_> {
 
     #[inline(always)]
     fn hits<S: Simd>(&self, rays: &[Ray], tile: &mut Scratch, hits: &mut [Hit]) {
-        // What does not depend on the direction once a triangle, then where each ray crosses.
-        let see = |&place: &u32| {
-            let sides = Sides::new(&self.bvh.triangle_in(place), rays[0].origin());
-            (sides, self.bvh.tree.index_of(place))
-        };
-        let seen: Vec<(Sides, u32)> = tile.distinct().iter().map(see).collect();
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            *hit = tile.number(i).map_or(Hit::MISS, |number| {
-                let (sides, index) = &seen[number];
-                sides.crossing(ray).to_hit(ray, *index)
-            });
-        }
+        tile.hits_on_grid::<S>(&self.bvh.tree, rays, hits);
     }
 
     #[inline(always)]

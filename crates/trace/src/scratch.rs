@@ -1,5 +1,6 @@
 //! What the search of a tile found, and what is asked of that: whether, which, where.
 
+use intertri::fixed;
 use intertri::lanes::Simd;
 use intertri::{Hit, Ray, Sight, Triangle};
 
@@ -24,6 +25,7 @@ pub(crate) struct Scratch {
     /// The places of those that are hit.
     hit: Vec<u32>,
     sights: Vec<Sight>,
+    on_grid: Vec<fixed::Sight>,
     /// What was left of the stack when a tile was split.
     pub(crate) split: Stack,
 }
@@ -86,17 +88,9 @@ impl Scratch {
         let mut sights = std::mem::take(&mut self.sights);
         sights.clear();
         for places in self.distinct().chunks(8) {
-            let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);
-            for (lane, &place) in places.iter().enumerate() {
-                let Triangle(from) = bvh.triangle_in(place);
-                for (to, from) in corners.iter_mut().zip(&from) {
-                    (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
-                }
-                indices[lane] = bvh.index_of(place);
-            }
+            let (corners, indices) = eight(bvh, places);
             sights.extend(Sight::eight_in::<S>(&corners, &indices, rays[0].origin));
         }
-
         for (i, (ray, to)) in rays.iter().zip(hits).enumerate() {
             match self.number(i) {
                 None => *to = Hit::MISS,
@@ -105,4 +99,49 @@ impl Scratch {
         }
         self.sights = sights;
     }
+
+    /// The same on a grid.
+    #[inline(always)]
+    pub(crate) fn hits_on_grid<S: Simd>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &[fixed::Ray],
+        hits: &mut [Hit],
+    ) {
+        let mut sights = std::mem::take(&mut self.on_grid);
+        sights.clear();
+        for places in self.distinct().chunks(8) {
+            let (corners, indices) = eight(bvh, places);
+            let origin = rays[0].origin();
+            sights.extend(fixed::Sight::eight_in::<S>(&corners, &indices, origin));
+        }
+        for (i, (ray, to)) in rays.iter().zip(hits).enumerate() {
+            match self.number(i) {
+                None => *to = Hit::MISS,
+                Some(number) => {
+                    if !sights[number].hit_in::<S>(ray, to) {
+                        let place = self.hit[number];
+                        let triangle = fixed::Triangle::from_f32(&bvh.triangle_in(place));
+                        let crossing = fixed::Sides::new(&triangle, ray.origin()).crossing(ray);
+                        *to = crossing.to_hit(ray, bvh.index_of(place));
+                    }
+                }
+            }
+        }
+        self.on_grid = sights;
+    }
+}
+
+/// The corners of eight triangles side by side, and their indices.
+#[inline(always)]
+fn eight(bvh: &Bvh, places: &[u32]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
+    let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);
+    for (lane, &place) in places.iter().enumerate() {
+        let Triangle(from) = bvh.triangle_in(place);
+        for (to, from) in corners.iter_mut().zip(&from) {
+            (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
+        }
+        indices[lane] = bvh.index_of(place);
+    }
+    (corners, indices)
 }

@@ -4,7 +4,7 @@ use super::block::Determinants;
 use super::edges::{Edges, cross_i64, i64s, splat, volume};
 use super::numbers::pow2;
 use super::prepared::minus;
-use super::ratio::Divisor;
+use super::quotient::{parts, quotient};
 use super::{Ratio, Ray, Triangle};
 use crate::Hit;
 use crate::lanes::One;
@@ -66,8 +66,11 @@ impl Crossing {
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let triangle = u64::from(triangle);
-        if let (Some(by), Ok(num)) = (Divisor::new(t.den), u64::try_from(t.num)) {
-            let ((t, a), (u, b), (v, c)) = (by.divides(num), by.divides(v), by.divides(w));
+        if let Ok(num) = i64::try_from(t.num) {
+            // The others are below 2^62.
+            let den = parts(t.den as i64);
+            let over = |num: i64| quotient(parts(num), den);
+            let ((t, a), (u, b), (v, c)) = (over(num), over(v as i64), over(w as i64));
             if a & b & c {
                 return Hit { t: t * pow2(ray.exponent()), u, v, triangle };
             }

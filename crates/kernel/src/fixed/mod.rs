@@ -27,7 +27,9 @@ mod grid;
 mod numbers;
 mod packet;
 mod prepared;
+mod quotient;
 mod ratio;
+mod sight;
 mod snapped;
 pub mod twin;
 mod verbs;
@@ -41,6 +43,7 @@ pub use grid::{Bits, Grid, GridError};
 pub use packet::{Packet, Seen, Sides};
 pub use prepared::Prepared;
 pub use ratio::Ratio;
+pub use sight::Sight;
 pub use snapped::{Ray, Triangle};
 pub use verbs::{Crossings, Fixed, blocks};
 

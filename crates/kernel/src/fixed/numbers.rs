@@ -9,12 +9,6 @@ pub(super) fn round(x: f64) -> i64 {
     (x + ABOVE).to_bits().wrapping_sub(ABOVE.to_bits()) as i64
 }
 
-/// [`round`], as a number.
-#[inline(always)]
-pub(super) fn whole(x: f64) -> f64 {
-    (x + ABOVE) - ABOVE
-}
-
 /// `2^e`, for a normal result.
 pub(super) fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)

@@ -46,6 +46,8 @@ pub(crate) use pair::Pair;
 /// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
 /// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
 /// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
+/// let (third, one) = (1.0 / 3.0, 1.0_f64);
+/// assert_eq!(Lanes::mul_error(third, 3.0, one), (third - 0.25) * 3.0 - 0.25);
 /// assert_eq!((Lanes::mul_add(2.0_f64, 3.0, 4.0), Lanes::power(10.0_f64)), (10.0, 8.0));
 /// assert!(Lanes::le(1.0_f32, 1.0) && Lanes::ge(1.0_f32, 1.0) && !Lanes::ge(f32::NAN, 1.0));
 ///
@@ -100,6 +102,9 @@ pub trait Lanes:
 
     /// `self * b + c`, rounded once where the CPU can, else twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
+    /// What `product`, which is `self * b`, lacks of the exact product: exactly, where no number is too
+    /// large or too small.
+    fn mul_error(self, b: Self, product: Self) -> Self;
     /// The larger; where one is NaN, either.
     fn max(self, other: Self) -> Self;
     /// The smaller; where one is NaN, either.
@@ -249,6 +254,23 @@ pub trait Simd: Copy {
         let column = |k: usize| Self::F32x4::load(&[a[k], b[k], c[k], d[k]]);
         [column(0), column(1), column(2), column(3)]
     }
+}
+
+/// Two to half of a number's digits, rounded up, and one.
+const fn split(digits: u32) -> u32 {
+    (1 << digits.div_ceil(2)) + 1
+}
+
+/// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact.
+/// See [`split`].
+///
+/// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
+#[inline(always)]
+fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
+    let (by_a, by_b) = (a * split, b * split);
+    let (a_high, b_high) = (by_a - (by_a - a), by_b - (by_b - b));
+    let (a_low, b_low) = (a - a_high, b - b_high);
+    a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 }
 
 #[cfg(test)]

@@ -82,6 +82,10 @@ impl<L: Lanes> Lanes for Pair<L> {
         Self(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
     }
     #[inline(always)]
+    fn mul_error(self, b: Self, product: Self) -> Self {
+        Self(self.0.mul_error(b.0, product.0), self.1.mul_error(b.1, product.1))
+    }
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0), self.1.max(other.1))
     }

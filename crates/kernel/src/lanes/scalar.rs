@@ -1,7 +1,7 @@
 //! One lane: plain numbers, for replays, tails and the level without vector registers.
 
 use super::int::One;
-use super::{Lanes, Level, Mask, Pair, Simd};
+use super::{Lanes, Level, Mask, Pair, Simd, mul_error, split};
 
 impl Mask for bool {
     const N: usize = 1;
@@ -46,6 +46,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 self * b + c
+            }
+            #[inline(always)]
+            fn mul_error(self, b: Self, product: Self) -> Self {
+                mul_error(self, b, product, split(<$t>::MANTISSA_DIGITS) as $t)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {

@@ -100,6 +100,16 @@ macro_rules! check {
                     assert!(equal(once) || equal(twice), "{level:?}");
                 }
 
+                // What a product lacks, where nothing is too large or too small.
+                la.mul_error(lb, la * lb).store(&mut out);
+                for i in 0..L::N {
+                    let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
+                    let fair = |x: $scalar| x == 0.0 || (1e-9..1e9).contains(&x.abs());
+                    if fair(a[i]) && fair(b[i]) {
+                        assert!(out[i] == lacks, "{level:?} {} {} lacks {lacks}", a[i], b[i]);
+                    }
+                }
+
                 let from: [f32; 16] = NUMBERS.map(|x| x as f32);
                 let mut out = [0.0; 16];
                 L::load_f32(&from).store(&mut out);

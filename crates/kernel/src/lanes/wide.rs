@@ -2,7 +2,7 @@
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use super::{Lanes, Level, Mask, Simd};
+use super::{Lanes, Level, Mask, Simd, mul_error, split};
 
 /// A vector of `wide`, or the mask that its comparisons give.
 #[derive(Clone, Copy)]
@@ -111,6 +111,15 @@ macro_rules! lanes {
             #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 Self(self.0.mul_add(b.0, c.0))
+            }
+            #[inline(always)]
+            fn mul_error(self, b: Self, product: Self) -> Self {
+                mul_error(
+                    self,
+                    b,
+                    product,
+                    Self::splat(split(<$scalar>::MANTISSA_DIGITS) as $scalar),
+                )
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {

@@ -98,6 +98,10 @@ macro_rules! lanes {
                 Self(cpu!($fma(self.0, b.0, c.0)))
             }
             #[inline(always)]
+            fn mul_error(self, b: Self, product: Self) -> Self {
+                self.mul_add(b, -product)
+            }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 Self(cpu!($max(self.0, other.0)))
             }

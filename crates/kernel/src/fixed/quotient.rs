@@ -1,0 +1,123 @@
+//! The quotient of two integers in f64, rounded once, though no f64 holds them.
+//!
+//! ```text
+//!   q ≈ num / den     p = q den ──► what p lacks of num, and that over den ──► q + lacks
+//!                                                                               │
+//!                        ...●─────────────┼─────────────●───────────            ▼
+//!                           f64         half           f64      not too near a half?
+//! ```
+//!
+//! Derivation: `docs/fixed-point.md`.
+
+use crate::lanes::Lanes;
+
+/// A number in two parts: the f64 nearest to it, and what that lacks.
+pub(super) type Parts<F> = [F; 2];
+
+/// The sum of two numbers in two parts, exactly, where the larger is a multiple of the smaller's last
+/// unit, as integers are.
+#[inline(always)]
+pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
+    let sum = high + low;
+    [sum, (high - sum) + low]
+}
+
+/// `num / den`, rounded to the nearest f64, ties to even; and where that is sure, which it is but for
+/// ties. For integers below `2^67`.
+#[inline(always)]
+pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
+    // Off by four roundings.
+    let inverse = F::splat(1.0) / den[0];
+    let q = num[0] * inverse;
+
+    // What it lacks: num - q den, which cancels, over den.
+    let p = q * den[0];
+    let lacks = ((num[0] - p) - q.mul_error(den[0], p)) + (num[1] - q * den[1]);
+    let [q, rest] = sum(q, lacks * inverse);
+
+    // Roundings keep the order: where both ends of what it may be round alike, so does it.
+    let doubt = q.abs() * F::splat(DOUBT);
+    (q, (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q))
+}
+
+/// `2^-96`: the quotient in two parts is off by less than `2^-100` of itself.
+const DOUBT: f64 = 1.0 / (1_u128 << 96) as f64;
+
+/// A number below `2^63` in two parts.
+#[inline(always)]
+pub(super) fn parts(x: i64) -> Parts<f64> {
+    let near = x as f64;
+    // It may be 2^63: then what wraps here wraps back.
+    [near, x.wrapping_sub(near as i128 as i64) as f64]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixed::Ratio;
+    use crate::lanes::{Level, Mask, Simd, WithSimd};
+
+    /// Four quotients at a level.
+    struct Quotients([Ratio; 4]);
+    impl WithSimd for Quotients {
+        type Output = ([f64; 4], u32);
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let two = |x: fn(Ratio) -> u128| {
+                let [a, b, c, d] = self.0.map(|ratio| {
+                    let near = x(ratio) as f64;
+                    [near, (x(ratio) as i128 - near as i128) as f64]
+                });
+                [0, 1].map(|k| S::F64x4::load(&[a[k], b[k], c[k], d[k]]))
+            };
+            let (q, sure) = quotient(two(|ratio| ratio.num), two(|ratio| ratio.den.into()));
+            let mut numbers = [0.0; 4];
+            q.store(&mut numbers);
+            (numbers, sure.bits())
+        }
+    }
+
+    /// Quotients of any size, exact ones, ties between two f64, and what lies beside them.
+    #[test]
+    fn a_sure_quotient_is_the_nearest() {
+        let mut state = 1_u64;
+        let mut random = |bits: u32| {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            let (high, low) = (state >> 32, state.rotate_left(17) & 0xffff_ffff);
+            (high << 32 | low) >> (64 - bits)
+        };
+        let (mut unsure, mut all) = (0, 0);
+        for i in 0..100_000_u32 {
+            let den = random(1 + i % 62).max(1);
+            // A quotient of 54 bits ends in a half of a unit; one of 53 and less is exact.
+            let bits = 1 + i / 62 % 54;
+            let near = (u128::from(random(bits)) * u128::from(den)).min(1 << 64);
+            let num = u128::from(random(1 + i % 64)) << (i & 1);
+            let ratios =
+                [num, near, near + 1, near.saturating_sub(1)].map(|num| Ratio { num, den });
+            for level in Level::all() {
+                let (nearest, sure) = level.run(Quotients(ratios));
+                for (lane, ratio) in ratios.into_iter().enumerate().filter(|(_, r)| r.num > 0) {
+                    let exact = ratio.to_f64(0);
+                    if sure >> lane & 1 != 0 {
+                        assert_eq!(nearest[lane], exact, "{ratio:?} {level:?}");
+                    } else {
+                        // Only where the ratio lies half-way, as nearly as can be told.
+                        unsure += u32::from(level == Level::SCALAR);
+                    }
+                    all += u32::from(level == Level::SCALAR);
+                }
+            }
+        }
+        assert!(0 < unsure && unsure < all / 100, "{unsure} of {all}");
+    }
+
+    #[test]
+    fn parts_are_the_number() {
+        for x in [0, 1, (1 << 53) + 1, (1 << 62) - 1, i64::MAX, i64::MAX - 512, i64::MAX - 511] {
+            let [near, lacks] = parts(x);
+            assert_eq!(near as i128 + lacks as i128, x.into());
+            assert_eq!(near + lacks, near);
+        }
+    }
+}

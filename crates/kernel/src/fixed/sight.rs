@@ -1,0 +1,221 @@
+//! Where rays from one origin cross the triangles that they are known to cross, in f64 lanes that hold
+//! integers.
+//!
+//! ```text
+//!   num:  n . a   v . dir   w . dir              a component of n, v or w has 43 bits, one of dir 18:
+//!   den:  n . dir n . dir   n . dir              high and low halves of the former give sums that are
+//!           = t     = u       = v    triangle    exact, and the two of them a number in two parts
+//! ```
+
+use super::Ray;
+use super::numbers::pow2;
+use super::quotient::{Parts, quotient, sum};
+use crate::lanes::{Lanes, Mask, Simd};
+use crate::{Coefficients, Hit, Vec3};
+
+/// A triangle of a grid as it is seen from one origin, ready to tell where a ray from there crosses it.
+///
+/// ```
+/// use intertri::{Hit, TrianglePack};
+/// use intertri::fixed::{Bits, Crossing, Grid, Ray, Sight};
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+///
+/// struct Meet<'a>(&'a TrianglePack<8>, &'a Ray);
+/// impl WithSimd for Meet<'_> {
+///     type Output = (Hit, bool);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let sights = Sight::eight_in::<S>(self.0.corners(), &[0, 1, 2, 3, 4, 5, 6, 7], self.1.origin());
+///         let mut hit = Hit::MISS;
+///         let sure = sights[3].hit_in::<S>(self.1, &mut hit);
+///         (hit, sure)
+///     }
+/// }
+///
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let wall = grid.triangle_of([[0, 0, 5], [40, 0, 7], [0, 40, 5]])?;
+/// let ray = grid.ray_of([1, 1, 0], [4, 5, 3])?;
+/// let (hit, sure) = dispatch(Meet(&TrianglePack::new(&[wall.to_f32(); 8]), &ray));
+/// assert_eq!((hit, sure), (Crossing::of(&ray, &wall).unwrap().to_hit(&ray, 3), true));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Sight {
+    /// By half, the coefficients of the denominator, which are the normal.
+    den: [[f64; 3]; 2],
+    /// By half and axis, the coefficients of the numerators of u and v.
+    num: [[[f64; 4]; 3]; 2],
+    /// By half, the numerator of t.
+    known: [[f64; 4]; 2],
+    index: u64,
+}
+
+/// Added to a number and taken away again, it leaves a multiple of `2^22`.
+const HALVES: f64 = 1.5 * (1_u128 << 74) as f64;
+
+/// A vector in two halves, each of few bits.
+type Halves<F> = [Vec3<F>; 2];
+
+#[inline(always)]
+fn halves<F: Lanes<Scalar = f64>>(v: Vec3<F>) -> Halves<F> {
+    let above = Vec3 { x: F::splat(HALVES), y: F::splat(HALVES), z: F::splat(HALVES) };
+    let high = (v + above) - above;
+    [high, v - high]
+}
+
+/// The dot product with a vector that is in halves, exactly.
+#[inline(always)]
+fn dot<F: Lanes<Scalar = f64>>([high, low]: Halves<F>, v: Vec3<F>) -> Parts<F> {
+    sum(high.dot_fused(v), low.dot_fused(v))
+}
+
+impl Sight {
+    /// Eight triangles in f32, as [`Triangle::to_f32`](super::Triangle::to_f32) gives them:
+    /// `corners[k][axis][lane]` is of corner k+1.
+    #[inline(always)]
+    pub fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [i32; 3],
+    ) -> [Self; 8] {
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+
+        // f64 hold each of these exactly.
+        let [x, y, z] = origin;
+        let origin = Vec3::splat([x.into(), y.into(), z.into()]);
+        let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
+        let (den, [v_high, v_low], [w_high, w_low]) = (halves(n), halves(v), halves(w));
+        let num = dot(den, a);
+
+        let (mut table, mut known) = ([[[0.0; 8]; 3]; 6], [[0.0; 8]; 2]);
+        let [n_high, n_low, v_high_to, v_low_to, w_high_to, w_low_to] = &mut table;
+        den[0].store(n_high);
+        den[1].store(n_low);
+        v_high.store(v_high_to);
+        v_low.store(v_low_to);
+        w_high.store(w_high_to);
+        w_low.store(w_low_to);
+        num[0].store(&mut known[0]);
+        num[1].store(&mut known[1]);
+        let [n_high, n_low, v_high, v_low, w_high, w_low] = &table;
+
+        let none =
+            Self { den: [[0.0; 3]; 2], num: [[[0.0; 4]; 3]; 2], known: [[0.0; 4]; 2], index: 0 };
+        let mut sights = [none; 8];
+        for (i, sight) in sights.iter_mut().enumerate() {
+            for k in 0..3 {
+                (sight.den[0][k], sight.den[1][k]) = (n_high[k][i], n_low[k][i]);
+                sight.num[0][k] = [0.0, v_high[k][i], w_high[k][i], 0.0];
+                sight.num[1][k] = [0.0, v_low[k][i], w_low[k][i], 0.0];
+            }
+            (sight.known[0][0], sight.known[1][0]) = (known[0][i], known[1][i]);
+            sight.index = indices[i].into();
+        }
+        sights
+    }
+
+    /// Where a ray that is known to cross the triangle does, and whether all three numbers are sure to be
+    /// the nearest f64; where not, ask [`Crossing::of`](super::Crossing::of).
+    #[inline(always)]
+    pub fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
+        let [x, y, z] = ray.line.dir;
+        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let [high, low] = self.den;
+        let den = dot([Vec3::splat(high), Vec3::splat(low)], dir);
+        let [high, low] = &self.num;
+        let high = Vec3::load(high).dot_add(dir, S::F64x4::load(&self.known[0]));
+        let low = Vec3::load(low).dot_add(dir, S::F64x4::load(&self.known[1]));
+        let (hit, sure) = quotient(sum(high, low), den);
+
+        // Zeros have no sign, and the last lane is none.
+        let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
+        hit.abs().store(numbers);
+        to.t *= pow2(ray.exponent());
+        to.triangle = self.index;
+        sure.bits() & 0b111 == 0b111
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TrianglePack;
+    use crate::fixed::{Bits, Grid, Ratio, Triangle, twin};
+    use crate::lanes::{Level, WithSimd};
+
+    /// Where a ray crosses the triangles of a pack, all from its origin.
+    struct Cross<'a>(&'a TrianglePack<8>, &'a Ray);
+    impl WithSimd for Cross<'_> {
+        type Output = [(Hit, bool); 8];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let indices = [9, 8, 7, 6, 5, 4, 3, u32::MAX - 1];
+            let sights = Sight::eight_in::<S>(self.0.corners(), &indices, self.1.origin());
+            let mut hits = [(Hit::MISS, false); 8];
+            for (sight, (hit, sure)) in sights.iter().zip(&mut hits) {
+                *sure = sight.hit_in::<S>(self.1, hit);
+            }
+            hits
+        }
+    }
+
+    /// At the ends of every budget, and in between.
+    #[test]
+    fn what_is_sure_is_rounded_once() {
+        let mut state = 3_u64;
+        let mut below = |n: u64| {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1);
+            (state >> 33) % n
+        };
+        let (mut crossed, mut unsure) = (0, 0);
+        for b in 1..=20 {
+            let bits = Bits::of_grid(b).unwrap();
+            let grid = Grid::at(bits, 3, [0; 3]).unwrap();
+            let mut number = |end: i32| match below(6) {
+                0 => end,
+                1 => -end,
+                2 => end - 1,
+                3 => 0,
+                _ => below(2 * end as u64 + 1) as i32 - end,
+            };
+            for _ in 0..4000 {
+                let mut vector = |end| [number(end), number(end), number(end)];
+                let (end, far) = (1 << bits.b(), 1 << bits.q());
+                let (origin, dir) = (vector(end), vector(far));
+                let triangles: [_; 8] = core::array::from_fn(|_| {
+                    grid.triangle_of([vector(end), vector(end), vector(end)]).unwrap()
+                });
+                let Ok(ray) = grid.ray_of(origin, dir) else { continue };
+                let pack = TrianglePack::new(&triangles.each_ref().map(Triangle::to_f32));
+                for level in Level::all() {
+                    let hits = level.run(Cross(&pack, &ray));
+                    for (lane, (hit, sure)) in hits.into_iter().enumerate() {
+                        let Some(crossing) = twin::crossing(&ray, &triangles[lane]) else {
+                            continue;
+                        };
+                        let Ratio { den, .. } = crossing.t;
+                        let weight = |num: u64| Ratio { num: num.into(), den }.to_f64(0);
+                        let exact = [
+                            crossing.t.to_f64(ray.exponent()),
+                            weight(crossing.v),
+                            weight(crossing.w),
+                        ];
+                        let of_one = crossing.to_hit(&ray, 0);
+                        assert_eq!([of_one.t, of_one.u, of_one.v], exact);
+                        crossed += 1;
+                        if sure {
+                            let bits = [hit.t, hit.u, hit.v].map(f64::to_bits);
+                            assert_eq!(bits, exact.map(f64::to_bits), "{ray:?} {level:?} {lane}");
+                            let index = [9, 8, 7, 6, 5, 4, 3, u32::MAX - 1][lane];
+                            assert_eq!(hit.triangle, index.into());
+                        } else {
+                            unsure += 1;
+                        }
+                    }
+                }
+            }
+        }
+        assert!(crossed > 50_000 && unsure < crossed / 1000, "{unsure} of {crossed}");
+    }
+}
