@@ -20,12 +20,12 @@ pub(crate) struct Scratch {
     pub(crate) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(crate) found: Vec<u32>,
-    /// For each of `seen` that is hit its number in `hit`.
+    /// For each of `seen` that is hit its number in `hit`, and one more.
     slot: Vec<u32>,
     /// The places of those that are hit.
     hit: Vec<u32>,
-    sights: Vec<Sight>,
-    on_grid: Vec<fixed::Sight>,
+    sights: Vec<[Sight; 8]>,
+    on_grid: Vec<[fixed::Sight; 8]>,
     /// What was left of the stack when a tile was split.
     pub(crate) split: Stack,
 }
@@ -54,50 +54,45 @@ impl Scratch {
         }
     }
 
-    /// The places of the triangles that rays of the last tile hit, each once, however many hit it. For
-    /// [`Scratch::number`].
+    /// Numbers the triangles that rays of the last tile hit, each once, however many hit it: `hit` becomes
+    /// their places, and `slot` of each of `seen` its number among them.
     #[inline(always)]
-    pub(crate) fn distinct(&mut self) -> &[u32] {
+    fn distinct(&mut self) {
         let Self { seen, slot, hit, found, .. } = self;
+        // Those that are hit are marked, then listed, without a branch. The last stands for none.
+        let none = seen.len();
         slot.clear();
-        hit.clear();
-        slot.resize(seen.len(), NOTHING);
-        let mut last = NOTHING;
+        slot.resize(none + 1, 0);
         for &number in found.iter() {
-            if number != last && number != NOTHING && slot[number as usize] == NOTHING {
-                slot[number as usize] = hit.len() as u32;
-                hit.push(seen[number as usize]);
-            }
-            last = number;
+            slot[none.min(number as usize)] = 1;
         }
-        hit
-    }
-
-    /// Where a ray of the last tile hits something, the number of that in [`Scratch::distinct`].
-    #[inline(always)]
-    pub(crate) fn number(&self, ray: usize) -> Option<usize> {
-        match self.found[ray] {
-            NOTHING => None,
-            number => Some(self.slot[number as usize] as usize),
+        hit.clear();
+        hit.resize(none + 1, 0);
+        let mut count = 0;
+        for (&place, slot) in seen.iter().zip(slot) {
+            hit[count.min(none)] = place;
+            (*slot, count) = (count as u32, count + *slot as usize);
         }
+        hit.truncate(count);
     }
 
     /// Where the rays of the last tile meet what they hit.
     #[inline(always)]
     pub(crate) fn hits<S: Simd>(&mut self, bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-        let mut sights = std::mem::take(&mut self.sights);
-        sights.clear();
-        for places in self.distinct().chunks(8) {
+        self.distinct();
+        let Self { found, slot, hit, sights, .. } = self;
+        grow(sights, hit.len());
+        for (places, to) in hit.chunks(8).zip(&mut *sights) {
             let (corners, indices) = eight(bvh, places);
-            sights.extend(Sight::eight_in::<S>(&corners, &indices, rays[0].origin));
+            Sight::eight_in::<S>(&corners, &indices, rays[0].origin, to);
         }
-        for (i, (ray, to)) in rays.iter().zip(hits).enumerate() {
-            match self.number(i) {
-                None => *to = Hit::MISS,
-                Some(number) => sights[number].hit_in::<S>(ray.dir, to),
+        let sights = sights.as_flattened();
+        for ((ray, to), &number) in rays.iter().zip(hits).zip(&*found) {
+            match number {
+                NOTHING => *to = Hit::MISS,
+                number => sights[slot[number as usize] as usize].hit_in::<S>(ray.dir, to),
             }
         }
-        self.sights = sights;
     }
 
     /// The same on a grid.
@@ -108,27 +103,33 @@ impl Scratch {
         rays: &[fixed::Ray],
         hits: &mut [Hit],
     ) {
-        let mut sights = std::mem::take(&mut self.on_grid);
-        sights.clear();
-        for places in self.distinct().chunks(8) {
+        self.distinct();
+        let Self { found, slot, hit, on_grid: sights, .. } = self;
+        grow(sights, hit.len());
+        for (places, to) in hit.chunks(8).zip(&mut *sights) {
             let (corners, indices) = eight(bvh, places);
-            let origin = rays[0].origin();
-            sights.extend(fixed::Sight::eight_in::<S>(&corners, &indices, origin));
+            fixed::Sight::eight_in::<S>(&corners, &indices, rays[0].origin(), to);
         }
-        for (i, (ray, to)) in rays.iter().zip(hits).enumerate() {
-            match self.number(i) {
-                None => *to = Hit::MISS,
-                Some(number) => {
-                    if !sights[number].hit_in::<S>(ray, to) {
-                        let place = self.hit[number];
-                        let triangle = fixed::Triangle::from_f32(&bvh.triangle_in(place));
-                        let crossing = fixed::Sides::new(&triangle, ray.origin()).crossing(ray);
-                        *to = crossing.to_hit(ray, bvh.index_of(place));
-                    }
-                }
+        let sights = sights.as_flattened();
+        for ((ray, to), &number) in rays.iter().zip(hits).zip(&*found) {
+            if number == NOTHING {
+                *to = Hit::MISS;
+                continue;
+            }
+            let slot = slot[number as usize] as usize;
+            if !sights[slot].hit_in::<S>(ray, to) {
+                let triangle = fixed::Triangle::from_f32(&bvh.triangle_in(hit[slot]));
+                let crossing = fixed::Sides::new(&triangle, ray.origin()).crossing(ray);
+                *to = crossing.to_hit(ray, bvh.index_of(hit[slot]));
             }
         }
-        self.on_grid = sights;
+    }
+}
+
+/// Makes room for what is computed of so many triangles, eight at a time.
+fn grow<T: Clone + Default>(eights: &mut Vec<[T; 8]>, triangles: usize) {
+    if 8 * eights.len() < triangles {
+        eights.resize_with(triangles.div_ceil(8), Default::default);
     }
 }
 

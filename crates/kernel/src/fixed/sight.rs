@@ -11,6 +11,7 @@ use super::Ray;
 use super::numbers::pow2;
 use super::quotient::{Parts, quotient, sum};
 use crate::lanes::{Lanes, Mask, Simd};
+use crate::sight::by_triangle;
 use crate::{Coefficients, Hit, Vec3};
 
 /// A triangle of a grid as it is seen from one origin, ready to tell where a ray from there crosses it.
@@ -25,8 +26,9 @@ use crate::{Coefficients, Hit, Vec3};
 ///     type Output = (Hit, bool);
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Self::Output {
-///         let sights = Sight::eight_in::<S>(self.0.corners(), &[0, 1, 2, 3, 4, 5, 6, 7], self.1.origin());
-///         let mut hit = Hit::MISS;
+///         let (mut sights, mut hit) = ([Sight::default(); 8], Hit::MISS);
+///         let (corners, origin) = (self.0.corners(), self.1.origin());
+///         Sight::eight_in::<S>(corners, &[0, 1, 2, 3, 4, 5, 6, 7], origin, &mut sights);
 ///         let sure = sights[3].hit_in::<S>(self.1, &mut hit);
 ///         (hit, sure)
 ///     }
@@ -39,13 +41,12 @@ use crate::{Coefficients, Hit, Vec3};
 /// assert_eq!((hit, sure), (Crossing::of(&ray, &wall).unwrap().to_hit(&ray, 3), true));
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct Sight {
-    /// By half, the coefficients of the denominator, which are the normal.
-    den: [[f64; 3]; 2],
-    /// By half and axis, the coefficients of the numerators of u and v.
-    num: [[[f64; 4]; 3]; 2],
+    /// By half and axis, the coefficients of the denominator, of the numerators of u and v, and of the
+    /// denominator again.
+    coefficients: [[[f64; 4]; 3]; 2],
     /// By half, the numerator of t.
     known: [[f64; 4]; 2],
     index: u64,
@@ -78,7 +79,8 @@ impl Sight {
         [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
         indices: &[u32; 8],
         origin: [i32; 3],
-    ) -> [Self; 8] {
+        to: &mut [Self; 8],
+    ) {
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
 
         // f64 hold each of these exactly.
@@ -88,31 +90,31 @@ impl Sight {
         let (den, [v_high, v_low], [w_high, w_low]) = (halves(n), halves(v), halves(w));
         let num = dot(den, a);
 
-        let (mut table, mut known) = ([[[0.0; 8]; 3]; 6], [[0.0; 8]; 2]);
-        let [n_high, n_low, v_high_to, v_low_to, w_high_to, w_low_to] = &mut table;
-        den[0].store(n_high);
-        den[1].store(n_low);
-        v_high.store(v_high_to);
-        v_low.store(v_low_to);
-        w_high.store(w_high_to);
-        w_low.store(w_low_to);
+        let [n_high, n_low] = den;
+        let rows = [
+            [
+                by_triangle::<S>([n_high.x, v_high.x, w_high.x, n_high.x]),
+                by_triangle::<S>([n_high.y, v_high.y, w_high.y, n_high.y]),
+                by_triangle::<S>([n_high.z, v_high.z, w_high.z, n_high.z]),
+            ],
+            [
+                by_triangle::<S>([n_low.x, v_low.x, w_low.x, n_low.x]),
+                by_triangle::<S>([n_low.y, v_low.y, w_low.y, n_low.y]),
+                by_triangle::<S>([n_low.z, v_low.z, w_low.z, n_low.z]),
+            ],
+        ];
+        let mut known = [[0.0; 8]; 2];
         num[0].store(&mut known[0]);
         num[1].store(&mut known[1]);
-        let [n_high, n_low, v_high, v_low, w_high, w_low] = &table;
-
-        let none =
-            Self { den: [[0.0; 3]; 2], num: [[[0.0; 4]; 3]; 2], known: [[0.0; 4]; 2], index: 0 };
-        let mut sights = [none; 8];
-        for (i, sight) in sights.iter_mut().enumerate() {
-            for k in 0..3 {
-                (sight.den[0][k], sight.den[1][k]) = (n_high[k][i], n_low[k][i]);
-                sight.num[0][k] = [0.0, v_high[k][i], w_high[k][i], 0.0];
-                sight.num[1][k] = [0.0, v_low[k][i], w_low[k][i], 0.0];
+        for (i, sight) in to.iter_mut().enumerate() {
+            for half in [0, 1] {
+                for (row, coefficients) in rows[half].iter().zip(&mut sight.coefficients[half]) {
+                    row[i / 4][i % 4].store(coefficients);
+                }
+                sight.known[half] = [known[half][i], 0.0, 0.0, 0.0];
             }
-            (sight.known[0][0], sight.known[1][0]) = (known[0][i], known[1][i]);
             sight.index = indices[i].into();
         }
-        sights
     }
 
     /// Where a ray that is known to cross the triangle does, and whether all three numbers are sure to be
@@ -121,12 +123,16 @@ impl Sight {
     pub fn hit_in<S: Simd>(&self, ray: &Ray, to: &mut Hit) -> bool {
         let [x, y, z] = ray.line.dir;
         let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
-        let [high, low] = self.den;
-        let den = dot([Vec3::splat(high), Vec3::splat(low)], dir);
-        let [high, low] = &self.num;
-        let high = Vec3::load(high).dot_add(dir, S::F64x4::load(&self.known[0]));
-        let low = Vec3::load(low).dot_add(dir, S::F64x4::load(&self.known[1]));
-        let (hit, sure) = quotient(sum(high, low), den);
+        let [high, low] = &self.coefficients;
+        let sums = dot([Vec3::load(high), Vec3::load(low)], dir);
+        let den = [S::first_and_last(sums[0]), S::first_and_last(sums[1])];
+        let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
+        let [high, low] = &self.known;
+        let num = [
+            S::F64x4::select(first, S::F64x4::load(high), sums[0]),
+            S::F64x4::select(first, S::F64x4::load(low), sums[1]),
+        ];
+        let (hit, sure) = quotient(num, den);
 
         // Zeros have no sign, and the last lane is none.
         let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
@@ -151,7 +157,8 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let indices = [9, 8, 7, 6, 5, 4, 3, u32::MAX - 1];
-            let sights = Sight::eight_in::<S>(self.0.corners(), &indices, self.1.origin());
+            let mut sights = [Sight::default(); 8];
+            Sight::eight_in::<S>(self.0.corners(), &indices, self.1.origin(), &mut sights);
             let mut hits = [(Hit::MISS, false); 8];
             for (sight, (hit, sure)) in sights.iter().zip(&mut hits) {
                 *sure = sight.hit_in::<S>(self.1, hit);

@@ -254,15 +254,53 @@ pub trait Simd: Copy {
         let column = |k: usize| Self::F32x4::load(&[a[k], b[k], c[k], d[k]]);
         [column(0), column(1), column(2), column(3)]
     }
-}
 
-/// Two to half of a number's digits, rounded up, and one.
-const fn split(digits: u32) -> u32 {
-    (1 << digits.div_ceil(2)) + 1
+    /// [`Simd::transpose`] of f64.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f64; 4]; 4]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [[f64; 4]; 2];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let [a, b, c, d] = &self.0;
+    ///         let load = S::F64x4::load;
+    ///         let [_, second, ..] = S::transpose_f64([load(a), load(b), load(c), load(d)]);
+    ///         let mut out = [[0.0; 4]; 2];
+    ///         second.store(&mut out[0]);
+    ///         S::first_and_last(second).store(&mut out[1]);
+    ///         out
+    ///     }
+    /// }
+    /// let row = |x| [0.0, x, 0.0, 0.0];
+    /// let [second, ends] = dispatch(Turn([row(1.0), row(2.0), row(3.0), row(4.0)]));
+    /// assert_eq!((second, ends), ([1.0, 2.0, 3.0, 4.0], [1.0, 4.0, 4.0, 4.0]));
+    /// ```
+    #[inline(always)]
+    fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        let mut numbers = [[0.0; 4]; 4];
+        for (row, to) in rows.into_iter().zip(&mut numbers) {
+            row.store(to);
+        }
+        let [a, b, c, d] = numbers;
+        let column = |k: usize| Self::F64x4::load(&[a[k], b[k], c[k], d[k]]);
+        [column(0), column(1), column(2), column(3)]
+    }
+
+    /// The first lane, and then the last one three times.
+    #[inline(always)]
+    fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
+        let mut numbers = [0.0; 4];
+        lanes.store(&mut numbers);
+        let [first, .., last] = numbers;
+        Self::F64x4::load(&[first, last, last, last])
+    }
 }
 
 /// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact.
-/// See [`split`].
+/// `split` is two to half of a number's digits, rounded up, and one.
 ///
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! One lane: plain numbers, for replays, tails and the level without vector registers.
 
 use super::int::One;
-use super::{Lanes, Level, Mask, Pair, Simd, mul_error, split};
+use super::{Lanes, Level, Mask, Pair, Simd, mul_error};
 
 impl Mask for bool {
     const N: usize = 1;
@@ -49,7 +49,9 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                mul_error(self, b, product, split(<$t>::MANTISSA_DIGITS) as $t)
+                // Two to half of the digits, rounded up, and one.
+                const SPLIT: $t = ((1 << <$t>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $t;
+                mul_error(self, b, product, SPLIT)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use super::{Lanes, Level, Mask, Simd, mul_error, split};
+use super::{Lanes, Level, Mask, Simd, mul_error};
 
 /// A vector of `wide`, or the mask that its comparisons give.
 #[derive(Clone, Copy)]
@@ -114,12 +114,10 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
-                mul_error(
-                    self,
-                    b,
-                    product,
-                    Self::splat(split(<$scalar>::MANTISSA_DIGITS) as $scalar),
-                )
+                // Two to half of the digits, rounded up, and one.
+                const SPLIT: $scalar =
+                    ((1 << <$scalar>::MANTISSA_DIGITS.div_ceil(2)) + 1) as $scalar;
+                mul_error(self, b, product, Self::splat(SPLIT))
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {

@@ -312,6 +312,25 @@ fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
+/// Four rows of f64 as columns.
+#[inline(always)]
+fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4] {
+    let zip = |x: __m256d, y: __m256d| cpu!((_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)));
+    let ((ab, ab_odd), (cd, cd_odd)) = (zip(a.0, b.0), zip(c.0, d.0));
+    let halves = |x: __m256d, y: __m256d| {
+        cpu!((_mm256_permute2f128_pd::<0x20>(x, y), _mm256_permute2f128_pd::<0x31>(x, y)))
+    };
+    let ((k0, k2), (k1, k3)) = (halves(ab, cd), halves(ab_odd, cd_odd));
+    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+}
+
+/// The first of four lanes, and then the last.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn first_and_last(lanes: __m256d) -> __m256d {
+    _mm256_permute4x64_pd::<0b11_11_11_00>(lanes)
+}
+
 /// 256-bit registers.
 #[derive(Clone, Copy)]
 pub(super) struct Avx2;
@@ -333,6 +352,14 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
         transpose(rows)
+    }
+    #[inline(always)]
+    fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        transpose_f64(rows)
+    }
+    #[inline(always)]
+    fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
+        Reg(cpu!(first_and_last(lanes.0)))
     }
 }
 
@@ -357,5 +384,13 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
         transpose(rows)
+    }
+    #[inline(always)]
+    fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        transpose_f64(rows)
+    }
+    #[inline(always)]
+    fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
+        Reg(cpu!(first_and_last(lanes.0)))
     }
 }
