@@ -79,7 +79,7 @@ fn items_of<'a>(
         let top = !line.starts_with(char::is_whitespace);
         let public = code.strip_prefix("pub ");
         // All that a public trait has is public.
-        let item = public.or(in_trait.then_some(code)).unwrap_or_default();
+        let item = public.or((in_trait && !top).then_some(code)).unwrap_or_default();
         let item =
             item.strip_prefix("const ").filter(|rest| rest.starts_with("fn")).unwrap_or(item);
         let (kind, rest) = item.split_once(' ').unwrap_or_default();
