@@ -9,7 +9,7 @@ use crate::answer::Answer;
 use crate::bvh::Bvh;
 use crate::flight;
 use crate::scratch::Scratch;
-use crate::screen::{RAYS, shares_origin};
+use crate::screen::{RAYS, Screen, shares_origin};
 use crate::tile;
 
 /// Rays a thread takes at a time.
@@ -37,7 +37,7 @@ pub(crate) trait Tracer: Sync {
         &self,
         rays: (&[Self::Ray], &[Self::Ray]),
         answers: &[A],
-        scratch: &mut Scratch,
+        room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Option<u32>;
 
@@ -102,7 +102,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         &self,
         (rays, next): (&[Ray], &[Ray]),
         answers: &[A],
-        scratch: &mut Scratch,
+        room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Option<u32> {
         let bvh = self.bvh;
@@ -113,7 +113,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
         let by = (mode, &judge);
-        tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, scratch, counts)
+        tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, room, counts)
     }
 
     #[inline(always)]
@@ -146,7 +146,8 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
         let Self { tracer, rays: all, answers } = self;
-        let (mut scratch, mut counts) = (Scratch::default(), Counts::default());
+        let (mut screen, mut scratch) = (Screen::<S>::empty(), Scratch::default());
+        let mut counts = Counts::default();
         let mut others: Vec<u32> = Vec::new();
         let (mut at, mut size) = (0, RAYS);
         while at < all.len() {
@@ -158,7 +159,8 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             scratch.found.clear();
             let answers = &mut answers[at..end];
             let tile = (rays, next);
-            let left = match tracer.search::<S, A>(tile, answers, &mut scratch, &mut counts) {
+            let room = (&mut screen, &mut scratch);
+            let left = match tracer.search::<S, A>(tile, answers, room, &mut counts) {
                 Some(ALL) => ALL,
                 Some(left) => {
                     A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);

@@ -9,7 +9,7 @@ use crate::batch::{ALL, Tracer};
 use crate::bvh::Bvh;
 use crate::fixed::FixedBvh;
 use crate::scratch::Scratch;
-use crate::screen::shares_origin;
+use crate::screen::{Screen, shares_origin};
 use crate::tile;
 
 /// A hierarchy over a grid, at the level of a mode.
@@ -36,7 +36,7 @@ impl Tracer for OfGrid<'_> {
         &self,
         (rays, next): (&[Ray], &[Ray]),
         answers: &[A],
-        scratch: &mut Scratch,
+        room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Option<u32> {
         if !shares_origin::<S>(rays) {
@@ -45,7 +45,7 @@ impl Tracer for OfGrid<'_> {
         let filter = Certified::new(Threshold::ZERO).at(self.level);
         let by = (&filter, &Integers { bvh: self.bvh, rays });
         let tree = &self.bvh.tree;
-        tile::search::<S, _, _, _>(tree, by, (rays, next), answers, A::ANY, scratch, counts)
+        tile::search::<S, _, _, _>(tree, by, (rays, next), answers, A::ANY, room, counts)
     }
 
     #[inline(always)]

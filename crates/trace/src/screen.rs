@@ -46,10 +46,12 @@ fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32] {
     &numbers[4 * half..4 * half + 4]
 }
 
-/// The rays of a tile side by side, as points of a screen.
+/// The rays of a tile side by side, as points of a screen. Made once for many tiles: making it takes
+/// longer than some tiles do.
 pub(crate) struct Screen<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
+    dirs: [[[f32; 16]; 3]; PACKETS],
     /// The smallest and largest x and y of each packet, by packet.
     lo: [[f32; PACKETS]; 2],
     hi: [[f32; PACKETS]; 2],
@@ -59,6 +61,7 @@ pub(crate) struct Screen<S: Simd> {
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
+    t_min: [[f32; 16]; PACKETS],
     /// The far ends.
     pub(crate) t_max: [[f32; 16]; PACKETS],
     /// Whether some ray has none.
@@ -68,18 +71,39 @@ pub(crate) struct Screen<S: Simd> {
 }
 
 impl<S: Simd> Screen<S> {
-    /// `None` where the rays go too far apart, or numbers are too large or too small.
+    /// A screen without rays.
     #[inline(always)]
-    pub(crate) fn new<R: AsRef<Ray>, A>(
+    pub(crate) fn empty() -> Self {
+        let zero = S::F32x16::splat(0.0);
+        Self {
+            frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            points: [Points { x: zero, y: zero, z: zero }; PACKETS],
+            dirs: [[[0.0; 16]; 3]; PACKETS],
+            lo: [[0.0; PACKETS]; 2],
+            hi: [[0.0; PACKETS]; 2],
+            used: 0,
+            slowest: 0.0,
+            ranges: Starts::none().ranges(),
+            t_min: [[0.0; 16]; PACKETS],
+            t_max: [[0.0; 16]; PACKETS],
+            endless: false,
+            live: [0; PACKETS],
+        }
+    }
+
+    /// Lays rays on the screen; those of `next` and the places of the answers are asked for from memory
+    /// meanwhile. `None` where the rays go too far apart, or numbers are too large or too small.
+    #[inline(always)]
+    pub(crate) fn lay<R: AsRef<Ray>, A>(
+        &mut self,
         mode: &Certified,
         (rays, next): (&[R], &[R]),
         answers: &[A],
         reach: f32,
-    ) -> Option<Self> {
+    ) -> Option<()> {
         // The rays side by side. The last packet is filled with the last ray.
+        let Self { points, dirs, lo, hi, t_min, t_max, .. } = self;
         let used = rays.len().div_ceil(16);
-        let mut dirs = [[[0.0; 16]; 3]; PACKETS];
-        let (mut t_min, mut t_max) = ([[0.0; 16]; PACKETS], [[0.0; 16]; PACKETS]);
         let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
         for packet in 0..used {
             for four in [0, 4, 8, 12] {
@@ -105,73 +129,49 @@ impl<S: Simd> Screen<S> {
         let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
         let origin = first.origin;
         let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
-        let frame = pyramid::frame(origin, sum, step, reach)?;
+        self.frame = pyramid::frame(origin, sum, step, reach)?;
         let mut turned = false;
 
-        let first = frame.points(Vec3::load(&dirs[0]));
-        let mut screen = Self {
-            frame,
-            points: [first; PACKETS],
-            lo: [[0.0; PACKETS]; 2],
-            hi: [[0.0; PACKETS]; 2],
-            used,
-            slowest: 0.0,
-            ranges: Starts::none().ranges(),
-            t_max,
-            endless: farthest.ge(S::F32x4::splat(f32::INFINITY)).any(),
-            live: [0; PACKETS],
-        };
+        self.used = used;
+        self.endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
         for packet in 0..used {
             let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0));
             let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
-            screen.live[packet] = live.bits() & given;
+            self.live[packet] = live.bits() & given;
         }
 
         loop {
             // Where they meet its screen.
-            let (mut sane, mut slowest) = (first.on_screen(), S::F32x16::splat(f32::INFINITY));
-            let mut starts = Starts::none();
+            let mut sane = <S::F32x16 as Lanes>::Mask::from_bits(0xffff);
+            let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
             for packet in 0..used {
                 // What comes next is asked for from memory meanwhile.
                 prefetch(sixteen(next, packet));
                 prefetch(sixteen(answers, packet));
-                let points = screen.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
-                screen.points[packet] = points;
-                sane = sane & points.on_screen();
-                slowest = slowest.min(points.z);
-                let [x, y, left, down] = extremes::<S>(points.x, points.y);
-                (screen.lo[0][packet], screen.lo[1][packet]) = (x, y);
-                (screen.hi[0][packet], screen.hi[1][packet]) = (-left, -down);
-                let live = <S::F32x16 as Lanes>::Mask::from_bits(screen.live[packet]);
-                starts = mode.starts_in(&starts, &points, Lanes::load(&t_min[packet]), live);
+                let met = self.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
+                points[packet] = met;
+                sane = sane & met.on_screen();
+                slowest = slowest.min(met.z);
+                let [x, y, left, down] = extremes::<S>(met.x, met.y);
+                (lo[0][packet], lo[1][packet]) = (x, y);
+                (hi[0][packet], hi[1][packet]) = (-left, -down);
+                let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live[packet]);
+                starts = mode.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
             }
-            screen.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
-            screen.ranges = starts.ranges();
+            self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
+            self.ranges = starts.ranges();
 
             // Once more, level with the way in which they spread most, if one stands out: rectangles
             // then hold little else.
-            match screen.main_axis() {
+            match main_axis::<S>(&self.frame, lo, hi, used) {
                 Some(step) if !turned => {
-                    screen.frame = pyramid::frame(origin, sum, step, reach)?;
+                    self.frame = pyramid::frame(origin, sum, step, reach)?;
                     turned = true;
                 }
-                _ => return (sane.bits() == 0xffff).then_some(screen),
+                _ => return (sane.bits() == 0xffff).then_some(()),
             }
         }
-    }
-
-    /// The axis across along which the packets lie, if they lie along one that is not right or up.
-    #[inline(always)]
-    fn main_axis(&self) -> Option<[f32; 3]> {
-        let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << self.used) - 1);
-        let middle = |k: usize| {
-            let twice = S::F32x16::load(&self.lo[k]) + S::F32x16::load(&self.hi[k]);
-            S::F32x16::select(used, twice, S::F32x16::splat(0.0))
-        };
-        let (x, y) = (middle(0), middle(1));
-        let [xx, xy, yy] = sums::<S>([x * x, x * y, y * y]);
-        pyramid::main_axis(&self.frame, xx, xy, yy)
     }
 
     /// A window a packet; where there are fewer packets, windows that nothing reaches.
@@ -198,6 +198,24 @@ impl<S: Simd> Screen<S> {
         let [.., left, down] = extremes::<S>(side(&self.hi[0], most), side(&self.hi[1], most));
         ([x, y], [-left, -down])
     }
+}
+
+/// The axis across along which the windows of packets lie, if they lie along one that is not right or up.
+#[inline(always)]
+fn main_axis<S: Simd>(
+    frame: &Frame,
+    lo: &[[f32; PACKETS]; 2],
+    hi: &[[f32; PACKETS]; 2],
+    used: usize,
+) -> Option<[f32; 3]> {
+    let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
+    let middle = |k: usize| {
+        let twice = S::F32x16::load(&lo[k]) + S::F32x16::load(&hi[k]);
+        S::F32x16::select(used, twice, S::F32x16::splat(0.0))
+    };
+    let (x, y) = (middle(0), middle(1));
+    let [xx, xy, yy] = sums::<S>([x * x, x * y, y * y]);
+    pyramid::main_axis(frame, xx, xy, yy)
 }
 
 /// A window for eight triangles at once.

@@ -39,10 +39,10 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     (rays, next): (&[R], &[R]),
     answers: &[A],
     any: bool,
-    scratch: &mut Scratch,
+    (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
 ) -> Option<u32> {
-    let screen = Screen::<S>::new(mode, (rays, next), answers, bvh.reach)?;
+    screen.lay(mode, (rays, next), answers, bvh.reach)?;
     let all = (1 << screen.used) - 1;
     let window = screen.window(all);
     let origin = rays[0].as_ref().origin;
@@ -63,7 +63,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     }
 
     // Then its leaves, front to back, and the triangles without a box.
-    let mut tile = Tile::new(bvh, (mode, judge), rays.len(), &screen, window);
+    let mut tile = Tile::new(bvh, (mode, judge), rays.len(), screen, window);
     for pack in bvh.boxed..bvh.packs.len() {
         tile.visit(pack, any, seen, counts);
     }
