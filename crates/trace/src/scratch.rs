@@ -20,7 +20,7 @@ pub(crate) struct Scratch {
     pub(crate) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(crate) found: Vec<u32>,
-    /// For each of `seen` that is hit its number in `hit`, and one more.
+    /// For each of `seen` its index, or its number in `hit`; and one more, for none.
     slot: Vec<u32>,
     /// The places of those that are hit.
     hit: Vec<u32>,
@@ -45,12 +45,15 @@ impl Scratch {
 
     /// The index of the triangle that each ray of the last tile hits, or [`NOTHING`].
     #[inline(always)]
-    pub(crate) fn triangles(&self, bvh: &Bvh, triangles: &mut [u32]) {
-        for (triangle, &number) in triangles.iter_mut().zip(&self.found) {
-            *triangle = match number {
-                NOTHING => NOTHING,
-                number => bvh.index_of(self.seen[number as usize]),
-            };
+    pub(crate) fn triangles(&mut self, bvh: &Bvh, triangles: &mut [u32]) {
+        // Without a branch, which the CPU would have to guess: the last slot stands for none.
+        let Self { seen, slot, found, .. } = self;
+        slot.clear();
+        slot.extend(seen.iter().map(|&place| bvh.index_of(place)));
+        slot.push(NOTHING);
+        let none = seen.len();
+        for (triangle, &number) in triangles.iter_mut().zip(&*found) {
+            *triangle = slot[none.min(number as usize)];
         }
     }
 
