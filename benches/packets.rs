@@ -5,10 +5,10 @@
 //! criterion measures each by itself.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use intertri::lanes::{Lanes, Level, Simd, WithSimd};
+use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
-    Best, Bests, Certified, Counts, Double, Lane, Mode, Prepared, Ray, RayPacket, Triangle,
-    TrianglePack, Width,
+    Best, Bests, Certified, Counts, Double, Lane, Mode, Prepared, PreparedPacket, Ray, RayPacket,
+    Triangle, TrianglePack, Width,
 };
 use intertri_benches::moller_trumbore::{MollerTrumbore, edges};
 use intertri_benches::{Answer, Contender, Workload, compare};
@@ -48,7 +48,7 @@ where
             let mut bests = Bests::new(&packet.t_max);
             let (live, find) = (packet.live(), |place| data.triangle(place));
             mode.packet_closest_of_in(&rays, triangles, 0, find, live, &mut bests, &mut counts);
-            data.add(&mode, packet, &bests, &mut answer);
+            data.add(&mode, &rays, &bests, &mut answer);
         }
         answer
     }
@@ -71,13 +71,16 @@ where
         let Self { mode, data, packets } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         let origin = data.rays[0].origin;
-        let views: Vec<_> = data.triangles.iter().map(|t| mode.view(t, origin)).collect();
+        let mut views = Vec::with_capacity(8 * data.packs.len());
+        for pack in &data.packs {
+            views.extend(mode.views_in::<S>(pack, origin));
+        }
         for packet in packets {
             let rays = mode.prepare_packet_in::<S, N>(packet);
             let mut bests = Bests::new(&packet.t_max);
             let (live, find) = (packet.live(), |place| data.triangle(place));
             mode.views_closest_in(&rays, &views, 0, find, live, &mut bests, &mut counts);
-            data.add(&mode, packet, &bests, &mut answer);
+            data.add(&mode, &rays, &bests, &mut answer);
         }
         answer
     }
@@ -160,18 +163,19 @@ impl Data {
 
     /// Adds the hits of a packet.
     #[inline(always)]
-    fn add<M: Mode, F: Lanes<Scalar = f32>, const N: usize>(
+    fn add<M: Mode, S: Simd, const N: usize>(
         &self,
         mode: &M,
-        packet: &RayPacket<N>,
-        bests: &Bests<F, N>,
+        rays: &PreparedPacket<'_, M, S, N>,
+        bests: &Bests<<Lane<N> as Width>::F<S>, N>,
         answer: &mut Answer,
-    ) {
+    ) where
+        Lane<N>: Width,
+    {
+        let hits = mode.hits_in(rays, bests, |place| self.triangle(place));
         for lane in 0..N {
-            let (ray, best) = (packet.ray(lane), bests.lane(lane));
-            let hit = mode.index_and_t(&ray, &best, |place| self.triangle(place));
-            if let Some((triangle, t)) = hit {
-                answer.add(triangle.into(), t);
+            if let Some((triangle, _)) = bests.lane(lane).triangle() {
+                answer.add(triangle.into(), hits.t[lane]);
             }
         }
     }

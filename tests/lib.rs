@@ -115,14 +115,16 @@ where
         let packet = RayPacket::<N>::new(&rays);
         let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
         for level in Level::all() {
-            let found = level.run(Views { mode, packet: &packet, triangles: &scene.triangles });
-            for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
-                let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
-                if bits(found) != bits(*want) {
-                    let level = level.name();
-                    return Err(format!(
-                        "certified {level}, {N} rays of one origin: {found:?}, the reference {want:?}\n{ray:?}"
-                    ));
+            let forms = level.run(Views { mode, packet: &packet, triangles: &scene.triangles });
+            for (form, found) in ["views", "prepared"].into_iter().zip(forms) {
+                for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
+                    let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+                    if bits(found) != bits(*want) {
+                        let level = level.name();
+                        return Err(format!(
+                            "certified {level}, {N} rays of one origin, {form}: {found:?}, the reference {want:?}\n{ray:?}"
+                        ));
+                    }
                 }
             }
         }
@@ -130,7 +132,7 @@ where
     Ok(())
 }
 
-/// The closest hits of a packet of rays with one origin.
+/// The closest hits of a packet of rays with one origin, by views and by triangles prepared for any.
 struct Views<'a, const N: usize> {
     mode: &'a Certified,
     packet: &'a RayPacket<N>,
@@ -141,7 +143,7 @@ impl<const N: usize> WithSimd for Views<'_, N>
 where
     Lane<N>: Width,
 {
-    type Output = [Option<(usize, f64)>; N];
+    type Output = [[Option<(usize, f64)>; N]; 2];
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
@@ -150,16 +152,30 @@ where
         let mut bests = Bests::new(&packet.t_max);
         let find = |place: u32| triangles[place as usize];
         // The first view by itself, the others at once.
-        let (live, counts) = (packet.live(), &mut Counts::default());
-        let views: Vec<_> = triangles.iter().map(|t| mode.view(t, packet.ray(0).origin)).collect();
-        let (first, others) = views.split_at(views.len().min(1));
-        for view in first {
-            mode.view_closest_in(&rays, view, (0, 0), find, live, &mut bests, counts);
+        let (live, counts, origin) = (packet.live(), &mut Counts::default(), packet.ray(0).origin);
+        let mut views = vec![];
+        for eight in triangles.chunks(8) {
+            let seen = mode.views_in::<S>(&TrianglePack::new(eight), origin);
+            views.extend_from_slice(&seen[..eight.len()]);
         }
+        if let Some(triangle) = triangles.first() {
+            let view = mode.view(triangle, origin);
+            mode.view_closest_in(&rays, &view, (0, 0), find, live, &mut bests, counts);
+        }
+        let others = views.get(1..).unwrap_or(&[]);
         mode.views_closest_in(&rays, others, 1, find, live, &mut bests, counts);
-        std::array::from_fn(|lane| {
-            let hit = mode.index_and_t(&packet.ray(lane), &bests.lane(lane), find);
-            hit.map(|(index, t)| (index as usize, t))
+
+        // The same by triangles prepared for any origin.
+        let prepared: Vec<_> = triangles.iter().map(|t| mode.prepare(t)).collect();
+        let mut any = Bests::new(&packet.t_max);
+        mode.packet_closest_of_in(&rays, &prepared, 0, find, live, &mut any, counts);
+        [bests, any].map(|bests| {
+            let hits = mode.hits_in(&rays, &bests, find);
+            std::array::from_fn(|lane| {
+                let (index, _) = bests.lane(lane).triangle()?;
+                assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+                Some((index as usize, hits.t[lane]))
+            })
         })
     }
 }

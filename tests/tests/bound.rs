@@ -39,7 +39,7 @@ fn float(x: &Relaxed) -> f64 {
 
 /// The shares of the bounds that one test uses; 0 where a bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
-struct Shares([f64; 12]);
+struct Shares([f64; 14]);
 
 /// The columns of the table:
 ///
@@ -51,8 +51,9 @@ struct Shares([f64; 12]);
 /// - *sharp V, W* and *sharp U*: the errors of V, W and U over the bounds of the last try;
 /// - *sharp T* and *sharp t*: the error of T over the bound of the last try, and where the reference's t
 ///   lies in the enclosure that this leaves;
-/// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound.
-const NAMES: [&str; 12] = [
+/// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
+/// - *look* and *look D*: the errors of V, W and U, and of D, over the bound of the first look.
+const NAMES: [&str; 14] = [
     "V, W",
     "U",
     "D",
@@ -65,6 +66,8 @@ const NAMES: [&str; 12] = [
     "noise",
     "sharp T",
     "sharp t",
+    "look",
+    "look D",
 ];
 
 impl Shares {
@@ -75,8 +78,8 @@ impl Shares {
         let mode = Certified::new(Threshold::new(*threshold).ok()?).at(level);
         let seen = mode.evidence(ray, triangle);
         let Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
-        let all = [v, w, u, edge, u_edge, den, den_err, num, num_err];
-        if !all.iter().chain(triangle.0.iter().flatten()).all(|x| x.is_finite()) {
+        let all = [v, w, u, edge, u_edge, den, den_err, num, num_err, seen.look_bound];
+        if !all.iter().chain(&seen.look).chain(triangle.0.iter().flatten()).all(|x| x.is_finite()) {
             return None;
         }
 
@@ -102,10 +105,15 @@ impl Shares {
         let share_d = off(den, &exact_den) / f64::from(den_err);
         let share_t = off(num, &exact_num) / f64::from(num_err);
         let sharp_num = off(num, &exact_num) / f64::from(seen.sharp_num);
+        let h = real(seen.h);
+        let look = |hat: f32, exact: &Relaxed| off(hat, &(exact / &h)) / f64::from(seen.look_bound);
+        let [look_v, look_w, look_u, look_d] = seen.look;
+        let look_d = look(look_d, &exact_den);
+        let look = look(look_v, &exact_v).max(look(look_w, &exact_w)).max(look(look_u, &exact_u));
         if !seen.sure {
             return Some(Self([
                 share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0,
-                sharp_num, 0.0,
+                sharp_num, 0.0, look, look_d,
             ]));
         }
 
@@ -150,7 +158,7 @@ impl Shares {
         }
         Some(Self([
             share_vw, share_u, share_d, share_t, enclosure, quotients, rho, sharp_vw, sharp_u,
-            noise, sharp_num, sharp_t,
+            noise, sharp_num, sharp_t, look, look_d,
         ]))
     }
 

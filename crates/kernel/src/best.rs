@@ -1,7 +1,9 @@
 //! The running best of a closest-hit search: an interval of f32 where that decides, f64 where not.
 
+use crate::double::Tri;
 use crate::lanes::{Lanes, Mask};
 use crate::mode::{Found, Scalar, lanes_of};
+use crate::{Hits, RayPacket, Triangle, Vec3};
 
 /// The closest hit so far of one ray.
 ///
@@ -222,6 +224,52 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Bests<F, N> {
             triangle: get::<F, N>(self.triangle, lane).to_bits(),
             place: get::<F, N>(self.place, lane).to_bits(),
         }
+    }
+
+    /// The hits with their exact t; see [`Mode::hits_in`](crate::Mode::hits_in).
+    #[inline(always)]
+    pub(crate) fn hits<D: Lanes<Scalar = f64>>(
+        &self,
+        rays: &RayPacket<N>,
+        find: impl Fn(u32) -> Triangle,
+    ) -> Hits<N> {
+        let (mut index, mut place) = ([0.0; N], [0.0; N]);
+        self.triangle.store(&mut index);
+        self.place.store(&mut place);
+
+        // The triangles whose t nobody has asked for yet.
+        let (mut bits, mut unknown) = (0, 0);
+        let mut corners = [[[0.0; N]; 3]; 3];
+        for lane in 0..N {
+            if index[lane].to_bits() == Best::NOTHING {
+                continue;
+            }
+            bits |= 1 << lane;
+            if self.known >> lane & 1 == 0 {
+                unknown |= 1 << lane;
+                let Triangle(triangle) = find(place[lane].to_bits());
+                for (to, from) in corners.iter_mut().zip(&triangle) {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        to[lane] = *from;
+                    }
+                }
+            }
+        }
+
+        // All of them at once.
+        let mut hits = Hits { bits, t: self.t };
+        if unknown != 0 {
+            let [c1, c2, c3] = &corners;
+            let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+            let mut t = [0.0; N];
+            Tri::new(corners)
+                .t(Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir))
+                .store(&mut t);
+            for (lane, (to, t)) in hits.t.iter_mut().zip(t).enumerate() {
+                *to = if unknown >> lane & 1 != 0 { t } else { *to };
+            }
+        }
+        hits
     }
 
     /// Changes the best of a lane.

@@ -1,6 +1,6 @@
 //! One packet and triangle after another: all of a block are looked at before any is decided.
 
-use crate::lanes::Simd;
+use crate::lanes::{Lanes, Mask, Simd};
 use crate::mode::{Counts, Lane, Test, Width};
 use crate::{Bests, Mode, Prepared, PreparedPacket, Triangle};
 
@@ -9,8 +9,14 @@ pub(crate) trait Target<M: Test, S: Simd, const N: usize>
 where
     Lane<N>: Width,
 {
+    /// What a first look asks of rays.
+    type Look: Copy;
+
+    /// The same, computed.
+    fn look(mode: &M, rays: &PreparedPacket<'_, M, S, N>) -> Self::Look;
+
     /// Whether a live ray may hit it: a first look, without a branch.
-    fn maybe(&self, mode: &M, rays: &PreparedPacket<'_, M, S, N>, live: u32) -> bool;
+    fn maybe(&self, mode: &M, look: &Self::Look, live: <F<S, N> as Lanes>::Mask) -> bool;
 
     /// Offers its hits to the rays' bests, as [`Mode::packet_closest_in`].
     fn offer(
@@ -20,7 +26,7 @@ where
         index: u32,
         find: &impl Fn(u32) -> Triangle,
         live: u32,
-        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
+        bests: &mut Bests<F<S, N>, N>,
         counts: &mut Counts,
     );
 }
@@ -29,9 +35,16 @@ impl<M: Test, S: Simd, const N: usize> Target<M, S, N> for Prepared<M>
 where
     Lane<N>: Width,
 {
+    type Look = M::Look<F<S, N>>;
+
     #[inline(always)]
-    fn maybe(&self, mode: &M, rays: &PreparedPacket<'_, M, S, N>, live: u32) -> bool {
-        mode.maybe(&mode.one_triangle(&self.constants), rays.lanes(), live)
+    fn look(mode: &M, rays: &PreparedPacket<'_, M, S, N>) -> Self::Look {
+        mode.look(rays.lanes())
+    }
+
+    #[inline(always)]
+    fn maybe(&self, mode: &M, look: &Self::Look, live: <F<S, N> as Lanes>::Mask) -> bool {
+        mode.maybe(&self.constants, look, live)
     }
 
     #[inline(always)]
@@ -42,7 +55,7 @@ where
         index: u32,
         find: &impl Fn(u32) -> Triangle,
         live: u32,
-        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
+        bests: &mut Bests<F<S, N>, N>,
         counts: &mut Counts,
     ) {
         mode.packet_closest_in(rays, self, (index, index), find, live, bests, counts);
@@ -52,30 +65,36 @@ where
 /// Offers the hits of N rays with one target after another to their bests; the i-th has index and place
 /// `first + i`.
 #[inline(always)]
-pub(crate) fn closest_of<M: Test, S: Simd, const N: usize>(
+pub(crate) fn closest_of<M: Test, S: Simd, T: Target<M, S, N>, const N: usize>(
     mode: &M,
     rays: &PreparedPacket<'_, M, S, N>,
-    targets: &[impl Target<M, S, N>],
+    targets: &[T],
     first: u32,
     find: &impl Fn(u32) -> Triangle,
     live: u32,
-    bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
+    bests: &mut Bests<F<S, N>, N>,
     counts: &mut Counts,
 ) where
     Lane<N>: Width,
 {
+    let (look, lanes) = (T::look(mode, rays), Mask::from_bits(live));
     // A copy of its own stays in registers.
     let mut own = *bests;
-    for (b, block) in targets.chunks(Shortlist::BLOCK).enumerate() {
-        let mut list = Shortlist::new();
+    for (b, block) in targets.chunks(BLOCK).enumerate() {
+        // Those that may be hit, gathered without a branch, so that no wrong guess of the CPU's costs the
+        // time of many looks.
+        let mut list = 0_u64;
         for (i, target) in block.iter().enumerate() {
-            list.put(i, target.maybe(mode, rays, live));
+            list |= u64::from(target.maybe(mode, &look, lanes)) << i;
         }
         counts.tests += u64::from(live.count_ones()) * block.len() as u64;
+
         // These are counted already.
         let mut few = Counts::default();
-        for i in list.places() {
-            let index = first + (b * Shortlist::BLOCK + i) as u32;
+        while list != 0 {
+            let i = list.trailing_zeros() as usize;
+            list &= list - 1;
+            let index = first + (b * BLOCK + i) as u32;
             block[i].offer(mode, rays, index, find, live, &mut own, &mut few);
         }
         counts.undecided += few.undecided;
@@ -83,33 +102,8 @@ pub(crate) fn closest_of<M: Test, S: Simd, const N: usize>(
     *bests = own;
 }
 
-/// The few of a block of triangles that may be hit, in their order: gathered without a branch, so that
-/// no wrong guess of the CPU's costs the time of many tests.
-struct Shortlist {
-    of_block: [u8; Self::BLOCK],
-    len: usize,
-}
+/// So many triangles make a block, one a bit.
+const BLOCK: usize = 64;
 
-impl Shortlist {
-    /// So many triangles make a block.
-    const BLOCK: usize = 64;
-
-    /// The list of nothing.
-    #[inline(always)]
-    fn new() -> Self {
-        Self { of_block: [0; Self::BLOCK], len: 0 }
-    }
-
-    /// Puts the next triangle of the block on the list, or not.
-    #[inline(always)]
-    fn put(&mut self, next: usize, maybe: bool) {
-        self.of_block[self.len % Self::BLOCK] = next as u8;
-        self.len += usize::from(maybe);
-    }
-
-    /// Those on the list, as places in their block.
-    #[inline(always)]
-    fn places(&self) -> impl Iterator<Item = usize> {
-        self.of_block[..self.len.min(Self::BLOCK)].iter().map(|&place| place.into())
-    }
-}
+/// N f32.
+type F<S, const N: usize> = <Lane<N> as Width>::F<S>;

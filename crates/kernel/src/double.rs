@@ -196,6 +196,7 @@ impl Test for Double {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = RayLanes<D>;
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Tri<D>;
     type Constants = Tri<f64>;
+    type Look<F: Lanes<Scalar = f32>> = ();
     type Ray = RayLanes<f64>;
 
     #[inline(always)]
@@ -245,9 +246,18 @@ impl Test for Double {
     #[inline(always)]
     fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
-        triangle: &Tri<f64>,
+        _: &Triangle,
+        constants: &Tri<f64>,
     ) -> Tri<D> {
-        Tri::splat(triangle)
+        Tri::splat(constants)
+    }
+
+    #[inline(always)]
+    fn look<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, _: &RayLanes<D>) {}
+
+    #[inline(always)]
+    fn maybe<F: Lanes<Scalar = f32>>(&self, _: &Tri<f64>, (): &(), _: F::Mask) -> bool {
+        true
     }
 
     #[inline(always)]

@@ -197,8 +197,10 @@ pub trait Test: Copy + Send + Sync {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>: Copy;
     /// Triangles as lanes.
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>: Copy;
-    /// One triangle with what is computed from it once.
+    /// What is computed from a triangle once.
     type Constants: Copy;
+    /// What a first look at one triangle asks of rays.
+    type Look<F: Lanes<Scalar = f32>>: Copy;
     /// One ray with what is computed from it once.
     type Ray: Copy;
 
@@ -240,20 +242,24 @@ pub trait Test: Copy + Send + Sync {
     /// The same triangle in all lanes.
     fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
-        triangle: &Self::Constants,
+        triangle: &Triangle,
+        constants: &Self::Constants,
     ) -> Self::Triangles<F, D>;
 
-    /// Whether any of the `live` lanes may be a hit: a first look without a branch, after which
-    /// [`Test::test`] is asked.
-    #[inline(always)]
-    fn maybe<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+    /// What a first look asks of rays.
+    fn look<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
-        _triangles: &Self::Triangles<F, D>,
-        _rays: &Self::Rays<F, D>,
-        _live: u32,
-    ) -> bool {
-        true
-    }
+        rays: &Self::Rays<F, D>,
+    ) -> Self::Look<F>;
+
+    /// Whether any of the `live` lanes may be a hit with one triangle: a first look without a branch,
+    /// after which [`Test::test`] is asked.
+    fn maybe<F: Lanes<Scalar = f32>>(
+        &self,
+        triangle: &Self::Constants,
+        look: &Self::Look<F>,
+        live: F::Mask,
+    ) -> bool;
 
     /// Which of the `live` lanes are hits with `t_min <= t` and, surely or perhaps, `t <= far`.
     /// `None` where none is.

@@ -44,7 +44,6 @@ pub struct Prepared<M: Test> {
 ///
 ///         let prepared = mode.prepare_ray(ray);
 ///         let any = mode.any_in::<S>(&prepared, pack, &mut counts);
-///         assert!(mode.may_hit_in::<S>(&prepared, pack) || !any);
 ///         let (mut best, indices) = (Best::new(ray.t_max), [10, 11, 12, 13, 14, 15, 16, 17]);
 ///         let find = |place: u32| pack.triangle(place as usize);
 ///         mode.closest_in::<S>(&prepared, pack, &indices, 0, find, &mut best, &mut counts);
@@ -70,10 +69,10 @@ pub struct PreparedRay<M: Test> {
 /// use intertri::lanes::{Simd, WithSimd, dispatch};
 /// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, Width};
 ///
-/// /// What each of eight rays hits first, three times over.
+/// /// What each of eight rays hits first, three times over, and where.
 /// struct Asked<'a>(Certified, &'a RayPacket<8>, &'a [Triangle]);
 /// impl WithSimd for Asked<'_> {
-///     type Output = [[Option<u32>; 8]; 3];
+///     type Output = ([[Option<u32>; 8]; 3], [f64; 8]);
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Self::Output {
 ///         let Self(mode, packet, triangles) = self;
@@ -101,15 +100,16 @@ pub struct PreparedRay<M: Test> {
 ///         let index = |bests: &Bests<_, 8>| {
 ///             std::array::from_fn(|lane| bests.lane(lane).triangle().map(|(index, _)| index))
 ///         };
-///         [nearest.map(|(index, _)| index), index(&one), index(&row)]
+///         let t = mode.hits_in(&rays, &row, find).t;
+///         ([nearest.map(|(index, _)| index), index(&one), index(&row)], t)
 ///     }
 /// }
 ///
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let rays = [0.25, 0.5, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
 /// let asked = Asked(Certified::default(), &RayPacket::new(&rays), &[at(5.0), at(3.0), at(9.0)]);
-/// let [all, one, row] = dispatch(asked);
-/// assert_eq!(all[..4], [Some(1), Some(1), None, None]);
+/// let ([all, one, row], t) = dispatch(asked);
+/// assert_eq!((&all[..4], t[1]), (&[Some(1), Some(1), None, None][..], 3.0));
 /// assert!(all == one && one == row);
 /// ```
 #[derive(Clone, Copy)]

@@ -183,7 +183,8 @@ pub trait Mode: Test {
     where
         Lane<N>: Width,
     {
-        let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.constants);
+        let triangles =
+            self.one_triangle::<F<S, N>, D<S, N>>(&triangle.triangle, &triangle.constants);
         let far = Lanes::load(&rays.packet().t_max);
         let live = rays.packet().live();
         let found = self.test(&triangles, rays.lanes(), far, live, counts);
@@ -251,16 +252,6 @@ pub trait Mode: Test {
         }
     }
 
-    /// Whether one ray may hit a triangle of a pack: a first look without a branch, after which
-    /// [`Mode::closest_in`] is asked.
-    ///
-    /// An example stands at [`PreparedRay`].
-    #[inline(always)]
-    fn may_hit_in<S: Simd>(&self, ray: &PreparedRay<Self>, pack: &TrianglePack<8>) -> bool {
-        let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
-        self.maybe(&self.triangles(pack), &lanes, pack.live())
-    }
-
     /// Whether one ray hits any triangle of a pack.
     ///
     /// An example stands at [`PreparedRay`].
@@ -294,7 +285,7 @@ pub trait Mode: Test {
     ) where
         Lane<N>: Width,
     {
-        let triangles = self.one_triangle(&triangle.constants);
+        let triangles = self.one_triangle(&triangle.triangle, &triangle.constants);
         let far = bests.t_hi();
         if let Some(found) = self.test(&triangles, rays.lanes(), far, live, counts) {
             let (packet, triangle) = (rays.packet(), &triangle.triangle);
@@ -321,6 +312,23 @@ pub trait Mode: Test {
         Lane<N>: Width,
     {
         blocks::closest_of(self, rays, triangles, first, &find, live, bests, counts);
+    }
+
+    /// The exact t of the hits that the bests of N rays stand for, side by side; a lane's bit is set where
+    /// it has a hit. `find` is that of [`Mode::closest_in`].
+    ///
+    /// An example stands at [`PreparedPacket`].
+    #[inline(always)]
+    fn hits_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S, N>,
+        bests: &Bests<F<S, N>, N>,
+        find: impl Fn(u32) -> Triangle,
+    ) -> Hits<N>
+    where
+        Lane<N>: Width,
+    {
+        bests.hits::<D<S, N>>(rays.packet(), find)
     }
 
     /// The index and the exact t of the hit that a best stands for. `find` is that of

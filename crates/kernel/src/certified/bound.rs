@@ -5,6 +5,9 @@
 /// Half an ulp of 1 in f32.
 const U: f32 = 1.0 / (1 << 24) as f32;
 
+/// In the first look V, W, U and the denominator, all over h, are within `LOOK |d|₂ (|c1|₁ + h + |o|₁)`.
+pub(super) const LOOK: f32 = 32.0 * U;
+
 /// V and W are within `EDGE |d|₂ h (|A|₁ + NEAR h)` of the truth, and the reference's own noise with
 /// them.
 pub(super) const EDGE: f32 = 6.5 * U;

@@ -5,6 +5,7 @@ use crate::{Ray, Triangle, TrianglePack};
 
 use super::Certified;
 use super::filter::{Edges, Plane, Rays, Triangles};
+use super::look::{Constants, Look};
 
 /// The numbers by which the mode `certified` decides one test, as its level computes them, each with
 /// the most that it may be off by.
@@ -52,6 +53,12 @@ pub struct Evidence {
     pub t_lo: f32,
     /// See [`Evidence::t_lo`].
     pub t_hi: f32,
+    /// V, W, U and D over `h`, as the first look sees them.
+    pub look: [f32; 4],
+    /// The bound of each of these.
+    pub look_bound: f32,
+    /// The longest edge.
+    pub h: f32,
     /// Whether the ray is far enough from grazing for anything to be decided.
     pub sure: bool,
 }
@@ -93,6 +100,8 @@ impl WithSimd for Seen<'_> {
         let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges);
         let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
         let edge = lane(edges.bound(&triangles, &rays));
+        let at = Constants::new(self.triangle);
+        let ([v, w, u, den], bound) = Look::new(&rays).see(&at);
         Evidence {
             v: lane(edges.v),
             w: lane(edges.w),
@@ -108,6 +117,9 @@ impl WithSimd for Seen<'_> {
             sharp_t: [lane(sharp_lo), lane(sharp_hi)],
             t_lo: lane(plane.t_lo),
             t_hi: lane(plane.t_hi),
+            look: [lane(v), lane(w), lane(u), lane(den)],
+            look_bound: lane(bound),
+            h: at.h,
             sure: edges.sure().bits() & 1 != 0,
         }
     }

@@ -16,21 +16,20 @@ use crate::packet::RayLanes;
 use crate::{Ray, Triangle, TrianglePack, Vec3};
 
 use super::bound;
+use super::look::Constants;
 
 /// Triangles as lanes, with what the filter asks of them.
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
-    c1: Vec3<F>,
+    pub(super) c1: Vec3<F>,
     /// `-h4`, which saves a change of sign.
-    minus_h4: Vec3<F>,
-    h5: Vec3<F>,
-    n: Vec3<F>,
+    pub(super) minus_h4: Vec3<F>,
+    pub(super) h5: Vec3<F>,
+    pub(super) n: Vec3<F>,
     /// The longest edge, rounded up; NaN where the filter must not decide.
-    h: F,
+    pub(super) h: F,
     /// `NEAR h`
     near: F,
-    /// `h (|c1|₁ + NEAR h)`
-    reach: F,
     /// `GRAZING h²`, and a little.
     grazing: F,
 }
@@ -41,42 +40,29 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     pub(crate) fn of_pack<const N: usize>(pack: &TrianglePack<N>) -> Self {
         // Not by `map`, which would be compiled without the level's instructions.
         let [c1, c2, c3] = pack.corners();
-        let (c1, c2, c3) = (Vec3::load(c1), Vec3::load(c2), Vec3::load(c3));
-        let (minus_h4, h5, h) = (c1 - c2, c3 - c1, F::load(pack.longest_edges()));
-        let near = h * F::splat(bound::NEAR);
+        let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
+        Self::new(corners, F::load(pack.longest_edges()))
+    }
+
+    /// One triangle for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(Triangle([c1, c2, c3]): &Triangle, constants: &Constants) -> Self {
+        Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(constants.h))
+    }
+
+    /// From the corners and the longest edge.
+    #[inline(always)]
+    pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
+        let (minus_h4, h5) = (c1 - c2, c3 - c1);
         Self {
             c1,
             minus_h4,
             h5,
             n: h5.cross_fused(minus_h4),
             h,
-            near,
-            reach: h * (c1.norm1() + near),
+            near: h * F::splat(bound::NEAR),
             grazing: (h * h).mul_add(F::splat(bound::GRAZING), F::splat(bound::GRAZING_ADD)),
         }
-    }
-
-    /// One triangle for all lanes.
-    #[inline(always)]
-    pub(crate) fn splat(one: &Triangles<f32>) -> Self {
-        let vec3 = |v: Vec3<f32>| Vec3::splat([v.x, v.y, v.z]);
-        Self {
-            c1: vec3(one.c1),
-            minus_h4: vec3(one.minus_h4),
-            h5: vec3(one.h5),
-            n: vec3(one.n),
-            h: F::splat(one.h),
-            near: F::splat(one.near),
-            reach: F::splat(one.reach),
-            grazing: F::splat(one.grazing),
-        }
-    }
-}
-
-impl Triangles<f32> {
-    /// One triangle.
-    pub(crate) fn one(triangle: &Triangle) -> Self {
-        Self::of_pack(&TrianglePack::<1>::new(core::slice::from_ref(triangle)))
     }
 }
 
@@ -90,8 +76,6 @@ pub struct Rays<F> {
     edge: F,
     /// The part of the bound that is the origin's.
     off: F,
-    /// The same and `EDGE |d|₂|o|₁`.
-    away: F,
     /// A t beyond this is large enough, a t under that is not.
     above: F,
     below: F,
@@ -112,16 +96,14 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         let len = F::select(sane, len, splat(f32::NAN));
         let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
-        let edge = len * splat(bound::EDGE);
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
         let threshold = threshold as f32;
         Self {
             rays,
             len,
-            edge,
+            edge: len * splat(bound::EDGE),
             off,
-            away: edge.mul_add(org, off),
             above: at_least(rays.t_min, threshold.next_up()),
             below: at_least(rays.t_min, threshold.next_down()),
         }
@@ -141,7 +123,6 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             len: F::splat(one.len),
             edge: F::splat(one.edge),
             off: F::splat(one.off),
-            away: F::splat(one.away),
             above: F::splat(one.above),
             below: F::splat(one.below),
         }
@@ -164,12 +145,20 @@ pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
 
 impl<F: Copy> Rays<F> {
     #[inline(always)]
+    pub(super) fn org(&self) -> Vec3<F> {
+        self.rays.org
+    }
+    #[inline(always)]
     pub(super) fn dir(&self) -> Vec3<F> {
         self.rays.dir
     }
     #[inline(always)]
     pub(super) fn len(&self) -> F {
         self.len
+    }
+    #[inline(always)]
+    pub(super) fn off(&self) -> F {
+        self.off
     }
     #[inline(always)]
     pub(super) fn above(&self) -> F {
@@ -215,22 +204,6 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     fn weights(&self) -> [F; 3] {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
-    }
-
-    /// Where no edge makes a sure miss: the first look, with a bound that takes `|c1|₁ + |o|₁` for
-    /// `|A|₁` and costs two operations.
-    #[inline(always)]
-    pub(super) fn maybe(&self, tri: &Triangles<F>, of: &Rays<F>) -> F::Mask {
-        self.not_outside(of.edge.mul_add(tri.reach, of.away * tri.h))
-    }
-
-    /// Where no edge makes a sure miss under this bound.
-    #[inline(always)]
-    fn not_outside(&self, bound: F) -> F::Mask {
-        // A sum rounds to something of its own sign: the sign bit is the comparison.
-        let [v, w, u] = self.weights();
-        let outside = (v + bound).or_sign(w + bound).or_sign(u + (bound + bound));
-        !(self.sure() & outside.negative())
     }
 
     /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
@@ -357,17 +330,20 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         // Is the plane where hits count?
         let plane = Plane::new(tri, of, self);
         let Plane { t_lo, t_hi, .. } = plane;
-        let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
+        let beyond = t_lo.gt(far);
+
+        // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
+        // rounds to something of its own sign: the sign bit is the comparison.
+        let bound = self.bound(tri, of);
+        let [v, w, u] = self.weights();
+        let edge = v.min(w).min(u * splat(0.5));
+        let outside = (edge + bound).negative();
+        let maybe = !(sure & (outside | beyond | t_hi.lt(of.below)));
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
         let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
-        let slanted = sure & den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
-        let clear = slanted & in_range & t_lo.gt(of.above);
-        let bound = self.bound(tri, of);
-        let [v, w, u] = self.weights();
-        let inside = v.min(w).gt(bound) & u.gt(bound + bound);
-        let maybe = self.not_outside(bound) & in_range;
-        let mut hit = (maybe & clear & inside).bits() & live;
+        let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
+        let mut hit = (slanted & t_lo.gt(of.above) & !beyond & edge.gt(bound)).bits() & live;
         let mut undecided = maybe.bits() & live & !hit;
         if undecided != 0 {
             // A ray that starts on the triangle, for one, is in doubt as to its t.

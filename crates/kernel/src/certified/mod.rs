@@ -11,6 +11,7 @@
 mod bound;
 mod evidence;
 mod filter;
+mod look;
 mod screen;
 mod view;
 
@@ -27,6 +28,7 @@ pub use screen::{
 pub use view::View;
 
 use filter::{Edges, Rays, Triangles, Verdict};
+use look::{Constants, Look};
 
 /// f32 lanes under a proven bound, f64 where it does not decide: the answers of the scalar f64
 /// reference, bit for bit, at the speed of f32.
@@ -79,7 +81,8 @@ impl Certified {
 impl Test for Certified {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Rays<F>;
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Triangles<F>;
-    type Constants = Triangles<f32>;
+    type Constants = Constants;
+    type Look<F: Lanes<Scalar = f32>> = Look<F>;
     type Ray = Rays<f32>;
 
     #[inline(always)]
@@ -124,26 +127,32 @@ impl Test for Certified {
     }
 
     #[inline(always)]
-    fn constants(&self, triangle: &Triangle) -> Triangles<f32> {
-        Triangles::one(triangle)
+    fn constants(&self, triangle: &Triangle) -> Constants {
+        Constants::new(triangle)
     }
 
     #[inline(always)]
     fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
         &self,
-        triangle: &Triangles<f32>,
+        triangle: &Triangle,
+        constants: &Constants,
     ) -> Triangles<F> {
-        Triangles::splat(triangle)
+        Triangles::splat(triangle, constants)
     }
 
     #[inline(always)]
-    fn maybe<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+    fn look<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, rays: &Rays<F>) -> Look<F> {
+        Look::new(rays)
+    }
+
+    #[inline(always)]
+    fn maybe<F: Lanes<Scalar = f32>>(
         &self,
-        triangles: &Triangles<F>,
-        rays: &Rays<F>,
-        live: u32,
+        triangle: &Constants,
+        look: &Look<F>,
+        live: F::Mask,
     ) -> bool {
-        Edges::new(triangles, rays).maybe(triangles, rays).bits() & live != 0
+        (!look.sure_miss(triangle) & live).any()
     }
 
     #[inline(always)]
@@ -172,7 +181,17 @@ impl Certified {
     /// let seen: View = Certified::default().view(&wall, [0.25, 0.25, 0.0]);
     /// ```
     pub fn view(&self, triangle: &Triangle, origin: [f32; 3]) -> View {
-        View::new(triangle, origin, self.threshold.get())
+        let one = TrianglePack::<1>::new(core::slice::from_ref(triangle));
+        let [view] = View::all::<f64, 1>(&one, origin, self.threshold.get());
+        view
+    }
+
+    /// [`Certified::view`] of eight triangles, within a loop at some level.
+    ///
+    /// An example stands at [`View`].
+    #[inline(always)]
+    pub fn views_in<S: Simd>(&self, pack: &TrianglePack<8>, origin: [f32; 3]) -> [View; 8] {
+        View::all::<S::F64x8, 8>(pack, origin, self.threshold.get())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the

@@ -13,7 +13,7 @@
 use crate::blocks::Target;
 use crate::lanes::{Lanes, Mask, Simd};
 use crate::mode::{Counts, Lane, Width};
-use crate::{Bests, Certified, Coefficients, PreparedPacket, Triangle, Vec3};
+use crate::{Bests, Certified, Coefficients, PreparedPacket, Triangle, TrianglePack, Vec3};
 
 use super::bound;
 use super::filter::{Rays, Verdict};
@@ -22,7 +22,7 @@ use super::filter::{Rays, Verdict};
 ///
 /// ```
 /// use intertri::lanes::{Simd, WithSimd, dispatch};
-/// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, View, Width};
+/// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, TrianglePack, View, Width};
 ///
 /// /// What each of eight rays hits first, by views from the origin that they share.
 /// struct Seen<'a>(Certified, &'a RayPacket<8>, &'a [Triangle], &'a [View]);
@@ -39,7 +39,10 @@ use super::filter::{Rays, Verdict};
 ///         for (i, view) in (0..).zip(views) {
 ///             mode.view_closest_in(&rays, view, (i, i), find, live, &mut one, &mut counts);
 ///         }
-///         mode.views_closest_in(&rays, views, 0, find, live, &mut row, &mut counts);
+///         // Eight views are made at once; only two of them are of triangles.
+///         let pack = TrianglePack::new(triangles);
+///         let eight: [View; 8] = mode.views_in::<S>(&pack, packet.ray(0).origin);
+///         mode.views_closest_in(&rays, &eight[..2], 0, find, live, &mut row, &mut counts);
 ///         [one, row].map(|bests| {
 ///             std::array::from_fn(|lane| bests.lane(lane).triangle().map(|(index, _)| index))
 ///         })
@@ -83,61 +86,123 @@ pub struct View {
 }
 
 impl View {
-    /// What depends on the triangle and the origin.
-    #[inline]
-    pub(super) fn new(triangle: &Triangle, origin: [f32; 3], threshold: f64) -> Self {
-        let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
-        let Coefficients { a, h4, h5, n, v, w } = Coefficients::new(triangle, origin);
-        let [_, c2, c3] = triangle.0.map(vec3);
-        let (h6, t, u) = (c3 - c2, n.dot(a), n - v - w);
+    /// What depends on N triangles and the origin.
+    #[inline(always)]
+    pub(super) fn all<D: Lanes<Scalar = f64>, const N: usize>(
+        pack: &TrianglePack<N>,
+        origin: [f32; 3],
+        threshold: f64,
+    ) -> [Self; N] {
+        let [c1, c2, c3] = pack.corners();
+        let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let eye = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let Coefficients { a, h4, h5, n, v, w } = Coefficients::of(corners, eye);
+        let (h6, t, u) = (corners[2] - corners[1], n.dot(a), n - v - w);
 
         // The bound of the forms, of the reference's noise, and of the origin's rounding.
-        let length = |x: Vec3<f64>| Lanes::sqrt(x.dot(x));
-        let longest = |x: f64, y: f64, z: f64| x.max(y).max(z);
-        let h = longest(length(h4), length(h5), length(h6));
-        let away = length(a);
-        let form = longest(length(u), length(v), length(w));
-        let noise = f64::from(bound::NOISE) * h * (away + h);
-        let offset = f64::from(bound::ORIGIN) * h * vec3(origin).norm1();
-        let scale = 1.0 / (f64::from(bound::FORM) * form + noise + offset);
+        let (h, form) = (longest(h4, h5, h6), longest(u, v, w));
+        let (away, normal) = (a.dot(a).sqrt(), n.dot(n).sqrt());
+        let noise = D::splat(bound::NOISE.into()) * h * (away + h);
+        let offset = D::splat(bound::ORIGIN.into()) * h * eye.norm1();
+        let scale = D::splat(1.0) / (D::splat(bound::FORM.into()) * form + noise + offset);
 
         // In front of the triangle or behind, T has the same sign as D wherever it is hit.
-        let num_err = f64::from(bound::NOISE) * h * h * away;
-        let turn = if t.abs() > num_err { scale.copysign(t) } else { f64::NAN };
-        let to_f32 = |x: Vec3<f64>| Vec3 {
-            x: (x.x * turn) as f32,
-            y: (x.y * turn) as f32,
-            z: (x.z * turn) as f32,
-        };
-        let (normal, hh) = (length(n), h * h * scale);
-        let den_err = f64::from(bound::FORM) * normal * scale + f64::from(bound::NOISE) * hh;
-        let least = f64::from(bound::GRAZING) * hh;
-        Self {
-            noise: ((noise + offset) * scale) as f32,
-            triangle: *triangle,
-            // No area, or not finite.
-            never: normal == 0.0 || !normal.is_finite() || !away.is_finite(),
-            u: to_f32(u),
-            v: to_f32(v),
-            w: to_f32(w),
-            n: to_f32(n),
-            num: (t * turn) as f32,
-            num_err: (num_err * scale) as f32,
-            doubtful: (least + 8.0) as f32,
-            least: (least + den_err) as f32,
-            den_err: den_err as f32,
-            parallel: (f64::from(bound::PARALLEL) * threshold * normal * scale) as f32,
+        let num_err = D::splat(bound::NOISE.into()) * h * h * away;
+        let turn = D::select(t.abs().gt(num_err), scale.flip(t), D::splat(f64::NAN));
+        let hh = h * h * scale;
+        let den_err =
+            D::splat(bound::FORM.into()) * normal * scale + D::splat(bound::NOISE.into()) * hh;
+        let least = D::splat(bound::GRAZING.into()) * hh;
+        let parallel = D::splat(bound::PARALLEL.into()) * D::splat(threshold) * normal * scale;
+
+        // No area, or not finite.
+        let infinity = D::splat(f64::INFINITY);
+        let seen = normal.gt(D::splat(0.0)) & normal.lt(infinity) & away.lt(infinity);
+
+        // To f32, and from lanes to views.
+        let (zero, mut single) = ([[0.0; N]; 3], [[0.0; N]; 7]);
+        let mut forms = [zero; 4];
+        for (to, form) in forms.iter_mut().zip([u, v, w, n]) {
+            (form.x * turn).store_f32(&mut to[0]);
+            (form.y * turn).store_f32(&mut to[1]);
+            (form.z * turn).store_f32(&mut to[2]);
         }
+        (t * turn).store_f32(&mut single[0]);
+        (num_err * scale).store_f32(&mut single[1]);
+        (least + D::splat(8.0)).store_f32(&mut single[2]);
+        (least + den_err).store_f32(&mut single[3]);
+        den_err.store_f32(&mut single[4]);
+        parallel.store_f32(&mut single[5]);
+        ((noise + offset) * scale).store_f32(&mut single[6]);
+        let mut views = [Self::NOTHING; N];
+        for (i, view) in views.iter_mut().enumerate() {
+            let form = |k: usize| Vec3 { x: forms[k][0][i], y: forms[k][1][i], z: forms[k][2][i] };
+            *view = Self {
+                u: form(0),
+                v: form(1),
+                w: form(2),
+                n: form(3),
+                num: single[0][i],
+                num_err: single[1][i],
+                doubtful: single[2][i],
+                least: single[3][i],
+                den_err: single[4][i],
+                parallel: single[5][i],
+                noise: single[6][i],
+                triangle: pack.triangle(i),
+                never: seen.bits() >> i & 1 == 0,
+            };
+        }
+        views
     }
+
+    /// What is never hit.
+    const NOTHING: Self = {
+        let zero = Vec3 { x: 0.0, y: 0.0, z: 0.0 };
+        Self {
+            u: zero,
+            v: zero,
+            w: zero,
+            doubtful: 0.0,
+            n: zero,
+            num: 0.0,
+            num_err: 0.0,
+            least: 0.0,
+            den_err: 0.0,
+            parallel: 0.0,
+            noise: 0.0,
+            triangle: Triangle([[0.0; 3]; 3]),
+            never: true,
+        }
+    };
+}
+
+/// The length of the longest of three. Not a closure, which would be compiled without the level's
+/// instructions.
+#[inline(always)]
+fn longest<D: Lanes<Scalar = f64>>(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> D {
+    x.dot(x).max(y.dot(y)).max(z.dot(z)).sqrt()
 }
 
 impl<S: Simd, const N: usize> Target<Certified, S, N> for View
 where
     Lane<N>: Width,
 {
+    type Look = Rays<<Lane<N> as Width>::F<S>>;
+
     #[inline(always)]
-    fn maybe(&self, _: &Certified, rays: &PreparedPacket<'_, Certified, S, N>, live: u32) -> bool {
-        Forms::new(self, rays.lanes()).maybe(self).bits() & live != 0
+    fn look(_: &Certified, rays: &PreparedPacket<'_, Certified, S, N>) -> Self::Look {
+        *rays.lanes()
+    }
+
+    #[inline(always)]
+    fn maybe(
+        &self,
+        _: &Certified,
+        look: &Self::Look,
+        live: <<Lane<N> as Width>::F<S> as Lanes>::Mask,
+    ) -> bool {
+        (Forms::new(self, look).maybe(self) & live).any()
     }
 
     #[inline(always)]

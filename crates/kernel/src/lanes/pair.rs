@@ -48,6 +48,10 @@ impl<M: Mask> Mask for Pair<M> {
     fn from_bits(bits: u32) -> Self {
         Self(M::from_bits(bits), M::from_bits(bits >> M::N))
     }
+    #[inline(always)]
+    fn any(self) -> bool {
+        (self.0 | self.1).any()
+    }
 }
 
 impl<L: Lanes> Lanes for Pair<L> {
