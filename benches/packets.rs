@@ -71,9 +71,9 @@ where
         let Self { mode, data, packets } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         let origin = data.rays[0].origin;
-        let mut views = Vec::with_capacity(8 * data.packs.len());
+        let mut views = Vec::with_capacity(data.packs.len());
         for pack in &data.packs {
-            views.extend(mode.views_in::<S>(pack, origin));
+            views.push(mode.views_in::<S>(pack, origin));
         }
         for packet in packets {
             let rays = mode.prepare_packet_in::<S, N>(packet);

@@ -153,17 +153,14 @@ where
         let find = |place: u32| triangles[place as usize];
         // The first view by itself, the others at once.
         let (live, counts, origin) = (packet.live(), &mut Counts::default(), packet.ray(0).origin);
-        let mut views = vec![];
-        for eight in triangles.chunks(8) {
-            let seen = mode.views_in::<S>(&TrianglePack::new(eight), origin);
-            views.extend_from_slice(&seen[..eight.len()]);
-        }
+        let views: Vec<_> = (triangles.get(1..).unwrap_or(&[]).chunks(8))
+            .map(|eight| mode.views_in::<S>(&TrianglePack::new(eight), origin))
+            .collect();
         if let Some(triangle) = triangles.first() {
             let view = mode.view(triangle, origin);
             mode.view_closest_in(&rays, &view, (0, 0), find, live, &mut bests, counts);
         }
-        let others = views.get(1..).unwrap_or(&[]);
-        mode.views_closest_in(&rays, others, 1, find, live, &mut bests, counts);
+        mode.views_closest_in(&rays, &views, 1, find, live, &mut bests, counts);
 
         // The same by triangles prepared for any origin.
         let prepared: Vec<_> = triangles.iter().map(|t| mode.prepare(t)).collect();

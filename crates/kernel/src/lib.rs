@@ -39,7 +39,7 @@ mod verbs;
 pub use best::{Best, Bests};
 pub use certified::{
     Certified, Evidence, Frame, Judge, Nearest, Outline, Outlines, Points, Ranges, Replay, Starts,
-    View, Windows,
+    View, Views, Windows,
 };
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};

@@ -77,6 +77,12 @@ pub(super) const FORM: f32 = 4.25 * U;
 /// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and what f64 loses in a view.
 pub(super) const NOISE: f32 = 0.25 * U;
 
+/// A beam reaches this share of its largest number farther than half its width.
+pub(super) const BEAM_REACH: f32 = 4.0 * U;
+
+/// Below `-BEAM` times a beam's length the most that a form comes to is surely negative for all its rays.
+pub(super) const BEAM: f32 = 3.0;
+
 /// On a screen no point is farther from the middle than this, in x or in y.
 pub(super) const SCREEN_EDGE: f32 = 0.5;
 

@@ -8,6 +8,7 @@
 //!                                            └──► undecided       about 1 in 10,000: replay in f64
 //! ```
 
+mod beam;
 mod bound;
 mod evidence;
 mod filter;
@@ -15,7 +16,6 @@ mod look;
 mod screen;
 mod view;
 
-use crate::blocks;
 use crate::lanes::{Lanes, Level, Mask, Simd};
 use crate::mode::{Counts, Found, Lane, Test, Threshold, Width};
 use crate::verbs;
@@ -25,8 +25,9 @@ pub use evidence::Evidence;
 pub use screen::{
     Frame, Judge, Nearest, Outline, Outlines, Points, Ranges, Replay, Starts, Windows,
 };
-pub use view::View;
+pub use view::{View, Views};
 
+use beam::Beam;
 use filter::{Edges, Rays, Triangles, Verdict};
 use look::{Constants, Look};
 
@@ -190,8 +191,8 @@ impl Certified {
     ///
     /// An example stands at [`View`].
     #[inline(always)]
-    pub fn views_in<S: Simd>(&self, pack: &TrianglePack<8>, origin: [f32; 3]) -> [View; 8] {
-        View::all::<S::F64x8, 8>(pack, origin, self.threshold.get())
+    pub fn views_in<S: Simd>(&self, pack: &TrianglePack<8>, origin: [f32; 3]) -> Views {
+        Views::new::<S::F64x8>(pack, origin, self.threshold.get())
     }
 
     /// [`Mode::packet_closest_in`](crate::Mode::packet_closest_in) for rays that all start at the
@@ -258,15 +259,16 @@ impl Certified {
         starts.and(points, t_min, live, self.threshold.get())
     }
 
-    /// [`Certified::view_closest_in`] for one view after another; index and place of the i-th are
-    /// `first + i`. All are looked at before any is decided, which is faster than one by one.
+    /// [`Certified::view_closest_in`] for eight views after another; index and place of the i-th triangle
+    /// are `first + i`, every pack but the last full. The packet is held against eight views at once
+    /// before its rays are: what it cannot reach at all costs little if its rays are alike.
     ///
     /// An example stands at [`View`].
     #[inline(always)]
     pub fn views_closest_in<S: Simd, const N: usize>(
         &self,
         rays: &PreparedPacket<'_, Self, S, N>,
-        views: &[View],
+        views: &[Views],
         first: u32,
         find: impl Fn(u32) -> Triangle,
         live: u32,
@@ -275,7 +277,25 @@ impl Certified {
     ) where
         Lane<N>: Width,
     {
-        blocks::closest_of(self, rays, views, first, &find, live, bests, counts);
+        let beam = Beam::of::<_, N>(rays.lanes());
+        // A copy of its own stays in registers; all tests are counted at once.
+        let (mut own, mut few) = (*bests, Counts::default());
+        for (block, first) in views.chunks(8).zip((first..).step_by(64)) {
+            // Those that the beam may reach, gathered without a branch.
+            let mut list = 0_u64;
+            for (k, eight) in block.iter().enumerate() {
+                list |= u64::from(beam.maybe::<S::F32x8>(eight)) << (8 * k);
+                counts.tests += u64::from(live.count_ones() * eight.live.count_ones());
+            }
+            while list != 0 {
+                let i = list.trailing_zeros() as usize;
+                list &= list - 1;
+                let (view, index) = (&block[i / 8].each[i % 8], first + i as u32);
+                self.view_closest_in(rays, view, (index, index), &find, live, &mut own, &mut few);
+            }
+        }
+        counts.undecided += few.undecided;
+        *bests = own;
     }
 }
 

@@ -10,10 +10,8 @@
 //! sign of T, so that a hit in front has all of them positive, and scaled by their common bound, which
 //! thus becomes |d|. Bounds and proof: `docs/numerics/certified.md`.
 
-use crate::blocks::Target;
-use crate::lanes::{Lanes, Mask, Simd};
-use crate::mode::{Counts, Lane, Width};
-use crate::{Bests, Certified, Coefficients, PreparedPacket, Triangle, TrianglePack, Vec3};
+use crate::lanes::{Lanes, Mask};
+use crate::{Coefficients, Triangle, TrianglePack, Vec3};
 
 use super::bound;
 use super::filter::{Rays, Verdict};
@@ -22,7 +20,7 @@ use super::filter::{Rays, Verdict};
 ///
 /// ```
 /// use intertri::lanes::{Simd, WithSimd, dispatch};
-/// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, TrianglePack, View, Width};
+/// use intertri::{Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Triangle, TrianglePack, View, Views, Width};
 ///
 /// /// What each of eight rays hits first, by views from the origin that they share.
 /// struct Seen<'a>(Certified, &'a RayPacket<8>, &'a [Triangle], &'a [View]);
@@ -39,10 +37,9 @@ use super::filter::{Rays, Verdict};
 ///         for (i, view) in (0..).zip(views) {
 ///             mode.view_closest_in(&rays, view, (i, i), find, live, &mut one, &mut counts);
 ///         }
-///         // Eight views are made at once; only two of them are of triangles.
 ///         let pack = TrianglePack::new(triangles);
-///         let eight: [View; 8] = mode.views_in::<S>(&pack, packet.ray(0).origin);
-///         mode.views_closest_in(&rays, &eight[..2], 0, find, live, &mut row, &mut counts);
+///         let eight: Views = mode.views_in::<S>(&pack, packet.ray(0).origin);
+///         mode.views_closest_in(&rays, &[eight], 0, find, live, &mut row, &mut counts);
 ///         [one, row].map(|bests| {
 ///             std::array::from_fn(|lane| bests.lane(lane).triangle().map(|(index, _)| index))
 ///         })
@@ -184,39 +181,64 @@ fn longest<D: Lanes<Scalar = f64>>(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> D {
     x.dot(x).max(y.dot(y)).max(z.dot(z)).sqrt()
 }
 
-impl<S: Simd, const N: usize> Target<Certified, S, N> for View
-where
-    Lane<N>: Width,
-{
-    type Look = Rays<<Lane<N> as Width>::F<S>>;
+/// Eight triangles as they are seen from one origin.
+///
+/// ```
+/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::{Bests, Certified, Counts, Mode, Ray, RayPacket, Triangle, TrianglePack, Views};
+///
+/// /// What the first of eight rays hits first.
+/// struct First<'a>(Certified, &'a RayPacket<8>, &'a [Triangle]);
+/// impl WithSimd for First<'_> {
+///     type Output = Option<(u32, u32)>;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let Self(mode, packet, triangles) = self;
+///         let eight: Views = mode.views_in::<S>(&TrianglePack::new(triangles), packet.ray(0).origin);
+///         let rays = mode.prepare_packet_in::<S, 8>(packet);
+///         let (mut bests, mut counts) = (Bests::new(&packet.t_max), Counts::default());
+///         let find = |place: u32| triangles[place as usize];
+///         mode.views_closest_in(&rays, &[eight], 0, find, 1, &mut bests, &mut counts);
+///         assert_eq!(counts.tests, 2);
+///         bests.lane(0).triangle()
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let packet = RayPacket::new(&[Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0])]);
+/// assert_eq!(dispatch(First(Certified::default(), &packet, &[at(5.0), at(3.0)])), Some((1, 1)));
+/// ```
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Views {
+    /// U, V and W, by axis and triangle.
+    pub(super) forms: [[[f32; 8]; 3]; 3],
+    pub(super) doubtful: [f32; 8],
+    /// Bit i is set where there is a triangle that can be hit.
+    pub(super) live: u32,
+    pub(super) each: [View; 8],
+}
 
+impl Views {
+    /// What depends on the triangles and the origin.
     #[inline(always)]
-    fn look(_: &Certified, rays: &PreparedPacket<'_, Certified, S, N>) -> Self::Look {
-        *rays.lanes()
-    }
-
-    #[inline(always)]
-    fn maybe(
-        &self,
-        _: &Certified,
-        look: &Self::Look,
-        live: <<Lane<N> as Width>::F<S> as Lanes>::Mask,
-    ) -> bool {
-        (Forms::new(self, look).maybe(self) & live).any()
-    }
-
-    #[inline(always)]
-    fn offer(
-        &self,
-        mode: &Certified,
-        rays: &PreparedPacket<'_, Certified, S, N>,
-        index: u32,
-        find: &impl Fn(u32) -> Triangle,
-        live: u32,
-        bests: &mut Bests<<Lane<N> as Width>::F<S>, N>,
-        counts: &mut Counts,
-    ) {
-        mode.view_closest_in(rays, self, (index, index), find, live, bests, counts);
+    pub(super) fn new<D: Lanes<Scalar = f64>>(
+        pack: &TrianglePack<8>,
+        origin: [f32; 3],
+        threshold: f64,
+    ) -> Self {
+        let each = View::all::<D, 8>(pack, origin, threshold);
+        let (mut forms, mut doubtful, mut live) = ([[[0.0; 8]; 3]; 3], [0.0; 8], 0);
+        for (i, view) in each.iter().enumerate() {
+            for (to, from) in forms.iter_mut().zip([view.u, view.v, view.w]) {
+                to[0][i] = from.x;
+                to[1][i] = from.y;
+                to[2][i] = from.z;
+            }
+            doubtful[i] = view.doubtful;
+            live |= u32::from(!view.never) << i;
+        }
+        Self { forms, doubtful, live: live & pack.live(), each }
     }
 }
 

@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{
-    Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Threshold, Triangle, View, Width,
+    Bests, Certified, Counts, Lane, Mode, Ray, RayPacket, Threshold, Triangle, TrianglePack, Views,
+    Width,
 };
 
 use super::forms::{Answer, Bundle, Form, Layout, Nearest, Seconds, one_register};
@@ -99,12 +100,13 @@ fn packets<S: Simd, const N: usize>(
 where
     Lane<N>: Width,
 {
-    let prepared: Vec<(Vec<RayPacket<N>>, Vec<View>)> = bundles
+    let prepared: Vec<(Vec<RayPacket<N>>, Vec<Views>)> = bundles
         .iter()
         .map(|bundle| {
             let origin = bundle.rays.first().map_or([0.0; 3], |ray| ray.origin);
             let packets = bundle.rays.chunks(N).map(RayPacket::new).collect();
-            (packets, bundle.triangles.iter().map(|t| mode.view(t, origin)).collect())
+            let packs = bundle.triangles.chunks(8).map(TrianglePack::new);
+            (packets, packs.map(|pack| mode.views_in::<S>(&pack, origin)).collect())
         })
         .collect();
     let mut counts = Counts::default();
