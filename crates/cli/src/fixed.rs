@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::progress::Progress;
 
 /// Rays a thread snaps and asks at a time.
-const CHUNK: usize = 2048;
+const CHUNK: usize = 4096;
 
 /// A scene on a grid that holds the origins of its rays, too.
 pub(crate) struct OnGrid {
