@@ -2,7 +2,8 @@
 
 use bytemuck::Zeroable;
 
-use crate::{Ray, Triangle, Vec3, lanes::Lanes, mode::lanes_of};
+use crate::lanes::{Lanes, Mask, Simd};
+use crate::{Ray, Triangle, Vec3, mode::lanes_of};
 
 /// N rays side by side: `origin[axis][lane]`.
 ///
@@ -111,6 +112,17 @@ impl<const N: usize> TrianglePack<N> {
     /// ```
     #[inline]
     pub fn new(triangles: &[Triangle]) -> Self {
+        let mut pack = Self::of_corners(triangles);
+        for lane in 0..N {
+            let corners = pack.triangle(lane).0.map(|c| Vec3::<f64>::splat(c.map(f64::from)));
+            longest_edges(&corners, &mut pack.longest_edges[lane..=lane]);
+        }
+        pack
+    }
+
+    /// Without the longest edges.
+    #[inline(always)]
+    fn of_corners(triangles: &[Triangle]) -> Self {
         let live = triangles.len().min(N);
         let mut pack =
             Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
@@ -122,7 +134,6 @@ impl<const N: usize> TrianglePack<N> {
                     to[axis][lane] = from[axis];
                 }
             }
-            pack.longest_edges[lane] = longest_edge(triangle);
         }
         pack
     }
@@ -156,6 +167,38 @@ impl<const N: usize> TrianglePack<N> {
             }
         }
         triangle
+    }
+}
+
+impl TrianglePack<8> {
+    /// [`TrianglePack::new`] within a loop at some level.
+    ///
+    /// ```
+    /// use intertri::lanes::{Simd, WithSimd, dispatch};
+    /// use intertri::{Triangle, TrianglePack};
+    ///
+    /// struct Packs<'a>(&'a [Triangle]);
+    /// impl WithSimd for Packs<'_> {
+    ///     type Output = Vec<TrianglePack<8>>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let mut packs = vec![];
+    ///         for eight in self.0.chunks(8) {
+    ///             packs.push(TrianglePack::new_in::<S>(eight));
+    ///         }
+    ///         packs
+    ///     }
+    /// }
+    /// let triangle = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// assert_eq!(dispatch(Packs(&[triangle; 11]))[1].live(), 0b111);
+    /// ```
+    #[inline(always)]
+    pub fn new_in<S: Simd>(triangles: &[Triangle]) -> Self {
+        let mut pack = Self::of_corners(triangles);
+        let [c1, c2, c3] = &pack.corners;
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        longest_edges(&corners, &mut pack.longest_edges);
+        pack
     }
 }
 
@@ -198,19 +241,23 @@ const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 /// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// The length of the longest edge, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
+/// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
 /// out for f32 to decide anything.
-fn longest_edge(triangle: &Triangle) -> f32 {
-    let Triangle([c1, c2, c3]) = *triangle;
-    if !triangle.0.iter().flatten().all(|x| x.abs() <= LARGEST) {
-        return f32::NAN;
+#[inline(always)]
+fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mut [f32]) {
+    let (a, b, c) = (*c1 - *c2, *c2 - *c3, *c3 - *c1);
+    let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
+    a.max(b).max(c).sqrt().store_f32(edges);
+    // A NaN is one in the sum, too.
+    let known = (a + b + c).lt(D::splat(f64::INFINITY));
+    let (a, b, c) = (c1.abs(), c2.abs(), c3.abs());
+    let largest = a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z));
+    let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
+    for (lane, edge) in edges.iter_mut().enumerate() {
+        // The second number above.
+        let above = f32::from_bits((*edge + SHORTEST).to_bits() + 2);
+        *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
     }
-    let square = |a: [f32; 3], b: [f32; 3]| {
-        let [x, y, z] = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
-        x * x + y * y + z * z
-    };
-    let square = Lanes::max(square(c1, c2), Lanes::max(square(c2, c3), square(c3, c1)));
-    (Lanes::sqrt(square) as f32 + SHORTEST).next_up().next_up()
 }
 
 /// The lowest `n` bits.

@@ -1,7 +1,7 @@
 //! Boxes with sides along the axes.
 //!
 //! Four lanes instead of three, so that a union is two vector instructions. The fourth lane means
-//! nothing here; the builder keeps an index in it.
+//! nothing.
 
 use intertri::Triangle;
 
@@ -43,13 +43,6 @@ impl Bounds {
         self.hi = max(self.hi, other.hi);
     }
 
-    /// Makes this the box around itself and a point.
-    #[inline(always)]
-    pub(crate) fn reach(&mut self, point: [f32; 4]) {
-        self.lo = min(self.lo, point);
-        self.hi = max(self.hi, point);
-    }
-
     /// Twice the middle of the box, in units of `1 / scale`.
     #[inline(always)]
     pub(crate) fn centre(&self, scale: f32) -> [f32; 4] {
@@ -58,6 +51,7 @@ impl Bounds {
     }
 
     /// Half the surface in units of `1 / scale²`; infinite for the box around nothing.
+    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn half_area(&self, scale: f32) -> f32 {
         let (a, b, s) = (self.lo, self.hi, scale);

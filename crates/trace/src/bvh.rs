@@ -1,13 +1,12 @@
 //! The hierarchy and its questions.
 
-use intertri::lanes::{Simd, WithSimd};
+use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{Best, Counts, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
 
 use crate::batch::{self, OfMode};
 use crate::build::{self, BuildError, Tree};
 use crate::node::{NONE, Node};
 use crate::search;
-use crate::sliver::{Extent, extent};
 use crate::stack::{Lent, Stack};
 
 /// A bounding volume hierarchy over triangles.
@@ -72,37 +71,31 @@ impl Bvh {
         triangles: &[Triangle],
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, BuildError> {
-        let Tree { nodes, blocks, depth } = build::build_with_progress(triangles, progress)?;
-        let boxed = blocks.len();
+        let Tree { nodes, blocks: mut indices, depth, unbounded } =
+            build::build_with_progress(triangles, progress)?;
+        let boxed = indices.len();
+
+        // No coordinate is larger than those of the root's boxes, and of triangles without a box.
+        let none = |side: &&f32| side.is_finite();
+        let sides = [nodes[0].lo.as_flattened(), nodes[0].hi.as_flattened()];
+        let corners = unbounded.iter().flat_map(|&i| triangles[i as usize].0.as_flattened());
+        let reach = |reach: f32, x: &f32| reach.max(x.abs());
+        let reach = sides.into_iter().flatten().filter(none).chain(corners).fold(0.0, reach);
 
         // Triangles of which no box is known follow the leaves, in blocks of their own.
-        let unbounded = |&i: &u32| extent(&triangles[i as usize]) == Extent::Unbounded;
-        let unbounded: Vec<u32> = (0..triangles.len() as u32).filter(unbounded).collect();
-        let unboxed = unbounded.chunks(8).map(|chunk| {
+        indices.extend(unbounded.chunks(8).map(|chunk| {
             let mut block = [NONE; 8];
             block[..chunk.len()].copy_from_slice(chunk);
             block
-        });
-        let indices: Vec<[u32; 8]> = blocks.into_iter().chain(unboxed).collect();
-
-        let pack = |block: &[u32; 8]| {
-            let used = block.iter().take_while(|&&i| i != NONE);
-            let mut corners = [Triangle([[0.0; 3]; 3]); 8];
-            let mut count = 0;
-            for &i in used {
-                corners[count] = triangles[i as usize];
-                count += 1;
-            }
-            TrianglePack::new(&corners[..count])
-        };
-        let reach = |t: &Triangle| t.0.iter().flatten().fold(0.0, |m: f32, x| m.max(x.abs()));
-        let finite = |t: &&Triangle| t.0.iter().flatten().all(|x| x.is_finite());
+        }));
+        let level = Level::best();
+        let pack = |i: usize| level.run(Pack { triangles, block: &indices[i] });
         Ok(Self {
-            packs: indices.iter().map(pack).collect(),
+            packs: build::each(indices.len(), pack),
             nodes,
             indices,
             boxed,
-            reach: triangles.iter().filter(finite).map(reach).fold(0.0, f32::max),
+            reach,
             stack: 8 * depth + 8,
             triangles: triangles.len(),
         })
@@ -205,6 +198,26 @@ impl Bvh {
     #[inline]
     pub(crate) fn stack(&self) -> Lent {
         Lent::new(self.stack)
+    }
+}
+
+/// The triangles of a block side by side.
+struct Pack<'a> {
+    triangles: &'a [Triangle],
+    block: &'a [u32; 8],
+}
+
+impl WithSimd for Pack<'_> {
+    type Output = TrianglePack<8>;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> TrianglePack<8> {
+        let mut corners = [Triangle([[0.0; 3]; 3]); 8];
+        let mut count = 0;
+        for &i in self.block.iter().take_while(|&&i| i != NONE) {
+            corners[count] = self.triangles[i as usize];
+            count += 1;
+        }
+        TrianglePack::new_in::<S>(&corners[..count])
     }
 }
 

@@ -10,9 +10,11 @@
 
 use super::plan::{Costs, Plan};
 use super::refs::Ref;
+use super::sides::{Centres, Sides};
 use super::split::{self, Binning, Bins};
 use super::{BLOCK, MAX_DEPTH, join};
 use crate::bounds::Bounds;
+use intertri::lanes::{Lanes, Level, Simd, WithSimd};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// From so many triangles on, two sides are built side by side, and progress is told.
@@ -21,20 +23,12 @@ const MANY: usize = 1 << 12;
 /// Boxes binned or measured in one go, by one thread.
 const CHUNK: usize = 1 << 15;
 
-/// A node with two sides.
-#[derive(Clone, Copy)]
-pub(super) struct Inner {
-    pub lo: [f32; 3],
-    pub hi: [f32; 3],
-    /// The triangles of its left side.
-    pub left: u32,
-    pub plan: Plan,
-}
-
 /// The whole: at least one reference, and one node fewer.
 pub(super) struct Binary {
     pub refs: Vec<Ref>,
-    pub inner: Vec<Inner>,
+    /// Of each node its box, and as words the number of triangles of its left side and its plan. Plain
+    /// numbers, so that their memory comes as zeros and is not touched before it is used.
+    inner: Vec<[f32; 8]>,
 }
 
 /// A part of the tree: `count` references from `first` on, and the nodes from `node` on.
@@ -52,16 +46,15 @@ impl Binary {
 
     /// The box around a subtree.
     pub(super) fn bounds(&self, part: Subtree) -> Bounds {
-        if part.count == 1 {
-            return self.refs[part.first].0;
+        match part.count {
+            1 => self.refs[part.first].0.bounds(),
+            _ => Sides(self.inner[part.node]).bounds(),
         }
-        let Inner { lo, hi, .. } = self.inner[part.node];
-        Bounds { lo: [lo[0], lo[1], lo[2], 0.0], hi: [hi[0], hi[1], hi[2], 0.0] }
     }
 
     /// The two sides of a subtree of at least two triangles.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
-        let left = self.inner[part.node].left as usize;
+        let left = Sides(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
             Subtree { node: node + 1, first, count: left },
@@ -71,21 +64,21 @@ impl Binary {
 
     /// What is planned for a subtree; a single triangle is a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
-        (part.count > 1).then(|| self.inner[part.node].plan)
+        (part.count > 1).then(|| Plan(Sides(self.inner[part.node]).word(1)))
     }
 }
 
 /// Builds the tree over at least one triangle.
 pub(super) fn build(mut refs: Vec<Ref>, progress: &(dyn Fn(usize, usize) + Sync)) -> Binary {
-    let empty = Inner { lo: [0.0; 3], hi: [0.0; 3], left: 0, plan: Plan::default() };
-    let mut inner = vec![empty; refs.len() - 1];
-    let scale = around(&refs, |all, r| all.join(&r.0)).scale();
-    let builder = Builder { scale, total: refs.len(), done: AtomicUsize::new(0), progress };
-    builder.large(&mut refs, &mut inner, 0);
+    let mut inner = vec![[0.0; 8]; refs.len() - 1];
+    let builder = Builder::new(&refs, progress);
+    let centres = builder.centres(&refs);
+    builder.large(&mut refs, &mut inner, &centres, 0);
     Binary { refs, inner }
 }
 
 struct Builder<'a> {
+    level: Level,
     /// See [`Bounds::scale`].
     scale: f32,
     total: usize,
@@ -93,109 +86,234 @@ struct Builder<'a> {
     progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(refs: &[Ref], progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
+        let level = Level::best();
+        let all = gather(refs, &|refs| level.run(Around(refs)), &|a, b| level.run(Both(a, b)));
+        let (total, done) = (refs.len(), AtomicUsize::new(0));
+        Self { level, scale: all.bounds().scale(), total, done, progress }
+    }
+
+    fn centres(&self, refs: &[Ref]) -> Centres {
+        let one = |refs: &[Ref]| self.level.run(CentresOf { refs, scale: self.scale });
+        gather(refs, &one, &Centres::join)
+    }
+
     /// A subtree whose sides may be built side by side. Its depth is bounded by [`MAX_DEPTH`].
-    fn large(&self, refs: &mut [Ref], inner: &mut [Inner], depth: usize) -> Built {
-        let count = refs.len();
+    fn large(
+        &self,
+        refs: &mut [Ref],
+        inner: &mut [[f32; 8]],
+        centres: &Centres,
+        depth: usize,
+    ) -> Built {
+        let (builder, count) = (self, refs.len());
         if count < MANY {
-            let built = self.small(refs, inner, depth);
+            let built = self.level.run(Small { builder, refs, inner, centres, depth });
             let done = self.done.fetch_add(count, Ordering::Relaxed) + count;
             (self.progress)(done, self.total);
             return built;
         }
-        let left = self.cut(refs, depth);
+        let (left, [ca, cb]) = self.level.run(Cut { builder, refs, centres, depth });
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
-        let (a, b) = join(|| self.large(lr, li, depth + 1), || self.large(rr, ri, depth + 1));
-        self.finish(here, left, count, &a, &b)
+        let (a, b) =
+            join(|| self.large(lr, li, &ca, depth + 1), || self.large(rr, ri, &cb, depth + 1));
+        self.level.run(Finish { builder, here, left, count, a, b })
     }
 
-    /// A subtree built by one thread.
-    fn small(&self, refs: &mut [Ref], inner: &mut [Inner], depth: usize) -> Built {
+    /// What a subtree's area costs, with a trifle more, so that among boxes without area the fewer nodes
+    /// win.
+    #[inline(always)]
+    fn area<S: Simd>(&self, sides: &Sides) -> f32 {
+        let mut size = [0.0; 4];
+        sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
+        let [x, y, z, _] = size;
+        x * (y + z) + y * z + 1e-20
+    }
+}
+
+/// A subtree built by one thread.
+struct Small<'a> {
+    builder: &'a Builder<'a>,
+    refs: &'a mut [Ref],
+    inner: &'a mut [[f32; 8]],
+    centres: &'a Centres,
+    depth: usize,
+}
+
+impl WithSimd for Small<'_> {
+    type Output = Built;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Built {
+        let Self { builder, refs, inner, centres, depth } = self;
         let count = refs.len();
         if count == 1 {
-            let bounds = refs[0].0;
-            return Built { bounds, costs: Costs::of_one(self.area(&bounds)) };
+            let sides = refs[0].0;
+            return Built { sides, costs: Costs::of_block(builder.area::<S>(&sides)) };
         }
-        let left = if count <= split::FEW {
-            split::sort_few(refs, self.scale)
+        // Two are a block, which nothing that is planned divides.
+        if count == 2 {
+            let sides = refs[0].0.join::<S>(&refs[1].0);
+            let costs = Costs::of_block(builder.area::<S>(&sides));
+            inner[0] = node(&sides, 1, Plan::BLOCK);
+            return Built { sides, costs };
+        }
+        let (left, [ca, cb]) = if count <= split::FEW {
+            (split::sort_few::<S>(refs, builder.scale), [*centres; 2])
         } else {
-            self.cut(refs, depth)
+            Cut { builder, refs, centres, depth }.run::<S>()
         };
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
-        let a = self.small(lr, li, depth + 1);
-        let b = self.small(rr, ri, depth + 1);
-        self.finish(here, left, count, &a, &b)
-    }
 
-    /// Sorts the references to the two sides of the cheapest cut.
-    fn cut(&self, refs: &mut [Ref], depth: usize) -> usize {
-        let count = refs.len();
+        // A function that calls itself is not inlined: it is entered by its level.
+        let (level, depth) = (builder.level, depth + 1);
+        let a = level.run(Small { builder, refs: lr, inner: li, centres: &ca, depth });
+        let b = level.run(Small { builder, refs: rr, inner: ri, centres: &cb, depth });
+        Finish { builder, here, left, count, a, b }.run::<S>()
+    }
+}
+
+/// Sorts the references to the two sides of the cheapest cut. Gives how many are on the left, and the
+/// boxes around the centres of both sides.
+struct Cut<'a> {
+    builder: &'a Builder<'a>,
+    refs: &'a mut [Ref],
+    centres: &'a Centres,
+    depth: usize,
+}
+
+impl WithSimd for Cut<'_> {
+    type Output = (usize, [Centres; 2]);
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { builder, refs, centres, depth } = self;
+        let (count, scale) = (refs.len(), builder.scale);
         // Halving from here on would need so many levels: as long as there are more, the cut is
         // free. The last few boxes, cut anyhow, need at most one level each.
         let levels = count.ilog2() as usize + split::FEW;
         if depth + levels < MAX_DEPTH {
-            let centres = around(refs, |all, r| all.reach(r.0.centre(self.scale)));
-            let binning = Binning::new(&centres, self.scale);
-            if let Some(cut) = bins(refs, &binning).best(self.scale) {
-                return split::partition(refs, &binning, cut);
+            let binning = Binning::new(count, centres, scale);
+            let bins = match count {
+                ..=CHUNK => Bins::of::<S>(refs, &binning),
+                _ => bins(builder.level, refs, &binning),
+            };
+            if let Some(cut) = bins.best::<S>(&binning) {
+                return split::partition::<S>(refs, &binning, cut);
             }
         }
         // All centres alike, or too deep: halves, as they come, of full blocks.
-        (count / 2).next_multiple_of(BLOCK)
+        ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }
 
-impl Builder<'_> {
-    fn area(&self, bounds: &Bounds) -> f32 {
-        // A trifle more, so that among boxes without area the fewer nodes win.
-        bounds.half_area(self.scale) + 1e-20
-    }
+/// Writes a node whose two sides are built.
+struct Finish<'a> {
+    builder: &'a Builder<'a>,
+    here: &'a mut [f32; 8],
+    left: usize,
+    count: usize,
+    a: Built,
+    b: Built,
+}
 
-    /// Writes a node whose two sides are built.
+impl WithSimd for Finish<'_> {
+    type Output = Built;
+
     #[inline(always)]
-    fn finish(&self, here: &mut Inner, left: usize, count: usize, a: &Built, b: &Built) -> Built {
-        let mut bounds = a.bounds;
-        bounds.join(&b.bounds);
-        let (costs, plan) = Costs::join(self.area(&bounds), count, &a.costs, &b.costs);
-        let ([lx, ly, lz, _], [hx, hy, hz, _]) = (bounds.lo, bounds.hi);
-        *here = Inner { lo: [lx, ly, lz], hi: [hx, hy, hz], left: left as u32, plan };
-        Built { bounds, costs }
+    fn run<S: Simd>(self) -> Built {
+        let Self { builder, here, left, count, a, b } = self;
+        let sides = a.sides.join::<S>(&b.sides);
+        let (costs, plan) = Costs::join(builder.area::<S>(&sides), count, &a.costs, &b.costs);
+        *here = node(&sides, left, plan);
+        Built { sides, costs }
     }
 }
 
 /// What a subtree tells the node above.
 struct Built {
-    bounds: Bounds,
+    sides: Sides,
     costs: Costs,
 }
 
+/// A node with two sides.
+#[inline(always)]
+fn node(sides: &Sides, left: usize, plan: Plan) -> [f32; 8] {
+    let mut node = *sides;
+    node.set_word(0, left as u32);
+    node.set_word(1, plan.0);
+    node.0
+}
+
 /// The node itself, those of its left side, and those of its right.
-fn nodes_of(inner: &mut [Inner], left: usize) -> (&mut Inner, &mut [Inner], &mut [Inner]) {
+#[inline(always)]
+fn nodes_of(
+    inner: &mut [[f32; 8]],
+    left: usize,
+) -> (&mut [f32; 8], &mut [[f32; 8]], &mut [[f32; 8]]) {
     let (here, below) = inner.split_at_mut(1);
     let (a, b) = below.split_at_mut(left - 1);
     (&mut here[0], a, b)
 }
 
-/// The box around all that `add` adds for each reference.
-fn around(refs: &[Ref], add: impl Fn(&mut Bounds, &Ref) + Sync) -> Bounds {
-    let one = |refs: &[Ref]| {
-        let mut all = Bounds::EMPTY;
-        for r in refs {
-            add(&mut all, r);
-        }
-        all
-    };
-    gather(refs, &one, &|mut a, b| {
-        a.join(&b);
-        a
-    })
+/// The box around references.
+struct Around<'a>(&'a [Ref]);
+
+impl WithSimd for Around<'_> {
+    type Output = Sides;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Sides {
+        self.0.iter().fold(Sides::EMPTY, |all, r| all.join::<S>(&r.0))
+    }
 }
 
-/// All references in their bins.
-fn bins(refs: &[Ref], binning: &Binning) -> Bins {
-    gather(refs, &|refs| Bins::of(refs, binning), &|a, b| a.join(&b))
+/// The box around two.
+struct Both(Sides, Sides);
+
+impl WithSimd for Both {
+    type Output = Sides;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Sides {
+        self.0.join::<S>(&self.1)
+    }
+}
+
+/// The box around the centres of references.
+struct CentresOf<'a> {
+    refs: &'a [Ref],
+    scale: f32,
+}
+
+impl WithSimd for CentresOf<'_> {
+    type Output = Centres;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Centres {
+        split::centres::<S>(self.refs, self.scale)
+    }
+}
+
+/// References in their bins.
+struct BinsOf<'a> {
+    refs: &'a [Ref],
+    binning: &'a Binning,
+}
+
+impl WithSimd for BinsOf<'_> {
+    type Output = Bins;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Bins {
+        Bins::of::<S>(self.refs, self.binning)
+    }
+}
+
+/// Many references in their bins, on all threads.
+#[inline(never)]
+fn bins(level: Level, refs: &[Ref], binning: &Binning) -> Bins {
+    let one = |refs: &[Ref]| level.run(BinsOf { refs, binning });
+    gather(refs, &one, &|a, b| a.join(&b))
 }
 
 /// Does chunks side by side and joins their results, always in the same order.
@@ -236,12 +354,11 @@ mod tests {
         };
         let triangles: Vec<_> = (-120..120).flat_map(|i| [at(i); 40]).collect();
         let depth_from = |start| {
-            let mut refs = refs::collect(&triangles);
-            let empty = Inner { lo: [0.0; 3], hi: [0.0; 3], left: 0, plan: Plan::default() };
-            let mut inner = vec![empty; refs.len() - 1];
-            let scale = around(&refs, |all, r| all.join(&r.0)).scale();
-            let (total, done, progress) = (refs.len(), AtomicUsize::new(0), &|_, _| ());
-            Builder { scale, total, done, progress }.large(&mut refs, &mut inner, start);
+            let (mut refs, _) = refs::collect(&triangles);
+            let mut inner = vec![[0.0; 8]; refs.len() - 1];
+            let builder = Builder::new(&refs, &|_, _| ());
+            let centres = builder.centres(&refs);
+            builder.large(&mut refs, &mut inner, &centres, start);
             let binary = Binary { refs, inner };
             start + depth(&binary, binary.root())
         };

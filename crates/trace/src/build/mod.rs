@@ -4,22 +4,26 @@
 //! triangles ── refs ──> boxes ── binary ──> two-way tree ── wide ──> nodes of 8, blocks of 8
 //! ```
 //!
-//! 1. [`refs`]: the box of each triangle; those that are never hit are left out.
-//! 2. [`binary`]: a two-way tree down to single triangles by the surface-area heuristic
-//!    ([`split`]). On the way back up, [`plan`] finds by dynamic programming how to cut it into
-//!    nodes of eight and blocks of eight at the least cost.
+//! 1. [`refs`]: the box of each triangle, as one row of lanes ([`sides`]); those that are never hit are
+//!    left out.
+//! 2. [`binary`]: a two-way tree down to pairs of triangles by the surface-area heuristic: [`split`]
+//!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`plan`]
+//!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
+//!    least cost.
 //! 3. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
 //!
-//! The result depends on the triangles alone, never on the number of threads. At its peak the
-//! builder holds about 64 bytes a triangle besides its input and the tree, which itself takes 15
-//! to 30.
+//! The result depends on the triangles alone, never on the number of threads or the CPU's lanes. At
+//! its peak the builder holds about 64 bytes a triangle besides its input and the tree, which itself
+//! takes 15 to 30.
 
 mod binary;
 #[cfg(test)]
 mod check;
 mod plan;
 mod refs;
+mod sides;
 mod split;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod wide;
@@ -47,6 +51,8 @@ pub(crate) struct Tree {
     pub blocks: Vec<[u32; BLOCK]>,
     /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
+    /// The triangles that may be hit outside of any box, ascending.
+    pub unbounded: Vec<u32>,
 }
 
 /// Why there is no hierarchy.
@@ -86,12 +92,12 @@ pub(crate) fn build_with_progress(
     if triangles.len() >= LEAF as usize {
         return Err(BuildError::TooManyTriangles { count: triangles.len() });
     }
-    let refs = refs::collect(triangles);
+    let (refs, unbounded) = refs::collect(triangles);
     if refs.is_empty() {
-        return Ok(Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1 });
+        return Ok(Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
     }
-    let tree = binary::build(refs, progress);
-    Ok(wide::write(&tree))
+    let binary = binary::build(refs, progress);
+    Ok(Tree { unbounded, ..wide::write(&binary) })
 }
 
 #[cfg(test)]
@@ -114,6 +120,18 @@ impl Tree {
         }
         sum / root.half_area(scale) as f64
     }
+}
+
+/// What a function gives for 0 to `count`, on all threads where there are threads.
+#[cfg(feature = "parallel")]
+pub(crate) fn each<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    use rayon::prelude::*;
+    (0..count).into_par_iter().with_min_len(1 << 9).map(of).collect()
+}
+
+#[cfg(not(feature = "parallel"))]
+pub(crate) fn each<T>(count: usize, of: impl Fn(usize) -> T) -> Vec<T> {
+    (0..count).map(of).collect()
 }
 
 /// Runs both, side by side where there are threads.

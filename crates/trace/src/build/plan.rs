@@ -20,15 +20,15 @@ pub(super) struct Costs([f32; 7]);
 
 /// The choices behind the costs of a two-way node, packed: three bits for each of 2 to 8 children
 /// (how many of them the left side gets; 0 stands for one fewer child) and one for a block.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Plan(u32);
+#[derive(Clone, Copy)]
+pub(super) struct Plan(pub u32);
 
 const IS_BLOCK: u32 = 1 << 31;
 
 impl Costs {
-    /// A single triangle is a block, however many children it could be.
+    /// A block, however many children it could be.
     #[inline(always)]
-    pub(super) fn of_one(area: f32) -> Self {
+    pub(super) fn of_block(area: f32) -> Self {
         Self([area * LEAF; 7])
     }
 
@@ -67,6 +67,9 @@ impl Costs {
 }
 
 impl Plan {
+    /// A block, and nothing else.
+    pub(super) const BLOCK: Self = Self(IS_BLOCK);
+
     /// Whether the cheapest single child is a block.
     pub(super) fn is_block(self) -> bool {
         self.0 & IS_BLOCK != 0

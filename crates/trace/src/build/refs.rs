@@ -1,50 +1,47 @@
 //! What the builder sorts: a box and an index for each triangle, 32 bytes.
 
-use super::join;
-use crate::bounds::Bounds;
+use super::each;
+use super::sides::Sides;
 use crate::node::NONE;
 use crate::sliver::{Extent, extent};
 use intertri::Triangle;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The box of a triangle, with the triangle's index in the lane that the box leaves free.
+/// The box of a triangle, with the triangle's index in its first word.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ref(pub Bounds);
+pub(super) struct Ref(pub Sides);
+
+/// Keeps indices from looking like numbers so small that arithmetic on them is slow.
+const NORMAL: u32 = 1 << 30;
 
 impl Ref {
-    fn new(triangle: &Triangle, index: u32) -> Self {
-        // Where there is no box the index is that of no triangle.
-        let (mut bounds, index) = match extent(triangle) {
-            Extent::Box(bounds) => (bounds, index),
-            Extent::Nowhere | Extent::Unbounded => (Bounds::EMPTY, NONE),
-        };
-        bounds.lo[3] = f32::from_bits(index);
-        Self(bounds)
-    }
-
     pub(super) fn index(&self) -> u32 {
-        self.0.lo[3].to_bits()
+        self.0.word(0) ^ NORMAL
     }
 }
 
-/// All triangles that have a box, in order.
-pub(super) fn collect(triangles: &[Triangle]) -> Vec<Ref> {
-    let mut refs = vec![Ref(Bounds::EMPTY); triangles.len()];
-    fill(&mut refs, triangles, 0);
-    refs.retain(|r| r.index() != NONE);
-    refs
-}
+/// The boxes of all triangles that have one, in order; and the triangles that may be hit outside of any
+/// box.
+pub(super) fn collect(triangles: &[Triangle]) -> (Vec<Ref>, Vec<u32>) {
+    let rare = AtomicBool::new(false);
+    let mut refs = each(triangles.len(), |i| {
+        let (mut sides, index) = match extent(&triangles[i]) {
+            Extent::Box(bounds) => (Sides::of(&bounds), i as u32),
+            Extent::Nowhere | Extent::Unbounded => {
+                rare.store(true, Ordering::Relaxed);
+                (Sides::EMPTY, NONE)
+            }
+        };
+        sides.set_word(0, index ^ NORMAL);
+        Ref(sides)
+    });
 
-/// Halves the work until it is small; the depth is that of a binary search.
-fn fill(refs: &mut [Ref], triangles: &[Triangle], first: u32) {
-    const SMALL: usize = 1 << 14;
-    if refs.len() <= SMALL {
-        for (i, (r, t)) in refs.iter_mut().zip(triangles).enumerate() {
-            *r = Ref::new(t, first + i as u32);
-        }
-        return;
+    let mut unbounded = Vec::new();
+    if rare.into_inner() {
+        let is = |i: usize| extent(&triangles[i]) == Extent::Unbounded;
+        let without = (0..refs.len()).filter(|&i| refs[i].index() == NONE && is(i));
+        unbounded.extend(without.map(|i| i as u32));
+        refs.retain(|r| r.index() != NONE);
     }
-    let half = refs.len() / 2;
-    let (a, b) = refs.split_at_mut(half);
-    let (ta, tb) = triangles.split_at(half);
-    join(|| fill(a, ta, first), || fill(b, tb, first + half as u32));
+    (refs, unbounded)
 }

@@ -1,8 +1,7 @@
-//! Where to cut a set of boxes in two, by the surface-area heuristic.
+//! Where to cut a set of boxes in two.
 //!
-//! A cut costs the area of each side's box times the number of triangles in it. Few boxes are
-//! sorted along each axis and every cut is tried; many are thrown into bins by their centres
-//! (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007):
+//! Few boxes are sorted along each axis and every cut is tried; many are thrown into bins by their
+//! centres (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007):
 //!
 //! ```text
 //!   centres   .  . ..   |  .    .|.   . .   . . .
@@ -10,13 +9,24 @@
 //! ```
 
 use super::refs::Ref;
-use crate::bounds::Bounds;
+use super::sides::{CentreLanes, Centres, Sides};
+use super::sweep::{Costs, ROW};
+use intertri::lanes::{Lanes, Mask, Simd};
 
 /// Up to so many boxes are sorted.
 pub(super) const FEW: usize = 8;
 
+/// Up to so many boxes have half the bins: to look at the bins would take longer than to fill them.
+const SOME: usize = 32;
+
 /// Bins along each axis; a power of two, so that a mask keeps every index inside.
-const BINS: usize = 16;
+const BINS: usize = ROW;
+
+/// From so many boxes on, two sets of bins pay.
+const MANY: usize = 200;
+
+/// Adding this number rounds to an integer in the low bits: the vector form of a conversion.
+const ROUND: f32 = 12_582_912.0;
 
 /// From a box to its bin along each axis.
 #[derive(Clone, Copy)]
@@ -24,62 +34,90 @@ pub(super) struct Binning {
     origin: [f32; 4],
     per_unit: [f32; 4],
     scale: f32,
+    bins: usize,
 }
 
 impl Binning {
-    pub(super) fn new(centres: &Bounds, scale: f32) -> Self {
+    /// For so many boxes with those centres.
+    pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
         // A little less than all bins, so that the last centre falls into the last. An axis along
         // which all centres are equal has them all in bin 0.
-        let per_unit = std::array::from_fn(|k| {
-            let side = centres.hi[k] - centres.lo[k];
-            if side > 0.0 { BINS as f32 * 0.9999 / side } else { 0.0 }
-        });
-        Self { origin: centres.lo, per_unit, scale }
+        let bins = if count <= SOME { BINS / 2 } else { BINS };
+        let sides = centres.lo.iter().zip(&centres.hi);
+        let mut per_unit = [0.0; 4];
+        for (per_unit, (lo, hi)) in per_unit.iter_mut().zip(sides).take(3) {
+            let side = hi - lo;
+            *per_unit = if side > 0.0 { bins as f32 * 0.9999 / side } else { 0.0 };
+        }
+        Self { origin: centres.lo, per_unit, scale, bins }
     }
 
+    /// The bins along all axes, as numbers with [`ROUND`] added.
     #[inline(always)]
-    fn bins(&self, bounds: &Bounds) -> [usize; 3] {
-        let c = bounds.centre(self.scale);
-        [0, 1, 2].map(|k| integer((c[k] - self.origin[k]) * self.per_unit[k]))
+    fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
+        let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
+        let mut bins = [0.0; 4];
+        ((at - S::F32x4::splat(0.5)) + S::F32x4::splat(ROUND)).store(&mut bins);
+        bins
     }
 
     /// The bin along one axis: the same operations.
     #[inline(always)]
-    fn bin(&self, bounds: &Bounds, axis: usize) -> usize {
-        let c = bounds.lo[axis] * self.scale + bounds.hi[axis] * self.scale;
-        integer((c - self.origin[axis]) * self.per_unit[axis])
+    fn bin(&self, sides: &Sides, axis: usize) -> f32 {
+        let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
+        (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
-}
-
-/// Rounds down, and keeps the result below [`BINS`] whatever it is. Adding this number rounds to an
-/// integer in the low bits: the vector form of a conversion.
-#[inline(always)]
-fn integer(x: f32) -> usize {
-    ((x - 0.5) + 12_582_912.0).to_bits() as usize & (BINS - 1)
 }
 
 /// How many boxes fell into each bin of each axis, and the box around them.
 pub(super) struct Bins {
-    bounds: [[Bounds; BINS]; 3],
+    sides: [[Sides; BINS]; 3],
     count: [[u32; BINS]; 3],
 }
 
 impl Bins {
-    pub(super) fn of(refs: &[Ref], binning: &Binning) -> Self {
-        let mut all = Self { bounds: [[Bounds::EMPTY; BINS]; 3], count: [[0; BINS]; 3] };
-        for r in refs {
-            for (axis, bin) in binning.bins(&r.0).into_iter().enumerate() {
-                all.bounds[axis][bin].join(&r.0);
-                all.count[axis][bin] += 1;
+    const EMPTY: Self = Self { sides: [[Sides::EMPTY; BINS]; 3], count: [[0; BINS]; 3] };
+
+    #[inline(always)]
+    pub(super) fn of<S: Simd>(refs: &[Ref], binning: &Binning) -> Self {
+        // Neighbours often go to the same bin, and each would have to wait for the one before: many take
+        // turns between two sets.
+        let mut all = Self::EMPTY;
+        let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
+        for r in last {
+            all.add::<S>(r, binning);
+        }
+        if !pairs.is_empty() {
+            let mut odd = Self::EMPTY;
+            for [a, b] in pairs {
+                all.add::<S>(a, binning);
+                odd.add::<S>(b, binning);
             }
+            all = all.join(&odd);
         }
         all
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, Ref(sides): &Ref, binning: &Binning) {
+        let scale = S::F32x4::splat(binning.scale);
+        let at = binning.bins::<S>(sides.centre::<S>(scale));
+        let row = S::F32x8::load(&sides.0);
+        for ((sides, count), at) in self.sides.iter_mut().zip(&mut self.count).zip(at) {
+            let bin = at.to_bits() as usize % BINS;
+            let around = &mut sides[bin].0;
+            S::F32x8::load(around).max(row).store(around);
+            count[bin] += 1;
+        }
     }
 
     pub(super) fn join(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
-                self.bounds[axis][bin].join(&other.bounds[axis][bin]);
+                let of = &other.sides[axis][bin].0;
+                for (a, b) in self.sides[axis][bin].0.iter_mut().zip(of) {
+                    *a = if *a > *b { *a } else { *b };
+                }
                 self.count[axis][bin] += other.count[axis][bin];
             }
         }
@@ -88,93 +126,84 @@ impl Bins {
 
     /// The cheapest cut: its axis and the first bin of its right side. `None` where all boxes are
     /// in one bin.
-    pub(super) fn best(&self, scale: f32) -> Option<(usize, usize)> {
-        let (mut least, mut best) = (f32::INFINITY, None);
+    #[inline(always)]
+    pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
+        let mut costs = Costs::new();
         for axis in 0..3 {
-            let (bounds, count) = (&self.bounds[axis], &self.count[axis]);
-            // The right sides, from the right end on.
-            let mut right = [0.0; BINS];
-            let (mut side, mut n) = (Bounds::EMPTY, 0);
-            for bin in (1..BINS).rev() {
-                side.join(&bounds[bin]);
-                n += count[bin];
-                right[bin] = side.half_area(scale) * n as f32;
-            }
-            // The left sides. A side of no boxes has an infinite area, times 0 is NaN: never less.
-            let (mut side, mut n) = (Bounds::EMPTY, 0);
-            for bin in 1..BINS {
-                side.join(&bounds[bin - 1]);
-                n += count[bin - 1];
-                let cost = side.half_area(scale) * n as f32 + right[bin];
-                if cost < least {
-                    (least, best) = (cost, Some((axis, bin)));
-                }
-            }
+            let (sides, count) = (&self.sides[axis], &self.count[axis]);
+            costs.sweep::<S>(axis, &sides[..binning.bins], count, binning.scale);
         }
-        best
+        costs.best::<S>()
     }
 }
 
-/// Sorts the boxes in place to the two sides of a cut; returns how many are on the left.
-pub(super) fn partition(
+/// The box around the centres of some boxes.
+#[inline(always)]
+pub(super) fn centres<S: Simd>(refs: &[Ref], scale: f32) -> Centres {
+    let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
+    let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
+    for Ref(sides) in refs {
+        centres.reach(sides.centre::<S>(scale), all);
+    }
+    centres.store()
+}
+
+/// Sorts the boxes in place to the two sides of a cut. Returns how many are on the left, and the boxes
+/// around the centres of both sides.
+#[inline(always)]
+pub(super) fn partition<S: Simd>(
     refs: &mut [Ref],
     binning: &Binning,
     (axis, first_right): (usize, usize),
-) -> usize {
+) -> (usize, [Centres; 2]) {
     let mut left = 0;
+    let (mut a, mut b) = (CentreLanes::none(), CentreLanes::none());
+    let (cut, scale) = (ROUND + first_right as f32, S::F32x4::splat(binning.scale));
     // Without a branch, which would be mispredicted every other time: everything is swapped to
     // the end of the left side, which grows only if it belongs there.
     for i in 0..refs.len() {
         let r = refs[i];
-        let is_left = binning.bin(&r.0, axis) < first_right;
+        let (centre, bin) = (r.0.centre::<S>(scale), binning.bin(&r.0, axis));
+        let is_left = S::F32x4::splat(bin).lt(S::F32x4::splat(cut));
+        a.reach(centre, is_left);
+        b.reach(centre, !is_left);
         refs[i] = refs[left];
         refs[left] = r;
-        left += usize::from(is_left);
+        left += usize::from(bin < cut);
     }
-    left
+    (left, [a.store(), b.store()])
 }
 
-/// Sorts two to [`FEW`] boxes along the axis of their cheapest cut; returns where to cut.
-pub(super) fn sort_few(refs: &mut [Ref], scale: f32) -> usize {
-    let n = refs.len();
-    if n == 2 {
-        return 1;
+/// Sorts three to [`FEW`] boxes along the axis of their cheapest cut; returns where to cut.
+#[inline(always)]
+pub(super) fn sort_few<S: Simd>(refs: &mut [Ref], scale: f32) -> usize {
+    let n = refs.len().min(FEW);
+    let refs = &mut refs[..n];
+
+    // What is missing comes last.
+    let mut keys = [[f32::INFINITY; FEW]; 3];
+    let lanes = S::F32x4::splat(scale);
+    for (i, Ref(sides)) in refs.iter().enumerate() {
+        let mut centre = [0.0; 4];
+        sides.centre::<S>(lanes).store(&mut centre);
+        (keys[0][i], keys[1][i], keys[2][i]) = (centre[0], centre[1], centre[2]);
     }
-    let (mut least, mut best) = (f32::INFINITY, None);
-    for axis in 0..3 {
-        // Insertion sort of the indices by centre.
-        let mut key = [0.0; FEW];
-        let mut order = [0_u8; FEW];
+
+    // Along each axis: a box comes after as many as are smaller, or equal and before it.
+    let mut rows = [[Sides::EMPTY; FEW]; 3];
+    let mut costs = Costs::new();
+    for (axis, key) in keys.iter().enumerate() {
+        let all = S::F32x8::load(key);
         for (i, r) in refs.iter().enumerate() {
-            let centre = r.0.centre(scale)[axis];
-            let mut at = i;
-            while at > 0 && key[at - 1] > centre {
-                (key[at], order[at]) = (key[at - 1], order[at - 1]);
-                at -= 1;
-            }
-            (key[at], order[at]) = (centre, i as u8);
+            let this = S::F32x8::splat(key[i]);
+            let before = all.lt(this).bits() | all.le(this).bits() & ((1 << i) - 1);
+            rows[axis][before.count_ones() as usize % FEW] = r.0;
         }
-        // The right sides, then the left ones, as with bins.
-        let mut right = [0.0; FEW];
-        let mut side = Bounds::EMPTY;
-        for at in (1..n).rev() {
-            side.join(&refs[order[at] as usize].0);
-            right[at] = side.half_area(scale) * (n - at) as f32;
-        }
-        let mut side = Bounds::EMPTY;
-        for at in 1..n {
-            side.join(&refs[order[at - 1] as usize].0);
-            let cost = side.half_area(scale) * at as f32 + right[at];
-            if cost < least {
-                (least, best) = (cost, Some((at, order)));
-            }
-        }
+        costs.sweep::<S>(axis, &rows[axis][..n], &[1; FEW], scale);
     }
-    let Some((cut, order)) = best else { return n / 2 };
-    let mut old = [Ref(Bounds::EMPTY); FEW];
-    old[..n].copy_from_slice(refs);
-    for (r, from) in refs.iter_mut().zip(order) {
-        *r = old[from as usize];
+    let Some((axis, cut)) = costs.best::<S>() else { return n / 2 };
+    for (r, sides) in refs.iter_mut().zip(rows[axis]) {
+        r.0 = sides;
     }
     cut
 }

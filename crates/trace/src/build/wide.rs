@@ -2,11 +2,15 @@
 
 use super::binary::{Binary, Subtree};
 use super::plan::Plan;
-use super::{BLOCK, Tree};
+use super::{BLOCK, Tree, join};
 use crate::bounds::Bounds;
-use crate::node::{LEAF, NONE, Node};
+use crate::node::{EMPTY, LEAF, NONE, Node};
+
+/// Subtrees of fewer triangles than this are written by one thread each.
+const PART: usize = 1 << 14;
 
 /// A node still to be written: what it stands for, where it goes, and how many are above it.
+#[derive(Clone, Copy)]
 struct Task {
     part: Subtree,
     index: usize,
@@ -15,9 +19,53 @@ struct Task {
 
 /// Writes the wide tree.
 pub(super) fn write(binary: &Binary) -> Tree {
-    let mut tree = Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1 };
-    let mut tasks = vec![Task { part: binary.root(), index: 0, depth: 1 }];
+    // The top; then what is below it, side by side, each a tree of its own.
+    let mut below = Vec::new();
+    let mut tree = write_part(binary, binary.root(), Some(&mut below));
+    let parts = in_parts(binary, &below);
+
+    // The root of each goes where it was left out, the rest behind what is there.
+    for (task, part) in below.iter().zip(parts) {
+        let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
+        let mut moved = part.nodes.into_iter().map(|mut node| {
+            for child in node.child.iter_mut().filter(|child| **child != EMPTY) {
+                *child += if *child & LEAF != 0 { blocks } else { nodes };
+            }
+            node
+        });
+        if let Some(root) = moved.next() {
+            tree.nodes[task.index] = root;
+        }
+        tree.nodes.extend(moved);
+        tree.blocks.extend(part.blocks);
+        tree.depth = tree.depth.max(task.depth - 1 + part.depth);
+    }
+    tree
+}
+
+/// The trees of several parts.
+fn in_parts(binary: &Binary, tasks: &[Task]) -> Vec<Tree> {
+    if let [] | [_] = tasks {
+        return tasks.iter().map(|task| write_part(binary, task.part, None)).collect();
+    }
+    let (a, b) = tasks.split_at(tasks.len() / 2);
+    let (mut a, b) = join(|| in_parts(binary, a), || in_parts(binary, b));
+    a.extend(b);
+    a
+}
+
+/// Writes the wide tree of a subtree; what is smaller than a [`PART`] goes to `below`, if there is one.
+fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>) -> Tree {
+    let (nodes, unbounded) = (vec![Node::NO_CHILDREN], vec![]);
+    let mut tree = Tree { nodes, blocks: vec![], depth: 1, unbounded };
+    let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
     while let Some(task) = tasks.pop() {
+        if let Some(below) = &mut below
+            && task.part.count < PART
+        {
+            below.push(task);
+            continue;
+        }
         tree.depth = tree.depth.max(task.depth);
         let (children, count) = children(binary, task.part);
         let children = &children[..count];
@@ -60,7 +108,7 @@ struct Child {
 fn children(binary: &Binary, root: Subtree) -> ([Child; 8], usize) {
     let mut out = [Child { part: root, is_block: true }; 8];
     // Only the root of the whole tree can be planned as a block; it becomes the one child.
-    if root.first == 0 && root.count == binary.refs.len() && is_block(binary, root) {
+    if is_block(binary, root) {
         return (out, 1);
     }
     // Shares out the eight places, depth first. What waits has at least one place each: at most 8.

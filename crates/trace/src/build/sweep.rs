@@ -1,0 +1,89 @@
+//! What it costs to cut a row of boxes in two, by the surface-area heuristic: the area of each side's box
+//! times the number of triangles in it.
+//!
+//! ```text
+//!   boxes   [0] [1] [2] [3] ... [14] [15]
+//!   cut 3   └─ left ──┘ └───── right ───┘
+//! ```
+
+use super::sides::Sides;
+use intertri::lanes::{Lanes, Mask, Simd};
+
+/// Boxes in a row, at most.
+pub(super) const ROW: usize = 16;
+
+/// The costs of all cuts along all axes.
+pub(super) struct Costs([[f32; ROW]; 3]);
+
+impl Costs {
+    pub(super) fn new() -> Self {
+        Self([[f32::INFINITY; ROW]; 3])
+    }
+
+    /// Costs of cutting the boxes along an axis, each of which holds so many triangles, before each of them:
+    /// infinite where a side would be empty.
+    #[inline(always)]
+    pub(super) fn sweep<S: Simd>(
+        &mut self,
+        axis: usize,
+        boxes: &[Sides],
+        counts: &[u32],
+        scale: f32,
+    ) {
+        let n = boxes.len().min(ROW).min(counts.len());
+        let (boxes, counts) = (&boxes[..n], &counts[..n]);
+        let scale = S::F32x4::splat(scale);
+
+        // Sizes of both sides, with the number of triangles in the fourth lane.
+        let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
+        let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
+        for i in (1..n).rev() {
+            side = side.max(S::F32x8::load(&boxes[i].0));
+            number += counts[i];
+            right[i] = sized::<S>(side, number, scale);
+        }
+        let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
+        for i in 1..n {
+            side = side.max(S::F32x8::load(&boxes[i - 1].0));
+            number += counts[i - 1];
+            left[i] = sized::<S>(side, number, scale);
+        }
+
+        // Four cuts at a time. A side of no boxes has an infinite area, times 0 is NaN.
+        for first in (0..n).step_by(4) {
+            let rows = |sides: &[[f32; 4]; ROW]| {
+                let row = |i: usize| S::F32x4::load(&sides[first + i]);
+                S::transpose([row(0), row(1), row(2), row(3)])
+            };
+            let ([x, y, z, l], [u, v, w, r]) = (rows(&left), rows(&right));
+            let cost = (x * (y + z) + y * z) * l + (u * (v + w) + v * w) * r;
+            let none = S::F32x4::splat(0.0);
+            let cost =
+                S::F32x4::select(l.gt(none) & r.gt(none), cost, S::F32x4::splat(f32::INFINITY));
+            cost.store(&mut self.0[axis][first..]);
+        }
+    }
+
+    /// The axis and the place of the cheapest cut, the first of several; `None` where there is none.
+    #[inline(always)]
+    pub(super) fn best<S: Simd>(&self) -> Option<(usize, usize)> {
+        let [x, y, z] = &self.0;
+        let (x, y, z) = (S::F32x16::load(x), S::F32x16::load(y), S::F32x16::load(z));
+        let least = crate::screen::smallest::<S>(x.min(y).min(z));
+        let least = S::F32x16::splat(least);
+        let bits = [x.le(least).bits(), y.le(least).bits(), z.le(least).bits()];
+        let axis = (0..3).find(|&axis| bits[axis] != 0)?;
+        let cut = bits[axis].trailing_zeros() as usize;
+        self.0[axis][cut].is_finite().then_some((axis, cut))
+    }
+}
+
+/// The lengths of a box and the number of triangles in it.
+#[inline(always)]
+fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
+    let (mut sides, mut size) = (Sides::EMPTY, [0.0; 4]);
+    side.store(&mut sides.0);
+    sides.size::<S>(scale).store(&mut size);
+    size[3] = number as f32;
+    size
+}
