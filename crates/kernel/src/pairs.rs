@@ -67,13 +67,11 @@ impl Pairs {
         let [c1, c2, c3] = &self.corners;
         let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
         let (origin, dir) = (Vec3::load_f32(&self.origin), Vec3::load_f32(&self.dir));
-
+        let [in_t, in_u, in_v] = crossing(corners, origin, dir);
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-        Tri::new(corners).t(origin, dir).store(&mut t);
-        let seen = Coefficients::of(corners, origin);
-        let den = seen.n.dot(dir);
-        (seen.v.dot(dir) / den).store(&mut u);
-        (seen.w.dot(dir) / den).store(&mut v);
+        in_t.store(&mut t);
+        in_u.store(&mut u);
+        in_v.store(&mut v);
 
         let mut hits = [Hit::MISS; 8];
         for (lane, hit) in hits.iter_mut().enumerate() {
@@ -82,4 +80,27 @@ impl Pairs {
         }
         hits
     }
+}
+
+/// The exact t of triangles that are known to be hit, and the weights of their second and third corners.
+#[inline(always)]
+fn crossing<D: Lanes<Scalar = f64>>(
+    corners: [Vec3<D>; 3],
+    origin: Vec3<D>,
+    dir: Vec3<D>,
+) -> [D; 3] {
+    let t = Tri::new(corners).t(origin, dir);
+    let seen = Coefficients::of(corners, origin);
+    let den = seen.n.dot(dir);
+    [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
+}
+
+/// [`Pairs::hits_in`] of one pair.
+#[inline(always)]
+pub(crate) fn hit(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+    let [c1, c2, c3] = triangle.0;
+    let vec3 = |[x, y, z]: [f32; 3]| Vec3::<f64>::splat([x.into(), y.into(), z.into()]);
+    let corners = [vec3(c1), vec3(c2), vec3(c3)];
+    let [t, u, v] = crossing(corners, vec3(ray.origin), vec3(ray.dir));
+    Hit { t, u, v, triangle: index.into() }
 }

@@ -1,6 +1,5 @@
 //! The verbs: what every mode does with its one test.
 
-use crate::blocks;
 use crate::double::{exact_t, replay};
 use crate::lanes::{Lanes, Simd, WithSimd};
 use crate::mode::{Counts, Found, Lane, Scalar, Test, Threshold, Width, lanes_of};
@@ -9,6 +8,7 @@ use crate::{
     Best, Bests, Coefficients, Hit, Hits, Prepared, PreparedPacket, PreparedRay, Ray, RayPacket,
     Triangle, TrianglePack,
 };
+use crate::{blocks, pairs};
 
 /// A way to decide hits: [`Certified`](crate::Certified) or [`Double`](crate::Double).
 ///
@@ -348,11 +348,12 @@ pub trait Mode: Test {
 
     /// The hit that a best stands for, with its exact t and its weights. `find` is that of
     /// [`Mode::closest_in`].
-    #[inline]
+    #[inline(always)]
     fn hit(&self, ray: &Ray, best: &Best, find: impl Fn(u32) -> Triangle) -> Hit {
-        let Some((index, place)) = best.triangle() else { return Hit::MISS };
-        let triangle = find(place);
-        Hit::at(best.known_t().unwrap_or_else(|| exact_t(ray, &triangle)), index, ray, &triangle)
+        match best.triangle() {
+            Some((index, place)) => pairs::hit(ray, &find(place), index),
+            None => Hit::MISS,
+        }
     }
 }
 

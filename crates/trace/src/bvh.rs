@@ -77,10 +77,11 @@ impl Bvh {
 
         // No coordinate is larger than those of the root's boxes, and of triangles without a box.
         let none = |side: &&f32| side.is_finite();
-        let sides = [nodes[0].lo.as_flattened(), nodes[0].hi.as_flattened()];
+        let sides =
+            (0..3).flat_map(|axis| [nodes[0].sides(axis, false), nodes[0].sides(axis, true)]);
         let corners = unbounded.iter().flat_map(|&i| triangles[i as usize].0.as_flattened());
         let reach = |reach: f32, x: &f32| reach.max(x.abs());
-        let reach = sides.into_iter().flatten().filter(none).chain(corners).fold(0.0, reach);
+        let reach = sides.flatten().filter(none).chain(corners).fold(0.0, reach);
 
         // Triangles of which no box is known follow the leaves, in blocks of their own.
         indices.extend(unbounded.chunks(8).map(|chunk| {

@@ -18,33 +18,64 @@ pub(crate) const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Lower sides by axis and slot; infinite where there is no child.
-    pub lo: [[f32; 8]; 3],
-    /// Upper sides; minus infinity where there is no child.
-    pub hi: [[f32; 8]; 3],
-    /// [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a node.
-    pub child: [u32; 8],
+    /// Lower sides by axis and slot, infinite where there is no child; upper sides, minus infinity there;
+    /// the children, by their bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a
+    /// node; and nothing.
+    rows: [[f32; 8]; 8],
 }
+
+/// The row of the upper sides along x, and that of the children.
+const UPPER: usize = 3;
+const CHILDREN: usize = 6;
 
 impl Node {
     /// No child at all.
-    pub(crate) const NO_CHILDREN: Self =
-        Self { lo: [[f32::INFINITY; 8]; 3], hi: [[f32::NEG_INFINITY; 8]; 3], child: [EMPTY; 8] };
+    pub(crate) const NO_CHILDREN: Self = {
+        let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
+        Self { rows: [lo, lo, lo, hi, hi, hi, [f32::from_bits(EMPTY); 8], [0.0; 8]] }
+    };
+
+    /// The lower sides along an axis, or the upper.
+    #[inline(always)]
+    pub(crate) fn sides(&self, axis: usize, upper: bool) -> &[f32; 8] {
+        // No axis is so large that this could be beyond the rows.
+        &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
+    }
+
+    /// The children by slot.
+    #[inline(always)]
+    pub(crate) fn children(&self) -> &[u32; 8] {
+        bytemuck::cast_ref(&self.rows[CHILDREN])
+    }
+
+    /// [`Node::children`] as lanes take them.
+    #[inline(always)]
+    pub(crate) fn child_lanes(&self) -> &[f32; 8] {
+        &self.rows[CHILDREN]
+    }
+
+    /// The children, to be changed.
+    pub(crate) fn children_mut(&mut self) -> &mut [u32; 8] {
+        bytemuck::cast_mut(&mut self.rows[CHILDREN])
+    }
 
     /// Puts a child into a slot.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Bounds, child: u32) {
         for k in 0..3 {
-            self.lo[k][slot] = bounds.lo[k];
-            self.hi[k][slot] = bounds.hi[k];
+            self.rows[k][slot] = bounds.lo[k];
+            self.rows[k + UPPER][slot] = bounds.hi[k];
         }
-        self.child[slot] = child;
+        self.children_mut()[slot] = child;
     }
 
     /// The box of the child in a slot.
     #[cfg(test)]
     pub(crate) fn bounds(&self, slot: usize) -> Bounds {
-        let side = |s: &[[f32; 8]; 3]| [s[0][slot], s[1][slot], s[2][slot], 0.0];
-        Bounds { lo: side(&self.lo), hi: side(&self.hi) }
+        let side = |upper| {
+            let of = |axis| self.sides(axis, upper)[slot];
+            [of(0), of(1), of(2), 0.0]
+        };
+        Bounds { lo: side(false), hi: side(true) }
     }
 }
 

@@ -45,9 +45,9 @@ impl Plane {
     #[inline(always)]
     fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
-        let x = if (normal[0] > 0.0) == low { &node.lo[0] } else { &node.hi[0] };
-        let y = if (normal[1] > 0.0) == low { &node.lo[1] } else { &node.hi[1] };
-        let z = if (normal[2] > 0.0) == low { &node.lo[2] } else { &node.hi[2] };
+        let x = node.sides(0, (normal[0] > 0.0) != low);
+        let y = node.sides(1, (normal[1] > 0.0) != low);
+        let z = node.sides(2, (normal[2] > 0.0) != low);
         let sum = F::load(x).mul_add(F::splat(normal[0]), F::splat(-at));
         let sum = F::load(y).mul_add(F::splat(normal[1]), sum);
         F::load(z).mul_add(F::splat(normal[2]), sum)

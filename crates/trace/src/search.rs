@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use intertri::lanes::Simd;
+use intertri::lanes::{Lanes, Mask, Simd};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
 use crate::bvh::Bvh;
@@ -19,32 +19,38 @@ pub(crate) trait Visit {
     fn visit(&mut self, pack: usize) -> Option<f32>;
 }
 
+/// The origin and the direction among the numbers of a ray.
+const ORIGIN_AND_DIR: u32 = 0b0111_0111;
+
 /// Visits the packs of triangles that a ray may hit, roughly front to back.
 #[inline(always)]
 pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
     // A ray that is not finite hits nothing, nor does one without an interval.
-    if !(ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite()) && ray.t_min < ray.t_max) {
+    let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
+    let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
+    if finite & ORIGIN_AND_DIR != ORIGIN_AND_DIR || !(ray.t_min < ray.t_max) {
         return;
     }
 
     // What no box can hold is asked of every ray, and a ray that no box can be held against asks
     // everything.
     let slabs = Slabs::new::<S>(ray, bvh.reach);
-    let mut unboxed = if slabs.is_some() { bvh.boxed } else { 0 }..bvh.indices.len();
-    let slabs = slabs.unwrap_or_default();
+    let boxed = if slabs.is_some() { bvh.boxed } else { 0 };
+    let (mut unboxed, mut next) = (boxed, if boxed > 0 { 0 } else { BOTTOM });
     let octant = octant(ray);
-    let lanes = SlabLanes::<S::F32x8>::splat(&slabs, octant);
+    let lanes = SlabLanes::<S::F32x8>::splat(&slabs.unwrap_or_default(), octant);
     let mut top = stack.bottom(0);
-    let mut next = if unboxed.start > 0 { 0 } else { BOTTOM };
 
     let mut far = ray.t_max;
     loop {
         // The next pack: one without a box, or the next leaf that begins before the best hit.
-        let pack = match unboxed.next() {
-            Some(pack) => pack,
-            None => loop {
+        let pack = if unboxed < bvh.packs.len() {
+            unboxed += 1;
+            unboxed - 1
+        } else {
+            loop {
                 if next == BOTTOM {
-                    next = stack.pop::<S>(&mut top, far);
+                    next = stack.pop_at_once(&mut top, far);
                     if next == BOTTOM {
                         return;
                     }
@@ -56,8 +62,11 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
                 // A node: of its boxes that the ray meets the nearest is next.
                 let node = &bvh.nodes[next as usize];
                 let (met, near) = lanes.meet(node, ray.t_min, far);
-                next = stack.push::<S>(&mut top, node, octant, met, near);
-            },
+                next = match met {
+                    0 => BOTTOM,
+                    _ => stack.push::<S>(&mut top, node, octant, met, near),
+                };
+            }
         };
         match visitor.visit(pack) {
             Some(nearer) => far = nearer,

@@ -50,7 +50,10 @@ impl Slabs {
     /// or too small for f32: then only a plain loop is safe.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(ray: &Ray, reach: f32) -> Option<Self> {
-        let largest = |v: [f32; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+        let largest = |[x, y, z]: [f32; 3]| {
+            let larger = |a: f32, b: f32| if a > b { a } else { b };
+            larger(larger(x.abs(), y.abs()), z.abs())
+        };
         let (far_off, length) = (largest(ray.origin) + reach, largest(ray.dir));
 
         // Everything below is at most this large, and length is not so small that it is lost.
@@ -101,19 +104,15 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
     #[inline(always)]
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (u32, F) {
         // Along each axis the ray enters through one plane and leaves through the other.
-        let planes = |k: usize| {
-            let (lo, hi) = (&node.lo[k], &node.hi[k]);
-            if self.negative[k] { (hi, lo) } else { (lo, hi) }
-        };
-        let (x, y, z) = (planes(0), planes(1), planes(2));
-        let near = (F::load(x.0).mul_add(self.rd.x, -self.near.x))
-            .max(F::load(y.0).mul_add(self.rd.y, -self.near.y))
-            .max(F::load(z.0).mul_add(self.rd.z, -self.near.z));
-        let far = (F::load(x.1).mul_add(self.rd.x, -self.far.x))
-            .min(F::load(y.1).mul_add(self.rd.y, -self.far.y))
-            .min(F::load(z.1).mul_add(self.rd.z, -self.far.z));
-
-        let near = near.max(F::splat(t_min));
-        (near.le(far.min(F::splat(t_max))).bits(), near)
+        let [x, y, z] = self.negative;
+        let first = |axis, negative| F::load(node.sides(axis, negative));
+        let last = |axis, negative: bool| F::load(node.sides(axis, !negative));
+        let near = (first(0, x).mul_add(self.rd.x, -self.near.x))
+            .max(first(1, y).mul_add(self.rd.y, -self.near.y))
+            .max(first(2, z).mul_add(self.rd.z, -self.near.z).max(F::splat(t_min)));
+        let far = (last(0, x).mul_add(self.rd.x, -self.far.x))
+            .min(last(1, y).mul_add(self.rd.y, -self.far.y))
+            .min(last(2, z).mul_add(self.rd.z, -self.far.z).min(F::splat(t_max)));
+        (near.le(far).bits(), near)
     }
 }

@@ -115,6 +115,18 @@ impl Stack {
         }
     }
 
+    /// [`Stack::pop`] for a ray that waits for it: one entry at a time need not wait for what was just
+    /// put there to arrive in memory.
+    #[inline(always)]
+    pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
+        loop {
+            *top -= 1;
+            if self.t[*top as usize] <= far {
+                return self.child[*top as usize].to_bits();
+            }
+        }
+    }
+
     /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
     /// nearest, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t.
     #[inline(always)]
@@ -126,17 +138,13 @@ impl Stack {
         met: u32,
         near: S::F32x8,
     ) -> u32 {
-        let mut child = [0.0; 8];
-        for (to, from) in child.iter_mut().zip(node.child) {
-            *to = f32::from_bits(from);
-        }
         // All are put there, but the nearest lies beyond the top.
         let order = far_to_near(met, octant);
         let nearest = NEAREST[octant % 8][met as usize % 256];
-        S::permute(Lanes::load(&child), order).store(&mut self.child[*top as usize..]);
+        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[*top as usize..]);
         S::permute(near, order).store(&mut self.t[*top as usize..]);
         *top += met.count_ones().saturating_sub(1);
-        node.child[usize::from(nearest % 8)] | u32::from(met != 0).wrapping_sub(1)
+        node.children()[usize::from(nearest % 8)] | u32::from(met != 0).wrapping_sub(1)
     }
 }
 
@@ -211,7 +219,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) {
             let mut node = Node::NO_CHILDREN;
-            node.child = [10, 11, 12, 13, 14, 15, 16, 17];
+            *node.children_mut() = [10, 11, 12, 13, 14, 15, 16, 17];
             let t = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
             let mut stack = Stack::new(2, 24);
             let mut top = stack.bottom(1);

@@ -134,7 +134,7 @@ fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32)
         let order = far_to_near(met, pyramid.octant).to_le_bytes();
         for &slot in &order[..met.count_ones() as usize] {
             let slot = usize::from(slot % 8);
-            let child = node.child[slot];
+            let child = node.children()[slot];
             stack.push((child, depth[slot]));
             match child & LEAF {
                 0 => prefetch(&bvh.nodes[child as usize..][..1]),

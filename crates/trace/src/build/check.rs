@@ -55,7 +55,7 @@ impl Walk<'_> {
         let node = &self.tree.nodes[index];
         let (mut all, mut next) = (Bounds::EMPTY, None);
         for slot in 0..8 {
-            let content = match node.child[slot] {
+            let content = match node.children()[slot] {
                 EMPTY => Bounds { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] },
                 leaf if leaf & LEAF != 0 => self.block((leaf & !LEAF) as usize)?,
                 child => {

@@ -106,7 +106,8 @@ impl Tree {
     /// units of one node's visit.
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Bounds::EMPTY;
-        let children = |node: &Node| (0..8).filter(|&i| node.child[i] != EMPTY).collect::<Vec<_>>();
+        let children =
+            |node: &Node| (0..8).filter(|&i| node.children()[i] != EMPTY).collect::<Vec<_>>();
         for i in children(&self.nodes[0]) {
             root.join(&self.nodes[0].bounds(i));
         }
@@ -114,7 +115,7 @@ impl Tree {
         let mut sum = root.half_area(scale) as f64 * plan::NODE as f64;
         for node in &self.nodes {
             for i in children(node) {
-                let price = if node.child[i] & LEAF == 0 { plan::NODE } else { plan::LEAF };
+                let price = if node.children()[i] & LEAF == 0 { plan::NODE } else { plan::LEAF };
                 sum += node.bounds(i).half_area(scale) as f64 * price as f64;
             }
         }

@@ -42,7 +42,7 @@ fn every_count() {
         checked(&soup(count, 0.1, 1.0));
         checked(&soup(count, 3.0, 1.0));
     }
-    assert_eq!(checked(&[]).nodes[0].child, [EMPTY; 8]);
+    assert_eq!(checked(&[]).nodes[0].children(), &[EMPTY; 8]);
     assert_eq!(checked(&soup(1, 1.0, 1.0)).blocks.len(), 1);
 }
 

@@ -28,7 +28,7 @@ pub(super) fn write(binary: &Binary) -> Tree {
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
-            for child in node.child.iter_mut().filter(|child| **child != EMPTY) {
+            for child in node.children_mut().iter_mut().filter(|child| **child != EMPTY) {
                 *child += if *child & LEAF != 0 { blocks } else { nodes };
             }
             node
