@@ -5,31 +5,38 @@ use std::time::Instant;
 
 /// Additions in a sample, each of which waits for the one before.
 const CHAIN: u32 = 100_000;
-/// A core that runs at less than this share of its fastest is in a dip.
-const STEADY: f64 = 0.97;
+/// A repeat at a clock further than this from the middle one of its cell does not count.
+const STEADY: f64 = 0.03;
 
-/// The fastest that was seen.
+/// The clock of all repeats of a cell.
+#[derive(Default)]
 pub struct Clock {
-    fastest: f64,
+    seen: Vec<f64>,
 }
 
 impl Clock {
-    /// Runs until the clock no longer rises.
-    pub fn new() -> Self {
-        let fastest = (0..400).map(|_| sample()).fold(0.0, f64::max);
-        Self { fastest }
+    /// Additions a nanosecond, now: the clock in GHz, of the better of two samples.
+    pub fn now() -> f64 {
+        sample().max(sample())
     }
 
-    /// Additions a nanosecond: the clock in GHz.
-    pub fn fastest(&self) -> f64 {
-        self.fastest
+    /// The fastest that is seen in a while.
+    pub fn fastest() -> f64 {
+        (0..400).map(|_| sample()).fold(0.0, f64::max)
     }
 
-    /// Whether the clock is up, of the better of two samples.
-    pub fn steady(&mut self) -> bool {
-        let now = sample().max(sample());
-        self.fastest = self.fastest.max(now);
-        now >= STEADY * self.fastest
+    /// Remembers the clock of a repeat.
+    pub fn add(&mut self, clock: f64) {
+        let at = self.seen.partition_point(|&seen| seen < clock);
+        self.seen.insert(at, clock);
+    }
+
+    /// Whether a repeat at this clock counts: a dip does not, nor does a boost, but a clock that has
+    /// become another for good is the clock.
+    pub fn is_steady(&self, clock: f64) -> bool {
+        self.seen
+            .get(self.seen.len() / 2)
+            .is_some_and(|middle| (clock / middle - 1.0).abs() <= STEADY)
     }
 }
 

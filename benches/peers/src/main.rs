@@ -154,8 +154,8 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
     }
     let api = embree(options.embree.clone());
     let pool = pool(options.threads)?;
-    let mut clock = pool.install(Clock::new);
-    report::header(&clock, pool.current_num_threads(), options.size);
+    let fastest = pool.install(Clock::fastest);
+    report::header(fastest, pool.current_num_threads(), options.size);
 
     let growth = scenes::GROWTH.map(|n| format!("sphere-{n}"));
     let names = options.scene.iter().flat_map(|name| match name.as_str() {
@@ -182,9 +182,8 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             let some = options.reference.unwrap_or(20_000.min(few));
             let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
 
-            let (seconds, clock) = (options.seconds, &mut clock);
-            let measured =
-                measure::measure(&mut engines, &rays, question, &truth, seconds, &pool, clock);
+            let seconds = options.seconds;
+            let measured = measure::measure(&mut engines, &rays, question, &truth, seconds, &pool);
             let measured: Vec<Row> = measured
                 .into_iter()
                 .map(|row| Row {

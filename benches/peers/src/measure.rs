@@ -21,7 +21,7 @@ pub struct Row {
     pub rays: usize,
     /// Million rays a second: the slowest repeat that counts, the middle one, the fastest.
     pub speed: [f64; 3],
-    /// Repeats that count, and those thrown out because the clock dipped.
+    /// Repeats that count, and those thrown out because the clock was another than usual.
     pub repeats: usize,
     pub dips: usize,
     /// Of which engine the ratio tells, and how many times as fast this one was in the same round:
@@ -40,20 +40,23 @@ pub struct Row {
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// Seconds of each repeat of an engine; `None` where the clock dipped.
+/// Seconds of each repeat of an engine, and the clock meanwhile.
 struct Times {
-    rounds: Vec<Option<f64>>,
+    rounds: Vec<(f64, f64)>,
     spent: f64,
 }
 
 impl Times {
-    fn kept(&self) -> usize {
-        self.rounds.iter().flatten().count()
+    /// The seconds of each repeat; `None` where the clock was another than usual.
+    fn kept(&self, clock: &Clock) -> Vec<Option<f64>> {
+        let counts = |&(seconds, at): &(f64, f64)| clock.is_steady(at).then_some(seconds);
+        self.rounds.iter().map(counts).collect()
     }
 
     /// Whether there is enough: the time spent and some repeats, or no hope for a steady clock.
-    fn enough(&self, budget: f64) -> bool {
-        self.spent >= budget && self.kept() >= 3 || self.spent >= 4.0 * budget + 0.5
+    fn enough(&self, budget: f64, clock: &Clock) -> bool {
+        self.spent >= 4.0 * budget + 0.5
+            || self.spent >= budget && self.kept(clock).iter().flatten().count() >= 3
     }
 }
 
@@ -66,33 +69,35 @@ pub fn measure(
     truth: &[Answer],
     budget: f64,
     pool: &ThreadPool,
-    clock: &mut Clock,
 ) -> Vec<Row> {
+    let clock = &mut Clock::default();
     for (_, engine) in engines.iter_mut() {
         engine.load(rays, question);
         pool.install(|| engine.trace());
     }
     let mut times: Vec<_> =
         engines.iter().map(|_| Times { rounds: Vec::new(), spent: 0.0 }).collect();
-    while times.iter().any(|times| !times.enough(budget)) {
+    while times.iter().any(|times| !times.enough(budget, clock)) {
         for ((_, engine), times) in engines.iter_mut().zip(&mut times) {
-            if times.enough(budget) {
+            if times.enough(budget, clock) {
                 continue;
             }
-            let (seconds, steady) = pool.install(|| {
-                let before = clock.steady();
+            let (seconds, at) = pool.install(|| {
+                let before = Clock::now();
                 let start = Instant::now();
                 engine.trace();
                 let seconds = start.elapsed().as_secs_f64();
-                (seconds, before & clock.steady())
+                (seconds, before.min(Clock::now()))
             });
-            times.rounds.push(steady.then_some(seconds));
+            clock.add(at);
+            times.rounds.push((seconds, at));
             times.spent += seconds;
         }
     }
 
+    let kept: Vec<_> = times.iter().map(|times| times.kept(clock)).collect();
     let speed = |seconds: f64| rays.len() as f64 * 1e-6 / seconds;
-    let row = |((name, engine), times): (&Named, &Times)| {
+    let row = |((name, engine), rounds): (&Named, &Vec<Option<f64>>)| {
         let answers = engine.answers();
         let (mut wrong_hits, mut wrong_triangles) = (0, 0);
         for (answer, truth) in answers.iter().zip(truth) {
@@ -102,19 +107,19 @@ pub fn measure(
                 wrong_triangles += 1;
             }
         }
-        let all = times.rounds.len();
+        let repeats = rounds.iter().flatten().count();
         Row {
             engine: name.clone(),
             rays: rays.len(),
-            speed: spread(times.rounds.iter().flatten().map(|&seconds| speed(seconds)).collect()),
-            repeats: times.kept(),
-            dips: all - times.kept(),
+            speed: spread(rounds.iter().flatten().map(|&seconds| speed(seconds)).collect()),
+            repeats,
+            dips: rounds.len() - repeats,
             wrong_hits,
             wrong_triangles,
             ..Row::default()
         }
     };
-    let mut rows: Vec<Row> = engines.iter().zip(&times).map(row).collect();
+    let mut rows: Vec<Row> = engines.iter().zip(&kept).map(row).collect();
 
     // Against the fastest of Embree's fast calls, of those held to AVX2 for who is held to AVX2.
     let best = |group: &str| {
@@ -128,7 +133,7 @@ pub fn measure(
     for i in 0..rows.len() {
         let base = if rows[i].engine.contains("avx2") { avx2 } else { any_level };
         let Some(base) = base else { continue };
-        let rounds = times[base].rounds.iter().zip(&times[i].rounds);
+        let rounds = kept[base].iter().zip(&kept[i]);
         rows[i].ratio = Some(spread(rounds.filter_map(|(a, b)| Some((*a)? / (*b)?)).collect()));
         rows[i].base = rows[base].engine.clone();
     }

@@ -2,7 +2,6 @@
 
 use intertri::lanes::Level;
 
-use crate::clock::Clock;
 use crate::engines::ENGINES;
 use crate::measure::Row;
 use crate::scenes::SCENES;
@@ -23,12 +22,12 @@ pub fn grouped(number: usize) -> String {
 }
 
 /// What it runs on.
-pub fn header(clock: &Clock, threads: usize, size: u32) {
+pub fn header(fastest: f64, threads: usize, size: u32) {
     let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
     println!(
         "{}; {:.2} GHz at best; {threads} thread{}; {size} x {size} pixels{native}",
         cpu(),
-        clock.fastest(),
+        fastest,
         if threads == 1 { "" } else { "s" },
     );
 }
