@@ -209,26 +209,35 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         let (mut triangles, plain) = outlines.within(&self.window, self.least_of_all);
         self.work += 8 + triangles.count_ones() as usize;
         counts.tests += u64::from(triangles.count_ones()) * rays as u64;
-        let mut changed = false;
-        while triangles != 0 {
+
+        // Which packets for each of them, before any is tested: how many there are of a triangle the CPU
+        // guesses wrong too often.
+        let (least, mut packets) = (Lanes::load(&self.least), [0_u16; 8]);
+        let first = seen.len() as u32;
+        prefetch(&bvh.indices[pack..][..1]);
+        for number in 0..triangles.count_ones() as usize % 9 {
             let lane = triangles.trailing_zeros() as usize;
             triangles &= triangles - 1;
-            let outline = outlines.lane(lane);
-            let mut packets = outline.within(&self.windows, Lanes::load(&self.least)) & self.part;
-            if packets == 0 {
-                continue;
-            }
-            self.work += packets.count_ones() as usize;
-            prefetch(&bvh.indices[pack..][..1]);
-            let number = seen.len() as u32;
+            let reached = outlines.lane(lane).within(&self.windows, least) & self.part;
+            packets[number % 8] = reached as u16;
+            self.work += reached.count_ones() as usize;
             seen.push(8 * pack as u32 + lane as u32);
-            while packets != 0 {
-                let packet = packets.trailing_zeros() as usize;
-                packets &= packets - 1;
+        }
+
+        let mut changed = false;
+        let [a, b, c, d, e, f, g, h] = packets.map(u64::from);
+        for (four, mut tests) in
+            [(0, a | b << 16 | c << 32 | d << 48), (4, e | f << 16 | g << 32 | h << 48)]
+        {
+            while tests != 0 {
+                let test = tests.trailing_zeros() as usize;
+                tests &= tests - 1;
+                let (number, packet) = (first + (four + test / 16) as u32, test % 16);
+                let lane = seen[number as usize] as usize % 8;
                 let nearest = &mut self.nearest[packet];
                 let may_change = nearest.take(
                     (&screen.points[packet], &screen.ranges),
-                    (&outline, plain >> lane & 1 != 0),
+                    (&outlines.lane(lane), plain >> lane & 1 != 0),
                     (number, seen.as_slice()),
                     (16 * packet, judge),
                     self.live[packet],
@@ -241,7 +250,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
                     // As long as some ray has hit nothing, little is known.
                     let live = self.live[packet];
                     if live & !nearest.hits() == 0 {
-                        self.least[packet] = least::<S>(nearest, live);
+                        self.least[packet] = self::least::<S>(nearest, live);
                         changed = true;
                     }
                 }
