@@ -251,10 +251,6 @@ impl Outline {
         let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
         let reached = windows.reached(lo, hi);
 
-        // Of a small triangle the rectangle says enough.
-        if reached.bits().count_ones() <= 2 {
-            return reached.bits();
-        }
         let (err, least) = (F::splat(self.err), F::splat(self.least));
         let depths = Depths::new(windows, splat(self.s), err, least);
         let edges = [splat(self.u), splat(self.v), splat(self.w)];
