@@ -206,7 +206,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
     fn visit(&mut self, pack: usize, any: bool, seen: &mut Vec<u32>, counts: &mut Counts) -> bool {
         let Self { bvh, mode, judge, rays, screen, .. } = *self;
         let outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
-        let (mut triangles, plain) = outlines.within(&self.window, self.least_of_all);
+        let mut triangles = outlines.within(&self.window, self.least_of_all);
         self.work += 8 + triangles.count_ones() as usize;
         counts.tests += u64::from(triangles.count_ones()) * rays as u64;
 
@@ -226,18 +226,35 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
 
         let mut changed = false;
         let [a, b, c, d, e, f, g, h] = packets.map(u64::from);
-        for (four, mut tests) in
+        for (four, tests) in
             [(0, a | b << 16 | c << 32 | d << 48), (4, e | f << 16 | g << 32 | h << 48)]
         {
-            while tests != 0 {
-                let test = tests.trailing_zeros() as usize;
-                tests &= tests - 1;
-                let (number, packet) = (first + (four + test / 16) as u32, test % 16);
-                let lane = seen[number as usize] as usize % 8;
+            let of = |test: usize| {
+                let number = first + (four + test / 16) as u32;
+                (number, seen[number as usize] as usize % 8, test % 16)
+            };
+
+            // Rays that end before what they see are near most of what they miss: a first look at all,
+            // without a branch.
+            let (mut maybe, mut left) = if any { (0_u64, tests) } else { (tests, 0) };
+            while left != 0 {
+                let test = left.trailing_zeros() as usize;
+                left &= left - 1;
+                let (_, lane, packet) = of(test);
+                let (points, live) = (&screen.points[packet], self.live[packet]);
+                let outline = outlines.lane(lane);
+                let some = self.nearest[packet].maybe(&outline, points, &screen.ranges, live);
+                maybe |= u64::from(some) << test;
+            }
+
+            while maybe != 0 {
+                let test = maybe.trailing_zeros() as usize;
+                maybe &= maybe - 1;
+                let (number, lane, packet) = of(test);
                 let nearest = &mut self.nearest[packet];
                 let may_change = nearest.take(
                     (&screen.points[packet], &screen.ranges),
-                    (&outlines.lane(lane), plain >> lane & 1 != 0),
+                    &outlines.lane(lane),
                     (number, seen.as_slice()),
                     (16 * packet, judge),
                     self.live[packet],

@@ -35,10 +35,11 @@ use super::{Judge, Outline, Points, Ranges, at};
 /// let find = |triangle| triangles[triangle as usize];
 /// let judge = Replay { mode: &mode, rays: &[ray], find, index: |triangle| triangle };
 /// for lane in 0..2 {
-///     let (outline, plain) = (outlines.lane(lane), false);
+///     let outline = outlines.lane(lane);
+///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
 ///     let numbers = (lane as u32, [0, 1].as_slice());
 ///     let counts = &mut Counts::default();
-///     nearest.take((&points, &ranges), (&outline, plain), numbers, (0, &judge), 0b1, counts);
+///     nearest.take((&points, &ranges), &outline, numbers, (0, &judge), 0b1, counts);
 /// }
 /// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
 /// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
@@ -52,6 +53,20 @@ pub struct Nearest<F, const N: usize> {
     triangle: F,
     /// Bit i is set where lane i has a hit.
     hits: u32,
+}
+
+/// What is seen of a triangle at each point.
+struct Look<F: Lanes> {
+    /// The least of the weights, in units of their bound.
+    weight: F,
+    /// The inverse depth, and its enclosure.
+    s: F,
+    s_lo: F,
+    s_hi: F,
+    /// Whether the sign of D is sure.
+    sure: F::Mask,
+    /// Whether it may be a hit that is nearer.
+    maybe: F::Mask,
 }
 
 /// What the bound says of each lane. A lane that is in neither mask is a miss.
@@ -99,52 +114,48 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     }
 
     /// Takes the hits of N rays with the triangle `seen[number]`, where they are nearer. Only the lanes
-    /// in `live` take part, which must be on the screen and have no NaN in their interval. `plain` is
-    /// what [`Outlines::within`](super::Outlines::within) said of the triangle. The judge, who knows
-    /// lane i as the ray `first + i`, settles what the bound leaves open. Only undecided tests are
+    /// in `live` take part, which must be on the screen and have no NaN in their interval. The judge, who
+    /// knows lane i as the ray `first + i`, settles what the bound leaves open. Only undecided tests are
     /// counted: the caller knows how many its windows decided. Whether anything may have changed.
     #[inline(always)]
     pub fn take<J: Judge>(
         &mut self,
         (points, ranges): (&Points<F>, &Ranges<F>),
-        (outline, plain): (&Outline, bool),
+        outline: &Outline,
         (number, seen): (u32, &[u32]),
         (first, judge): (usize, &J),
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        let Some(found) = self.test(outline, plain, points, ranges, live) else { return false };
+        let Some(found) = self.test(outline, points, ranges, live) else { return false };
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, judge));
         true
     }
 
-    /// Which of the live rays hit a triangle surely, and which perhaps. `plain` says that D is sure
-    /// and positive. `None` where all miss.
+    /// Whether a live ray may hit a triangle where that is nearer: a first look without a branch, after
+    /// which [`Nearest::take`] is asked.
+    #[inline(always)]
+    pub fn maybe(
+        &self,
+        outline: &Outline,
+        points: &Points<F>,
+        ranges: &Ranges<F>,
+        live: u32,
+    ) -> bool {
+        self.look(outline, points, ranges).maybe.bits() & live != 0
+    }
+
+    /// Which of the live rays hit a triangle surely, and which perhaps. `None` where all miss.
     #[inline(always)]
     fn test(
         &self,
         outline: &Outline,
-        plain: bool,
         points: &Points<F>,
         ranges: &Ranges<F>,
         live: u32,
     ) -> Option<Verdict<F>> {
-        // The least of the weights; below -1 a sure miss, if the sign of D is sure.
-        let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
-        let outside = weight.lt(F::splat(-1.0));
-        if plain && (!outside).bits() & live == 0 {
-            return None;
-        }
-
-        // The plane's inverse depth, negative where the ray goes away from it.
-        let s = at(outline.s, points);
-        let sure = s.abs().gt(F::splat(outline.least));
-        let maybe = !(sure & (outside | s.lt(F::splat(0.0))));
-        let err = F::splat(outline.err);
-        let (s_lo, s_hi) = (s - err, s + err);
-        let out_of_range = sure & (s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo));
-        let maybe = maybe & !out_of_range;
+        let Look { weight, s, s_lo, s_hi, sure, maybe } = self.look(outline, points, ranges);
         if maybe.bits() & live == 0 {
             return None;
         }
@@ -156,6 +167,23 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             & s_lo.gt(F::splat(0.0));
         let hit = (sure & maybe & inside).bits() & live;
         Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
+    }
+
+    /// Where the rays may hit a triangle.
+    #[inline(always)]
+    fn look(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Look<F> {
+        // The least of the weights; below -1 a sure miss, if the sign of D is sure.
+        let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
+        let outside = weight.lt(F::splat(-1.0));
+
+        // The plane's inverse depth, negative where the ray goes away from it.
+        let s = at(outline.s, points);
+        let sure = s.abs().gt(F::splat(outline.least));
+        let err = F::splat(outline.err);
+        let (s_lo, s_hi) = (s - err, s + err);
+        let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
+        let maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
+        Look { weight, s, s_lo, s_hi, sure, maybe }
     }
 
     /// Offers what a test found of the triangle `seen[number]`.

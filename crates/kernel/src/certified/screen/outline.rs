@@ -17,9 +17,9 @@ use super::{Frame, Points, Windows, at};
 /// /// Which triangles of a pack may be hit through a window of the screen?
 /// struct Leaf<'a>(&'a TrianglePack<8>, &'a Frame, [[f32; 2]; 2]);
 /// impl WithSimd for Leaf<'_> {
-///     type Output = (u32, u32);
+///     type Output = u32;
 ///     #[inline(always)]
-///     fn run<S: Simd>(self) -> (u32, u32) {
+///     fn run<S: Simd>(self) -> u32 {
 ///         let Self(pack, frame, [lo, hi]) = self;
 ///         let splat = |[x, y]: [f32; 2]| [S::F32x8::splat(x), S::F32x8::splat(y)];
 ///         let outlines = Certified::default().outlines_in::<S>(pack, frame, 1.0);
@@ -31,8 +31,7 @@ use super::{Frame, Points, Windows, at};
 /// let at = |x| Triangle::new([x, 0.0, 5.0], [x + 1.0, 0.0, 5.0], [x, 1.0, 5.0]);
 /// let pack = TrianglePack::new(&[at(-3.0), at(2.0)]);
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-/// let (hit, plain) = dispatch(Leaf(&pack, &frame, [[-0.6, 0.0], [0.0, 0.2]]));
-/// assert_eq!((hit, plain & 0b11), (0b01, 0b11));
+/// assert_eq!(dispatch(Leaf(&pack, &frame, [[-0.6, 0.0], [0.0, 0.2]])), 0b01);
 /// ```
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
@@ -192,15 +191,15 @@ impl Outlines {
     }
 
     /// Which of the triangles some ray through the window may hit that still looks for hits of at
-    /// least this inverse depth; and which of them no ray through it grazes, and none has behind it.
+    /// least this inverse depth.
     #[inline(always)]
-    pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> (u32, u32) {
+    pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
         let hi = [F::load(&self.hi[0]), F::load(&self.hi[1])];
         let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
         let missed = depths.missed(F::splat(nearest))
             | depths.plain & outside(window, [load(&self.u), load(&self.v), load(&self.w)]);
-        ((window.reached(lo, hi) & !missed).bits() & self.live, depths.plain.bits())
+        (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
     /// The outline in a lane.
