@@ -224,7 +224,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             seen.push(8 * pack as u32 + lane as u32);
         }
 
-        let mut changed = false;
+        let mut changed = 0_u32;
         let [a, b, c, d, e, f, g, h] = packets.map(u64::from);
         for (four, tests) in
             [(0, a | b << 16 | c << 32 | d << 48), (4, e | f << 16 | g << 32 | h << 48)]
@@ -260,20 +260,26 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
                     self.live[packet],
                     counts,
                 );
-                if may_change {
-                    if any {
-                        self.live[packet] &= !nearest.hits();
-                    }
-                    // As long as some ray has hit nothing, little is known.
-                    let live = self.live[packet];
-                    if live & !nearest.hits() == 0 {
-                        self.least[packet] = self::least::<S>(nearest, live);
-                        changed = true;
-                    }
-                }
+                changed |= u32::from(may_change) << packet;
             }
         }
-        changed
+
+        // As long as some ray has hit nothing, little is known.
+        let mut known = false;
+        while changed != 0 {
+            let packet = changed.trailing_zeros() as usize % PACKETS;
+            changed &= changed - 1;
+            let nearest = &self.nearest[packet];
+            if any {
+                self.live[packet] &= !nearest.hits();
+            }
+            let live = self.live[packet];
+            if live & !nearest.hits() == 0 {
+                self.least[packet] = self::least::<S>(nearest, live);
+                known = true;
+            }
+        }
+        known
     }
 
     /// Bit p is set where rays of packet p still look for a hit.

@@ -127,10 +127,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         live: u32,
         counts: &mut Counts,
     ) -> bool {
-        let Some(found) = self.test(outline, points, ranges, live) else { return false };
+        // Without a branch on whether there is anything: the CPU could not guess it.
+        let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
         self.offer(&found, (number, seen), points, (first, judge));
-        true
+        (found.hit | found.undecided) != 0
     }
 
     /// Whether a live ray may hit a triangle where that is nearer: a first look without a branch, after
@@ -146,7 +147,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.look(outline, points, ranges).maybe.bits() & live != 0
     }
 
-    /// Which of the live rays hit a triangle surely, and which perhaps. `None` where all miss.
+    /// Which of the live rays hit a triangle surely, and which perhaps.
     #[inline(always)]
     fn test(
         &self,
@@ -154,11 +155,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         ranges: &Ranges<F>,
         live: u32,
-    ) -> Option<Verdict<F>> {
+    ) -> Verdict<F> {
         let Look { weight, s, s_lo, s_hi, sure, maybe } = self.look(outline, points, ranges);
-        if maybe.bits() & live == 0 {
-            return None;
-        }
 
         // A hit, if nothing is in doubt.
         let inside = weight.gt(F::splat(1.0))
@@ -166,7 +164,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             & s_hi.lt(ranges.near_lo)
             & s_lo.gt(F::splat(0.0));
         let hit = (sure & maybe & inside).bits() & live;
-        Some(Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi })
+        Verdict { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi }
     }
 
     /// Where the rays may hit a triangle.
