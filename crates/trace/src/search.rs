@@ -28,7 +28,8 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
     // A ray that is not finite hits nothing, nor does one without an interval.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
-    if finite & ORIGIN_AND_DIR != ORIGIN_AND_DIR || !(ray.t_min < ray.t_max) {
+    let can_hit = finite & ORIGIN_AND_DIR == ORIGIN_AND_DIR && ray.t_min < ray.t_max;
+    if !can_hit {
         return;
     }
 
