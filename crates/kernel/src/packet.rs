@@ -313,3 +313,50 @@ impl<L: Lanes<Scalar: From<f32>>> RayLanes<L> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::LARGEST;
+    use crate::lanes::{Level, Simd, WithSimd};
+    use crate::{Triangle, TrianglePack};
+
+    struct In<'a>(&'a [Triangle]);
+    impl WithSimd for In<'_> {
+        type Output = TrianglePack<8>;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> TrianglePack<8> {
+            TrianglePack::new_in::<S>(self.0)
+        }
+    }
+
+    /// Numbers of every kind in every corner: the same pack, and a bound of each longest edge that
+    /// is one, or NaN.
+    #[test]
+    fn longest_edges_are_the_same_at_every_level() {
+        let numbers = [0.0, -0.0, 1e-45, 1.0, -3.7, 1e9, LARGEST, -LARGEST, 2.0 * LARGEST];
+        let wild = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
+        let all: Vec<f32> = numbers.into_iter().chain(wild).collect();
+        for i in 0..9 * all.len() * all.len() {
+            let mut triangle = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
+            triangle.0.as_flattened_mut()[i % 9] = all[i / 9 % all.len()];
+            triangle.0.as_flattened_mut()[(i + 4) % 9] = all[i / 9 / all.len()];
+            let plain = TrianglePack::<8>::new(&[triangle; 3]);
+            for level in Level::all() {
+                let pack = level.run(In(&[triangle; 3]));
+                let bits = |pack: &TrianglePack<8>| pack.longest_edges.map(f32::to_bits);
+                assert_eq!(bits(&pack), bits(&plain), "{triangle:?}, {}", level.name());
+                assert_eq!(pack.live, plain.live);
+            }
+
+            // Against f64, which holds the square of any edge that f32 may decide about.
+            let sane = triangle.0.as_flattened().iter().all(|x| x.abs() <= LARGEST);
+            assert_eq!(plain.longest_edges[0].is_nan(), !sane, "{triangle:?}");
+            for k in 0..3 {
+                let (a, b) = (triangle.0[k], triangle.0[(k + 1) % 3]);
+                let d = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
+                let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                assert!(!sane || f64::from(plain.longest_edges[0]) > length, "{triangle:?}");
+            }
+        }
+    }
+}

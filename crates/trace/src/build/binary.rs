@@ -68,10 +68,14 @@ impl Binary {
     }
 }
 
-/// Builds the tree over at least one triangle.
-pub(super) fn build(mut refs: Vec<Ref>, progress: &(dyn Fn(usize, usize) + Sync)) -> Binary {
+/// Builds the tree over at least one triangle. It does not depend on the level.
+pub(super) fn build(
+    mut refs: Vec<Ref>,
+    level: Level,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Binary {
     let mut inner = vec![[0.0; 8]; refs.len() - 1];
-    let builder = Builder::new(&refs, progress);
+    let builder = Builder::new(&refs, level, progress);
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
     Binary { refs, inner }
@@ -87,8 +91,7 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(refs: &[Ref], progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
-        let level = Level::best();
+    fn new(refs: &[Ref], level: Level, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
         let all = gather(refs, &|refs| level.run(Around(refs)), &|a, b| level.run(Both(a, b)));
         let (total, done) = (refs.len(), AtomicUsize::new(0));
         Self { level, scale: all.bounds().scale(), total, done, progress }
@@ -356,7 +359,7 @@ mod tests {
         let depth_from = |start| {
             let (mut refs, _) = refs::collect(&triangles);
             let mut inner = vec![[0.0; 8]; refs.len() - 1];
-            let builder = Builder::new(&refs, &|_, _| ());
+            let builder = Builder::new(&refs, Level::best(), &|_, _| ());
             let centres = builder.centres(&refs);
             builder.large(&mut refs, &mut inner, &centres, start);
             let binary = Binary { refs, inner };

@@ -34,6 +34,7 @@ use crate::bounds::Bounds;
 use crate::node::EMPTY;
 use crate::node::{LEAF, Node};
 use intertri::Triangle;
+use intertri::lanes::Level;
 use std::fmt;
 
 /// Triangles in a block.
@@ -79,14 +80,22 @@ impl std::error::Error for BuildError {}
 
 /// Builds the hierarchy.
 #[cfg(test)]
-pub(crate) fn build(triangles: &[Triangle]) -> Result<Tree, BuildError> {
-    build_with_progress(triangles, &|_, _| ())
+pub(crate) fn build(triangles: &[Triangle], level: Level) -> Result<Tree, BuildError> {
+    build_at(triangles, level, &|_, _| ())
 }
 
 /// Builds the hierarchy and tells from time to time how many triangles are done, of how many.
 /// The calls come from any thread and may overtake each other.
 pub(crate) fn build_with_progress(
     triangles: &[Triangle],
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Tree, BuildError> {
+    build_at(triangles, Level::best(), progress)
+}
+
+fn build_at(
+    triangles: &[Triangle],
+    level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Tree, BuildError> {
     if triangles.len() >= LEAF as usize {
@@ -96,7 +105,7 @@ pub(crate) fn build_with_progress(
     if refs.is_empty() {
         return Ok(Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
     }
-    let binary = binary::build(refs, progress);
+    let binary = binary::build(refs, level, progress);
     Ok(Tree { unbounded, ..wide::write(&binary) })
 }
 

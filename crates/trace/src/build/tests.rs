@@ -1,6 +1,7 @@
 use super::{BuildError, MAX_DEPTH, Tree, build, build_with_progress};
 use crate::node::EMPTY;
 use intertri::Triangle;
+use intertri::lanes::Level;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A small generator of its own: the same numbers everywhere.
@@ -29,7 +30,7 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
 }
 
 fn checked(triangles: &[Triangle]) -> Tree {
-    let tree = build(triangles).expect("few enough");
+    let tree = build(triangles, Level::best()).expect("few enough");
     if let Err(why) = tree.check(triangles) {
         panic!("{} triangles: {why}", triangles.len());
     }
@@ -128,11 +129,22 @@ fn same_tree_on_any_number_of_threads() {
     #[cfg(feature = "parallel")]
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let other = pool.install(|| build(&triangles)).expect("few enough");
+        let other = pool.install(|| build(&triangles, Level::best())).expect("few enough");
         assert_eq!(one.blocks, other.blocks);
         assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
     }
     assert!(one.depth <= 12, "{}", one.depth);
+}
+
+#[test]
+fn same_tree_at_every_level() {
+    let triangles = soup(30_000, 0.05, 3.0);
+    let best = checked(&triangles);
+    for level in Level::all() {
+        let other = build(&triangles, level).expect("few enough");
+        assert_eq!(best.blocks, other.blocks, "{}", level.name());
+        assert_eq!(format!("{:?}", best.nodes), format!("{:?}", other.nodes), "{}", level.name());
+    }
 }
 
 #[test]
