@@ -87,3 +87,60 @@ fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
     size[3] = number as f32;
     size
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Costs, ROW, Sides};
+    use crate::bounds::Bounds;
+    use intertri::lanes::{Level, Simd, WithSimd};
+
+    struct Sweep<'a>(&'a [Sides], &'a [u32]);
+    impl WithSimd for Sweep<'_> {
+        type Output = ([f32; ROW], Option<(usize, usize)>);
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let mut costs = Costs::new();
+            costs.sweep::<S>(1, self.0, self.1, 0.5);
+            (costs.0[1], costs.best::<S>())
+        }
+    }
+
+    /// Rows of every length, with empty boxes here and there, against areas and counts added up.
+    #[test]
+    fn costs_are_areas_times_counts() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        for n in (0..=ROW).chain([ROW; 50]) {
+            let (mut boxes, mut counts) = (vec![], vec![]);
+            for _ in 0..n {
+                let (lo, count) = ([(); 4].map(|()| random()), (random() * 5.0) as u32);
+                let around = Bounds { lo, hi: lo.map(|x| x + random()) };
+                boxes.push(if count > 0 { Sides::of(&around) } else { Sides::EMPTY });
+                counts.push(count);
+            }
+            let cost = |range: std::ops::Range<usize>| {
+                let mut all = Bounds::EMPTY;
+                boxes[range.clone()].iter().for_each(|sides| all.join(&sides.bounds()));
+                let count = counts[range].iter().sum::<u32>();
+                (count > 0).then(|| all.half_area(0.5) * count as f32)
+            };
+            let both = |cut| Some(cost(0..cut)? + cost(cut..n)?);
+            for level in Level::all() {
+                let (costs, best) = level.run(Sweep(&boxes, &counts));
+                for (cut, &found) in costs.iter().enumerate() {
+                    let expected = (cut < n).then(|| both(cut)).flatten().unwrap_or(f32::INFINITY);
+                    let same = found == expected || (found / expected - 1.0).abs() < 1e-5;
+                    assert!(same, "cut {cut} of {n}: {found}, not {expected}");
+                }
+                let least = costs.iter().fold(f32::INFINITY, |m, &x| m.min(x));
+                match best {
+                    Some((1, cut)) => assert_eq!(costs[cut], least),
+                    other => assert!(other.is_none() && least == f32::INFINITY, "{other:?}"),
+                }
+            }
+        }
+    }
+}
