@@ -92,7 +92,16 @@ struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     fn new(refs: &[Ref], level: Level, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
-        let all = gather(refs, &|refs| level.run(Around(refs)), &|a, b| level.run(Both(a, b)));
+        let around = |refs: &[Ref]| {
+            let mut all = Sides::EMPTY;
+            refs.iter().for_each(|r| all.join(&r.0));
+            all
+        };
+        let both = |mut a: Sides, b| {
+            a.join(&b);
+            a
+        };
+        let all = gather(refs, &around, &both);
         let (total, done) = (refs.len(), AtomicUsize::new(0));
         Self { level, scale: all.bounds().scale(), total, done, progress }
     }
@@ -158,7 +167,8 @@ impl WithSimd for Small<'_> {
         }
         // Two are a block, which nothing that is planned divides.
         if count == 2 {
-            let sides = refs[0].0.join::<S>(&refs[1].0);
+            let mut sides = refs[0].0;
+            sides.join(&refs[1].0);
             let costs = Costs::of_block(builder.area::<S>(&sides));
             inner[0] = node(&sides, 1, Plan::BLOCK);
             return Built { sides, costs };
@@ -229,7 +239,8 @@ impl WithSimd for Finish<'_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Built {
         let Self { builder, here, left, count, a, b } = self;
-        let sides = a.sides.join::<S>(&b.sides);
+        let mut sides = a.sides;
+        sides.join(&b.sides);
         let (costs, plan) = Costs::join(builder.area::<S>(&sides), count, &a.costs, &b.costs);
         *here = node(&sides, left, plan);
         Built { sides, costs }
@@ -260,28 +271,6 @@ fn nodes_of(
     let (here, below) = inner.split_at_mut(1);
     let (a, b) = below.split_at_mut(left - 1);
     (&mut here[0], a, b)
-}
-
-/// The box around references.
-struct Around<'a>(&'a [Ref]);
-
-impl WithSimd for Around<'_> {
-    type Output = Sides;
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Sides {
-        self.0.iter().fold(Sides::EMPTY, |all, r| all.join::<S>(&r.0))
-    }
-}
-
-/// The box around two.
-struct Both(Sides, Sides);
-
-impl WithSimd for Both {
-    type Output = Sides;
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Sides {
-        self.0.join::<S>(&self.1)
-    }
 }
 
 /// The box around the centres of references.

@@ -39,12 +39,12 @@ impl Sides {
         self.0[4 * which + 3] = f32::from_bits(word);
     }
 
-    /// The box around both.
+    /// Makes this the box around both: one instruction, where it is inlined at a level of eight lanes.
     #[inline(always)]
-    pub(super) fn join<S: Simd>(&self, other: &Self) -> Self {
-        let mut both = Self::EMPTY;
-        S::F32x8::load(&self.0).max(S::F32x8::load(&other.0)).store(&mut both.0);
-        both
+    pub(super) fn join(&mut self, other: &Self) {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a = if *a > *b { *a } else { *b };
+        }
     }
 
     /// The lengths along the axes, in units of `1 / scale`; the last lane means nothing.

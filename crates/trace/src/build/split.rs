@@ -10,7 +10,7 @@
 
 use super::refs::Ref;
 use super::sides::{CentreLanes, Centres, Sides};
-use super::sweep::{Costs, ROW};
+use super::sweep::{Cuts, ROW};
 use intertri::lanes::{Lanes, Mask, Simd};
 
 /// Up to so many boxes are sorted.
@@ -114,10 +114,7 @@ impl Bins {
     pub(super) fn join(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
-                let of = &other.sides[axis][bin].0;
-                for (a, b) in self.sides[axis][bin].0.iter_mut().zip(of) {
-                    *a = if *a > *b { *a } else { *b };
-                }
+                self.sides[axis][bin].join(&other.sides[axis][bin]);
                 self.count[axis][bin] += other.count[axis][bin];
             }
         }
@@ -128,12 +125,12 @@ impl Bins {
     /// in one bin.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
-        let mut costs = Costs::new();
+        let mut cuts = Cuts::new();
         for axis in 0..3 {
             let (sides, count) = (&self.sides[axis], &self.count[axis]);
-            costs.sweep::<S>(axis, &sides[..binning.bins], count, binning.scale);
+            cuts.sweep::<S>(axis, &sides[..binning.bins], count, binning.scale);
         }
-        costs.best::<S>()
+        cuts.best::<S>()
     }
 }
 
@@ -191,7 +188,7 @@ pub(super) fn sort_few<S: Simd>(refs: &mut [Ref], scale: f32) -> usize {
 
     // Along each axis: a box comes after as many as are smaller, or equal and before it.
     let mut rows = [[Sides::EMPTY; FEW]; 3];
-    let mut costs = Costs::new();
+    let mut cuts = Cuts::new();
     for (axis, key) in keys.iter().enumerate() {
         let all = S::F32x8::load(key);
         for (i, r) in refs.iter().enumerate() {
@@ -199,9 +196,9 @@ pub(super) fn sort_few<S: Simd>(refs: &mut [Ref], scale: f32) -> usize {
             let before = all.lt(this).bits() | all.le(this).bits() & ((1 << i) - 1);
             rows[axis][before.count_ones() as usize % FEW] = r.0;
         }
-        costs.sweep::<S>(axis, &rows[axis][..n], &[1; FEW], scale);
+        cuts.sweep::<S>(axis, &rows[axis][..n], &[1; FEW], scale);
     }
-    let Some((axis, cut)) = costs.best::<S>() else { return n / 2 };
+    let Some((axis, cut)) = cuts.best::<S>() else { return n / 2 };
     for (r, sides) in refs.iter_mut().zip(rows[axis]) {
         r.0 = sides;
     }

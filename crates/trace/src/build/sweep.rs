@@ -13,9 +13,9 @@ use intertri::lanes::{Lanes, Mask, Simd};
 pub(super) const ROW: usize = 16;
 
 /// The costs of all cuts along all axes.
-pub(super) struct Costs([[f32; ROW]; 3]);
+pub(super) struct Cuts([[f32; ROW]; 3]);
 
-impl Costs {
+impl Cuts {
     pub(super) fn new() -> Self {
         Self([[f32::INFINITY; ROW]; 3])
     }
@@ -90,7 +90,7 @@ fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Costs, ROW, Sides};
+    use super::{Cuts, ROW, Sides};
     use crate::bounds::Bounds;
     use intertri::lanes::{Level, Simd, WithSimd};
 
@@ -99,7 +99,7 @@ mod tests {
         type Output = ([f32; ROW], Option<(usize, usize)>);
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
-            let mut costs = Costs::new();
+            let mut costs = Cuts::new();
             costs.sweep::<S>(1, self.0, self.1, 0.5);
             (costs.0[1], costs.best::<S>())
         }

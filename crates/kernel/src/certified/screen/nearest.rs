@@ -56,7 +56,7 @@ pub struct Nearest<F, const N: usize> {
 }
 
 /// What is seen of a triangle at each point.
-struct Look<F: Lanes> {
+struct Sample<F: Lanes> {
     /// The least of the weights, in units of their bound.
     weight: F,
     /// The inverse depth, and its enclosure.
@@ -144,7 +144,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         ranges: &Ranges<F>,
         live: u32,
     ) -> bool {
-        self.look(outline, points, ranges).maybe.bits() & live != 0
+        self.sample(outline, points, ranges).maybe.bits() & live != 0
     }
 
     /// Which of the live rays hit a triangle surely, and which perhaps.
@@ -156,7 +156,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         ranges: &Ranges<F>,
         live: u32,
     ) -> Verdict<F> {
-        let Look { weight, s, s_lo, s_hi, sure, maybe } = self.look(outline, points, ranges);
+        let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
 
         // A hit, if nothing is in doubt.
         let inside = weight.gt(F::splat(1.0))
@@ -169,7 +169,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// Where the rays may hit a triangle.
     #[inline(always)]
-    fn look(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Look<F> {
+    fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
         // The least of the weights; below -1 a sure miss, if the sign of D is sure.
         let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
         let outside = weight.lt(F::splat(-1.0));
@@ -181,7 +181,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
-        Look { weight, s, s_lo, s_hi, sure, maybe }
+        Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
     /// Offers what a test found of the triangle `seen[number]`.
