@@ -94,7 +94,9 @@ impl<'a> Builder<'a> {
     fn new(refs: &[Ref], level: Level, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
         let around = |refs: &[Ref]| {
             let mut all = Sides::EMPTY;
-            refs.iter().for_each(|r| all.join(&r.0));
+            for r in refs {
+                all.join(&r.0);
+            }
             all
         };
         let both = |mut a: Sides, b| {
