@@ -8,6 +8,7 @@ mod bvh;
 mod fixed;
 mod flight;
 mod integers;
+mod leaves;
 mod node;
 mod pyramid;
 mod scratch;

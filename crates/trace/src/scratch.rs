@@ -5,6 +5,7 @@ use intertri::lanes::Simd;
 use intertri::{Hit, Ray, Sight, Triangle};
 
 use crate::bvh::Bvh;
+use crate::leaves::Leaves;
 
 /// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
 pub(crate) type Stack = Vec<(u32, f32)>;
@@ -16,6 +17,7 @@ pub(crate) const NOTHING: u32 = u32::MAX;
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub(crate) stack: Stack,
+    pub(crate) leaves: Leaves,
     /// The places of the triangles that rays of the tile were tested against.
     pub(crate) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].

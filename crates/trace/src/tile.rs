@@ -14,6 +14,7 @@ use intertri::lanes::{Lanes, Mask, Simd, prefetch};
 use intertri::{Certified, Counts, Judge, Nearest, Ray, Windows};
 
 use crate::bvh::Bvh;
+use crate::leaves::{Leaves, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
@@ -49,24 +50,28 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?
-    let Scratch { stack, seen, found, split, .. } = scratch;
+    let Scratch { stack, seen, found, split, leaves, .. } = scratch;
     stack.clear();
     seen.clear();
     found.clear();
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
-    let mut next = next_leaf::<S>(bvh, &pyramid, stack, f32::INFINITY);
-    if next.is_none() && bvh.boxed == bvh.packs.len() {
+    let at_once = at_once();
+    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs[..at_once]);
+    if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
         return Some(0);
     }
 
     // Then its leaves, front to back, and the triangles without a box.
     let mut tile = Tile::new(bvh, (mode, judge), rays.len(), screen, window);
+    let first = leaves.packs;
     for pack in bvh.boxed..bvh.packs.len() {
-        tile.visit(pack, any, seen, counts);
+        leaves.packs[0] = pack as u32;
+        tile.visit((leaves, 1), any, seen, counts);
     }
+    leaves.packs = first;
     let (mut quarters, mut budget) = match screen.used {
         ..=4 => (0..0, PATIENCE * rays.len()),
         used => (0..used.div_ceil(4), SPLIT * rays.len()),
@@ -74,25 +79,25 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     let mut left = 0;
     loop {
         let mut far = tile.far();
-        while let Some(pack) = next {
-            if tile.visit(pack as usize, any, seen, counts) {
+        while next > 0 {
+            if tile.visit((leaves, next), any, seen, counts) {
                 far = tile.far();
             }
             if tile.work > budget {
                 break;
             }
-            next = next_leaf::<S>(bvh, &pyramid, stack, far);
+            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs[..at_once]);
         }
 
         // What is too much for the whole goes on in four parts, from where it stands; a part for
         // which it is still too much is left.
         if tile.part == all {
-            if next.is_none() {
+            if next == 0 {
                 break;
             }
             std::mem::swap(stack, split);
         }
-        if next.is_some() && (tile.part != all || quarters.is_empty()) {
+        if next > 0 && (tile.part != all || quarters.is_empty()) {
             left |= tile.part;
         }
         let part = |quarter: usize| tile.alive() & 0xf << (4 * quarter);
@@ -106,7 +111,8 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         (tile.work, budget) = (0, 64 * PATIENCE);
         stack.clear();
         stack.extend_from_slice(split);
-        next = next_leaf::<S>(bvh, &pyramid, stack, tile.far());
+        let far = tile.far();
+        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs[..at_once]);
     }
 
     for nearest in &tile.nearest[..screen.used] {
@@ -114,6 +120,29 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     }
     found.truncate(rays.len());
     Some(left)
+}
+
+/// The next leaves that the pyramid meets before the depth `far`, as many as there is room for.
+#[inline(always)]
+fn next_leaves<S: Simd>(
+    bvh: &Bvh,
+    pyramid: &Pyramid,
+    stack: &mut Stack,
+    far: f32,
+    packs: &mut [u32],
+) -> usize {
+    let mut count = 0;
+    for to in packs {
+        let Some(pack) = next_leaf::<S>(bvh, pyramid, stack, far) else { break };
+        *to = pack;
+        count += 1;
+    }
+    count
+}
+
+fn at_once() -> usize {
+    static N: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
+    *N.get_or_init(|| std::env::var("ATONCE").map_or(1, |x| x.parse().unwrap()))
 }
 
 /// The next leaf that the pyramid meets before the depth `far`.
@@ -200,68 +229,55 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         tile
     }
 
-    /// Tests the triangles of a pack, each with those packets whose window it reaches. Whether
+    /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
     /// the far end of a packet changed.
     #[inline(always)]
-    fn visit(&mut self, pack: usize, any: bool, seen: &mut Vec<u32>, counts: &mut Counts) -> bool {
+    fn visit(
+        &mut self,
+        (leaves, used): (&mut Leaves, usize),
+        any: bool,
+        seen: &mut Vec<u32>,
+        counts: &mut Counts,
+    ) -> bool {
         let Self { bvh, mode, judge, rays, screen, .. } = *self;
-        let outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
-        let mut triangles = outlines.within(&self.window, self.least_of_all);
-        self.work += 8 + triangles.count_ones() as usize;
-        counts.tests += u64::from(triangles.count_ones()) * rays as u64;
+        let first = seen.len();
+        let (triangles, mut tests) = leaves.list(
+            (bvh, used),
+            (mode, screen),
+            (&self.window, self.least_of_all),
+            (&self.windows, &self.least, self.part),
+            seen,
+        );
+        self.work += 8 * used + triangles + tests;
+        counts.tests += (triangles * rays) as u64;
 
-        // Which packets for each of them, before any is tested: how many there are of a triangle the CPU
-        // guesses wrong too often.
-        let (least, mut packets) = (Lanes::load(&self.least), [0_u16; 8]);
-        let first = seen.len() as u32;
-        prefetch(&bvh.indices[pack..][..1]);
-        for number in 0..triangles.count_ones() as usize % 9 {
-            let lane = triangles.trailing_zeros() as usize;
-            triangles &= triangles - 1;
-            let reached = outlines.lane(lane).within(&self.windows, least) & self.part;
-            packets[number % 8] = reached as u16;
-            self.work += reached.count_ones() as usize;
-            seen.push(8 * pack as u32 + lane as u32);
+        // Rays that end before what they see are near most of what they miss: a first look at all,
+        // without a branch.
+        if any {
+            let mut left = 0;
+            for i in 0..tests {
+                let test = leaves.test(i);
+                let (points, live) = (&screen.points[test.packet], self.live[test.packet]);
+                let (nearest, outline) = (&self.nearest[test.packet], leaves.outline(test.number));
+                let maybe = nearest.maybe(&outline, points, &screen.ranges, live);
+                leaves.put(left, test);
+                left += usize::from(maybe);
+            }
+            tests = left;
         }
 
         let mut changed = 0_u32;
-        let [a, b, c, d, e, f, g, h] = packets.map(u64::from);
-        for (four, tests) in
-            [(0, a | b << 16 | c << 32 | d << 48), (4, e | f << 16 | g << 32 | h << 48)]
-        {
-            let of = |test: usize| {
-                let number = first + (four + test / 16) as u32;
-                (number, seen[number as usize] as usize % 8, test % 16)
-            };
-
-            // Rays that end before what they see are near most of what they miss: a first look at all,
-            // without a branch.
-            let (mut maybe, mut left) = if any { (0_u64, tests) } else { (tests, 0) };
-            while left != 0 {
-                let test = left.trailing_zeros() as usize;
-                left &= left - 1;
-                let (_, lane, packet) = of(test);
-                let (points, live) = (&screen.points[packet], self.live[packet]);
-                let outline = outlines.lane(lane);
-                let some = self.nearest[packet].maybe(&outline, points, &screen.ranges, live);
-                maybe |= u64::from(some) << test;
-            }
-
-            while maybe != 0 {
-                let test = maybe.trailing_zeros() as usize;
-                maybe &= maybe - 1;
-                let (number, lane, packet) = of(test);
-                let nearest = &mut self.nearest[packet];
-                let may_change = nearest.take(
-                    (&screen.points[packet], &screen.ranges),
-                    &outlines.lane(lane),
-                    (number, seen.as_slice()),
-                    (16 * packet, judge),
-                    self.live[packet],
-                    counts,
-                );
-                changed |= u32::from(may_change) << packet;
-            }
+        for i in 0..tests {
+            let Test { packet, number } = leaves.test(i);
+            let may_change = self.nearest[packet].take(
+                (&screen.points[packet], &screen.ranges),
+                &leaves.outline(number),
+                ((first + number) as u32, seen.as_slice()),
+                (16 * packet, judge),
+                self.live[packet],
+                counts,
+            );
+            changed |= u32::from(may_change) << packet;
         }
 
         // As long as some ray has hit nothing, little is known.

@@ -33,7 +33,7 @@ use super::{Frame, Points, Windows, at};
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// assert_eq!(dispatch(Leaf(&pack, &frame, [[-0.6, 0.0], [0.0, 0.2]])), 0b01);
 /// ```
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct Outlines {
     u: [[f32; 8]; 3],
