@@ -64,27 +64,32 @@ impl Leaves {
         &mut self,
         (bvh, used): (&Bvh, usize),
         (mode, screen): (&Certified, &Screen<S>),
-        (window, least_of_all): (&Windows<S::F32x8>, f32),
+        (window, least_of_all, size): (&Windows<S::F32x8>, f32, [f32; 2]),
         (windows, least, part): (&Windows<S::F32x16>, &[f32; PACKETS], u32),
         seen: &mut Vec<u32>,
     ) -> (usize, usize) {
         let Self { packs, outlines, places, packets, numbers } = self;
-        let mut inside = 0_u64;
+        let (mut inside, mut large) = (0_u64, 0_u64);
         for (i, (&pack, outlines)) in packs[..used].iter().zip(&mut *outlines).enumerate() {
             let pack = pack as usize;
             *outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
             inside |= u64::from(outlines.within(window, least_of_all)) << (8 * i);
+            large |= u64::from(outlines.larger::<S::F32x8>(size)) << (8 * i);
             prefetch(&bvh.indices[pack..][..1]);
         }
 
-        let (least, mut tests) = (Lanes::load(least), 0);
-        let triangles = inside.count_ones() as usize;
-        for (number, to) in places[..triangles].iter_mut().enumerate() {
+        // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as the edges.
+        let (first, triangles) = (seen.len(), inside.count_ones() as usize);
+        seen.resize(first + triangles, 0);
+        let (by_edges, least, mut tests) = (inside & large != 0, Lanes::load(least), 0);
+        for (number, (seen, to)) in seen[first..].iter_mut().zip(&mut *places).enumerate() {
             let place = inside.trailing_zeros() as usize % TRIANGLES;
             inside &= inside.wrapping_sub(1);
             *to = place as u8;
-            seen.push(8 * packs[place / 8] + place as u32 % 8);
-            let reached = outlines[place / 8].lane(place % 8).within(windows, least) & part;
+            *seen = 8 * packs[place / 8] + place as u32 % 8;
+            let outline = outlines[place / 8].lane(place % 8);
+            let reached = if by_edges { outline.within(windows, least) } else { outline.near(windows) };
+            let reached = reached & part;
             for (half, first) in [(reached & 0xff, 0), (reached >> 8, 8)] {
                 let slots = far_to_near(half, 0) + 0x0101_0101_0101_0101 * first;
                 packets[tests..tests + 8].copy_from_slice(&slots.to_le_bytes());

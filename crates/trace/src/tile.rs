@@ -140,6 +140,11 @@ fn next_leaves<S: Simd>(
     count
 }
 
+fn large() -> f32 {
+    static N: std::sync::OnceLock<f32> = std::sync::OnceLock::new();
+    *N.get_or_init(|| std::env::var("LARGE").map_or(0.25, |x| x.parse().unwrap()))
+}
+
 fn at_once() -> usize {
     static N: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
     *N.get_or_init(|| std::env::var("ATONCE").map_or(1, |x| x.parse().unwrap()))
@@ -183,6 +188,8 @@ struct Tile<'a, S: Simd, J> {
     /// A window a packet, and the one of all.
     windows: Windows<S::F32x16>,
     window: Windows<S::F32x8>,
+    /// Larger triangles reach several packets.
+    large: [f32; 2],
     nearest: [Nearest<S::F32x16, 16>; PACKETS],
     /// Bit i of `live[p]`: ray `16 p + i` still looks for a hit.
     live: [u32; PACKETS],
@@ -212,6 +219,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             screen,
             windows: screen.windows(),
             window: around::<S>(window),
+            large: { let k = large(); [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])] },
             part: (1 << screen.used) - 1,
             nearest: [Nearest::new(&screen.points[0], &screen.t_max[0]); PACKETS],
             live: screen.live,
@@ -244,7 +252,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         let (triangles, mut tests) = leaves.list(
             (bvh, used),
             (mode, screen),
-            (&self.window, self.least_of_all),
+            (&self.window, self.least_of_all, self.large),
             (&self.windows, &self.least, self.part),
             seen,
         );

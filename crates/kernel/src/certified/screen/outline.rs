@@ -202,6 +202,14 @@ impl Outlines {
         (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
+    /// Which of the triangles have a rectangle that is larger than this along x or y.
+    #[inline(always)]
+    pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
+        let extent = |k: usize| F::load(&self.hi[k]) - F::load(&self.lo[k]);
+        let (x, y) = (extent(0), extent(1));
+        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits()
+    }
+
     /// The outline in a lane.
     #[inline(always)]
     pub fn lane(&self, i: usize) -> Outline {
@@ -240,6 +248,14 @@ impl Outline {
     /// The bound of the edges, which is their unit.
     pub fn unit(&self) -> f32 {
         self.unit
+    }
+
+    /// The windows that the rectangle around the triangle reaches.
+    #[inline(always)]
+    pub fn near<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {
+        let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
+        let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
+        windows.reached(lo, hi).bits()
     }
 
     /// The windows through which some ray may hit the triangle that still looks for hits of at least
