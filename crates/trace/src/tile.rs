@@ -57,8 +57,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
-    let at_once = at_once();
-    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs[..at_once]);
+    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
         return Some(0);
@@ -86,7 +85,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
             if tile.work > budget {
                 break;
             }
-            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs[..at_once]);
+            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
         }
 
         // What is too much for the whole goes on in four parts, from where it stands; a part for
@@ -112,7 +111,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         stack.clear();
         stack.extend_from_slice(split);
         let far = tile.far();
-        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs[..at_once]);
+        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
     }
 
     for nearest in &tile.nearest[..screen.used] {
@@ -138,16 +137,6 @@ fn next_leaves<S: Simd>(
         count += 1;
     }
     count
-}
-
-fn large() -> f32 {
-    static N: std::sync::OnceLock<f32> = std::sync::OnceLock::new();
-    *N.get_or_init(|| std::env::var("LARGE").map_or(0.25, |x| x.parse().unwrap()))
-}
-
-fn at_once() -> usize {
-    static N: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
-    *N.get_or_init(|| std::env::var("ATONCE").map_or(1, |x| x.parse().unwrap()))
 }
 
 /// The next leaf that the pyramid meets before the depth `far`.
@@ -219,7 +208,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             screen,
             windows: screen.windows(),
             window: around::<S>(window),
-            large: { let k = large(); [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])] },
+            large: { let k = 0.5; [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])] },
             part: (1 << screen.used) - 1,
             nearest: [Nearest::new(&screen.points[0], &screen.t_max[0]); PACKETS],
             live: screen.live,
