@@ -10,7 +10,8 @@ use crate::bvh::Bvh;
 use crate::flight;
 use crate::scratch::Scratch;
 use crate::screen::{RAYS, Screen, shares_origin};
-use crate::tile;
+use crate::tile::{self, Pencil};
+use crate::toward::{Toward, Turned};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -107,13 +108,20 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
     ) -> Option<u32> {
         let bvh = self.bvh;
         let Some(mode) = self.mode.certified() else { return Some(ALL) };
-        if !shares_origin::<S>(rays) {
-            return Some(ALL);
-        }
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
-        let by = (mode, &judge);
-        tile::search::<S, _, _, _>(bvh, by, (rays, next), answers, A::ANY, room, counts)
+        if shares_origin::<S>(rays) {
+            let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
+            return tile::search::<S, _, _, _>(bvh, by, pencil, answers, A::ANY, room, counts);
+        }
+
+        // Whether rays hit anything can be asked from where they end, too.
+        let toward = if A::ANY { Toward::of(rays, self.mode.threshold()) } else { None };
+        if toward.is_none() {
+            return Some(ALL);
+        }
+        let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
+        tile::search::<S, _, _, _>(bvh, by, pencil, answers, A::ANY, room, counts)
     }
 
     #[inline(always)]

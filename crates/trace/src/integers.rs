@@ -10,7 +10,7 @@ use crate::bvh::Bvh;
 use crate::fixed::FixedBvh;
 use crate::scratch::Scratch;
 use crate::screen::{Screen, shares_origin};
-use crate::tile;
+use crate::tile::{self, Pencil};
 
 /// A hierarchy over a grid, at the level of a mode.
 pub(crate) struct OfGrid<'a> {
@@ -45,7 +45,15 @@ impl Tracer for OfGrid<'_> {
         let filter = Certified::new(Threshold::ZERO).at(self.level);
         let by = (&filter, &Integers { bvh: self.bvh, rays });
         let tree = &self.bvh.tree;
-        tile::search::<S, _, _, _>(tree, by, (rays, next), answers, A::ANY, room, counts)
+        tile::search::<S, _, _, _>(
+            tree,
+            by,
+            Pencil { rays, next, toward: None },
+            answers,
+            A::ANY,
+            room,
+            counts,
+        )
     }
 
     #[inline(always)]

@@ -88,7 +88,8 @@ impl Leaves {
             *to = place as u8;
             *seen = 8 * packs[place / 8] + place as u32 % 8;
             let outline = outlines[place / 8].lane(place % 8);
-            let reached = if by_edges { outline.within(windows, least) } else { outline.near(windows) };
+            let reached =
+                if by_edges { outline.within(windows, least) } else { outline.near(windows) };
             let reached = reached & part;
             for (half, first) in [(reached & 0xff, 0), (reached >> 8, 8)] {
                 let slots = far_to_near(half, 0) + 0x0101_0101_0101_0101 * first;

@@ -18,6 +18,7 @@ mod slab;
 mod sliver;
 mod stack;
 mod tile;
+mod toward;
 
 pub use build::BuildError;
 pub use bvh::Bvh;

@@ -72,7 +72,7 @@ impl Pyramid {
         (lo, hi): ([f32; 2], [f32; 2]),
         reach: f32,
     ) -> Self {
-        let reach = origin.iter().fold(reach, |m, x| m.max(x.abs()));
+        let reach = origin.iter().fold(reach, |m, x| m.max(x.abs())) + frame.off() / PAD;
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {
             let slope = slope - sign * MARGIN;

@@ -9,9 +9,11 @@
 //! ```
 
 use intertri::lanes::{Lanes, Mask, Simd, prefetch};
-use intertri::{Certified, Frame, Points, Ranges, Ray, Starts, Vec3, Windows};
+use intertri::{Certified, Frame, Points, Ranges, Ray, Starts, Threshold, Vec3, Windows};
 
 use crate::pyramid;
+use crate::tile::Pencil;
+use crate::toward::Turning;
 
 /// Rays of a tile, at most.
 pub(crate) const RAYS: usize = 256;
@@ -97,18 +99,29 @@ impl<S: Simd> Screen<S> {
     pub(crate) fn lay<R: AsRef<Ray>, A>(
         &mut self,
         mode: &Certified,
-        (rays, next): (&[R], &[R]),
+        pencil: Pencil<'_, R>,
         answers: &[A],
         reach: f32,
     ) -> Option<()> {
+        let origin = pencil.origin();
+        let Pencil { rays, next, toward } = pencil;
+
         // The rays side by side. The last packet is filled with the last ray.
         let Self { points, dirs, lo, hi, t_min, t_max, .. } = self;
         let used = rays.len().div_ceil(16);
         let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
+        let mut turning = None;
+        if let Some(toward) = toward {
+            turning = Some(Turning::<S::F32x4>::new(toward));
+        }
         for packet in 0..used {
             for four in [0, 4, 8, 12] {
                 let at = 16 * packet + four;
-                let [[.., near], [x, y, z, far]] = side_by_side::<S>(rays, at);
+                let mut four_rays = side_by_side::<S>(rays, at);
+                if let Some(turning) = &mut turning {
+                    four_rays = turning.turn(four_rays);
+                }
+                let [[.., near], [x, y, z, far]] = four_rays;
                 x.store(&mut dirs[packet][0][four..]);
                 y.store(&mut dirs[packet][1][four..]);
                 z.store(&mut dirs[packet][2][four..]);
@@ -119,6 +132,12 @@ impl<S: Simd> Screen<S> {
             }
         }
 
+        // Turned round, they may pass the origin, and have the threshold at their far ends.
+        let (mut off, mut starts_by) = (0.0, *mode);
+        if let Some(turning) = &turning {
+            (off, starts_by) = (turning.off()?, Certified::new(Threshold::ZERO));
+        }
+
         // A frame that looks where they go.
         let total = |lanes: S::F32x4| {
             let mut numbers = [0.0; 4];
@@ -127,9 +146,8 @@ impl<S: Simd> Screen<S> {
         };
         let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
         let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
-        let origin = first.origin;
         let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
-        self.frame = pyramid::frame(origin, sum, step, reach)?;
+        self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
         let mut turned = false;
 
         self.used = used;
@@ -157,7 +175,7 @@ impl<S: Simd> Screen<S> {
                 (lo[0][packet], lo[1][packet]) = (x, y);
                 (hi[0][packet], hi[1][packet]) = (-left, -down);
                 let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live[packet]);
-                starts = mode.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
+                starts = starts_by.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
             }
             self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
             self.ranges = starts.ranges();
@@ -166,7 +184,7 @@ impl<S: Simd> Screen<S> {
             // then hold little else.
             match main_axis::<S>(&self.frame, lo, hi, used) {
                 Some(step) if !turned => {
-                    self.frame = pyramid::frame(origin, sum, step, reach)?;
+                    self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
                     turned = true;
                 }
                 _ => return (sane.bits() == 0xffff).then_some(()),

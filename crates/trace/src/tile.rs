@@ -20,6 +20,7 @@ use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
 use crate::screen::{PACKETS, Screen, around, smallest};
 use crate::stack::far_to_near;
+use crate::toward::Toward;
 
 /// So much work a ray, in tests of a packet, and a tile is split.
 const SPLIT: usize = 8;
@@ -27,8 +28,26 @@ const SPLIT: usize = 8;
 /// So much, and a part of a tile is given up: its rays have too little in common.
 const PATIENCE: usize = 32;
 
-/// Finds the closest hit of each ray of a tile; with `any`, some hit. The rays share an origin; those
-/// in `next` come later, and the answers go to `answers`. What f32 leave open the judge settles, who
+/// Rays of one origin, or toward one point.
+#[derive(Clone, Copy)]
+pub(crate) struct Pencil<'a, R> {
+    pub(crate) rays: &'a [R],
+    /// Those that come later.
+    pub(crate) next: &'a [R],
+    /// The point toward which they go: then they are asked from there.
+    pub(crate) toward: Option<Toward>,
+}
+
+impl<R: AsRef<Ray>> Pencil<'_, R> {
+    /// The point that all rays have in common.
+    #[inline(always)]
+    pub(crate) fn origin(&self) -> [f32; 3] {
+        self.toward.map_or(self.rays[0].as_ref().origin, |toward| toward.point)
+    }
+}
+
+/// Finds the closest hit of each ray of a tile; with `any`, some hit, as it must be of rays
+/// toward a point. The answers go to `answers`. What f32 leave open the judge settles, who
 /// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
 ///
 /// `None` where they go too far apart; else bit p is set where the rays of packet p are left to be
@@ -37,16 +56,16 @@ const PATIENCE: usize = 32;
 pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     bvh: &Bvh,
     (mode, judge): (&Certified, &J),
-    (rays, next): (&[R], &[R]),
+    pencil: Pencil<'_, R>,
     answers: &[A],
     any: bool,
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
 ) -> Option<u32> {
-    screen.lay(mode, (rays, next), answers, bvh.reach)?;
+    let (rays, origin) = (pencil.rays, pencil.origin());
+    screen.lay(mode, pencil, answers, bvh.reach)?;
     let all = (1 << screen.used) - 1;
     let window = screen.window(all);
-    let origin = rays[0].as_ref().origin;
     let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?
@@ -208,7 +227,10 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             screen,
             windows: screen.windows(),
             window: around::<S>(window),
-            large: { let k = 0.5; [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])] },
+            large: {
+                let k = 0.5;
+                [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])]
+            },
             part: (1 << screen.used) - 1,
             nearest: [Nearest::new(&screen.points[0], &screen.t_max[0]); PACKETS],
             live: screen.live,
@@ -288,7 +310,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             }
             let live = self.live[packet];
             if live & !nearest.hits() == 0 {
-                self.least[packet] = self::least::<S>(nearest, live);
+                self.least[packet] = least::<S>(nearest, live);
                 known = true;
             }
         }

@@ -117,3 +117,12 @@ pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 
 /// Of a triangle for which `h² / |n|₁` is more than this (2^24) no rectangle is known.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
+
+/// Where rays pass the origin at a distance of up to `off`, the bound of an edge is `OFF_EDGE h off` more.
+pub(super) const OFF_EDGE: f32 = 1.25;
+/// The inverse depth is `OFF_DEPTH off h² / |T|` more uncertain, relative to `|s|₁`.
+pub(super) const OFF_DEPTH: f32 = 1.5;
+/// The room around a triangle is `OFF_ROOM off` more.
+pub(super) const OFF_ROOM: f32 = 1.25;
+/// T is known where it is this much more than `h² off`.
+pub(super) const OFF_PLANE: f32 = 4.0;

@@ -43,6 +43,8 @@ pub struct Frame {
     /// The axes in which a normal's components make the same product with a direction's in those
     /// above.
     dual: [[f64; 3]; 3],
+    /// How far from the origin rays may pass.
+    off: f32,
 }
 
 impl Frame {
@@ -52,7 +54,27 @@ impl Frame {
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
         let size = a.dot(dual[0]);
         let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
-        Self { origin, depth, right, up, dual }
+        Self { origin, depth, right, up, dual, off: 0.0 }
+    }
+
+    /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
+    /// starts there: rays *toward* a point that they miss by rounding alone, turned round, with t counted
+    /// backwards. Then only what they hit is known, not which hit is nearest: the [`Judge`] of such rays must
+    /// not be asked for t. What `off` must be is derived in `docs/numerics/screen.md`, section 6.
+    ///
+    /// ```
+    /// use intertri::Frame;
+    /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// assert_eq!((frame.off(), frame.passed_within(1e-6).off()), (0.0, 1e-6));
+    /// ```
+    #[must_use]
+    pub fn passed_within(self, off: f32) -> Self {
+        Self { off, ..self }
+    }
+
+    /// How far from the origin rays may pass.
+    pub fn off(&self) -> f32 {
+        self.off
     }
 
     /// The axis along which depth is measured.
@@ -139,9 +161,10 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
     /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
     #[inline(always)]
     pub(super) fn and(&self, points: &Points<F>, t_min: F, live: F::Mask, threshold: f64) -> Self {
+        // Not so small that products are subnormal: those take the CPU a hundred times as long.
         let threshold = threshold as f32;
-        let above = at_least(t_min, threshold.next_up());
-        let below = at_least(t_min, threshold.next_down());
+        let above = at_least(t_min, threshold.next_up().max(bound::SMALL));
+        let below = at_least(t_min, threshold.next_down().max(0.0));
         Self {
             last: F::select(live, self.last.max(above * points.z), self.last),
             first: F::select(live, self.first.min(below * points.z), self.first),

@@ -142,7 +142,9 @@ impl Outlines {
         // What the inverse depth may be off by.
         let s: [F; 3] = load(&s);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
-        let err = size.mul_add(splat(bound::DEPTH), q * splat(bound::LOST));
+        let off = frame.off;
+        let share = q.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
+        let err = size.mul_add(share, q * splat(bound::LOST));
         let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
 
@@ -153,7 +155,10 @@ impl Outlines {
         let nearest = a.x.min(b.x).min(c.x);
         let room = h.mul_add(
             splat(bound::ROOM),
-            away.mul_add(splat(bound::CORNER), splat(origin * bound::ROOM_AWAY)),
+            away.mul_add(
+                splat(bound::CORNER),
+                splat(origin * bound::ROOM_AWAY + off * bound::OFF_ROOM),
+            ),
         );
         let known = (h * h).lt(turn.abs() * splat(bound::THIN))
             & nearest.gt(room * splat(8.0))
@@ -169,10 +174,11 @@ impl Outlines {
         // wherever it is hit.
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
-        let noise =
-            (away + h).mul_add(splat(bound::EDGES), splat(origin * bound::ORIGIN * bound::LEAN));
+        let apart = origin * bound::ORIGIN * bound::LEAN + off * bound::OFF_EDGE;
+        let noise = (away + h).mul_add(splat(bound::EDGES), splat(apart));
         let unit = form.mul_add(splat(bound::SCREEN), noise * h);
-        let sure = (q * away).lt(splat(0.99 / bound::NOISE));
+        let unknown = away.mul_add(splat(bound::NOISE), splat(off * bound::OFF_PLANE));
+        let sure = (q * unknown).lt(splat(0.99));
         let nothing = splat(f32::NAN);
         let turn = F::select(sure, (one / unit).flip(turn), nothing);
         Self {

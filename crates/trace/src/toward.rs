@@ -1,0 +1,169 @@
+//! Rays toward one point, such as a light, as rays from there.
+//!
+//! ```text
+//!   o ────────► d          o ◄──────── -d
+//!      o ─────► L     ─►      o ◄───── L      t' = τ - t
+//!   o ────────►            o ◄────────
+//! ```
+//!
+//! Each misses L by rounding, for which `docs/numerics/screen.md`, section 6, widens all bounds. Whether
+//! a ray hits anything is then the reference's answer; where, nobody asks.
+
+use intertri::lanes::{Lanes, Mask};
+use intertri::{Judge, Ray, Threshold};
+
+/// Rays that miss their common end by more than this share of its distance have none: 2^-20.
+const APART: f32 = 1.0 / (1 << 20) as f32;
+
+/// What rounding adds to the distance at which a ray passes, as a share of its length: 4u.
+const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
+
+/// No ray may be shorter or longer, or start or end farther out: 2^-30 and 2^30.
+const LARGEST: f32 = (1 << 30) as f32;
+
+/// The point toward which rays go.
+#[derive(Clone, Copy)]
+pub(crate) struct Toward {
+    pub(crate) point: [f32; 3],
+    /// Whether they reach it at their far ends; else at t = 1.
+    at_far: bool,
+    /// No t up to this counts.
+    threshold: f32,
+}
+
+impl Toward {
+    /// Where rays seem to go, by three of them.
+    #[inline(always)]
+    pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
+        let [first, second, .., last] = rays else { return None };
+        let threshold = threshold.get() as f32;
+        for at_far in [false, true] {
+            let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
+            let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
+            let point = end(first);
+            let ends_there = |ray: &Ray| {
+                let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
+                ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
+            };
+            if ends_there(first) && ends_there(second) && ends_there(last) {
+                return Some(Self { point, at_far, threshold });
+            }
+        }
+        None
+    }
+}
+
+/// The largest coordinate.
+fn largest([x, y, z]: [f32; 3]) -> f32 {
+    x.abs().max(y.abs()).max(z.abs())
+}
+
+/// How far points are apart along an axis, at most.
+fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
+    largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
+}
+
+/// Rays on their way round.
+pub(crate) struct Turning<F: Lanes> {
+    toward: Toward,
+    /// How far they start from the point, and end; by axis the largest, and the sum.
+    way: [F; 3],
+    off: [F; 3],
+    sum: F,
+    shortest: F,
+    sane: F::Mask,
+}
+
+impl<F: Lanes<Scalar = f32>> Turning<F> {
+    #[inline(always)]
+    pub(crate) fn new(toward: Toward) -> Self {
+        let (zero, sane) = (F::splat(0.0), F::Mask::from_bits(0xf));
+        let shortest = F::splat(f32::INFINITY);
+        Self { toward, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane }
+    }
+
+    /// Turns rays round: their origins and `t_min`, directions and `t_max`, side by side.
+    #[inline(always)]
+    pub(crate) fn turn(&mut self, [origin, dir]: [[F; 4]; 2]) -> [[F; 4]; 2] {
+        let Toward { point, at_far, threshold } = self.toward;
+        let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
+        let tau = if at_far { t_max } else { F::splat(1.0) };
+
+        // How far they are off. A sum keeps a NaN, which a largest number may lose.
+        for k in 0..3 {
+            let way = origin[k] - F::splat(point[k]);
+            let off = dir[k].mul_add(tau, way).abs();
+            (self.way[k], self.off[k]) = (self.way[k].max(way.abs()), self.off[k].max(off));
+            self.sum = self.sum + off;
+        }
+        self.shortest = self.shortest.min(tau);
+
+        // What lies within the threshold is beyond the far end now. No interval may be lost.
+        let start = F::select(t_min.lt(F::splat(threshold)), F::splat(threshold), t_min);
+        let (near, far) = (tau - t_max, tau - start);
+        let (before, after) = (t_min.lt(t_max), near.lt(far));
+        self.sane = self.sane & t_max.le(tau) & ((before & after) | !(before | after));
+        [[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]]
+    }
+
+    /// At which distance they pass the point, at most; `None` where one goes elsewhere, or looks beyond it,
+    /// or numbers are too large or too small.
+    #[inline(always)]
+    pub(crate) fn off(&self) -> Option<f32> {
+        let Self { toward: Toward { point, threshold, .. }, way, off, sum, shortest, sane } = self;
+        let (way, off) = (length(way), length(off));
+        let far_out = largest(*point) + way;
+        let sane = sane.bits() & 0xf == 0xf
+            && sum.le(F::splat(f32::MAX)).bits() & 0xf == 0xf
+            && shortest.ge(F::splat(4.0 * threshold)).bits() & 0xf == 0xf
+            && off <= 2.0 * APART * far_out
+            && way > 1.0 / LARGEST
+            && far_out < LARGEST;
+        sane.then_some(off * 1.001 + ROUNDING * way)
+    }
+}
+
+/// The length of a vector of the largest lane of each axis.
+#[inline(always)]
+fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
+    let mut sum = 0.0;
+    for lanes in v {
+        let mut numbers = [0.0_f32; 4];
+        lanes.store(&mut numbers);
+        let [a, b, c, d] = numbers;
+        let most = a.max(b).max(c.max(d));
+        sum += most * most;
+    }
+    sum.sqrt()
+}
+
+/// A judge of rays that were turned round, who asks another about them as they were. Any hit is the last.
+pub(crate) struct Turned<J>(pub(crate) J);
+
+impl<J: Judge> Judge for Turned<J> {
+    type T = f32;
+    type Seen = ();
+
+    #[inline(always)]
+    fn see(&self, _: u32) {}
+
+    #[inline(always)]
+    fn t(&self, (): &(), _: usize) -> f32 {
+        0.0
+    }
+
+    #[inline(always)]
+    fn hit(&self, triangle: u32, ray: usize) -> Option<f32> {
+        self.0.hit(triangle, ray).map(|_| 0.0)
+    }
+
+    #[inline(always)]
+    fn index(&self, _: u32) -> u32 {
+        0
+    }
+
+    #[inline(always)]
+    fn rounded(t: f32) -> f32 {
+        t
+    }
+}
