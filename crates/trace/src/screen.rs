@@ -53,23 +53,30 @@ fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32] {
 pub(crate) struct Screen<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
-    dirs: [[[f32; 16]; 3]; PACKETS],
-    /// The smallest and largest x and y of each packet, by packet.
-    lo: [[f32; PACKETS]; 2],
-    hi: [[f32; PACKETS]; 2],
+    pub(crate) rows: Rows,
     /// How many packets there are.
     pub(crate) used: usize,
     /// No z is smaller.
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
-    t_min: [[f32; 16]; PACKETS],
-    /// The far ends.
-    pub(crate) t_max: [[f32; 16]; PACKETS],
     /// Whether some ray has none.
     pub(crate) endless: bool,
     /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
     pub(crate) live: [u32; PACKETS],
+}
+
+/// Numbers by ray or by packet, sixteen a cache line.
+#[derive(Default)]
+#[repr(C, align(64))]
+pub(crate) struct Rows {
+    dirs: [[[f32; 16]; 3]; PACKETS],
+    t_min: [[f32; 16]; PACKETS],
+    /// The far ends.
+    pub(crate) t_max: [[f32; 16]; PACKETS],
+    /// The smallest and largest x and y of each packet, by packet.
+    lo: [[f32; PACKETS]; 2],
+    hi: [[f32; PACKETS]; 2],
 }
 
 impl<S: Simd> Screen<S> {
@@ -80,14 +87,10 @@ impl<S: Simd> Screen<S> {
         Self {
             frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             points: [Points { x: zero, y: zero, z: zero }; PACKETS],
-            dirs: [[[0.0; 16]; 3]; PACKETS],
-            lo: [[0.0; PACKETS]; 2],
-            hi: [[0.0; PACKETS]; 2],
+            rows: Rows::default(),
             used: 0,
             slowest: 0.0,
             ranges: Starts::none().ranges(),
-            t_min: [[0.0; 16]; PACKETS],
-            t_max: [[0.0; 16]; PACKETS],
             endless: false,
             live: [0; PACKETS],
         }
@@ -107,7 +110,8 @@ impl<S: Simd> Screen<S> {
         let Pencil { rays, next, toward } = pencil;
 
         // The rays side by side. The last packet is filled with the last ray.
-        let Self { points, dirs, lo, hi, t_min, t_max, .. } = self;
+        let Self { points, .. } = self;
+        let Rows { dirs, t_min, t_max, lo, hi } = &mut self.rows;
         let used = rays.len().div_ceil(16);
         let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
         let mut turning = None;
@@ -195,7 +199,7 @@ impl<S: Simd> Screen<S> {
     /// A window a packet; where there are fewer packets, windows that nothing reaches.
     #[inline(always)]
     pub(crate) fn windows(&self) -> Windows<S::F32x16> {
-        let (mut lo, mut hi) = (self.lo, self.hi);
+        let (mut lo, mut hi) = (self.rows.lo, self.rows.hi);
         for k in 0..2 {
             lo[k][self.used..].fill(f32::INFINITY);
             hi[k][self.used..].fill(f32::NEG_INFINITY);
@@ -212,8 +216,8 @@ impl<S: Simd> Screen<S> {
         let side = |side: &[f32; PACKETS], of_none| {
             S::F32x16::select(which, S::F32x16::load(side), of_none)
         };
-        let [x, y, ..] = extremes::<S>(side(&self.lo[0], least), side(&self.lo[1], least));
-        let [.., left, down] = extremes::<S>(side(&self.hi[0], most), side(&self.hi[1], most));
+        let [x, y, ..] = extremes::<S>(side(&self.rows.lo[0], least), side(&self.rows.lo[1], least));
+        let [.., left, down] = extremes::<S>(side(&self.rows.hi[0], most), side(&self.rows.hi[1], most));
         ([x, y], [-left, -down])
     }
 }

@@ -232,14 +232,14 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
                 [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])]
             },
             part: (1 << screen.used) - 1,
-            nearest: [Nearest::new(&screen.points[0], &screen.t_max[0]); PACKETS],
+            nearest: [Nearest::new(&screen.points[0], &screen.rows.t_max[0]); PACKETS],
             live: screen.live,
             least: [0.0; PACKETS],
             least_of_all: 0.0,
             work: 0,
         };
         for packet in 0..screen.used {
-            let nearest = Nearest::new(&screen.points[packet], &screen.t_max[packet]);
+            let nearest = Nearest::new(&screen.points[packet], &screen.rows.t_max[packet]);
             tile.nearest[packet] = nearest;
             if !screen.endless {
                 tile.least[packet] = least::<S>(&nearest, tile.live[packet]);
