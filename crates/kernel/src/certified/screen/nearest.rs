@@ -218,18 +218,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let (mut new, mut old) = (None, None);
         for lane in lanes_of(rest) {
             let ray = first + lane;
-            let t = |last: &mut Option<(u32, J::Seen)>, triangle| {
-                let known = last.filter(|(number, _)| *number == triangle);
-                let (_, seen) = known.unwrap_or_else(|| (triangle, judge.see(triangle)));
-                *last = Some((triangle, seen));
-                judge.t(&seen, ray)
-            };
-
             // A ray without a hit may have its far end here; one with a hit only has to compare.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let at = if sure && is_hit {
-                t(&mut new, triangle)
+                exact_t(judge, &mut new, triangle, ray)
             } else if let Some(at) = judge.hit(triangle, ray) {
                 at
             } else {
@@ -237,7 +230,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             };
             if is_hit {
                 let other = seen[numbers[lane].to_bits() as usize];
-                let best = t(&mut old, other);
+                let best = exact_t(judge, &mut old, other, ray);
                 if !(at < best || (at == best && judge.index(triangle) < judge.index(other))) {
                     continue;
                 }
@@ -252,4 +245,20 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.s_hi = F::load(&hi);
         self.triangle = F::load(&numbers);
     }
+}
+
+/// t of a ray and a triangle that it is known to hit; `last` is the triangle that was asked for last.
+#[inline(always)]
+fn exact_t<J: Judge>(
+    judge: &J,
+    last: &mut Option<(u32, J::Seen)>,
+    triangle: u32,
+    ray: usize,
+) -> J::T {
+    let seen = match *last {
+        Some((number, seen)) if number == triangle => seen,
+        _ => judge.see(triangle),
+    };
+    *last = Some((triangle, seen));
+    judge.t(&seen, ray)
 }
