@@ -84,8 +84,13 @@ fn scenes(each: usize, seed: u64) {
             let count = 2 + rng.below(298);
             let seen = seen_together(light, &scene.triangles, &mut rng);
             scene.rays = to_light(light, &seen, scatter, &mut rng, count);
+
+            // One that goes elsewhere, and one that looks beyond the light.
             if rng.one_in(5) {
                 scene.rays[rng.below(count)] = ray;
+            }
+            if rng.one_in(3) {
+                scene.rays[rng.below(count)].t_max *= 10.0;
             }
             let level = &levels[i % levels.len()..][..1];
             if let Err(difference) = check_hierarchy(&scene, level) {

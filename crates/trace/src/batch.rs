@@ -110,7 +110,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let Some(mode) = self.mode.certified() else { return Some(ALL) };
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
-        if shares_origin::<S>(rays) {
+        if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
             return tile::search::<S, _, _, _>(bvh, by, pencil, answers, A::ANY, room, counts);
         }

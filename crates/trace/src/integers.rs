@@ -39,7 +39,7 @@ impl Tracer for OfGrid<'_> {
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Option<u32> {
-        if !shares_origin::<S>(rays) {
+        if !shares_origin(rays) {
             return Some(ALL);
         }
         let filter = Certified::new(Threshold::ZERO).at(self.level);

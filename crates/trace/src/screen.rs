@@ -23,22 +23,32 @@ pub(crate) const PACKETS: usize = RAYS / 16;
 
 /// Whether all rays start at the same point, to the bit.
 #[inline(always)]
-pub(crate) fn shares_origin<S: Simd>(rays: &[impl AsRef<Ray>]) -> bool {
-    let [first, .., last] = rays else { return false };
-    let bits = |ray: &Ray| ray.origin.map(f32::to_bits);
-    let zero = first.as_ref().origin.contains(&0.0);
-    let origin = S::F32x4::load(half(first, 0));
-    let mut same = [origin.le(origin); 2];
-    for pair in rays.chunks_exact(2) {
-        let (a, b) = (S::F32x4::load(half(&pair[0], 0)), S::F32x4::load(half(&pair[1], 0)));
-        same = [same[0] & a.le(origin) & origin.le(a), same[1] & b.le(origin) & origin.le(b)];
+pub(crate) fn shares_origin<R: AsRef<Ray>>(rays: &[R]) -> bool {
+    let [first, second, .., last] = rays else { return false };
+    let origin = bits(first);
+    let mut other = [0; 4];
+    differ(origin, bits(second), &mut other);
+    differ(origin, bits(last), &mut other);
+    if other[..3] == [0; 3] {
+        for ray in rays {
+            differ(origin, bits(ray), &mut other);
+        }
     }
-    let last = S::F32x4::load(half(last, 0));
-    let same = same[0] & same[1] & last.le(origin) & origin.le(last);
+    other[..3] == [0; 3]
+}
 
-    // A zero is equal to the other one; that is rare enough to look at twice.
-    same.bits() & 0b111 == 0b111
-        && !(zero && rays.iter().any(|ray| bits(ray.as_ref()) != bits(first.as_ref())))
+/// The numbers of a ray as bits.
+#[inline(always)]
+fn bits(ray: &impl AsRef<Ray>) -> &[u32; 8] {
+    bytemuck::cast_ref(ray.as_ref())
+}
+
+/// Notes in which bits the first four numbers of two rays differ.
+#[inline(always)]
+fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
+    for k in 0..4 {
+        other[k] |= a[k] ^ b[k];
+    }
 }
 
 /// Origin and `t_min` of a ray, or its direction and `t_max`.
@@ -216,8 +226,10 @@ impl<S: Simd> Screen<S> {
         let side = |side: &[f32; PACKETS], of_none| {
             S::F32x16::select(which, S::F32x16::load(side), of_none)
         };
-        let [x, y, ..] = extremes::<S>(side(&self.rows.lo[0], least), side(&self.rows.lo[1], least));
-        let [.., left, down] = extremes::<S>(side(&self.rows.hi[0], most), side(&self.rows.hi[1], most));
+        let [x, y, ..] =
+            extremes::<S>(side(&self.rows.lo[0], least), side(&self.rows.lo[1], least));
+        let [.., left, down] =
+            extremes::<S>(side(&self.rows.hi[0], most), side(&self.rows.hi[1], most));
         ([x, y], [-left, -down])
     }
 }
