@@ -143,7 +143,7 @@ impl Outlines {
         let s: [F; 3] = load(&s);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off;
-        let share = q.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
+        let share = size.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
         let err = size.mul_add(share, q * splat(bound::LOST));
         let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
@@ -177,8 +177,8 @@ impl Outlines {
         let apart = origin * bound::ORIGIN * bound::LEAN + off * bound::OFF_EDGE;
         let noise = (away + h).mul_add(splat(bound::EDGES), splat(apart));
         let unit = form.mul_add(splat(bound::SCREEN), noise * h);
-        let unknown = away.mul_add(splat(bound::NOISE), splat(off * bound::OFF_PLANE));
-        let sure = (q * unknown).lt(splat(0.99));
+        let unknown = (q * away).mul_add(splat(bound::NOISE), size * splat(off * bound::OFF_PLANE));
+        let sure = unknown.lt(splat(0.99));
         let nothing = splat(f32::NAN);
         let turn = F::select(sure, (one / unit).flip(turn), nothing);
         Self {
