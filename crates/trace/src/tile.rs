@@ -25,7 +25,8 @@ use crate::toward::Toward;
 /// So much work a ray, in tests of a packet, and a tile is split.
 const SPLIT: usize = 8;
 
-/// So much, and a part of a tile is given up: its rays have too little in common.
+/// So much, and a part of a tile is given up: its rays have too little in common. Half of it where any hit
+/// will do, which a ray finds sooner by itself, too.
 const PATIENCE: usize = 32;
 
 /// Rays of one origin, or toward one point.
@@ -90,8 +91,9 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         tile.visit((leaves, 1), any, seen, counts);
     }
     leaves.packs = first;
+    let patience = if any { PATIENCE / 2 } else { PATIENCE };
     let (mut quarters, mut budget) = match screen.used {
-        ..=4 => (0..0, PATIENCE * rays.len()),
+        ..=4 => (0..0, patience * rays.len()),
         used => (0..used.div_ceil(4), SPLIT * rays.len()),
     };
     let mut left = 0;
@@ -126,7 +128,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         let window = screen.window(tile.part);
         tile.window = around::<S>(window);
         pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
-        (tile.work, budget) = (0, 64 * PATIENCE);
+        (tile.work, budget) = (0, 64 * patience);
         stack.clear();
         stack.extend_from_slice(split);
         let far = tile.far();
