@@ -112,7 +112,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
-            return tile::search::<S, _, _, _>(bvh, by, pencil, answers, A::ANY, room, counts);
+            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts);
         }
 
         // Whether rays hit anything can be asked from where they end, too.
@@ -121,7 +121,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
             return Some(ALL);
         }
         let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
-        tile::search::<S, _, _, _>(bvh, by, pencil, answers, A::ANY, room, counts)
+        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
     }
 
     #[inline(always)]

@@ -112,12 +112,12 @@ impl<S: Simd> Screen<S> {
     pub(crate) fn lay<R: AsRef<Ray>, A>(
         &mut self,
         mode: &Certified,
-        pencil: Pencil<'_, R>,
+        pencil: &Pencil<'_, R>,
         answers: &[A],
         reach: f32,
     ) -> Option<()> {
         let origin = pencil.origin();
-        let Pencil { rays, next, toward } = pencil;
+        let Pencil { rays, next, toward } = *pencil;
 
         // The rays side by side. The last packet is filled with the last ray.
         let Self { points, .. } = self;

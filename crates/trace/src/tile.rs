@@ -14,7 +14,7 @@ use intertri::lanes::{Lanes, Mask, Simd, prefetch};
 use intertri::{Certified, Counts, Judge, Nearest, Ray, Windows};
 
 use crate::bvh::Bvh;
-use crate::leaves::{Leaves, Test};
+use crate::leaves::{AT_ONCE, Leaves, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
@@ -28,6 +28,10 @@ const SPLIT: usize = 8;
 /// So much, and a part of a tile is given up: its rays have too little in common. Half of it where any hit
 /// will do, which a ray finds sooner by itself, too.
 const PATIENCE: usize = 32;
+
+/// Triangles larger than this share of a tile's window, along x or y, are held against the windows of
+/// packets by their edges, too.
+const LARGE: f32 = 0.5;
 
 /// Rays of one origin, or toward one point.
 #[derive(Clone, Copy)]
@@ -57,7 +61,7 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     bvh: &Bvh,
     (mode, judge): (&Certified, &J),
-    pencil: Pencil<'_, R>,
+    pencil: &Pencil<'_, R>,
     answers: &[A],
     any: bool,
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
@@ -77,7 +81,8 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
-    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
+    let mut packs = [0; AT_ONCE];
+    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
         return Some(0);
@@ -85,12 +90,9 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
 
     // Then its leaves, front to back, and the triangles without a box.
     let mut tile = Tile::new(bvh, (mode, judge), rays.len(), screen, window);
-    let first = leaves.packs;
     for pack in bvh.boxed..bvh.packs.len() {
-        leaves.packs[0] = pack as u32;
-        tile.visit((leaves, 1), any, seen, counts);
+        tile.visit((leaves, &[pack as u32]), any, seen, counts);
     }
-    leaves.packs = first;
     let patience = if any { PATIENCE / 2 } else { PATIENCE };
     let (mut quarters, mut budget) = match screen.used {
         ..=4 => (0..0, patience * rays.len()),
@@ -100,24 +102,26 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     loop {
         let mut far = tile.far();
         while next > 0 {
-            if tile.visit((leaves, next), any, seen, counts) {
+            if tile.visit((leaves, &packs[..next]), any, seen, counts) {
                 far = tile.far();
             }
             if tile.work > budget {
                 break;
             }
-            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
+            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut packs);
         }
+
+        let is_over = next == 0 || stack.is_empty();
 
         // What is too much for the whole goes on in four parts, from where it stands; a part for
         // which it is still too much is left.
         if tile.part == all {
-            if next == 0 {
+            if is_over {
                 break;
             }
             std::mem::swap(stack, split);
         }
-        if next > 0 && (tile.part != all || quarters.is_empty()) {
+        if !is_over && (tile.part != all || quarters.is_empty()) {
             left |= tile.part;
         }
         let part = |quarter: usize| tile.alive() & 0xf << (4 * quarter);
@@ -132,7 +136,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         stack.clear();
         stack.extend_from_slice(split);
         let far = tile.far();
-        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
+        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut packs);
     }
 
     for nearest in &tile.nearest[..screen.used] {
@@ -229,10 +233,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             screen,
             windows: screen.windows(),
             window: around::<S>(window),
-            large: {
-                let k = 0.5;
-                [k * (window.1[0] - window.0[0]), k * (window.1[1] - window.0[1])]
-            },
+            large: [0, 1].map(|k| LARGE * (window.1[k] - window.0[k])),
             part: (1 << screen.used) - 1,
             nearest: [Nearest::new(&screen.points[0], &screen.rows.t_max[0]); PACKETS],
             live: screen.live,
@@ -255,7 +256,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
     #[inline(always)]
     fn visit(
         &mut self,
-        (leaves, used): (&mut Leaves, usize),
+        (leaves, packs): (&mut Leaves, &[u32]),
         any: bool,
         seen: &mut Vec<u32>,
         counts: &mut Counts,
@@ -263,13 +264,13 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         let Self { bvh, mode, judge, rays, screen, .. } = *self;
         let first = seen.len();
         let (triangles, mut tests) = leaves.list(
-            (bvh, used),
+            (bvh, packs),
             (mode, screen),
             (&self.window, self.least_of_all, self.large),
             (&self.windows, &self.least, self.part),
             seen,
         );
-        self.work += 8 * used + triangles + tests;
+        self.work += 8 * packs.len() + triangles + tests;
         counts.tests += (triangles * rays) as u64;
 
         // Rays that end before what they see are near most of what they miss: a first look at all,
