@@ -48,7 +48,7 @@ impl Tracer for OfGrid<'_> {
         tile::search::<S, _, _, _>(
             tree,
             by,
-            Pencil { rays, next, toward: None },
+            &Pencil { rays, next, toward: None },
             answers,
             A::ANY,
             room,
