@@ -33,6 +33,8 @@ pub(crate) struct Test {
 
 /// Leaves and what is to be tested of them.
 pub(crate) struct Leaves {
+    /// Their packs.
+    pub(crate) packs: [u32; AT_ONCE],
     outlines: [Outlines; AT_ONCE],
     /// Of each triangle in the window its place among all of the packs.
     places: [u8; TRIANGLES],
@@ -45,6 +47,7 @@ pub(crate) struct Leaves {
 impl Default for Leaves {
     fn default() -> Self {
         Self {
+            packs: [0; AT_ONCE],
             outlines: [Outlines::default(); AT_ONCE],
             places: [0; TRIANGLES],
             packets: [0; TESTS + 8],
@@ -54,20 +57,20 @@ impl Default for Leaves {
 }
 
 impl Leaves {
-    /// Lists the tests of some packs; `seen` grows by the places of their triangles in the
+    /// Lists the tests of the first `used` packs; `seen` grows by the places of their triangles in the
     /// window. Gives how many triangles and tests there are.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
-        (bvh, packs): (&Bvh, &[u32]),
+        (bvh, used): (&Bvh, usize),
         (mode, screen): (&Certified, &Screen<S>),
         (window, least_of_all, size): (&Windows<S::F32x8>, f32, [f32; 2]),
         (windows, least, part): (&Windows<S::F32x16>, &[f32; PACKETS], u32),
         seen: &mut Vec<u32>,
     ) -> (usize, usize) {
-        let Self { outlines, places, packets, numbers } = self;
+        let Self { packs, outlines, places, packets, numbers } = self;
         let (mut inside, mut large) = (0_u64, 0_u64);
-        for (i, (&pack, outlines)) in packs.iter().zip(&mut *outlines).enumerate() {
+        for (i, (&pack, outlines)) in packs[..used].iter().zip(&mut *outlines).enumerate() {
             let pack = pack as usize;
             *outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
             inside |= u64::from(outlines.within(window, least_of_all)) << (8 * i);

@@ -14,7 +14,7 @@ use intertri::lanes::{Lanes, Mask, Simd, prefetch};
 use intertri::{Certified, Counts, Judge, Nearest, Ray, Windows};
 
 use crate::bvh::Bvh;
-use crate::leaves::{AT_ONCE, Leaves, Test};
+use crate::leaves::{Leaves, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
@@ -81,8 +81,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
-    let mut packs = [0; AT_ONCE];
-    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut packs);
+    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
         return Some(0);
@@ -90,9 +89,12 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
 
     // Then its leaves, front to back, and the triangles without a box.
     let mut tile = Tile::new(bvh, (mode, judge), rays.len(), screen, window);
+    let first = leaves.packs;
     for pack in bvh.boxed..bvh.packs.len() {
-        tile.visit((leaves, &[pack as u32]), any, seen, counts);
+        leaves.packs[0] = pack as u32;
+        tile.visit((leaves, 1), any, seen, counts);
     }
+    leaves.packs = first;
     let patience = if any { PATIENCE / 2 } else { PATIENCE };
     let (mut quarters, mut budget) = match screen.used {
         ..=4 => (0..0, patience * rays.len()),
@@ -102,13 +104,13 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     loop {
         let mut far = tile.far();
         while next > 0 {
-            if tile.visit((leaves, &packs[..next]), any, seen, counts) {
+            if tile.visit((leaves, next), any, seen, counts) {
                 far = tile.far();
             }
             if tile.work > budget {
                 break;
             }
-            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut packs);
+            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
         }
 
         let is_over = next == 0 || stack.is_empty();
@@ -136,7 +138,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
         stack.clear();
         stack.extend_from_slice(split);
         let far = tile.far();
-        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut packs);
+        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
     }
 
     for nearest in &tile.nearest[..screen.used] {
@@ -256,7 +258,7 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
     #[inline(always)]
     fn visit(
         &mut self,
-        (leaves, packs): (&mut Leaves, &[u32]),
+        (leaves, used): (&mut Leaves, usize),
         any: bool,
         seen: &mut Vec<u32>,
         counts: &mut Counts,
@@ -264,13 +266,13 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         let Self { bvh, mode, judge, rays, screen, .. } = *self;
         let first = seen.len();
         let (triangles, mut tests) = leaves.list(
-            (bvh, packs),
+            (bvh, used),
             (mode, screen),
             (&self.window, self.least_of_all, self.large),
             (&self.windows, &self.least, self.part),
             seen,
         );
-        self.work += 8 * packs.len() + triangles + tests;
+        self.work += 8 * used + triangles + tests;
         counts.tests += (triangles * rays) as u64;
 
         // Rays that end before what they see are near most of what they miss: a first look at all,
