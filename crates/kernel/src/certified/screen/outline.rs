@@ -23,6 +23,7 @@ use super::{Frame, Points, Windows, at};
 ///         let Self(pack, frame, [lo, hi]) = self;
 ///         let splat = |[x, y]: [f32; 2]| [S::F32x8::splat(x), S::F32x8::splat(y)];
 ///         let outlines = Certified::default().outlines_in::<S>(pack, frame, 1.0);
+///         assert_eq!(outlines.larger::<S::F32x8>([0.1, 0.1]), 0b11);
 ///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
 ///     }
 /// }
@@ -78,6 +79,9 @@ pub struct Outlines {
 /// // Windows, one in each lane: one f32 is a lane, too.
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1]), 0.0), 1);
 /// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6]), 0.0), 0);
+/// // The rectangle around the triangle says less: this window lies beyond the slanted edge.
+/// let beyond = Windows::<f32>::new([0.2, 0.2], [0.24, 0.24]);
+/// assert_eq!((outline.near(&beyond), outline.within(&beyond, 0.0)), (1, 0));
 ///
 /// // Beyond 1 the three edges are sure; the last number is one by the depth.
 /// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
@@ -211,8 +215,8 @@ impl Outlines {
     /// Which of the triangles have a rectangle that is larger than this along x or y.
     #[inline(always)]
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
-        let extent = |k: usize| F::load(&self.hi[k]) - F::load(&self.lo[k]);
-        let (x, y) = (extent(0), extent(1));
+        let (x, y) = (F::load(&self.hi[0]), F::load(&self.hi[1]));
+        let (x, y) = (x - F::load(&self.lo[0]), y - F::load(&self.lo[1]));
         (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits()
     }
 
