@@ -166,6 +166,9 @@ impl Bvh {
 
     /// [`Bvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
     ///
+    /// Fastest where neighbours share their origin, or end at one point but for rounding, at t = 1 or at `t_max`,
+    /// and do not look beyond it: as shadow rays to a light.
+    ///
     /// # Panics
     /// If the slices differ in length.
     pub fn any_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
