@@ -217,7 +217,7 @@ impl Outlines {
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
         let (x, y) = (F::load(&self.hi[0]), F::load(&self.hi[1]));
         let (x, y) = (x - F::load(&self.lo[0]), y - F::load(&self.lo[1]));
-        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits()
+        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
     }
 
     /// The outline in a lane.
