@@ -186,24 +186,35 @@ macro_rules! ones {
 }
 
 ones!(__m128, 4, _mm_and_ps _mm_or_ps _mm_xor_ps _mm_movemask_ps,
-_mm_castsi128_ps(_mm_set1_epi32(-1)),
-|bits| {
+_mm_castsi128_ps(_mm_set1_epi32(-1)), spread_4);
+ones!(__m256, 8, _mm256_and_ps _mm256_or_ps _mm256_xor_ps _mm256_movemask_ps,
+_mm256_castsi256_ps(_mm256_set1_epi32(-1)), spread_8);
+ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
+_mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
+
+// Bits as masks. Functions and not closures: those may be compiled without the level's instructions.
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn spread_4(bits: i32) -> __m128 {
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
-});
-ones!(__m256, 8, _mm256_and_ps _mm256_or_ps _mm256_xor_ps _mm256_movemask_ps,
-_mm256_castsi256_ps(_mm256_set1_epi32(-1)),
-|bits| {
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn spread_8(bits: i32) -> __m256 {
     let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
     _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(bits), bit), bit))
-});
-ones!(__m256d, 4, _mm256_and_pd _mm256_or_pd _mm256_xor_pd _mm256_movemask_pd,
-_mm256_castsi256_pd(_mm256_set1_epi64x(-1)),
-|bits| {
+}
+
+#[inline]
+#[target_feature(enable = "avx2")]
+fn spread_4_wide(bits: i32) -> __m256d {
     let bit = _mm256_setr_epi64x(1, 2, 4, 8);
     let bits = _mm256_set1_epi64x(i64::from(bits));
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
-});
+}
 
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
