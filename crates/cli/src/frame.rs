@@ -12,7 +12,7 @@ use crate::render::Shadows;
 
 /// Rays are asked tile by tile, because neighbours have most of the work in common: 16 by 16 pixels
 /// are the 256 rays that a hierarchy treats together.
-const TILE: u32 = 16;
+const TILE: u32 = 32;
 
 /// What was seen.
 pub(crate) struct Frame {
@@ -157,9 +157,9 @@ pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)>
     })
 }
 
-/// The number that bits 0, 2, 4 and 6 make.
+/// The number that bits 0, 2, 4, 6 and 8 make.
 fn every_other(i: u32) -> u32 {
-    (0..4).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
+    (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
 }
 
 /// A buffer that may be too large for this machine.

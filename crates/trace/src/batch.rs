@@ -10,7 +10,7 @@ use crate::bvh::Bvh;
 use crate::flight;
 use crate::scratch::Scratch;
 use crate::screen::{RAYS, Screen, shares_origin};
-use crate::tile::{self, Pencil};
+use crate::tile::{self, Pencil, Searched};
 use crate::toward::{Toward, Turned};
 
 /// Rays a thread takes at a time.
@@ -19,8 +19,25 @@ const CHUNK: usize = 4096;
 /// Rays of the smallest tile.
 const SMALLEST: usize = 16;
 
-/// All packets of a tile.
-pub(crate) const ALL: u32 = u32::MAX;
+/// Where a tile takes more work a ray, in tests of a packet, the next have no more rays than
+/// [`DENSE_RAYS`]: triangles that are small beside the tile are held against fewer windows in vain.
+const DENSE: usize = 5;
+const DENSE_RAYS: usize = 256;
+
+/// What became of some rays in a row.
+pub(crate) enum Tiled {
+    /// They make no tile.
+    Not,
+    /// They go too far apart for one.
+    TooWide,
+    Done(Searched),
+}
+
+impl From<Option<Searched>> for Tiled {
+    fn from(searched: Option<Searched>) -> Self {
+        searched.map_or(Self::TooWide, Self::Done)
+    }
+}
 
 /// Who answers rays: a hierarchy, and a mode for its leaves.
 pub(crate) trait Tracer: Sync {
@@ -31,16 +48,14 @@ pub(crate) trait Tracer: Sync {
     /// The hierarchy.
     fn tree(&self) -> &Bvh;
 
-    /// Searches rays as a tile, if they share their origin; those of `next` come later. `None` where they
-    /// go too far apart; else bit p is set where the rays of packet p are left, and [`ALL`] are where it
-    /// was not searched.
+    /// Searches rays as a tile, if they share their origin; those of `next` come later.
     fn search<S: Simd, A: Answer>(
         &self,
         rays: (&[Self::Ray], &[Self::Ray]),
         answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
-    ) -> Option<u32>;
+    ) -> Tiled;
 
     /// Where the rays of the last tile meet what they hit.
     fn hits<S: Simd>(&self, rays: &[Self::Ray], tile: &mut Scratch, hits: &mut [Hit]);
@@ -105,23 +120,24 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
-    ) -> Option<u32> {
+    ) -> Tiled {
         let bvh = self.bvh;
-        let Some(mode) = self.mode.certified() else { return Some(ALL) };
+        let Some(mode) = self.mode.certified() else { return Tiled::Not };
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
-            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts);
+            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
+                .into();
         }
 
         // Whether rays hit anything can be asked from where they end, too.
         let toward = if A::ANY { Toward::of(rays, self.mode.threshold()) } else { None };
         if toward.is_none() {
-            return Some(ALL);
+            return Tiled::Not;
         }
         let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
-        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
+        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts).into()
     }
 
     #[inline(always)]
@@ -162,24 +178,23 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
 
-            // Rays from one origin make a tile, unless they go too far apart: then a smaller one. Bit p
-            // of `left` is set where the tile leaves its packet p.
+            // Rays from one origin make a tile, unless they go too far apart: then a smaller one.
             scratch.found.clear();
             let answers = &mut answers[at..end];
             let tile = (rays, next);
             let room = (&mut screen, &mut scratch);
-            let left = match tracer.search::<S, A>(tile, answers, room, &mut counts) {
-                Some(ALL) => ALL,
-                Some(left) => {
-                    A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
-                    left
-                }
-                None if size > SMALLEST => {
-                    size /= 4;
-                    continue;
-                }
-                None => ALL,
-            };
+            let Searched { left, work } =
+                match tracer.search::<S, A>(tile, answers, room, &mut counts) {
+                    Tiled::Done(searched) => {
+                        A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
+                        searched
+                    }
+                    Tiled::TooWide if size > SMALLEST => {
+                        size /= 4;
+                        continue;
+                    }
+                    Tiled::TooWide | Tiled::Not => Searched { left: u64::MAX, work: 0 },
+                };
 
             // The others wait for each other, unless some hit was asked for and is found.
             if left != 0 {
@@ -187,7 +202,14 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
                 let waits = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
                 others.extend((0..rays.len()).filter(waits).map(|ray| (at + ray) as u32));
             }
-            (at, size) = (end, if end % RAYS == 0 { RAYS } else { size });
+
+            // The next tile may be larger again where a larger one would begin.
+            let most = if work > DENSE * rays.len() { DENSE_RAYS } else { RAYS };
+            at = end;
+            while size < most && at % (4 * size) == 0 {
+                size *= 4;
+            }
+            size = size.min(most);
         }
         if !others.is_empty() {
             tracer.others::<S, A>(all, &others, answers, &mut counts);

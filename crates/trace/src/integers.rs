@@ -5,7 +5,7 @@ use intertri::lanes::{Level, Simd};
 use intertri::{Certified, Counts, Hit, Judge, Threshold};
 
 use crate::answer::Answer;
-use crate::batch::{ALL, Tracer};
+use crate::batch::{Tiled, Tracer};
 use crate::bvh::Bvh;
 use crate::fixed::FixedBvh;
 use crate::scratch::Scratch;
@@ -38,9 +38,9 @@ impl Tracer for OfGrid<'_> {
         answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
-    ) -> Option<u32> {
+    ) -> Tiled {
         if !shares_origin(rays) {
-            return Some(ALL);
+            return Tiled::Not;
         }
         let filter = Certified::new(Threshold::ZERO).at(self.level);
         let by = (&filter, &Integers { bvh: self.bvh, rays });
@@ -54,6 +54,7 @@ impl Tracer for OfGrid<'_> {
             room,
             counts,
         )
+        .into()
     }
 
     #[inline(always)]

@@ -28,8 +28,8 @@ pub(crate) struct Scratch {
     hit: Vec<u32>,
     sights: Vec<[Sight; 8]>,
     on_grid: Vec<[fixed::Sight; 8]>,
-    /// What was left of the stack when a tile was split.
-    pub(crate) split: Stack,
+    /// What was left of the stack when a tile was split, and a part of it.
+    pub(crate) split: [Stack; 2],
 }
 
 impl Scratch {

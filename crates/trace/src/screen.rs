@@ -1,25 +1,32 @@
 //! The rays of a tile side by side, as points of a screen.
 //!
 //! ```text
-//!   four rays in memory      four registers      sixteen rays a packet, 256 a tile
-//!   o t_min d t_max ───┐
-//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet;
+//!   four rays in memory      four registers      sixteen rays a packet,
+//!   o t_min d t_max ───┐                         sixteen packets a group, four groups a tile
+//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet and a group;
 //!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  level with the way in
 //!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
 //! ```
 
 use intertri::lanes::{Lanes, Mask, Simd, prefetch};
-use intertri::{Certified, Frame, Points, Ranges, Ray, Starts, Threshold, Vec3, Windows};
+use intertri::{Certified, Frame, Nearest, Points, Ranges, Ray, Starts, Threshold, Vec3, Windows};
 
 use crate::pyramid;
 use crate::tile::Pencil;
 use crate::toward::Turning;
 
 /// Rays of a tile, at most.
-pub(crate) const RAYS: usize = 256;
+pub(crate) const RAYS: usize = 1024;
 
 /// Sixteen rays each.
 pub(crate) const PACKETS: usize = RAYS / 16;
+
+/// Sixteen packets each, so that a triangle is held against the windows of a group at once.
+pub(crate) const GROUPS: usize = PACKETS / 16;
+
+/// Triangles larger than this share of a group's window, along x or y, are held against the windows of
+/// packets by their edges, too.
+const LARGE: f32 = 0.5;
 
 /// Whether all rays start at the same point, to the bit.
 #[inline(always)]
@@ -58,35 +65,49 @@ fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32] {
     &numbers[4 * half..4 * half + 4]
 }
 
-/// The rays of a tile side by side, as points of a screen. Made once for many tiles: making it takes
-/// longer than some tiles do.
+/// The rays of a tile side by side, as points of a screen, and what they have hit so far. Made once for
+/// many tiles: making it takes longer than some tiles do.
 pub(crate) struct Screen<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
-    pub(crate) rows: Rows,
+    pub(crate) nearest: [Nearest<S::F32x16, 16>; PACKETS],
+    rows: Rows,
+    pub(crate) groups: [Group<S>; GROUPS],
     /// How many packets there are.
     pub(crate) used: usize,
     /// No z is smaller.
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
-    /// Whether some ray has none.
-    pub(crate) endless: bool,
     /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
     pub(crate) live: [u32; PACKETS],
 }
 
 /// Numbers by ray or by packet, sixteen a cache line.
-#[derive(Default)]
 #[repr(C, align(64))]
-pub(crate) struct Rows {
+struct Rows {
     dirs: [[[f32; 16]; 3]; PACKETS],
     t_min: [[f32; 16]; PACKETS],
-    /// The far ends.
-    pub(crate) t_max: [[f32; 16]; PACKETS],
-    /// The smallest and largest x and y of each packet, by packet.
-    lo: [[f32; PACKETS]; 2],
-    hi: [[f32; PACKETS]; 2],
+    t_max: [[f32; 16]; PACKETS],
+    /// The smallest and largest x and y of each packet, by group.
+    lo: [[[f32; 16]; 2]; GROUPS],
+    hi: [[[f32; 16]; 2]; GROUPS],
+}
+
+/// Sixteen packets.
+#[derive(Clone, Copy)]
+pub(crate) struct Group<S: Simd> {
+    /// A window a packet.
+    pub(crate) windows: Windows<S::F32x16>,
+    /// The one around those that are asked now.
+    pub(crate) window: Windows<S::F32x8>,
+    /// Triangles that are larger than this, along x or y, reach several packets.
+    pub(crate) large: [f32; 2],
+    /// The least inverse depth at which a hit still counts, of each packet and of those asked now.
+    pub(crate) least: [f32; 16],
+    pub(crate) least_of_all: f32,
+    /// Bit p is set where packet p is asked now.
+    pub(crate) asked: u32,
 }
 
 impl<S: Simd> Screen<S> {
@@ -94,14 +115,31 @@ impl<S: Simd> Screen<S> {
     #[inline(always)]
     pub(crate) fn empty() -> Self {
         let zero = S::F32x16::splat(0.0);
+        let points = Points { x: zero, y: zero, z: zero };
+        let (none, sixteen) = ([0.0; 2], [0.0; 16]);
+        let group = Group {
+            windows: Windows::new([zero; 2], [zero; 2]),
+            window: around::<S>((none, none)),
+            large: none,
+            least: sixteen,
+            least_of_all: 0.0,
+            asked: 0,
+        };
         Self {
             frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
-            points: [Points { x: zero, y: zero, z: zero }; PACKETS],
-            rows: Rows::default(),
+            points: [points; PACKETS],
+            nearest: [Nearest::new(&points, &sixteen); PACKETS],
+            rows: Rows {
+                dirs: [[sixteen; 3]; PACKETS],
+                t_min: [sixteen; PACKETS],
+                t_max: [sixteen; PACKETS],
+                lo: [[sixteen; 2]; GROUPS],
+                hi: [[sixteen; 2]; GROUPS],
+            },
+            groups: [group; GROUPS],
             used: 0,
             slowest: 0.0,
             ranges: Starts::none().ranges(),
-            endless: false,
             live: [0; PACKETS],
         }
     }
@@ -165,7 +203,6 @@ impl<S: Simd> Screen<S> {
         let mut turned = false;
 
         self.used = used;
-        self.endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
         for packet in 0..used {
             let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0));
@@ -186,8 +223,9 @@ impl<S: Simd> Screen<S> {
                 sane = sane & met.on_screen();
                 slowest = slowest.min(met.z);
                 let [x, y, left, down] = extremes::<S>(met.x, met.y);
-                (lo[0][packet], lo[1][packet]) = (x, y);
-                (hi[0][packet], hi[1][packet]) = (-left, -down);
+                let (group, place) = (packet / 16, packet % 16);
+                (lo[group][0][place], lo[group][1][place]) = (x, y);
+                (hi[group][0][place], hi[group][1][place]) = (-left, -down);
                 let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live[packet]);
                 starts = starts_by.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
             }
@@ -201,60 +239,128 @@ impl<S: Simd> Screen<S> {
                     self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
                     turned = true;
                 }
-                _ => return (sane.bits() == 0xffff).then_some(()),
+                _ if sane.bits() != 0xffff => return None,
+                _ => break,
             }
         }
-    }
 
-    /// A window a packet; where there are fewer packets, windows that nothing reaches.
-    #[inline(always)]
-    pub(crate) fn windows(&self) -> Windows<S::F32x16> {
-        let (mut lo, mut hi) = (self.rows.lo, self.rows.hi);
-        for k in 0..2 {
-            lo[k][self.used..].fill(f32::INFINITY);
-            hi[k][self.used..].fill(f32::NEG_INFINITY);
+        // Nothing is hit yet.
+        let endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
+        for group in &mut self.groups {
+            group.least = [0.0; 16];
         }
-        let load = |side: &[f32; 16]| Lanes::load(side);
-        Windows::new([load(&lo[0]), load(&lo[1])], [load(&hi[0]), load(&hi[1])])
+        for packet in 0..used {
+            let nearest = Nearest::new(&self.points[packet], &self.rows.t_max[packet]);
+            self.nearest[packet] = nearest;
+            if !endless {
+                self.groups[packet / 16].least[packet % 16] =
+                    least::<S>(&nearest, self.live[packet]);
+            }
+        }
+        for number in 0..used.div_ceil(16) {
+            self.window_packets(number);
+        }
+        Some(())
     }
 
-    /// The smallest and largest x and y of some packets.
+    /// The windows of a group; where it has fewer packets, windows that nothing reaches.
     #[inline(always)]
-    pub(crate) fn window(&self, packets: u32) -> ([f32; 2], [f32; 2]) {
+    fn window_packets(&mut self, group: usize) {
+        let used = (self.used - 16 * group).min(16);
+        let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
+        for k in 0..2 {
+            lo[k][used..].fill(f32::INFINITY);
+            hi[k][used..].fill(f32::NEG_INFINITY);
+        }
+        let load = |sides: &[[f32; 16]; 2]| [Lanes::load(&sides[0]), Lanes::load(&sides[1])];
+        self.groups[group].windows = Windows::new(load(&lo), load(&hi));
+        let (lo, hi) = self.window(group, (1 << used) - 1);
+        self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
+    }
+
+    /// Asks only these packets from now on. Gives the window around them.
+    #[inline(always)]
+    pub(crate) fn ask(&mut self, packets: u64) -> Rectangle {
+        let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for number in 0..GROUPS {
+            let asked = (packets >> (16 * number)) as u32 & 0xffff;
+            self.groups[number].asked = asked;
+            if asked != 0 {
+                let window = self.window(number, asked);
+                self.groups[number].window = around::<S>(window);
+                for k in 0..2 {
+                    (lo[k], hi[k]) = (lo[k].min(window.0[k]), hi[k].max(window.1[k]));
+                }
+            }
+        }
+        (lo, hi)
+    }
+
+    /// The least inverse depth at which a hit of those asked now still counts.
+    #[inline(always)]
+    pub(crate) fn least(&mut self) -> f32 {
+        let mut of_all = f32::INFINITY;
+        for group in &mut self.groups {
+            if group.asked != 0 {
+                let asked = <S::F32x16 as Lanes>::Mask::from_bits(group.asked);
+                let none = S::F32x16::splat(f32::INFINITY);
+                let least = S::F32x16::select(asked, Lanes::load(&group.least), none);
+                group.least_of_all = smallest::<S>(least);
+                of_all = of_all.min(group.least_of_all);
+            }
+        }
+        of_all
+    }
+
+    /// The smallest and largest x and y of some packets of a group.
+    #[inline(always)]
+    fn window(&self, group: usize, packets: u32) -> Rectangle {
         let which = <S::F32x16 as Lanes>::Mask::from_bits(packets);
         let (least, most) = (S::F32x16::splat(f32::INFINITY), S::F32x16::splat(f32::NEG_INFINITY));
-        let side = |side: &[f32; PACKETS], of_none| {
-            S::F32x16::select(which, S::F32x16::load(side), of_none)
-        };
-        let [x, y, ..] =
-            extremes::<S>(side(&self.rows.lo[0], least), side(&self.rows.lo[1], least));
-        let [.., left, down] =
-            extremes::<S>(side(&self.rows.hi[0], most), side(&self.rows.hi[1], most));
+        let side = |side: &[f32; 16], of_none| S::F32x16::select(which, Lanes::load(side), of_none);
+        let (lo, hi) = (&self.rows.lo[group], &self.rows.hi[group]);
+        let [x, y, ..] = extremes::<S>(side(&lo[0], least), side(&lo[1], least));
+        let [.., left, down] = extremes::<S>(side(&hi[0], most), side(&hi[1], most));
         ([x, y], [-left, -down])
     }
+}
+
+/// The least inverse depth at which a hit of some live ray still counts.
+#[inline(always)]
+pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
+    let live = <S::F32x16 as Lanes>::Mask::from_bits(live);
+    smallest::<S>(S::F32x16::select(live, nearest.least(), S::F32x16::splat(f32::INFINITY)))
 }
 
 /// The axis across along which the windows of packets lie, if they lie along one that is not right or up.
 #[inline(always)]
 fn main_axis<S: Simd>(
     frame: &Frame,
-    lo: &[[f32; PACKETS]; 2],
-    hi: &[[f32; PACKETS]; 2],
+    lo: &[[[f32; 16]; 2]; GROUPS],
+    hi: &[[[f32; 16]; 2]; GROUPS],
     used: usize,
 ) -> Option<[f32; 3]> {
-    let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
-    let middle = |k: usize| {
-        let twice = S::F32x16::load(&lo[k]) + S::F32x16::load(&hi[k]);
-        S::F32x16::select(used, twice, S::F32x16::splat(0.0))
-    };
-    let (x, y) = (middle(0), middle(1));
-    let [xx, xy, yy] = sums::<S>([x * x, x * y, y * y]);
+    let zero = S::F32x16::splat(0.0);
+    let mut squares = [zero; 3];
+    for group in 0..used.div_ceil(16) {
+        let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << (used - 16 * group).min(16)) - 1);
+        let middle = |k: usize| {
+            let twice = S::F32x16::load(&lo[group][k]) + S::F32x16::load(&hi[group][k]);
+            S::F32x16::select(used, twice, zero)
+        };
+        let (x, y) = (middle(0), middle(1));
+        squares = [squares[0] + x * x, squares[1] + x * y, squares[2] + y * y];
+    }
+    let [xx, xy, yy] = sums::<S>(squares);
     pyramid::main_axis(frame, xx, xy, yy)
 }
 
+/// The lowest and the highest x and y.
+pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
+
 /// A window for eight triangles at once.
 #[inline(always)]
-pub(crate) fn around<S: Simd>((lo, hi): ([f32; 2], [f32; 2])) -> Windows<S::F32x8> {
+fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x8> {
     let splat = S::F32x8::splat;
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }

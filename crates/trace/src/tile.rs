@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   pyramid ──► boxes of nodes ──► triangles of a leaf, eight as the screen sees them
-//!                                    │ in the window of the tile?
+//!                                    │ in the window of a group?
 //!                                    ▼
 //!                                  sixteen windows of sixteen rays: which does it reach?
 //!                                    │
@@ -10,28 +10,27 @@
 //!                                  sixteen rays: two multiply-adds an edge
 //! ```
 
-use intertri::lanes::{Lanes, Mask, Simd, prefetch};
-use intertri::{Certified, Counts, Judge, Nearest, Ray, Windows};
+use intertri::lanes::{Lanes, Simd, prefetch};
+use intertri::{Certified, Counts, Judge, Ray};
 
 use crate::bvh::Bvh;
-use crate::leaves::{Leaves, Test};
+use crate::leaves::{Leaves, Listed, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
-use crate::screen::{PACKETS, Screen, around, smallest};
+use crate::screen::{GROUPS, PACKETS, RAYS, Screen, least};
 use crate::stack::far_to_near;
 use crate::toward::Toward;
 
-/// So much work a ray, in tests of a packet, and a tile is split.
+/// A tile that is too much work goes on in parts of so many packets, and those in smaller ones.
+const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
+
+/// So much work a ray, in tests of a packet, and a part is split.
 const SPLIT: usize = 8;
 
-/// So much, and a part of a tile is given up: its rays have too little in common. Half of it where any hit
-/// will do, which a ray finds sooner by itself, too.
+/// So much, and one of the smallest parts is given up: its rays have too little in common. Half of it where
+/// any hit will do, which a ray finds sooner by itself, too.
 const PATIENCE: usize = 32;
-
-/// Triangles larger than this share of a tile's window, along x or y, are held against the windows of
-/// packets by their edges, too.
-const LARGE: f32 = 0.5;
 
 /// Rays of one origin, or toward one point.
 #[derive(Clone, Copy)]
@@ -55,8 +54,7 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 /// toward a point. The answers go to `answers`. What f32 leave open the judge settles, who
 /// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
 ///
-/// `None` where they go too far apart; else bit p is set where the rays of packet p are left to be
-/// asked one by one, because that is less work.
+/// `None` where they go too far apart.
 #[inline(always)]
 pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     bvh: &Bvh,
@@ -66,11 +64,12 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     any: bool,
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
-) -> Option<u32> {
+) -> Option<Searched> {
     let (rays, origin) = (pencil.rays, pencil.origin());
     screen.lay(mode, pencil, answers, bvh.reach)?;
-    let all = (1 << screen.used) - 1;
-    let window = screen.window(all);
+    let used = screen.used;
+    let all = u64::MAX >> (PACKETS - used);
+    let window = screen.ask(all);
     let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?
@@ -84,24 +83,26 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
-        return Some(0);
+        return Some(Searched { left: 0, work: 0 });
     }
 
     // Then its leaves, front to back, and the triangles without a box.
-    let mut tile = Tile::new(bvh, (mode, judge), rays.len(), screen, window);
+    let mut tile = Tile { bvh, mode, judge, rays: rays.len(), screen, work: 0 };
+    tile.far();
     let first = leaves.packs;
     for pack in bvh.boxed..bvh.packs.len() {
         leaves.packs[0] = pack as u32;
         tile.visit((leaves, 1), any, seen, counts);
     }
     leaves.packs = first;
-    let patience = if any { PATIENCE / 2 } else { PATIENCE };
-    let (mut quarters, mut budget) = match screen.used {
-        ..=4 => (0..0, patience * rays.len()),
-        used => (0..used.div_ceil(4), SPLIT * rays.len()),
-    };
-    let mut left = 0;
+
+    let mut level = WIDTHS.iter().rposition(|&width| used <= width).unwrap_or(0);
+    let (mut part, mut left, mut work) = (all, 0, 0);
+    let mut waiting = Waiting::default();
     loop {
+        let patience = if any { PATIENCE / 2 } else { PATIENCE };
+        let a_ray = if level + 1 < WIDTHS.len() { SPLIT } else { patience };
+        let budget = a_ray * 16 * WIDTHS[level];
         let mut far = tile.far();
         while next > 0 {
             if tile.visit((leaves, next), any, seen, counts) {
@@ -112,40 +113,79 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
             }
             next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
         }
+        work += std::mem::take(&mut tile.work);
 
-        let is_over = next == 0 || stack.is_empty();
-
-        // What is too much for the whole goes on in four parts, from where it stands; a part for
-        // which it is still too much is left.
-        if tile.part == all {
-            if is_over {
-                break;
+        // What is too much for a part goes on in smaller ones, from where it stands; one of the smallest
+        // for which it is still too much is left.
+        if next > 0 && !stack.is_empty() {
+            match split.get_mut(level) {
+                None => left |= part,
+                Some(split) => {
+                    std::mem::swap(stack, split);
+                    waiting.add(part, level + 1);
+                }
             }
-            std::mem::swap(stack, split);
         }
-        if !is_over && (tile.part != all || quarters.is_empty()) {
-            left |= tile.part;
-        }
-        let part = |quarter: usize| tile.alive() & 0xf << (4 * quarter);
-        let Some(quarter) = quarters.find(|&quarter| part(quarter) != 0) else { break };
 
-        // Each with a pyramid of its own.
-        tile.part = part(quarter);
-        let window = screen.window(tile.part);
-        tile.window = around::<S>(window);
-        pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
-        (tile.work, budget) = (0, 64 * patience);
+        // The next part whose rays still look for hits, with a pyramid of its own.
+        let alive = tile.alive();
+        (part, level) = loop {
+            match waiting.next() {
+                Some((part, level)) if part & alive != 0 => break (part & alive, level),
+                Some(_) => {}
+                None => {
+                    for nearest in &tile.screen.nearest[..used] {
+                        found.extend_from_slice(&nearest.triangles());
+                    }
+                    found.truncate(rays.len());
+                    return Some(Searched { left, work });
+                }
+            }
+        };
+        let window = tile.screen.ask(part);
+        pyramid = Pyramid::new(&tile.screen.frame, origin, window, bvh.reach);
         stack.clear();
-        stack.extend_from_slice(split);
+        stack.extend_from_slice(&split[level - 1]);
         let far = tile.far();
         next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
     }
+}
 
-    for nearest in &tile.nearest[..screen.used] {
-        found.extend_from_slice(&nearest.triangles());
+/// What became of a tile that was searched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Searched {
+    /// Bit p is set where the rays of packet p are left to be asked one by one, because that is less
+    /// work.
+    pub(crate) left: u64,
+    /// Tests of packets, and what costs about as much.
+    pub(crate) work: usize,
+}
+
+/// The parts of a tile that wait, the smaller ones first: at most all of the smallest kinds.
+#[derive(Default)]
+struct Waiting {
+    parts: [(u64, usize); 2 * (WIDTHS.len() - 1) * GROUPS],
+    len: usize,
+}
+
+impl Waiting {
+    /// Adds what a part consists of, at the level of the smaller ones.
+    fn add(&mut self, part: u64, level: usize) {
+        let width = WIDTHS[level];
+        for first in (0..PACKETS).step_by(width).rev() {
+            let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
+            if smaller != 0 {
+                self.parts[self.len] = (smaller, level);
+                self.len += 1;
+            }
+        }
     }
-    found.truncate(rays.len());
-    Some(left)
+
+    /// The next part, and its level.
+    fn next(&mut self) -> Option<(u64, usize)> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.parts[self.len])
+    }
 }
 
 /// The next leaves that the pyramid meets before the depth `far`, as many as there is room for.
@@ -194,65 +234,18 @@ fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32)
     }
 }
 
-/// The rays of a tile and what they have hit so far.
+/// The rays of a tile on their way.
 struct Tile<'a, S: Simd, J> {
     bvh: &'a Bvh,
     mode: &'a Certified,
     judge: &'a J,
     rays: usize,
-    screen: &'a Screen<S>,
-    /// A window a packet, and the one of all.
-    windows: Windows<S::F32x16>,
-    window: Windows<S::F32x8>,
-    /// Larger triangles reach several packets.
-    large: [f32; 2],
-    nearest: [Nearest<S::F32x16, 16>; PACKETS],
-    /// Bit i of `live[p]`: ray `16 p + i` still looks for a hit.
-    live: [u32; PACKETS],
-    /// The least inverse depth at which a hit still counts, of each packet and of those asked now.
-    least: [f32; PACKETS],
-    least_of_all: f32,
-    /// Those packets that are asked now.
-    part: u32,
+    screen: &'a mut Screen<S>,
     /// Tests of packets, and what costs about as much.
     work: usize,
 }
 
-impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
-    #[inline(always)]
-    fn new(
-        bvh: &'a Bvh,
-        (mode, judge): (&'a Certified, &'a J),
-        rays: usize,
-        screen: &'a Screen<S>,
-        window: ([f32; 2], [f32; 2]),
-    ) -> Self {
-        let mut tile = Self {
-            bvh,
-            mode,
-            judge,
-            rays,
-            screen,
-            windows: screen.windows(),
-            window: around::<S>(window),
-            large: [0, 1].map(|k| LARGE * (window.1[k] - window.0[k])),
-            part: (1 << screen.used) - 1,
-            nearest: [Nearest::new(&screen.points[0], &screen.rows.t_max[0]); PACKETS],
-            live: screen.live,
-            least: [0.0; PACKETS],
-            least_of_all: 0.0,
-            work: 0,
-        };
-        for packet in 0..screen.used {
-            let nearest = Nearest::new(&screen.points[packet], &screen.rows.t_max[packet]);
-            tile.nearest[packet] = nearest;
-            if !screen.endless {
-                tile.least[packet] = least::<S>(&nearest, tile.live[packet]);
-            }
-        }
-        tile
-    }
-
+impl<S: Simd, J: Judge> Tile<'_, S, J> {
     /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
     /// the far end of a packet changed.
     #[inline(always)]
@@ -263,17 +256,11 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         seen: &mut Vec<u32>,
         counts: &mut Counts,
     ) -> bool {
-        let Self { bvh, mode, judge, rays, screen, .. } = *self;
+        let Self { bvh, mode, judge, rays, ref mut screen, .. } = *self;
         let first = seen.len();
-        let (triangles, mut tests) = leaves.list(
-            (bvh, used),
-            (mode, screen),
-            (&self.window, self.least_of_all, self.large),
-            (&self.windows, &self.least, self.part),
-            seen,
-        );
-        self.work += 8 * used + triangles + tests;
-        counts.tests += (triangles * rays) as u64;
+        let Listed { pairs, mut tests } = leaves.list((bvh, used), (mode, screen), seen);
+        self.work += 8 * used + pairs + tests;
+        counts.tests += (pairs * rays.min(RAYS / GROUPS)) as u64;
 
         // Rays that end before what they see are near most of what they miss: a first look at all,
         // without a branch.
@@ -281,8 +268,9 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             let mut left = 0;
             for i in 0..tests {
                 let test = leaves.test(i);
-                let (points, live) = (&screen.points[test.packet], self.live[test.packet]);
-                let (nearest, outline) = (&self.nearest[test.packet], leaves.outline(test.number));
+                let (points, live) = (&screen.points[test.packet], screen.live[test.packet]);
+                let (nearest, outline) =
+                    (&screen.nearest[test.packet], leaves.outline(test.number));
                 let maybe = nearest.maybe(&outline, points, &screen.ranges, live);
                 leaves.put(left, test);
                 left += usize::from(maybe);
@@ -290,18 +278,18 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
             tests = left;
         }
 
-        let mut changed = 0_u32;
+        let mut changed = 0_u64;
         for i in 0..tests {
             let Test { packet, number } = leaves.test(i);
-            let may_change = self.nearest[packet].take(
+            let may_change = screen.nearest[packet].take(
                 (&screen.points[packet], &screen.ranges),
                 &leaves.outline(number),
                 ((first + number) as u32, seen.as_slice()),
                 (16 * packet, judge),
-                self.live[packet],
+                screen.live[packet],
                 counts,
             );
-            changed |= u32::from(may_change) << packet;
+            changed |= u64::from(may_change) << packet;
         }
 
         // As long as some ray has hit nothing, little is known.
@@ -309,13 +297,13 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
         while changed != 0 {
             let packet = changed.trailing_zeros() as usize % PACKETS;
             changed &= changed - 1;
-            let nearest = &self.nearest[packet];
+            let nearest = &screen.nearest[packet];
             if any {
-                self.live[packet] &= !nearest.hits();
+                screen.live[packet] &= !nearest.hits();
             }
-            let live = self.live[packet];
+            let live = screen.live[packet];
             if live & !nearest.hits() == 0 {
-                self.least[packet] = least::<S>(nearest, live);
+                screen.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
                 known = true;
             }
         }
@@ -323,25 +311,14 @@ impl<'a, S: Simd, J: Judge> Tile<'a, S, J> {
     }
 
     /// Bit p is set where rays of packet p still look for a hit.
-    fn alive(&self) -> u32 {
-        (0..PACKETS).map(|packet| u32::from(self.live[packet] != 0) << packet).sum()
+    fn alive(&self) -> u64 {
+        (0..self.screen.used).map(|packet| u64::from(self.screen.live[packet] != 0) << packet).sum()
     }
 
-    /// No hit beyond this depth can count.
+    /// No hit of those asked now can count beyond this depth.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        let which = <S::F32x16 as Lanes>::Mask::from_bits(self.part);
-        let none = S::F32x16::splat(f32::INFINITY);
-        let least = S::F32x16::select(which, S::F32x16::load(&self.least), none);
-        self.least_of_all = smallest::<S>(least);
-        let depth = 1.0 / self.least_of_all;
+        let depth = 1.0 / self.screen.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }
-}
-
-/// The least inverse depth at which a hit of some live ray still counts.
-#[inline(always)]
-fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
-    let live = <S::F32x16 as Lanes>::Mask::from_bits(live);
-    smallest::<S>(S::F32x16::select(live, nearest.least(), S::F32x16::splat(f32::INFINITY)))
 }
