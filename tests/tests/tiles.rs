@@ -40,7 +40,7 @@ fn scenes(each: usize, seed: u64) {
         for i in 0..each {
             let mut scene = common::scene(family, &mut rng, size(i), 8);
             let ray = rng.pick(&scene.rays);
-            let count = 2 + rng.below(298);
+            let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
             scene.rays = pencil(&ray, &scene.triangles, &mut rng, count);
             let level = &levels[i % levels.len()..][..1];
             if let Err(difference) = check_hierarchy(&scene, level) {

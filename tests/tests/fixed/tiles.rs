@@ -69,7 +69,8 @@ fn pencil(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Optio
     };
 
     let spread = (longest(middle) >> n.below(16)).max(2) / 2;
-    let rays = (0..2 + n.below(299) as usize).filter_map(|i| {
+    let most = if kind % 4 == 3 { 1499 } else { 299 };
+    let rays = (0..2 + n.below(most) as usize).filter_map(|i| {
         let beside = scene[(place + n.below(30) as usize) % scene.len()];
         let [from, to] = [sub(beside[0], origin), sub(beside[1], origin)];
         let raster = [0, i as i32 % 16, i as i32 / 16].map(|k| k * spread / 16);
