@@ -13,8 +13,12 @@ use crate::screen::{RAYS, Screen, shares_origin};
 use crate::tile::{self, Pencil, Searched};
 use crate::toward::{Toward, Turned};
 
-/// Rays a thread takes at a time.
+/// Rays a thread takes at a time, at least and at most. What one tile was like tells how to begin the next.
 const CHUNK: usize = 4096;
+const CHUNKS: usize = 16;
+
+/// So many rays that make no tile are answered together: more would no longer fit into the cache.
+const FLIGHT: usize = 4096;
 
 /// Rays of the smallest tile.
 const SMALLEST: usize = 16;
@@ -83,17 +87,21 @@ pub(crate) fn answer<A: Answer, T: Tracer>(
         a
     };
     #[cfg(feature = "parallel")]
-    return rays
-        .par_chunks(CHUNK)
-        .zip(answers.par_chunks_mut(CHUNK))
-        .map(each)
-        .reduce(Counts::default, add);
+    {
+        // Some chunks a thread, so that all are done at about the same time.
+        let even = rays.len() / (16 * rayon::current_num_threads());
+        let chunk = even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK);
+        rays.par_chunks(chunk)
+            .zip(answers.par_chunks_mut(chunk))
+            .map(each)
+            .reduce(Counts::default, add)
+    }
     #[cfg(not(feature = "parallel"))]
-    return rays
-        .chunks(CHUNK)
-        .zip(answers.chunks_mut(CHUNK))
-        .map(each)
-        .fold(Counts::default(), add);
+    {
+        let chunk = CHUNKS * CHUNK;
+        let chunks = rays.chunks(chunk).zip(answers.chunks_mut(chunk));
+        chunks.map(each).fold(Counts::default(), add)
+    }
 }
 
 /// A hierarchy and a mode whose rays are f32.
@@ -169,7 +177,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { tracer, rays: all, answers } = self;
+        let Self { tracer, rays: all, answers: all_answers } = self;
         let (mut screen, mut scratch) = (Screen::<S>::empty(), Scratch::default());
         let mut counts = Counts::default();
         let mut others: Vec<u32> = Vec::new();
@@ -180,7 +188,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
 
             // Rays from one origin make a tile, unless they go too far apart: then a smaller one.
             scratch.found.clear();
-            let answers = &mut answers[at..end];
+            let answers = &mut all_answers[at..end];
             let tile = (rays, next);
             let room = (&mut screen, &mut scratch);
             let Searched { left, work } =
@@ -196,7 +204,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
                     Tiled::TooWide | Tiled::Not => Searched { left: u64::MAX, work: 0 },
                 };
 
-            // The others wait for each other, unless some hit was asked for and is found.
+            // The others wait for some more of them, unless some hit was asked for and is found.
             if left != 0 {
                 let over = |ray: usize| A::ANY && scratch.is_hit(ray);
                 let waits = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
@@ -210,9 +218,11 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
                 size *= 4;
             }
             size = size.min(most);
-        }
-        if !others.is_empty() {
-            tracer.others::<S, A>(all, &others, answers, &mut counts);
+
+            if others.len() >= FLIGHT || at == all.len() && !others.is_empty() {
+                tracer.others::<S, A>(all, &others, all_answers, &mut counts);
+                others.clear();
+            }
         }
         counts
     }

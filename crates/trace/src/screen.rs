@@ -191,12 +191,7 @@ impl<S: Simd> Screen<S> {
         }
 
         // A frame that looks where they go.
-        let total = |lanes: S::F32x4| {
-            let mut numbers = [0.0; 4];
-            lanes.store(&mut numbers);
-            numbers[0] + numbers[1] + numbers[2] + numbers[3]
-        };
-        let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
+        let sum = [total::<S>(sum[0]), total::<S>(sum[1]), total::<S>(sum[2])];
         let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
         let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
         self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
@@ -212,7 +207,7 @@ impl<S: Simd> Screen<S> {
 
         loop {
             // Where they meet its screen.
-            let mut sane = <S::F32x16 as Lanes>::Mask::from_bits(0xffff);
+            let mut sane = sixteen_bits::<S>(0xffff);
             let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
             for packet in 0..used {
                 // What comes next is asked for from memory meanwhile.
@@ -226,7 +221,7 @@ impl<S: Simd> Screen<S> {
                 let (group, place) = (packet / 16, packet % 16);
                 (lo[group][0][place], lo[group][1][place]) = (x, y);
                 (hi[group][0][place], hi[group][1][place]) = (-left, -down);
-                let live = <S::F32x16 as Lanes>::Mask::from_bits(self.live[packet]);
+                let live = sixteen_bits::<S>(self.live[packet]);
                 starts = starts_by.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
             }
             self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
@@ -272,8 +267,9 @@ impl<S: Simd> Screen<S> {
             lo[k][used..].fill(f32::INFINITY);
             hi[k][used..].fill(f32::NEG_INFINITY);
         }
-        let load = |sides: &[[f32; 16]; 2]| [Lanes::load(&sides[0]), Lanes::load(&sides[1])];
-        self.groups[group].windows = Windows::new(load(&lo), load(&hi));
+        let (left, right) = (S::F32x16::load(&lo[0]), S::F32x16::load(&hi[0]));
+        let (down, up) = (S::F32x16::load(&lo[1]), S::F32x16::load(&hi[1]));
+        self.groups[group].windows = Windows::new([left, down], [right, up]);
         let (lo, hi) = self.window(group, (1 << used) - 1);
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
     }
@@ -302,9 +298,7 @@ impl<S: Simd> Screen<S> {
         let mut of_all = f32::INFINITY;
         for group in &mut self.groups {
             if group.asked != 0 {
-                let asked = <S::F32x16 as Lanes>::Mask::from_bits(group.asked);
-                let none = S::F32x16::splat(f32::INFINITY);
-                let least = S::F32x16::select(asked, Lanes::load(&group.least), none);
+                let least = chosen::<S>(group.asked, &group.least, f32::INFINITY);
                 group.least_of_all = smallest::<S>(least);
                 of_all = of_all.min(group.least_of_all);
             }
@@ -315,21 +309,21 @@ impl<S: Simd> Screen<S> {
     /// The smallest and largest x and y of some packets of a group.
     #[inline(always)]
     fn window(&self, group: usize, packets: u32) -> Rectangle {
-        let which = <S::F32x16 as Lanes>::Mask::from_bits(packets);
-        let (least, most) = (S::F32x16::splat(f32::INFINITY), S::F32x16::splat(f32::NEG_INFINITY));
-        let side = |side: &[f32; 16], of_none| S::F32x16::select(which, Lanes::load(side), of_none);
-        let (lo, hi) = (&self.rows.lo[group], &self.rows.hi[group]);
-        let [x, y, ..] = extremes::<S>(side(&lo[0], least), side(&lo[1], least));
-        let [.., left, down] = extremes::<S>(side(&hi[0], most), side(&hi[1], most));
-        ([x, y], [-left, -down])
+        let ([x_lo, y_lo], [x_hi, y_hi]) = (&self.rows.lo[group], &self.rows.hi[group]);
+        let (least, most) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (x, y) = (chosen::<S>(packets, x_lo, least), chosen::<S>(packets, y_lo, least));
+        let [x_lo, y_lo, ..] = extremes::<S>(x, y);
+        let (x, y) = (chosen::<S>(packets, x_hi, most), chosen::<S>(packets, y_hi, most));
+        let [.., left, down] = extremes::<S>(x, y);
+        ([x_lo, y_lo], [-left, -down])
     }
 }
 
 /// The least inverse depth at which a hit of some live ray still counts.
 #[inline(always)]
 pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
-    let live = <S::F32x16 as Lanes>::Mask::from_bits(live);
-    smallest::<S>(S::F32x16::select(live, nearest.least(), S::F32x16::splat(f32::INFINITY)))
+    let none = S::F32x16::splat(f32::INFINITY);
+    smallest::<S>(S::F32x16::select(sixteen_bits::<S>(live), nearest.least(), none))
 }
 
 /// The axis across along which the windows of packets lie, if they lie along one that is not right or up.
@@ -343,16 +337,14 @@ fn main_axis<S: Simd>(
     let zero = S::F32x16::splat(0.0);
     let mut squares = [zero; 3];
     for group in 0..used.div_ceil(16) {
-        let used = <S::F32x16 as Lanes>::Mask::from_bits((1 << (used - 16 * group).min(16)) - 1);
-        let middle = |k: usize| {
-            let twice = S::F32x16::load(&lo[group][k]) + S::F32x16::load(&hi[group][k]);
-            S::F32x16::select(used, twice, zero)
-        };
-        let (x, y) = (middle(0), middle(1));
+        let used = (1 << (used - 16 * group).min(16)) - 1;
+        let ([left, down], [right, up]) = (&lo[group], &hi[group]);
+        let x = chosen::<S>(used, left, 0.0) + chosen::<S>(used, right, 0.0);
+        let y = chosen::<S>(used, down, 0.0) + chosen::<S>(used, up, 0.0);
         squares = [squares[0] + x * x, squares[1] + x * y, squares[2] + y * y];
     }
-    let [xx, xy, yy] = sums::<S>(squares);
-    pyramid::main_axis(frame, xx, xy, yy)
+    let [xx, xy, yy] = squares;
+    pyramid::main_axis(frame, sum::<S>(xx), sum::<S>(xy), sum::<S>(yy))
 }
 
 /// The lowest and the highest x and y.
@@ -361,8 +353,8 @@ pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 /// A window for eight triangles at once.
 #[inline(always)]
 fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x8> {
-    let splat = S::F32x8::splat;
-    Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
+    let (left, down) = (S::F32x8::splat(lo[0]), S::F32x8::splat(lo[1]));
+    Windows::new([left, down], [S::F32x8::splat(hi[0]), S::F32x8::splat(hi[1])])
 }
 
 /// Those of a packet, or what there is of them.
@@ -371,55 +363,70 @@ fn sixteen<T>(things: &[T], packet: usize) -> &[T] {
     &things[(16 * packet).min(things.len())..(16 * packet + 16).min(things.len())]
 }
 
+/// Sixteen numbers, or `none` where their bit is not set.
+#[inline(always)]
+fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
+    S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
+}
+
+#[inline(always)]
+fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
+    Mask::from_bits(bits)
+}
+
+/// Sixteen lanes as four times four.
+#[inline(always)]
+fn fours<S: Simd>(lanes: S::F32x16) -> [S::F32x4; 4] {
+    let mut n = [0.0; 16];
+    lanes.store(&mut n);
+    [Lanes::load(&n), Lanes::load(&n[4..]), Lanes::load(&n[8..]), Lanes::load(&n[12..])]
+}
+
 /// The smallest lane.
 #[inline(always)]
 pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
-    let mut numbers = [0.0; 16];
-    lanes.store(&mut numbers);
-    let four = |i: usize| S::F32x4::load(&numbers[4 * i..]);
-    let four = four(0).min(four(1)).min(four(2).min(four(3)));
-    four.store(&mut numbers);
+    let [a, b, c, d] = fours::<S>(lanes);
+    let mut numbers = [0.0; 4];
+    a.min(b).min(c.min(d)).store(&mut numbers);
     let less = |a: f32, b: f32| if a < b { a } else { b };
     less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
 }
 
-/// The sums of all lanes.
+/// The sum of four lanes.
 #[inline(always)]
-fn sums<S: Simd>(lanes: [S::F32x16; 3]) -> [f32; 3] {
-    let mut rows = [S::F32x4::splat(0.0); 4];
-    for (row, lanes) in rows.iter_mut().zip(lanes) {
-        let mut numbers = [0.0; 16];
-        lanes.store(&mut numbers);
-        let four = |i: usize| S::F32x4::load(&numbers[4 * i..]);
-        *row = four(0) + four(1) + (four(2) + four(3));
-    }
-    let [a, b, c, d] = S::transpose(rows);
+fn total<S: Simd>(lanes: S::F32x4) -> f32 {
     let mut numbers = [0.0; 4];
-    (a + b + (c + d)).store(&mut numbers);
-    [numbers[0], numbers[1], numbers[2]]
+    lanes.store(&mut numbers);
+    numbers[0] + numbers[1] + numbers[2] + numbers[3]
+}
+
+/// The sum of all lanes.
+#[inline(always)]
+fn sum<S: Simd>(lanes: S::F32x16) -> f32 {
+    let [a, b, c, d] = fours::<S>(lanes);
+    total::<S>(a + b + (c + d))
 }
 
 /// The numbers of four rays by column: of origin and `t_min`, and of direction and `t_max`. Beyond the
 /// last ray it is repeated.
 #[inline(always)]
 fn side_by_side<S: Simd>(rays: &[impl AsRef<Ray>], at: usize) -> [[S::F32x4; 4]; 2] {
-    let ray = |i: usize| &rays[(at + i).min(rays.len() - 1)];
-    let rows = [ray(0), ray(1), ray(2), ray(3)];
-    let load = |row: usize, k: usize| S::F32x4::load(half(rows[row], k));
-    let columns = |k: usize| S::transpose([load(0, k), load(1, k), load(2, k), load(3, k)]);
-    [columns(0), columns(1)]
+    let last = rays.len() - 1;
+    let (a, b) = (&rays[at.min(last)], &rays[(at + 1).min(last)]);
+    let (c, d) = (&rays[(at + 2).min(last)], &rays[(at + 3).min(last)]);
+    let mut columns = [[S::F32x4::splat(0.0); 4]; 2];
+    for (k, columns) in columns.iter_mut().enumerate() {
+        let (a, b) = (Lanes::load(half(a, k)), Lanes::load(half(b, k)));
+        let (c, d) = (Lanes::load(half(c, k)), Lanes::load(half(d, k)));
+        *columns = S::transpose([a, b, c, d]);
+    }
+    columns
 }
 
 /// The smallest x and y, and the smallest -x and -y.
 #[inline(always)]
 fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
-    // Sixteen lanes as four times four; what is left of them as columns.
-    let fours = |lanes: S::F32x16| {
-        let mut numbers = [0.0; 16];
-        lanes.store(&mut numbers);
-        [0, 4, 8, 12].map(|i| S::F32x4::load(&numbers[i..]))
-    };
-    let ([a, b, c, d], [e, f, g, h]) = (fours(x), fours(y));
+    let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));
     let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
     let [a, b, c, d] = S::transpose([left, down, -right, -up]);
