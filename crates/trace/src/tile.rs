@@ -28,8 +28,8 @@ const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 /// So much work a ray, in tests of a packet, and a part is split.
 const SPLIT: usize = 8;
 
-/// So much, and one of the smallest parts is given up: its rays have too little in common. Half of it where
-/// any hit will do, which a ray finds sooner by itself, too.
+/// So much, and one of the smallest parts is given up: its rays have too little in common. A quarter of it
+/// where any hit will do, which a ray finds sooner by itself, too.
 const PATIENCE: usize = 32;
 
 /// Rays of one origin, or toward one point.
@@ -100,7 +100,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     let (mut part, mut left, mut work) = (all, 0, 0);
     let mut waiting = Waiting::default();
     loop {
-        let patience = if any { PATIENCE / 2 } else { PATIENCE };
+        let patience = if any { PATIENCE / 4 } else { PATIENCE };
         let a_ray = if level + 1 < WIDTHS.len() { SPLIT } else { patience };
         let budget = a_ray * 16 * WIDTHS[level];
         let mut far = tile.far();
