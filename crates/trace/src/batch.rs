@@ -28,6 +28,12 @@ const SMALLEST: usize = 16;
 const DENSE: usize = 5;
 const DENSE_RAYS: usize = 256;
 
+/// Where a tile takes even more, or so much where any hit will do, rays are faster one by one. After each such
+/// tile in a row twice as many rays that follow are not tried as tiles, up to [`UNTRIED`].
+const TOO_DENSE: usize = 20;
+const TOO_DENSE_ANY: usize = 12;
+const UNTRIED: usize = 8192;
+
 /// What became of some rays in a row.
 pub(crate) enum Tiled {
     /// They make no tile.
@@ -181,7 +187,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
         let (mut screen, mut scratch) = (Screen::<S>::empty(), Scratch::default());
         let mut counts = Counts::default();
         let mut others: Vec<u32> = Vec::new();
-        let (mut at, mut size) = (0, RAYS);
+        let (mut at, mut size, mut tiles_from, mut untried) = (0, RAYS, 0, 0);
         while at < all.len() {
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
@@ -191,18 +197,22 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             let answers = &mut all_answers[at..end];
             let tile = (rays, next);
             let room = (&mut screen, &mut scratch);
-            let Searched { left, work } =
-                match tracer.search::<S, A>(tile, answers, room, &mut counts) {
-                    Tiled::Done(searched) => {
-                        A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
-                        searched
-                    }
-                    Tiled::TooWide if size > SMALLEST => {
-                        size /= 4;
-                        continue;
-                    }
-                    Tiled::TooWide | Tiled::Not => Searched { left: u64::MAX, work: 0 },
-                };
+            let tiled = if at < tiles_from {
+                Tiled::Not
+            } else {
+                tracer.search::<S, A>(tile, answers, room, &mut counts)
+            };
+            let Searched { left, work } = match tiled {
+                Tiled::Done(searched) => {
+                    A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
+                    searched
+                }
+                Tiled::TooWide if size > SMALLEST => {
+                    size /= 4;
+                    continue;
+                }
+                Tiled::TooWide | Tiled::Not => Searched { left: u64::MAX, work: 0 },
+            };
 
             // The others wait for some more of them, unless some hit was asked for and is found.
             if left != 0 {
@@ -213,6 +223,11 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
 
             // The next tile may be larger again where a larger one would begin.
             let most = if work > DENSE * rays.len() { DENSE_RAYS } else { RAYS };
+            let too_dense = if A::ANY { TOO_DENSE_ANY } else { TOO_DENSE };
+            if at >= tiles_from {
+                untried = if work > too_dense * rays.len() { 2 * untried + DENSE_RAYS } else { 0 };
+                tiles_from = end + untried.min(UNTRIED);
+            }
             at = end;
             while size < most && at % (4 * size) == 0 {
                 size *= 4;
@@ -234,19 +249,34 @@ mod tests {
 
     use crate::Bvh;
 
-    /// A picture of a bumpy sheet, and what a light sees of it: tiles are taken and change nothing.
-    #[test]
-    fn tiles_are_taken_and_change_nothing() {
-        let corner = |x: usize, y: usize| [x as f32, y as f32, (x * y % 5) as f32 * 0.1];
+    /// A bumpy sheet of 30 by 30 units, of so many squares a unit.
+    fn sheet(squares: usize) -> Bvh {
+        let corner = |x: usize, y: usize| {
+            [x as f32 / squares as f32, y as f32 / squares as f32, (x * y % 5) as f32 * 0.1]
+        };
         let mut triangles = Vec::new();
-        for i in 0..900 {
-            let (x, y) = (i % 30, i / 30);
+        for i in 0..900 * squares * squares {
+            let (x, y) = (i % (30 * squares), i / (30 * squares));
             triangles.push(Triangle([corner(x, y), corner(x + 1, y), corner(x, y + 1)]));
             triangles.push(Triangle([corner(x + 1, y + 1), corner(x + 1, y), corner(x, y + 1)]));
         }
-        let bvh = Bvh::new(&triangles).unwrap();
+        Bvh::new(&triangles).unwrap()
+    }
 
-        // Sixteen tiles; the direction of one ray is foreign to its tile.
+    /// A picture of the sheet, and what a light sees of it: tiles are taken and change nothing.
+    #[test]
+    fn tiles_are_taken_and_change_nothing() {
+        tiles_change_nothing(&sheet(1));
+    }
+
+    /// Some thirty triangles a ray: tiles are tried, and most rays go one by one.
+    #[test]
+    fn tiles_that_are_too_dense_change_nothing() {
+        tiles_change_nothing(&sheet(12));
+    }
+
+    fn tiles_change_nothing(bvh: &Bvh) {
+        // The direction of one ray is foreign to its tile.
         let ray = |i: usize| {
             let (tile, i) = (i / 256, i % 256);
             let at = |k: usize| (k as f32 - 28.0) / 40.0;
