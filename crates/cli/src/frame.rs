@@ -10,8 +10,8 @@ use crate::progress::{Progress, timed};
 use crate::raster::Raster;
 use crate::render::Shadows;
 
-/// Rays are asked tile by tile, because neighbours have most of the work in common: 16 by 16 pixels
-/// are the 256 rays that a hierarchy treats together.
+/// Rays are asked tile by tile, because neighbours have most of the work in common: 32 by 32 pixels
+/// are the 1024 rays that a hierarchy treats together.
 const TILE: u32 = 32;
 
 /// What was seen.

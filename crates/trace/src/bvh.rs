@@ -141,7 +141,7 @@ impl Bvh {
     /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
     ///
     /// Rays that are neighbours in the slice are best neighbours in space, too. Fastest are rays that
-    /// share their origin, 256 of them in a row in a narrow cone, such as 16 by 16 pixels in Z-order;
+    /// share their origin, 1024 of them in a row in a narrow cone, such as 32 by 32 pixels in Z-order;
     /// whether that is so is found out here, and no answer depends on it.
     ///
     /// # Panics
