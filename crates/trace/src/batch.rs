@@ -10,7 +10,7 @@ use crate::bvh::Bvh;
 use crate::flight;
 use crate::scratch::Scratch;
 use crate::screen::{RAYS, Screen, shares_origin};
-use crate::tile::{self, Pencil, Searched};
+use crate::tile::{self, Pencil, Tiled};
 use crate::toward::{Toward, Turned};
 
 /// Rays a thread takes at a time, at least and at most. What one tile was like tells how to begin the next.
@@ -33,21 +33,6 @@ const DENSE_RAYS: usize = 256;
 const TOO_DENSE: usize = 20;
 const TOO_DENSE_ANY: usize = 12;
 const UNTRIED: usize = 8192;
-
-/// What became of some rays in a row.
-pub(crate) enum Tiled {
-    /// They make no tile.
-    Not,
-    /// They go too far apart for one.
-    TooWide,
-    Done(Searched),
-}
-
-impl From<Option<Searched>> for Tiled {
-    fn from(searched: Option<Searched>) -> Self {
-        searched.map_or(Self::TooWide, Self::Done)
-    }
-}
 
 /// Who answers rays: a hierarchy, and a mode for its leaves.
 pub(crate) trait Tracer: Sync {
@@ -141,8 +126,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
-            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
-                .into();
+            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts);
         }
 
         // Whether rays hit anything can be asked from where they end, too.
@@ -151,7 +135,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
             return Tiled::Not;
         }
         let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
-        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts).into()
+        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
     }
 
     #[inline(always)]
@@ -202,16 +186,16 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             } else {
                 tracer.search::<S, A>(tile, answers, room, &mut counts)
             };
-            let Searched { left, work } = match tiled {
-                Tiled::Done(searched) => {
+            let (left, work) = match tiled {
+                Tiled::Done { left, work } => {
                     A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
-                    searched
+                    (left, work)
                 }
                 Tiled::TooWide if size > SMALLEST => {
                     size /= 4;
                     continue;
                 }
-                Tiled::TooWide | Tiled::Not => Searched { left: u64::MAX, work: 0 },
+                Tiled::TooWide | Tiled::Not => (u64::MAX, 0),
             };
 
             // The others wait for some more of them, unless some hit was asked for and is found.
@@ -221,14 +205,18 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
                 others.extend((0..rays.len()).filter(waits).map(|ray| (at + ray) as u32));
             }
 
-            // The next tile may be larger again where a larger one would begin.
-            let most = if work > DENSE * rays.len() { DENSE_RAYS } else { RAYS };
-            let too_dense = if A::ANY { TOO_DENSE_ANY } else { TOO_DENSE };
+            // Are the next rays to be tried, and how many?
             if at >= tiles_from {
+                let too_dense = if A::ANY { TOO_DENSE_ANY } else { TOO_DENSE };
                 untried = if work > too_dense * rays.len() { 2 * untried + DENSE_RAYS } else { 0 };
-                tiles_from = end + untried.min(UNTRIED);
+                untried = untried.min(UNTRIED);
+                tiles_from = end + untried;
             }
+            let dense = untried > 0 || work > DENSE * rays.len();
+            let most = if dense { DENSE_RAYS } else { RAYS };
             at = end;
+
+            // A tile may be larger again where a larger one would begin.
             while size < most && at % (4 * size) == 0 {
                 size *= 4;
             }

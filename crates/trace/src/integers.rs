@@ -5,12 +5,12 @@ use intertri::lanes::{Level, Simd};
 use intertri::{Certified, Counts, Hit, Judge, Threshold};
 
 use crate::answer::Answer;
-use crate::batch::{Tiled, Tracer};
+use crate::batch::Tracer;
 use crate::bvh::Bvh;
 use crate::fixed::FixedBvh;
 use crate::scratch::Scratch;
 use crate::screen::{Screen, shares_origin};
-use crate::tile::{self, Pencil};
+use crate::tile::{self, Pencil, Tiled};
 
 /// A hierarchy over a grid, at the level of a mode.
 pub(crate) struct OfGrid<'a> {
@@ -54,7 +54,6 @@ impl Tracer for OfGrid<'_> {
             room,
             counts,
         )
-        .into()
     }
 
     #[inline(always)]

@@ -35,8 +35,8 @@ pub(crate) struct Test {
 /// How much is listed.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Listed {
-    /// Pairs of a triangle and a group.
-    pub(crate) pairs: usize,
+    /// Pairs of a triangle and a group, by group.
+    pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
 }
 
@@ -96,9 +96,9 @@ impl Leaves {
 
             // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as
             // the edges.
-            let (first, windows) = (listed.pairs, &group.windows);
-            listed.pairs += inside.count_ones() as usize;
-            seen.resize(begin + listed.pairs, 0);
+            let (first, windows) = (seen.len() - begin, &group.windows);
+            listed.pairs[number] = inside.count_ones() as usize;
+            seen.resize(begin + first + listed.pairs[number], 0);
             let (by_edges, least) = (inside & large != 0, Lanes::load(&group.least));
             let pairs = seen[begin + first..].iter_mut().zip(&mut places[first..]);
             for (pair, (seen, to)) in (first..).zip(pairs) {

@@ -241,16 +241,11 @@ impl<S: Simd> Screen<S> {
 
         // Nothing is hit yet.
         let endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
-        for group in &mut self.groups {
-            group.least = [0.0; 16];
-        }
         for packet in 0..used {
             let nearest = Nearest::new(&self.points[packet], &self.rows.t_max[packet]);
             self.nearest[packet] = nearest;
-            if !endless {
-                self.groups[packet / 16].least[packet % 16] =
-                    least::<S>(&nearest, self.live[packet]);
-            }
+            self.groups[packet / 16].least[packet % 16] =
+                if endless { 0.0 } else { least::<S>(&nearest, self.live[packet]) };
         }
         for number in 0..used.div_ceil(16) {
             self.window_packets(number);
@@ -344,7 +339,8 @@ fn main_axis<S: Simd>(
         squares = [squares[0] + x * x, squares[1] + x * y, squares[2] + y * y];
     }
     let [xx, xy, yy] = squares;
-    pyramid::main_axis(frame, sum::<S>(xx), sum::<S>(xy), sum::<S>(yy))
+    let (xx, yy) = (total_of_sixteen::<S>(xx), total_of_sixteen::<S>(yy));
+    pyramid::main_axis(frame, xx, total_of_sixteen::<S>(xy), yy)
 }
 
 /// The lowest and the highest x and y.
@@ -400,9 +396,9 @@ fn total<S: Simd>(lanes: S::F32x4) -> f32 {
     numbers[0] + numbers[1] + numbers[2] + numbers[3]
 }
 
-/// The sum of all lanes.
+/// The sum of all sixteen lanes.
 #[inline(always)]
-fn sum<S: Simd>(lanes: S::F32x16) -> f32 {
+fn total_of_sixteen<S: Simd>(lanes: S::F32x16) -> f32 {
     let [a, b, c, d] = fours::<S>(lanes);
     total::<S>(a + b + (c + d))
 }

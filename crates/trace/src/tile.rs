@@ -53,8 +53,6 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 /// Finds the closest hit of each ray of a tile; with `any`, some hit, as it must be of rays
 /// toward a point. The answers go to `answers`. What f32 leave open the judge settles, who
 /// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
-///
-/// `None` where they go too far apart.
 #[inline(always)]
 pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     bvh: &Bvh,
@@ -64,9 +62,11 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     any: bool,
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
-) -> Option<Searched> {
+) -> Tiled {
     let (rays, origin) = (pencil.rays, pencil.origin());
-    screen.lay(mode, pencil, answers, bvh.reach)?;
+    if screen.lay(mode, pencil, answers, bvh.reach).is_none() {
+        return Tiled::TooWide;
+    }
     let used = screen.used;
     let all = u64::MAX >> (PACKETS - used);
     let window = screen.ask(all);
@@ -83,7 +83,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
-        return Some(Searched { left: 0, work: 0 });
+        return Tiled::Done { left: 0, work: 0 };
     }
 
     // Then its leaves, front to back, and the triangles without a box.
@@ -138,7 +138,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
                         found.extend_from_slice(&nearest.triangles());
                     }
                     found.truncate(rays.len());
-                    return Some(Searched { left, work });
+                    return Tiled::Done { left, work };
                 }
             }
         };
@@ -151,14 +151,16 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
     }
 }
 
-/// What became of a tile that was searched.
+/// What became of some rays in a row.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Searched {
-    /// Bit p is set where the rays of packet p are left to be asked one by one, because that is less
-    /// work.
-    pub(crate) left: u64,
-    /// Tests of packets, and what costs about as much.
-    pub(crate) work: usize,
+pub(crate) enum Tiled {
+    /// They make no tile.
+    Not,
+    /// They go too far apart for one, or their numbers are too large or too small.
+    TooWide,
+    /// They are searched. Bit p of `left` is set where the rays of packet p are left to be asked one by
+    /// one, because that is less work; `work` counts tests of packets, and what costs about as much.
+    Done { left: u64, work: usize },
 }
 
 /// The parts of a tile that wait, the smaller ones first: at most all of the smallest kinds.
@@ -259,8 +261,11 @@ impl<S: Simd, J: Judge> Tile<'_, S, J> {
         let Self { bvh, mode, judge, rays, ref mut screen, .. } = *self;
         let first = seen.len();
         let Listed { pairs, mut tests } = leaves.list((bvh, used), (mode, screen), seen);
-        self.work += 8 * used + pairs + tests;
-        counts.tests += (pairs * rays.min(RAYS / GROUPS)) as u64;
+        self.work += 8 * used + pairs.iter().sum::<usize>() + tests;
+        for (group, pairs) in pairs.iter().enumerate() {
+            let rays = rays.saturating_sub(group * RAYS / GROUPS).min(RAYS / GROUPS);
+            counts.tests += (pairs * rays) as u64;
+        }
 
         // Rays that end before what they see are near most of what they miss: a first look at all,
         // without a branch.
