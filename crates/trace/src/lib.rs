@@ -16,6 +16,7 @@ mod screen;
 mod search;
 mod slab;
 mod sliver;
+mod spread;
 mod stack;
 mod tile;
 mod toward;

@@ -14,6 +14,7 @@ use intertri::Frame;
 use intertri::lanes::{Lanes, Mask};
 
 use crate::node::Node;
+use crate::spread::Spread;
 
 /// The padding of a plane, relative to the largest coordinate of origin and scene: 2^-18.
 const PAD: f32 = 1.0 / (1 << 18) as f32;
@@ -101,32 +102,35 @@ impl Pyramid {
     }
 }
 
-/// A frame that looks along `sum`, level with `step`. `None` where there is no direction, or
-/// coordinates are too large.
-pub(crate) fn frame(origin: [f32; 3], sum: [f32; 3], step: [f32; 3], reach: f32) -> Option<Frame> {
+/// A frame that looks along `sum`, level with the way in which rays spread most or, if none stands out, with
+/// `step`. `None` where there is no direction, or coordinates are too large.
+#[inline(always)]
+pub(crate) fn frame<F: Lanes<Scalar = f32>>(
+    origin: [f32; 3],
+    sum: [f32; 3],
+    step: [f32; 3],
+    spread: &Spread<F>,
+    reach: f32,
+) -> Option<Frame> {
     if reach >= LARGEST || origin.iter().any(|x| x.abs() >= LARGEST) {
         return None;
     }
     let depth = unit(sum)?;
+    let mut across = across(depth, step)?;
+    if let Some(axis) = spread.main_axis(across) {
+        across = self::across(depth, axis)?;
+    }
+    Some(Frame::new(origin, depth, across[0], across[1]))
+}
+
+/// Two axes at right angles to `depth`, the first level with `step`.
+fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
-    Some(Frame::new(origin, depth, right, cross(depth, right)))
-}
-
-/// The axis across along which points of a screen spread at least twice as far as at right angles to
-/// it, if there is one and it is not one of the frame's, from the sums of `x x`, `x y` and `y y`.
-pub(crate) fn main_axis(frame: &Frame, xx: f32, xy: f32, yy: f32) -> Option<[f32; 3]> {
-    if 16.0 * xy * xy < xx * yy || !(xx + yy).is_finite() {
-        return None;
-    }
-    let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
-    let (most, least) = (xx + yy + root, xx + yy - root);
-    let [x, y] = if xx > yy { [most - 2.0 * yy, 2.0 * xy] } else { [2.0 * xy, most - 2.0 * xx] };
-    let [right, up] = frame.across();
-    (most > 4.0 * least).then(|| [0, 1, 2].map(|k| x * right[k] + y * up[k]))
+    Some([right, cross(depth, right)])
 }
 
 fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {

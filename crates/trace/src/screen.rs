@@ -12,6 +12,7 @@ use intertri::lanes::{Lanes, Mask, Simd, prefetch};
 use intertri::{Certified, Frame, Nearest, Points, Ranges, Ray, Starts, Threshold, Vec3, Windows};
 
 use crate::pyramid;
+use crate::spread::{Spread, total};
 use crate::tile::Pencil;
 use crate::toward::Turning;
 
@@ -162,6 +163,9 @@ impl<S: Simd> Screen<S> {
         let Rows { dirs, t_min, t_max, lo, hi } = &mut self.rows;
         let used = rays.len().div_ceil(16);
         let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
+        let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
+        let sign = if toward.is_some() { -1.0 } else { 1.0 };
+        let mut spread = Spread::about([0, 1, 2].map(|k| sign * first.dir[k]));
         let mut turning = None;
         if let Some(toward) = toward {
             turning = Some(Turning::<S::F32x4>::new(toward));
@@ -181,6 +185,9 @@ impl<S: Simd> Screen<S> {
                 far.store(&mut t_max[packet][four..]);
                 sum = [sum[0] + x, sum[1] + y, sum[2] + z];
                 farthest = farthest.max(far);
+                if four == 0 {
+                    spread.add([x, y, z]);
+                }
             }
         }
 
@@ -191,62 +198,43 @@ impl<S: Simd> Screen<S> {
         }
 
         // A frame that looks where they go.
-        let sum = [total::<S>(sum[0]), total::<S>(sum[1]), total::<S>(sum[2])];
-        let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
+        let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
         let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
-        self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
-        let mut turned = false;
+        self.frame = pyramid::frame(origin, sum, step, &spread, reach)?.passed_within(off);
 
-        self.used = used;
-        for packet in 0..used {
-            let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
-            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0));
-            let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
-            self.live[packet] = live.bits() & given;
-        }
-
-        loop {
-            // Where they meet its screen.
-            let mut sane = sixteen_bits::<S>(0xffff);
-            let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
-            for packet in 0..used {
-                // What comes next is asked for from memory meanwhile.
-                prefetch(sixteen(next, packet));
-                prefetch(sixteen(answers, packet));
-                let met = self.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
-                points[packet] = met;
-                sane = sane & met.on_screen();
-                slowest = slowest.min(met.z);
-                let [x, y, left, down] = extremes::<S>(met.x, met.y);
-                let (group, place) = (packet / 16, packet % 16);
-                (lo[group][0][place], lo[group][1][place]) = (x, y);
-                (hi[group][0][place], hi[group][1][place]) = (-left, -down);
-                let live = sixteen_bits::<S>(self.live[packet]);
-                starts = starts_by.starts_in(&starts, &met, Lanes::load(&t_min[packet]), live);
-            }
-            self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
-            self.ranges = starts.ranges();
-
-            // Once more, level with the way in which they spread most, if one stands out: rectangles
-            // then hold little else.
-            match main_axis::<S>(&self.frame, lo, hi, used) {
-                Some(step) if !turned => {
-                    self.frame = pyramid::frame(origin, sum, step, reach)?.passed_within(off);
-                    turned = true;
-                }
-                _ if sane.bits() != 0xffff => return None,
-                _ => break,
-            }
-        }
-
-        // Nothing is hit yet.
+        // Where they meet its screen. Nothing is hit yet.
         let endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
+        let mut sane = sixteen_bits::<S>(0xffff);
+        let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
         for packet in 0..used {
-            let nearest = Nearest::new(&self.points[packet], &self.rows.t_max[packet]);
+            // What comes next is asked for from memory meanwhile.
+            prefetch(sixteen(next, packet));
+            prefetch(sixteen(answers, packet));
+            let met = self.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
+            points[packet] = met;
+            sane = sane & met.on_screen();
+            slowest = slowest.min(met.z);
+            let [x, y, left, down] = extremes::<S>(met.x, met.y);
+            let (group, place) = (packet / 16, packet % 16);
+            (lo[group][0][place], lo[group][1][place]) = (x, y);
+            (hi[group][0][place], hi[group][1][place]) = (-left, -down);
+
+            let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
+            let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
+            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & sixteen_bits::<S>(given);
+            self.live[packet] = live.bits();
+            starts = starts_by.starts_in(&starts, &met, near, live);
+            let nearest = Nearest::new(&met, &t_max[packet]);
             self.nearest[packet] = nearest;
-            self.groups[packet / 16].least[packet % 16] =
-                if endless { 0.0 } else { least::<S>(&nearest, self.live[packet]) };
+            self.groups[group].least[place] =
+                if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
+        if sane.bits() != 0xffff {
+            return None;
+        }
+        self.used = used;
+        self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
+        self.ranges = starts.ranges();
         for number in 0..used.div_ceil(16) {
             self.window_packets(number);
         }
@@ -321,28 +309,6 @@ pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32
     smallest::<S>(S::F32x16::select(sixteen_bits::<S>(live), nearest.least(), none))
 }
 
-/// The axis across along which the windows of packets lie, if they lie along one that is not right or up.
-#[inline(always)]
-fn main_axis<S: Simd>(
-    frame: &Frame,
-    lo: &[[[f32; 16]; 2]; GROUPS],
-    hi: &[[[f32; 16]; 2]; GROUPS],
-    used: usize,
-) -> Option<[f32; 3]> {
-    let zero = S::F32x16::splat(0.0);
-    let mut squares = [zero; 3];
-    for group in 0..used.div_ceil(16) {
-        let used = (1 << (used - 16 * group).min(16)) - 1;
-        let ([left, down], [right, up]) = (&lo[group], &hi[group]);
-        let x = chosen::<S>(used, left, 0.0) + chosen::<S>(used, right, 0.0);
-        let y = chosen::<S>(used, down, 0.0) + chosen::<S>(used, up, 0.0);
-        squares = [squares[0] + x * x, squares[1] + x * y, squares[2] + y * y];
-    }
-    let [xx, xy, yy] = squares;
-    let (xx, yy) = (total_of_sixteen::<S>(xx), total_of_sixteen::<S>(yy));
-    pyramid::main_axis(frame, xx, total_of_sixteen::<S>(xy), yy)
-}
-
 /// The lowest and the highest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
@@ -386,21 +352,6 @@ pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     a.min(b).min(c.min(d)).store(&mut numbers);
     let less = |a: f32, b: f32| if a < b { a } else { b };
     less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
-}
-
-/// The sum of four lanes.
-#[inline(always)]
-fn total<S: Simd>(lanes: S::F32x4) -> f32 {
-    let mut numbers = [0.0; 4];
-    lanes.store(&mut numbers);
-    numbers[0] + numbers[1] + numbers[2] + numbers[3]
-}
-
-/// The sum of all sixteen lanes.
-#[inline(always)]
-fn total_of_sixteen<S: Simd>(lanes: S::F32x16) -> f32 {
-    let [a, b, c, d] = fours::<S>(lanes);
-    total::<S>(a + b + (c + d))
 }
 
 /// The numbers of four rays by column: of origin and `t_min`, and of direction and `t_max`. Beyond the
