@@ -199,9 +199,10 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             };
 
             // The others wait for some more of them, unless some hit was asked for and is found.
-            if left != 0 {
+            if left != 0 || screen.has_strays {
                 let over = |ray: usize| A::ANY && scratch.is_hit(ray);
-                let waits = |ray: &usize| left >> (ray / 16) & 1 != 0 && !over(*ray);
+                let is_left = |ray: usize| left >> (ray / 16) & 1 != 0 || screen.is_stray(ray);
+                let waits = |ray: &usize| is_left(*ray) && !over(*ray);
                 others.extend((0..rays.len()).filter(waits).map(|ray| (at + ray) as u32));
             }
 

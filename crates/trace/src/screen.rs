@@ -25,6 +25,9 @@ pub(crate) const PACKETS: usize = RAYS / 16;
 /// Sixteen packets each, so that a triangle is held against the windows of a group at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
+/// One ray in so many may be left out of a tile.
+const STRAYS: usize = 2;
+
 /// Triangles larger than this share of a group's window, along x or y, are held against the windows of
 /// packets by their edges, too.
 const LARGE: f32 = 0.5;
@@ -82,6 +85,9 @@ pub(crate) struct Screen<S: Simd> {
     pub(crate) ranges: Ranges<S::F32x16>,
     /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
     pub(crate) live: [u32; PACKETS],
+    /// Bit i of `strays[p]`: ray `16 p + i` does not meet the screen, and is not asked.
+    strays: [u32; PACKETS],
+    pub(crate) has_strays: bool,
 }
 
 /// Numbers by ray or by packet, sixteen a cache line.
@@ -142,7 +148,14 @@ impl<S: Simd> Screen<S> {
             slowest: 0.0,
             ranges: Starts::none().ranges(),
             live: [0; PACKETS],
+            strays: [0; PACKETS],
+            has_strays: false,
         }
+    }
+
+    /// Whether a ray does not meet the screen.
+    pub(crate) fn is_stray(&self, ray: usize) -> bool {
+        self.strays[ray / 16] >> (ray % 16) & 1 != 0
     }
 
     /// Lays rays on the screen; those of `next` and the places of the answers are asked for from memory
@@ -159,8 +172,7 @@ impl<S: Simd> Screen<S> {
         let Pencil { rays, next, toward } = *pencil;
 
         // The rays side by side. The last packet is filled with the last ray.
-        let Self { points, .. } = self;
-        let Rows { dirs, t_min, t_max, lo, hi } = &mut self.rows;
+        let Rows { dirs, t_min, t_max, .. } = &mut self.rows;
         let used = rays.len().div_ceil(16);
         let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
         let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
@@ -202,16 +214,37 @@ impl<S: Simd> Screen<S> {
         let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
         self.frame = pyramid::frame(origin, sum, step, &spread, reach)?.passed_within(off);
 
-        // Where they meet its screen. Nothing is hit yet.
+        // Where they meet its screen. Few that do not are left out.
         let endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
+        self.used = used;
+        self.strays = [0; PACKETS];
+        self.has_strays = false;
+        while !self.meet(&starts_by, (rays.len(), endless), (next, answers)) {
+            self.leave_strays(rays.len())?;
+        }
+        for number in 0..used.div_ceil(16) {
+            self.window_packets(number);
+        }
+        Some(())
+    }
+
+    /// Lays rays where they meet the screen, with what comes next asked for from memory meanwhile. Nothing is
+    /// hit yet. Whether all do meet it.
+    #[inline(always)]
+    fn meet<R, A>(
+        &mut self,
+        mode: &Certified,
+        (rays, endless): (usize, bool),
+        (next, answers): (&[R], &[A]),
+    ) -> bool {
+        let Rows { dirs, t_min, t_max, lo, hi } = &mut self.rows;
         let mut sane = sixteen_bits::<S>(0xffff);
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
-        for packet in 0..used {
-            // What comes next is asked for from memory meanwhile.
+        for packet in 0..self.used {
             prefetch(sixteen(next, packet));
             prefetch(sixteen(answers, packet));
             let met = self.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
-            points[packet] = met;
+            self.points[packet] = met;
             sane = sane & met.on_screen();
             slowest = slowest.min(met.z);
             let [x, y, left, down] = extremes::<S>(met.x, met.y);
@@ -220,25 +253,40 @@ impl<S: Simd> Screen<S> {
             (hi[group][0][place], hi[group][1][place]) = (-left, -down);
 
             let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
-            let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
-            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & sixteen_bits::<S>(given);
+            let asked = ((1 << (rays - 16 * packet).min(16)) - 1) & !self.strays[packet];
+            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & sixteen_bits::<S>(asked);
             self.live[packet] = live.bits();
-            starts = starts_by.starts_in(&starts, &met, near, live);
+            starts = mode.starts_in(&starts, &met, near, live);
             let nearest = Nearest::new(&met, &t_max[packet]);
             self.nearest[packet] = nearest;
             self.groups[group].least[place] =
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
-        if sane.bits() != 0xffff {
-            return None;
-        }
-        self.used = used;
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
-        for number in 0..used.div_ceil(16) {
-            self.window_packets(number);
+        sane.bits() == 0xffff
+    }
+
+    /// Leaves out the rays that do not meet the screen: they go where others of their packet go. `None`
+    /// where they are too many.
+    fn leave_strays(&mut self, rays: usize) -> Option<()> {
+        let mut count = 0;
+        for packet in 0..self.used {
+            let met = self.points[packet].on_screen().bits();
+            let stray = !met & 0xffff;
+            let (dirs, lane) = (&mut self.rows.dirs[packet], met.trailing_zeros() as usize);
+            for (dirs, depth) in dirs.iter_mut().zip(self.frame.depth()) {
+                let dir = if met == 0 { depth } else { dirs[lane % 16] };
+                for (i, to) in dirs.iter_mut().enumerate() {
+                    *to = if stray >> i & 1 != 0 { dir } else { *to };
+                }
+            }
+            self.strays[packet] = stray;
+            count += stray.count_ones() as usize;
         }
-        Some(())
+        let few = !self.has_strays && count <= rays / STRAYS;
+        self.has_strays = true;
+        few.then_some(())
     }
 
     /// The windows of a group; where it has fewer packets, windows that nothing reaches.
