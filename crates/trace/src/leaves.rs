@@ -82,7 +82,8 @@ impl Leaves {
             prefetch(&bvh.indices[pack..][..1]);
         }
 
-        let (mut listed, begin) = (Listed::default(), seen.len());
+        let (mut listed, begin, mut known) = (Listed::default(), seen.len(), 0);
+        seen.resize(begin + PAIRS, 0);
         for (number, group) in screen.groups.iter().enumerate() {
             if group.asked == 0 {
                 continue;
@@ -96,11 +97,11 @@ impl Leaves {
 
             // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as
             // the edges.
-            let (first, windows) = (seen.len() - begin, &group.windows);
+            let (first, windows) = (known, &group.windows);
             listed.pairs[number] = inside.count_ones() as usize;
-            seen.resize(begin + first + listed.pairs[number], 0);
+            known += listed.pairs[number];
             let (by_edges, least) = (inside & large != 0, Lanes::load(&group.least));
-            let pairs = seen[begin + first..].iter_mut().zip(&mut places[first..]);
+            let pairs = seen[begin + first..begin + known].iter_mut().zip(&mut places[first..]);
             for (pair, (seen, to)) in (first..).zip(pairs) {
                 let place = inside.trailing_zeros() as usize % TRIANGLES;
                 inside &= inside.wrapping_sub(1);
@@ -120,6 +121,7 @@ impl Leaves {
                 }
             }
         }
+        seen.truncate(begin + known);
         listed
     }
 

@@ -25,6 +25,9 @@ pub(crate) const PACKETS: usize = RAYS / 16;
 /// Sixteen packets each, so that a triangle is held against the windows of a group at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
+/// Where rays go is told by so many of them, or fewer.
+const SAMPLE: usize = 64;
+
 /// One ray in so many may be left out of a tile.
 const STRAYS: usize = 2;
 
@@ -64,9 +67,9 @@ fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
 
 /// Origin and `t_min` of a ray, or its direction and `t_max`.
 #[inline(always)]
-fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32] {
-    let numbers: &[f32; 8] = bytemuck::cast_ref(ray.as_ref());
-    &numbers[4 * half..4 * half + 4]
+fn half(ray: &impl AsRef<Ray>, half: usize) -> &[f32; 4] {
+    let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray.as_ref());
+    &halves[half]
 }
 
 /// The rays of a tile side by side, as points of a screen, and what they have hit so far. Made once for
@@ -90,13 +93,9 @@ pub(crate) struct Screen<S: Simd> {
     pub(crate) has_strays: bool,
 }
 
-/// Numbers by ray or by packet, sixteen a cache line.
+/// The smallest and largest x and y of each packet, by group: sixteen a cache line.
 #[repr(C, align(64))]
 struct Rows {
-    dirs: [[[f32; 16]; 3]; PACKETS],
-    t_min: [[f32; 16]; PACKETS],
-    t_max: [[f32; 16]; PACKETS],
-    /// The smallest and largest x and y of each packet, by group.
     lo: [[[f32; 16]; 2]; GROUPS],
     hi: [[[f32; 16]; 2]; GROUPS],
 }
@@ -135,14 +134,8 @@ impl<S: Simd> Screen<S> {
         Self {
             frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
             points: [points; PACKETS],
-            nearest: [Nearest::new(&points, &sixteen); PACKETS],
-            rows: Rows {
-                dirs: [[sixteen; 3]; PACKETS],
-                t_min: [sixteen; PACKETS],
-                t_max: [sixteen; PACKETS],
-                lo: [[sixteen; 2]; GROUPS],
-                hi: [[sixteen; 2]; GROUPS],
-            },
+            nearest: [Nearest::new(&points, zero); PACKETS],
+            rows: Rows { lo: [[sixteen; 2]; GROUPS], hi: [[sixteen; 2]; GROUPS] },
             groups: [group; GROUPS],
             used: 0,
             slowest: 0.0,
@@ -161,132 +154,87 @@ impl<S: Simd> Screen<S> {
     /// Lays rays on the screen; those of `next` and the places of the answers are asked for from memory
     /// meanwhile. `None` where the rays go too far apart, or numbers are too large or too small.
     #[inline(always)]
-    pub(crate) fn lay<R: AsRef<Ray>, A>(
+    pub(crate) fn lay<R: AsRef<Ray> + Copy, A>(
         &mut self,
         mode: &Certified,
         pencil: &Pencil<'_, R>,
         answers: &[A],
         reach: f32,
     ) -> Option<()> {
-        let origin = pencil.origin();
         let Pencil { rays, next, toward } = *pencil;
+        self.frame = look::<S, R>(pencil, reach)?;
+        self.used = rays.len().div_ceil(16);
 
-        // The rays side by side. The last packet is filled with the last ray.
-        let Rows { dirs, t_min, t_max, .. } = &mut self.rows;
-        let used = rays.len().div_ceil(16);
-        let (mut sum, mut farthest) = ([S::F32x4::splat(0.0); 3], S::F32x4::splat(0.0));
-        let [first, second] = [rays[0].as_ref(), rays[1].as_ref()];
-        let sign = if toward.is_some() { -1.0 } else { 1.0 };
-        let mut spread = Spread::about([0, 1, 2].map(|k| sign * first.dir[k]));
-        let mut turning = None;
+        // Turned round, they have the threshold at their far ends.
+        let (mut turning, mut starts_by) = (None, *mode);
         if let Some(toward) = toward {
-            turning = Some(Turning::<S::F32x4>::new(toward));
-        }
-        for packet in 0..used {
-            for four in [0, 4, 8, 12] {
-                let at = 16 * packet + four;
-                let mut four_rays = side_by_side::<S>(rays, at);
-                if let Some(turning) = &mut turning {
-                    four_rays = turning.turn(four_rays);
-                }
-                let [[.., near], [x, y, z, far]] = four_rays;
-                x.store(&mut dirs[packet][0][four..]);
-                y.store(&mut dirs[packet][1][four..]);
-                z.store(&mut dirs[packet][2][four..]);
-                near.store(&mut t_min[packet][four..]);
-                far.store(&mut t_max[packet][four..]);
-                sum = [sum[0] + x, sum[1] + y, sum[2] + z];
-                farthest = farthest.max(far);
-                if four == 0 {
-                    spread.add([x, y, z]);
-                }
-            }
+            turning = Some(Turning::<S::F32x16>::new(toward));
+            starts_by = Certified::new(Threshold::ZERO);
         }
 
-        // Turned round, they may pass the origin, and have the threshold at their far ends.
-        let (mut off, mut starts_by) = (0.0, *mode);
-        if let Some(turning) = &turning {
-            (off, starts_by) = (turning.off()?, Certified::new(Threshold::ZERO));
-        }
+        // The last packet is filled with the last ray.
+        let (full, rest) = rays.as_chunks::<16>();
+        let mut filled = [rays[rays.len() - 1]; 16];
+        filled[..rest.len()].copy_from_slice(rest);
 
-        // A frame that looks where they go.
-        let sum = [total(sum[0]), total(sum[1]), total(sum[2])];
-        let step = [0, 1, 2].map(|k| second.dir[k] - first.dir[k]);
-        self.frame = pyramid::frame(origin, sum, step, &spread, reach)?.passed_within(off);
-
-        // Where they meet its screen. Few that do not are left out.
-        let endless = farthest.ge(S::F32x4::splat(f32::INFINITY)).any();
-        self.used = used;
-        self.strays = [0; PACKETS];
-        self.has_strays = false;
-        while !self.meet(&starts_by, (rays.len(), endless), (next, answers)) {
-            self.leave_strays(rays.len())?;
-        }
-        for number in 0..used.div_ceil(16) {
-            self.window_packets(number);
-        }
-        Some(())
-    }
-
-    /// Lays rays where they meet the screen, with what comes next asked for from memory meanwhile. Nothing is
-    /// hit yet. Whether all do meet it.
-    #[inline(always)]
-    fn meet<R, A>(
-        &mut self,
-        mode: &Certified,
-        (rays, endless): (usize, bool),
-        (next, answers): (&[R], &[A]),
-    ) -> bool {
-        let Rows { dirs, t_min, t_max, lo, hi } = &mut self.rows;
-        let mut sane = sixteen_bits::<S>(0xffff);
+        let endless = rays[0].as_ref().t_max >= f32::INFINITY;
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
+        let mut strays = 0;
         for packet in 0..self.used {
             prefetch(sixteen(next, packet));
             prefetch(sixteen(answers, packet));
-            let met = self.frame.points(Vec3::<S::F32x16>::load(&dirs[packet]));
+
+            // Side by side.
+            let sixteen_rays = full.get(packet).unwrap_or(&filled);
+            let mut columns = side_by_side::<S, R>(sixteen_rays);
+            if let Some(turning) = &mut turning {
+                columns = turning.turn(columns);
+            }
+            let [[.., near], [x, y, z, far]] = columns;
+
+            // Where they meet the screen. Those that do not are left out.
+            let mut met = self.frame.points(Vec3 { x, y, z });
+            let on_screen = met.on_screen();
+            let stray = !on_screen.bits() & 0xffff;
+            if stray != 0 {
+                met = instead::<S>(met, on_screen);
+                strays += stray.count_ones() as usize;
+            }
+            self.strays[packet] = stray;
             self.points[packet] = met;
-            sane = sane & met.on_screen();
             slowest = slowest.min(met.z);
             let [x, y, left, down] = extremes::<S>(met.x, met.y);
             let (group, place) = (packet / 16, packet % 16);
+            let Rows { lo, hi } = &mut self.rows;
             (lo[group][0][place], lo[group][1][place]) = (x, y);
             (hi[group][0][place], hi[group][1][place]) = (-left, -down);
 
-            let (near, far) = (S::F32x16::load(&t_min[packet]), S::F32x16::load(&t_max[packet]));
-            let asked = ((1 << (rays - 16 * packet).min(16)) - 1) & !self.strays[packet];
-            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & sixteen_bits::<S>(asked);
+            // Nothing is hit yet.
+            let given = (1 << (rays.len() - 16 * packet).min(16)) - 1;
+            let asked = sixteen_bits::<S>(given) & on_screen;
+            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
-            starts = mode.starts_in(&starts, &met, near, live);
-            let nearest = Nearest::new(&met, &t_max[packet]);
+            starts = starts_by.starts_in(&starts, &met, near, live);
+            let nearest = Nearest::new(&met, far);
             self.nearest[packet] = nearest;
             self.groups[group].least[place] =
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
+        self.has_strays = strays > 0;
+        if strays > rays.len() / STRAYS {
+            return None;
+        }
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
-        sane.bits() == 0xffff
-    }
 
-    /// Leaves out the rays that do not meet the screen: they go where others of their packet go. `None`
-    /// where they are too many.
-    fn leave_strays(&mut self, rays: usize) -> Option<()> {
-        let mut count = 0;
-        for packet in 0..self.used {
-            let met = self.points[packet].on_screen().bits();
-            let stray = !met & 0xffff;
-            let (dirs, lane) = (&mut self.rows.dirs[packet], met.trailing_zeros() as usize);
-            for (dirs, depth) in dirs.iter_mut().zip(self.frame.depth()) {
-                let dir = if met == 0 { depth } else { dirs[lane % 16] };
-                for (i, to) in dirs.iter_mut().enumerate() {
-                    *to = if stray >> i & 1 != 0 { dir } else { *to };
-                }
-            }
-            self.strays[packet] = stray;
-            count += stray.count_ones() as usize;
+        // Turned round, they may pass the origin.
+        if let Some(turning) = &turning {
+            self.frame = self.frame.passed_within(turning.off()?);
         }
-        let few = !self.has_strays && count <= rays / STRAYS;
-        self.has_strays = true;
-        few.then_some(())
+        for number in 0..self.used.div_ceil(16) {
+            self.window_packets(number);
+        }
+        Some(())
     }
 
     /// The windows of a group; where it has fewer packets, windows that nothing reaches.
@@ -402,20 +350,47 @@ pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
     less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
 }
 
-/// The numbers of four rays by column: of origin and `t_min`, and of direction and `t_max`. Beyond the
-/// last ray it is repeated.
+/// A frame that looks where a sample of the rays goes.
 #[inline(always)]
-fn side_by_side<S: Simd>(rays: &[impl AsRef<Ray>], at: usize) -> [[S::F32x4; 4]; 2] {
-    let last = rays.len() - 1;
-    let (a, b) = (&rays[at.min(last)], &rays[(at + 1).min(last)]);
-    let (c, d) = (&rays[(at + 2).min(last)], &rays[(at + 3).min(last)]);
-    let mut columns = [[S::F32x4::splat(0.0); 4]; 2];
-    for (k, columns) in columns.iter_mut().enumerate() {
-        let (a, b) = (Lanes::load(half(a, k)), Lanes::load(half(b, k)));
-        let (c, d) = (Lanes::load(half(c, k)), Lanes::load(half(d, k)));
-        *columns = S::transpose([a, b, c, d]);
+fn look<S: Simd, R: AsRef<Ray> + Copy>(pencil: &Pencil<'_, R>, reach: f32) -> Option<Frame> {
+    let rays = pencil.rays;
+    let [first, second] = [rays[0].as_ref().dir, rays[1].as_ref().dir];
+    let (apart, mut sum) = (rays.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
+    let mut spread = Spread::about(first);
+    for begin in (0..rays.len()).step_by(16 * apart) {
+        let some = |i: usize| half(&rays[(begin + i * apart).min(rays.len() - 1)], 1);
+        let [x, y, z, _] = S::columns(some);
+        sum = [sum[0] + x, sum[1] + y, sum[2] + z];
+        spread.add([x, y, z]);
     }
-    columns
+    let sign = if pencil.toward.is_some() { -1.0 } else { 1.0 };
+    let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
+    let step = [0, 1, 2].map(|k| second[k] - first[k]);
+    pyramid::frame(pencil.origin(), sum, step, &spread, reach)
+}
+
+/// The numbers of sixteen rays by column: of origin and `t_min`, and of direction and `t_max`.
+#[inline(always)]
+fn side_by_side<S: Simd, R: AsRef<Ray>>(rays: &[R; 16]) -> [[S::F32x16; 4]; 2] {
+    [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
+}
+
+/// Points with the first of those on the screen in the place of those that are not; the screen's middle if
+/// all are not.
+#[cold]
+fn instead<S: Simd>(
+    met: Points<S::F32x16>,
+    on_screen: <S::F32x16 as Lanes>::Mask,
+) -> Points<S::F32x16> {
+    let lane = on_screen.bits().trailing_zeros() as usize;
+    let put = |lanes: S::F32x16, none: f32| {
+        let mut numbers = [none; 16];
+        if lane < 16 {
+            lanes.store(&mut numbers);
+        }
+        S::F32x16::select(on_screen, lanes, S::F32x16::splat(numbers[lane % 16]))
+    };
+    Points { x: put(met.x, 0.0), y: put(met.y, 0.0), z: put(met.z, 1.0) }
 }
 
 /// The smallest x and y, and the smallest -x and -y.

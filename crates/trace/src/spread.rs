@@ -13,7 +13,7 @@ use intertri::lanes::Lanes;
 /// Sums over directions, each less one of them, so that little is lost by rounding.
 pub(crate) struct Spread<F> {
     about: [f32; 3],
-    count: F,
+    count: usize,
     sum: [F; 3],
     /// Of the products of the components: `squares[i][k]` of i and k where i <= k.
     squares: [[F; 3]; 3],
@@ -24,7 +24,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);
-        Self { about: dir, count: zero, sum: [zero; 3], squares: [[zero; 3]; 3] }
+        Self { about: dir, count: 0, sum: [zero; 3], squares: [[zero; 3]; 3] }
     }
 
     /// With some more of them.
@@ -40,7 +40,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
                 self.squares[i][k] = off[i].mul_add(off[k], self.squares[i][k]);
             }
         }
-        self.count = self.count + F::splat(1.0);
+        self.count += F::N;
     }
 
     /// The axis across along which they spread at least twice as far as at right angles to it, if there is
@@ -49,7 +49,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     pub(crate) fn main_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
         // The sums of x x, x y and y y about the middle, of what the directions come to along the axes.
         let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
-        let count = total(self.count);
+        let count = self.count as f32;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
         for i in 0..3 {
             for k in 0..3 {
@@ -73,12 +73,16 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     }
 }
 
-/// The sum of four lanes, or fewer.
+/// The sum of sixteen lanes, or fewer.
 #[inline(always)]
 pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
-    let mut numbers = [0.0; 4];
-    lanes.store(&mut numbers);
-    numbers[0] + numbers[1] + numbers[2] + numbers[3]
+    let mut n = [0.0_f32; 16];
+    lanes.store(&mut n);
+    let mut four = [0.0; 4];
+    for i in 0..4 {
+        four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
+    }
+    (four[0] + four[1]) + (four[2] + four[3])
 }
 
 #[cfg(test)]

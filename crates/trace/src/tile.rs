@@ -54,7 +54,7 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 /// toward a point. The answers go to `answers`. What f32 leave open the judge settles, who
 /// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
 #[inline(always)]
-pub(crate) fn search<S: Simd, R: AsRef<Ray>, A, J: Judge>(
+pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, A, J: Judge>(
     bvh: &Bvh,
     (mode, judge): (&Certified, &J),
     pencil: &Pencil<'_, R>,

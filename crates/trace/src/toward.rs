@@ -63,7 +63,10 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
     largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
 }
 
-/// Rays on their way round.
+/// Sixteen lanes.
+const ALL: u32 = 0xffff;
+
+/// Rays on their way round, sixteen at a time.
 pub(crate) struct Turning<F: Lanes> {
     toward: Toward,
     /// How far they start from the point, and end; by axis the largest, and the sum.
@@ -77,7 +80,7 @@ pub(crate) struct Turning<F: Lanes> {
 impl<F: Lanes<Scalar = f32>> Turning<F> {
     #[inline(always)]
     pub(crate) fn new(toward: Toward) -> Self {
-        let (zero, sane) = (F::splat(0.0), F::Mask::from_bits(0xf));
+        let (zero, sane) = (F::splat(0.0), F::Mask::from_bits(ALL));
         let shortest = F::splat(f32::INFINITY);
         Self { toward, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane }
     }
@@ -113,9 +116,9 @@ impl<F: Lanes<Scalar = f32>> Turning<F> {
         let Self { toward: Toward { point, threshold, .. }, way, off, sum, shortest, sane } = self;
         let (way, off) = (length(way), length(off));
         let far_out = largest(*point) + way;
-        let sane = sane.bits() & 0xf == 0xf
-            && sum.le(F::splat(f32::MAX)).bits() & 0xf == 0xf
-            && shortest.ge(F::splat(4.0 * threshold)).bits() & 0xf == 0xf
+        let sane = sane.bits() & ALL == ALL
+            && sum.le(F::splat(f32::MAX)).bits() & ALL == ALL
+            && shortest.ge(F::splat(4.0 * threshold)).bits() & ALL == ALL
             && off <= 2.0 * APART * far_out
             && way > 1.0 / LARGEST
             && far_out < LARGEST;
@@ -128,10 +131,9 @@ impl<F: Lanes<Scalar = f32>> Turning<F> {
 fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
     let mut sum = 0.0;
     for lanes in v {
-        let mut numbers = [0.0_f32; 4];
+        let mut numbers = [0.0_f32; 16];
         lanes.store(&mut numbers);
-        let [a, b, c, d] = numbers;
-        let most = a.max(b).max(c.max(d));
+        let most = numbers.into_iter().fold(0.0, f32::max);
         sum += most * most;
     }
     sum.sqrt()

@@ -255,6 +255,36 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
+    /// Sixteen rows of four numbers as columns, given by their places.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f32; 4]; 16]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [f32; 16];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 16] {
+    ///         let mut second = [0.0; 16];
+    ///         S::columns(|i| &self.0[i])[1].store(&mut second);
+    ///         second
+    ///     }
+    /// }
+    /// let rows = core::array::from_fn(|i| [0.0, i as f32, 0.0, 0.0]);
+    /// assert_eq!(dispatch(Turn(rows)), core::array::from_fn(|i| i as f32));
+    /// ```
+    #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        let mut columns = [[0.0; 16]; 4];
+        for i in 0..16 {
+            for (column, number) in columns.iter_mut().zip(row(i)) {
+                column[i] = *number;
+            }
+        }
+        let [a, b, c, d] = &columns;
+        [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
+    }
+
     /// [`Simd::transpose`] of f64.
     ///
     /// ```

@@ -323,6 +323,33 @@ fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
     [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
 }
 
+/// Eight rows of four as columns: row i beside row i + 4, so that their numbers need not cross.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
+    let load = |i: usize| Reg::<__m128>::load(row(i)).0;
+    let beside = |i| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(load(i)), load(i + 4));
+    let zip = |x, y| (_mm256_unpacklo_ps(x, y), _mm256_unpackhi_ps(x, y));
+    let ((ac, ac_hi), (bd, bd_hi)) = (zip(beside(0), beside(2)), zip(beside(1), beside(3)));
+    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
+    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+}
+
+/// Sixteen rows of four as columns: rows i, i + 4, i + 8 and i + 12 beside each other.
+#[inline]
+#[target_feature(enable = "avx512f")]
+fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
+    let load = |i: usize| Reg::<__m128>::load(row(i)).0;
+    let beside = |i| {
+        let two = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(load(i)), load(i + 4));
+        _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(two, load(i + 8)), load(i + 12))
+    };
+    let zip = |x, y| (_mm512_unpacklo_ps(x, y), _mm512_unpackhi_ps(x, y));
+    let ((ac, ac_hi), (bd, bd_hi)) = (zip(beside(0), beside(2)), zip(beside(1), beside(3)));
+    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
+    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+}
+
 /// Four rows of f64 as columns.
 #[inline(always)]
 fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4] {
@@ -365,6 +392,12 @@ impl Simd for Avx2 {
         transpose(rows)
     }
     #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        let [a, b, c, d] = cpu!(eight_as_columns(&row));
+        let [e, f, g, h] = cpu!(eight_as_columns(|i| row(8 + i)));
+        [Pair(a, e), Pair(b, f), Pair(c, g), Pair(d, h)]
+    }
+    #[inline(always)]
     fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
         transpose_f64(rows)
     }
@@ -395,6 +428,10 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
         transpose(rows)
+    }
+    #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        cpu!(sixteen_as_columns(row))
     }
     #[inline(always)]
     fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {

@@ -30,7 +30,7 @@ use super::{Judge, Outline, Points, Ranges, at};
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
 /// let ranges = mode.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
-/// let mut nearest = Nearest::<f32, 1>::new(&points, &[ray.t_max]);
+/// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
 /// let find = |triangle| triangles[triangle as usize];
 /// let judge = Replay { mode: &mode, rays: &[ray], find, index: |triangle| triangle };
@@ -84,8 +84,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// No hits yet: whatever is closer than `t_max` is nearer.
     #[inline(always)]
-    pub fn new(points: &Points<F>, t_max: &[f32; N]) -> Self {
-        let (s_lo, s_hi) = points.inverse(F::load(t_max));
+    pub fn new(points: &Points<F>, t_max: F) -> Self {
+        let (s_lo, s_hi) = points.inverse(t_max);
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
 
