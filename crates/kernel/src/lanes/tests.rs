@@ -203,6 +203,14 @@ impl WithSimd for Check {
             }
         }
 
+        let rows: [[f32; 4]; 16] =
+            core::array::from_fn(|i| [0, 1, 2, 3].map(|k| (4 * i + k) as f32));
+        for (k, column) in S::columns(|i| &rows[i]).into_iter().enumerate() {
+            let mut numbers = [0.0; 16];
+            column.store(&mut numbers);
+            assert_eq!(numbers, rows.map(|row| row[k]), "{:?}", S::LEVEL);
+        }
+
         // Orders of any bytes, of which the lowest three bits count.
         let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
         for turn in 0..1000_u64 {
