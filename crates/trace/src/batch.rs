@@ -28,10 +28,9 @@ const SMALLEST: usize = 16;
 const DENSE: usize = 5;
 const DENSE_RAYS: usize = 256;
 
-/// Where a tile takes even more, or so much where any hit will do, rays are faster one by one. After each such
+/// Where a tile takes even more, or leaves most of its rays, they are faster one by one. After each such
 /// tile in a row twice as many rays that follow are not tried as tiles, up to [`UNTRIED`].
 const TOO_DENSE: usize = 20;
-const TOO_DENSE_ANY: usize = 12;
 const UNTRIED: usize = 8192;
 
 /// Who answers rays: a hierarchy, and a mode for its leaves.
@@ -208,8 +207,9 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
 
             // Are the next rays to be tried, and how many?
             if at >= tiles_from {
-                let too_dense = if A::ANY { TOO_DENSE_ANY } else { TOO_DENSE };
-                untried = if work > too_dense * rays.len() { 2 * untried + DENSE_RAYS } else { 0 };
+                let leaves_most = work > 0 && 32 * left.count_ones() as usize > rays.len();
+                let too_dense = leaves_most || work > TOO_DENSE * rays.len();
+                untried = if too_dense { 2 * untried + DENSE_RAYS } else { 0 };
                 untried = untried.min(UNTRIED);
                 tiles_from = end + untried;
             }
