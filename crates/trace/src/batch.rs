@@ -46,7 +46,6 @@ pub(crate) trait Tracer: Sync {
     fn search<S: Simd, A: Answer>(
         &self,
         rays: (&[Self::Ray], &[Self::Ray]),
-        answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Tiled;
@@ -115,7 +114,6 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
     fn search<S: Simd, A: Answer>(
         &self,
         (rays, next): (&[Ray], &[Ray]),
-        answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Tiled {
@@ -125,7 +123,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
-            return tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts);
+            return tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts);
         }
 
         // Whether rays hit anything can be asked from where they end, too.
@@ -134,7 +132,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
             return Tiled::Not;
         }
         let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
-        tile::search::<S, _, _, _>(bvh, by, &pencil, answers, A::ANY, room, counts)
+        tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts)
     }
 
     #[inline(always)]
@@ -183,7 +181,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             let tiled = if at < tiles_from {
                 Tiled::Not
             } else {
-                tracer.search::<S, A>(tile, answers, room, &mut counts)
+                tracer.search::<S, A>(tile, room, &mut counts)
             };
             let (left, work) = match tiled {
                 Tiled::Done { left, work } => {

@@ -35,7 +35,6 @@ impl Tracer for OfGrid<'_> {
     fn search<S: Simd, A: Answer>(
         &self,
         (rays, next): (&[Ray], &[Ray]),
-        answers: &[A],
         room: (&mut Screen<S>, &mut Scratch),
         counts: &mut Counts,
     ) -> Tiled {
@@ -45,11 +44,10 @@ impl Tracer for OfGrid<'_> {
         let filter = Certified::new(Threshold::ZERO).at(self.level);
         let by = (&filter, &Integers { bvh: self.bvh, rays });
         let tree = &self.bvh.tree;
-        tile::search::<S, _, _, _>(
+        tile::search::<S, _, _>(
             tree,
             by,
             &Pencil { rays, next, toward: None },
-            answers,
             A::ANY,
             room,
             counts,

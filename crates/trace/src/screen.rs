@@ -151,14 +151,12 @@ impl<S: Simd> Screen<S> {
         self.strays[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Lays rays on the screen; those of `next` and the places of the answers are asked for from memory
-    /// meanwhile. `None` where the rays go too far apart, or numbers are too large or too small.
+    /// Lays rays on the screen; those of `next` are asked for from memory meanwhile. `None` where the rays go too far apart, or numbers are too large or too small.
     #[inline(always)]
-    pub(crate) fn lay<R: AsRef<Ray> + Copy, A>(
+    pub(crate) fn lay<R: AsRef<Ray> + Copy>(
         &mut self,
         mode: &Certified,
         pencil: &Pencil<'_, R>,
-        answers: &[A],
         reach: f32,
     ) -> Option<()> {
         let Pencil { rays, next, toward } = *pencil;
@@ -182,7 +180,6 @@ impl<S: Simd> Screen<S> {
         let mut strays = 0;
         for packet in 0..self.used {
             prefetch(sixteen(next, packet));
-            prefetch(sixteen(answers, packet));
 
             // Side by side.
             let sixteen_rays = full.get(packet).unwrap_or(&filled);

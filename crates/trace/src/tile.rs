@@ -51,20 +51,19 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 }
 
 /// Finds the closest hit of each ray of a tile; with `any`, some hit, as it must be of rays
-/// toward a point. The answers go to `answers`. What f32 leave open the judge settles, who
+/// toward a point. What f32 leave open the judge settles, who
 /// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
 #[inline(always)]
-pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, A, J: Judge>(
+pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     bvh: &Bvh,
     (mode, judge): (&Certified, &J),
     pencil: &Pencil<'_, R>,
-    answers: &[A],
     any: bool,
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
 ) -> Tiled {
     let (rays, origin) = (pencil.rays, pencil.origin());
-    if screen.lay(mode, pencil, answers, bvh.reach).is_none() {
+    if screen.lay(mode, pencil, bvh.reach).is_none() {
         return Tiled::TooWide;
     }
     let used = screen.used;
