@@ -93,7 +93,9 @@ mod tests {
     fn the_axis_is_found_where_there_is_one() {
         let axis = |dirs: &[[f32; 3]]| {
             let mut spread = Spread::<f32>::about(dirs[0]);
-            dirs.iter().for_each(|&dir| spread.add(dir));
+            for &dir in dirs {
+                spread.add(dir);
+            }
             spread.main_axis([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
         };
         let line =
