@@ -151,7 +151,8 @@ impl<S: Simd> Screen<S> {
         self.strays[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Lays rays on the screen; those of `next` are asked for from memory meanwhile. `None` where the rays go too far apart, or numbers are too large or too small.
+    /// Lays rays on the screen; those of `next` are asked for from memory meanwhile. `None` where too many go
+    /// too far apart, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn lay<R: AsRef<Ray> + Copy>(
         &mut self,
