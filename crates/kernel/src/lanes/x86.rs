@@ -314,13 +314,20 @@ impl Simd for Sse41 {
     const LEVEL: Level = Level::SSE41;
 }
 
+/// Four rows of four as columns, in each 128 bits of registers of any width.
+macro_rules! columns {
+    ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
+        let (a, b, c, d) = ($a, $b, $c, $d);
+        let (ac, ac_hi, bd, bd_hi) = ($low(a, c), $high(a, c), $low(b, d), $high(b, d));
+        let (k0, k1) = ($low(ac, bd), $high(ac, bd));
+        [Reg(k0), Reg(k1), Reg($low(ac_hi, bd_hi)), Reg($high(ac_hi, bd_hi))]
+    }};
+}
+
 /// Four rows as columns.
 #[inline(always)]
 fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
-    let zip = |x: __m128, y: __m128| cpu!((_mm_unpacklo_ps(x, y), _mm_unpackhi_ps(x, y)));
-    let ((ac, ac_hi), (bd, bd_hi)) = (zip(a.0, c.0), zip(b.0, d.0));
-    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
-    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+    cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
 }
 
 /// Eight rows of four as columns: row i beside row i + 4, so that their numbers need not cross.
@@ -329,10 +336,7 @@ fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
 fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
     let load = |i: usize| Reg::<__m128>::load(row(i)).0;
     let beside = |i| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(load(i)), load(i + 4));
-    let zip = |x, y| (_mm256_unpacklo_ps(x, y), _mm256_unpackhi_ps(x, y));
-    let ((ac, ac_hi), (bd, bd_hi)) = (zip(beside(0), beside(2)), zip(beside(1), beside(3)));
-    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
-    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+    columns!(_mm256_unpacklo_ps _mm256_unpackhi_ps, beside(0), beside(1), beside(2), beside(3))
 }
 
 /// Sixteen rows of four as columns: rows i, i + 4, i + 8 and i + 12 beside each other.
@@ -344,10 +348,7 @@ fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 
         let two = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(load(i)), load(i + 4));
         _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(two, load(i + 8)), load(i + 12))
     };
-    let zip = |x, y| (_mm512_unpacklo_ps(x, y), _mm512_unpackhi_ps(x, y));
-    let ((ac, ac_hi), (bd, bd_hi)) = (zip(beside(0), beside(2)), zip(beside(1), beside(3)));
-    let ((k0, k1), (k2, k3)) = (zip(ac, bd), zip(ac_hi, bd_hi));
-    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
+    columns!(_mm512_unpacklo_ps _mm512_unpackhi_ps, beside(0), beside(1), beside(2), beside(3))
 }
 
 /// Four rows of f64 as columns.
