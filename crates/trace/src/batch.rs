@@ -28,11 +28,6 @@ const SMALLEST: usize = 16;
 const DENSE: usize = 5;
 const DENSE_RAYS: usize = 256;
 
-/// Where a tile takes even more, or leaves most of its rays, they are faster one by one. After each such
-/// tile in a row twice as many rays that follow are not tried as tiles, up to [`UNTRIED`].
-const TOO_DENSE: usize = 20;
-const UNTRIED: usize = 8192;
-
 /// Who answers rays: a hierarchy, and a mode for its leaves.
 pub(crate) trait Tracer: Sync {
     type Ray: Sync;
@@ -168,7 +163,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
         let (mut screen, mut scratch) = (Screen::<S>::empty(), Scratch::default());
         let mut counts = Counts::default();
         let mut others: Vec<u32> = Vec::new();
-        let (mut at, mut size, mut tiles_from, mut untried) = (0, RAYS, 0, 0);
+        let (mut at, mut size) = (0, RAYS);
         while at < all.len() {
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
@@ -178,12 +173,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             let answers = &mut all_answers[at..end];
             let tile = (rays, next);
             let room = (&mut screen, &mut scratch);
-            let tiled = if at < tiles_from {
-                Tiled::Not
-            } else {
-                tracer.search::<S, A>(tile, room, &mut counts)
-            };
-            let (left, work) = match tiled {
+            let (left, work) = match tracer.search::<S, A>(tile, room, &mut counts) {
                 Tiled::Done { left, work } => {
                     A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
                     (left, work)
@@ -203,16 +193,7 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
                 others.extend((0..rays.len()).filter(waits).map(|ray| (at + ray) as u32));
             }
 
-            // Are the next rays to be tried, and how many?
-            if at >= tiles_from {
-                let leaves_most = work > 0 && 32 * left.count_ones() as usize > rays.len();
-                let too_dense = leaves_most || work > TOO_DENSE * rays.len();
-                untried = if too_dense { 2 * untried + DENSE_RAYS } else { 0 };
-                untried = untried.min(UNTRIED);
-                tiles_from = end + untried;
-            }
-            let dense = untried > 0 || work > DENSE * rays.len();
-            let most = if dense { DENSE_RAYS } else { RAYS };
+            let most = if work > DENSE * rays.len() { DENSE_RAYS } else { RAYS };
             at = end;
 
             // A tile may be larger again where a larger one would begin.

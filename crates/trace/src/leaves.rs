@@ -125,6 +125,11 @@ impl Leaves {
         listed
     }
 
+    /// The triangles of the first `used` packs that were listed last.
+    pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
+        &self.outlines[..used]
+    }
+
     /// The i-th test.
     #[inline(always)]
     pub(crate) fn test(&self, i: usize) -> Test {

@@ -5,6 +5,7 @@ mod batch;
 mod bounds;
 mod build;
 mod bvh;
+mod dense;
 mod fixed;
 mod flight;
 mod integers;

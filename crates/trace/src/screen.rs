@@ -235,6 +235,11 @@ impl<S: Simd> Screen<S> {
         Some(())
     }
 
+    /// The rectangles of packets, by group: the smallest x and y of each, and the largest.
+    pub(crate) fn rectangles(&self) -> impl Iterator<Item = (&[[f32; 16]; 2], &[[f32; 16]; 2])> {
+        self.rows.lo.iter().zip(&self.rows.hi)
+    }
+
     /// The windows of a group; where it has fewer packets, windows that nothing reaches.
     #[inline(always)]
     fn window_packets(&mut self, group: usize) {
@@ -375,20 +380,20 @@ fn side_by_side<S: Simd, R: AsRef<Ray>>(rays: &[R; 16]) -> [[S::F32x16; 4]; 2] {
 
 /// Points with the first of those on the screen in the place of those that are not; the screen's middle if
 /// all are not.
-#[cold]
+#[inline(always)]
 fn instead<S: Simd>(
-    met: Points<S::F32x16>,
+    mut met: Points<S::F32x16>,
     on_screen: <S::F32x16 as Lanes>::Mask,
 ) -> Points<S::F32x16> {
     let lane = on_screen.bits().trailing_zeros() as usize;
-    let put = |lanes: S::F32x16, none: f32| {
-        let mut numbers = [none; 16];
+    for (lanes, middle) in [(&mut met.x, 0.0), (&mut met.y, 0.0), (&mut met.z, 1.0)] {
+        let mut numbers = [middle; 16];
         if lane < 16 {
             lanes.store(&mut numbers);
         }
-        S::F32x16::select(on_screen, lanes, S::F32x16::splat(numbers[lane % 16]))
-    };
-    Points { x: put(met.x, 0.0), y: put(met.y, 0.0), z: put(met.z, 1.0) }
+        *lanes = S::F32x16::select(on_screen, *lanes, S::F32x16::splat(numbers[lane % 16]));
+    }
+    met
 }
 
 /// The smallest x and y, and the smallest -x and -y.

@@ -14,7 +14,8 @@ use intertri::lanes::{Lanes, Simd, prefetch};
 use intertri::{Certified, Counts, Judge, Ray};
 
 use crate::bvh::Bvh;
-use crate::leaves::{Leaves, Listed, Test};
+use crate::dense::dense;
+use crate::leaves::{AT_ONCE, Leaves, Listed, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
 use crate::scratch::{NOTHING, Scratch, Stack};
@@ -97,7 +98,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
 
     let mut level = WIDTHS.iter().rposition(|&width| used <= width).unwrap_or(0);
     let (mut part, mut left, mut work) = (all, 0, 0);
-    let mut waiting = Waiting::default();
+    let (mut waiting, mut begun) = (Waiting::default(), false);
     loop {
         let patience = if any { PATIENCE / 4 } else { PATIENCE };
         let a_ray = if level + 1 < WIDTHS.len() { SPLIT } else { patience };
@@ -109,6 +110,21 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
             }
             if tile.work > budget {
                 break;
+            }
+
+            // The first leaves tell for which packets there will be too many triangles.
+            if !std::mem::replace(&mut begun, true) && next == AT_ONCE {
+                left = dense(tile.screen, leaves.outlines(next)) & all;
+                part &= !left;
+                if part == 0 {
+                    stack.clear();
+                    break;
+                }
+                if left != 0 {
+                    let window = tile.screen.ask(part);
+                    pyramid = Pyramid::new(&tile.screen.frame, origin, window, bvh.reach);
+                    far = tile.far();
+                }
             }
             next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
         }

@@ -215,9 +215,18 @@ impl Outlines {
     /// Which of the triangles have a rectangle that is larger than this along x or y.
     #[inline(always)]
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
+        let ([x, y], _) = self.sizes::<F>();
+        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
+    }
+
+    /// The widths and heights of the rectangles around the triangles, 0 in lanes without one, and which
+    /// triangles there are. Infinite where the rectangle is not known.
+    #[inline(always)]
+    pub fn sizes<F: Lanes<Scalar = f32>>(&self) -> ([F; 2], u32) {
+        let (live, none) = (F::Mask::from_bits(self.live), F::splat(0.0));
         let (x, y) = (F::load(&self.hi[0]), F::load(&self.hi[1]));
         let (x, y) = (x - F::load(&self.lo[0]), y - F::load(&self.lo[1]));
-        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
+        ([F::select(live, x, none), F::select(live, y, none)], self.live)
     }
 
     /// The outline in a lane.
