@@ -62,7 +62,7 @@ impl WithSimd for Compute<'_> {
             return None;
         }
         let pack = TrianglePack::<8>::new(&[triangle]);
-        let outlines = Certified::default().outlines_in::<S>(&pack, &frame, points.z);
+        let outlines = Certified::default().outlines_in::<S>(&pack, None, &frame, points.z);
         let outline = outlines.lane(0);
         let (values, err) = outline.at(&points);
         Some((values, err, outline.unit()))
@@ -178,7 +178,7 @@ impl WithSimd for Reached<'_> {
         let frame = Frame::new(ray.origin, a, r, b).passed_within(self.0.length_off());
         let points = frame.points(Vec3::<f32>::splat(ray.dir));
         let pack = TrianglePack::<8>::new(&[triangle]);
-        let outline = Certified::default().outlines_in::<S>(&pack, &frame, points.z).lane(0);
+        let outline = Certified::default().outlines_in::<S>(&pack, None, &frame, points.z).lane(0);
         let window = Windows::<f32>::new([points.x, points.y], [points.x, points.y]);
         points.on_screen().then(|| outline.near(&window) != 0 && outline.within(&window, 0.0) != 0)
     }

@@ -26,7 +26,7 @@ pub(crate) fn dense<S: Simd>(screen: &Screen<S>, leaves: &[Outlines]) -> u64 {
     // What they are like. Some may reach to infinity: then they are not small.
     let (mut sum, mut triangles) = ([0.0; 2], 0);
     for outlines in leaves {
-        let ([widths, heights], live) = outlines.sizes::<S::F32x8>();
+        let ([widths, heights], live) = outlines.sizes::<S::F32x16>();
         sum = [sum[0] + total(widths), sum[1] + total(heights)];
         triangles += live.count_ones();
     }

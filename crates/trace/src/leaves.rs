@@ -44,7 +44,8 @@ pub(crate) struct Listed {
 pub(crate) struct Leaves {
     /// Their packs.
     pub(crate) packs: [u32; AT_ONCE],
-    outlines: [Outlines; AT_ONCE],
+    /// Of two packs each.
+    outlines: [Outlines; AT_ONCE / 2],
     /// Of each pair the triangle's place among all of the packs.
     places: [u8; PAIRS],
     /// Of each test the packet and the pair's number; what is written at once may stand beyond the
@@ -57,7 +58,7 @@ impl Default for Leaves {
     fn default() -> Self {
         Self {
             packs: [0; AT_ONCE],
-            outlines: [Outlines::default(); AT_ONCE],
+            outlines: [Outlines::default(); AT_ONCE / 2],
             places: [0; PAIRS],
             packets: [0; TESTS + 8],
             numbers: [0; TESTS + 8],
@@ -76,11 +77,15 @@ impl Leaves {
     ) -> Listed {
         let Self { packs, outlines, places, packets, numbers } = self;
         let packs = &packs[..used];
-        for (&pack, outlines) in packs.iter().zip(&mut *outlines) {
-            let pack = pack as usize;
-            *outlines = mode.outlines_in::<S>(&bvh.packs[pack], &screen.frame, screen.slowest);
-            prefetch(&bvh.indices[pack..][..1]);
+        for (two, outlines) in packs.chunks(2).zip(&mut *outlines) {
+            let (first, second) = (&bvh.packs[two[0] as usize], two.get(1));
+            let second = second.map(|&pack| &bvh.packs[pack as usize]);
+            *outlines = mode.outlines_in::<S>(first, second, &screen.frame, screen.slowest);
+            for &pack in two {
+                prefetch(&bvh.indices[pack as usize..][..1]);
+            }
         }
+        let outlines = &outlines[..used.div_ceil(2)];
 
         let (mut listed, begin, mut known) = (Listed::default(), seen.len(), 0);
         seen.resize(begin + PAIRS, 0);
@@ -89,10 +94,10 @@ impl Leaves {
                 continue;
             }
             let (mut inside, mut large) = (0_u64, 0_u64);
-            for (i, outlines) in outlines[..used].iter().enumerate() {
+            for (i, outlines) in outlines.iter().enumerate() {
                 let within = outlines.within(&group.window, group.least_of_all);
-                inside |= u64::from(within) << (8 * i);
-                large |= u64::from(outlines.larger::<S::F32x8>(group.large)) << (8 * i);
+                inside |= u64::from(within) << (16 * i);
+                large |= u64::from(outlines.larger::<S::F32x16>(group.large)) << (16 * i);
             }
 
             // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as
@@ -107,7 +112,7 @@ impl Leaves {
                 inside &= inside.wrapping_sub(1);
                 *to = place as u8;
                 *seen = 8 * packs[place / 8] + place as u32 % 8;
-                let outline = outlines[place / 8].lane(place % 8);
+                let outline = outlines[place / 16].lane(place % 16);
                 let reached =
                     if by_edges { outline.within(windows, least) } else { outline.near(windows) };
                 let reached = reached & group.asked;
@@ -127,7 +132,7 @@ impl Leaves {
 
     /// The triangles of the first `used` packs that were listed last.
     pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
-        &self.outlines[..used]
+        &self.outlines[..used.div_ceil(2)]
     }
 
     /// The i-th test.
@@ -140,7 +145,7 @@ impl Leaves {
     #[inline(always)]
     pub(crate) fn outline(&self, number: usize) -> Outline {
         let place = self.places[number % PAIRS] as usize % TRIANGLES;
-        self.outlines[place / 8].lane(place % 8)
+        self.outlines[place / 16].lane(place % 16)
     }
 
     /// Puts a test to the i-th place, which comes before its own.

@@ -106,7 +106,7 @@ pub(crate) struct Group<S: Simd> {
     /// A window a packet.
     pub(crate) windows: Windows<S::F32x16>,
     /// The one around those that are asked now.
-    pub(crate) window: Windows<S::F32x8>,
+    pub(crate) window: Windows<S::F32x16>,
     /// Triangles that are larger than this, along x or y, reach several packets.
     pub(crate) large: [f32; 2],
     /// The least inverse depth at which a hit still counts, of each packet and of those asked now.
@@ -311,11 +311,11 @@ pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32
 /// The lowest and the highest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
-/// A window for eight triangles at once.
+/// A window for sixteen triangles at once.
 #[inline(always)]
-fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x8> {
-    let (left, down) = (S::F32x8::splat(lo[0]), S::F32x8::splat(lo[1]));
-    Windows::new([left, down], [S::F32x8::splat(hi[0]), S::F32x8::splat(hi[1])])
+fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
+    let splat = S::F32x16::splat;
+    Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }
 
 /// Those of a packet, or what there is of them.

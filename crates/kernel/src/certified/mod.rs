@@ -235,14 +235,14 @@ impl Certified {
     #[inline(always)]
     pub fn outlines_in<S: Simd>(
         &self,
-        pack: &TrianglePack<8>,
+        first: &TrianglePack<8>,
+        second: Option<&TrianglePack<8>>,
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        let (corners, longest) = (pack.corners(), pack.longest_edges());
         let parallel = f64::from(bound::PARALLEL) * self.threshold.get() / f64::from(slowest);
         let parallel = (parallel as f32).next_up();
-        Outlines::new::<S::F64x8, S::F32x8>(corners, longest, pack.live(), frame, parallel)
+        Outlines::new::<S>(first, second, frame, parallel)
     }
 
     /// Where the rays so far and the live ones of a packet begin to look for hits.

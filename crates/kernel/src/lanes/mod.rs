@@ -285,6 +285,32 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
+    /// Eight lanes from one place and eight from another.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Both([[f32; 8]; 2]);
+    /// impl WithSimd for Both {
+    ///     type Output = [f32; 16];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 16] {
+    ///         let mut both = [0.0; 16];
+    ///         S::halves(&self.0[0], &self.0[1]).store(&mut both);
+    ///         both
+    ///     }
+    /// }
+    /// let both = dispatch(Both([[1.0; 8], [2.0; 8]]));
+    /// assert_eq!((both[..8].iter().sum(), both[8..].iter().sum()), (8.0, 16.0));
+    /// ```
+    #[inline(always)]
+    fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
+        let mut both = [0.0; 16];
+        both[..8].copy_from_slice(first);
+        both[8..].copy_from_slice(last);
+        Lanes::load(&both)
+    }
+
     /// [`Simd::transpose`] of f64.
     ///
     /// ```

@@ -399,6 +399,10 @@ impl Simd for Avx2 {
         [Pair(a, e), Pair(b, f), Pair(c, g), Pair(d, h)]
     }
     #[inline(always)]
+    fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
+        Pair(Lanes::load(first), Lanes::load(last))
+    }
+    #[inline(always)]
     fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
         transpose_f64(rows)
     }
@@ -433,6 +437,11 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         cpu!(sixteen_as_columns(row))
+    }
+    #[inline(always)]
+    fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
+        let (first, last) = (Reg::<__m256>::load(first), Reg::<__m256>::load(last));
+        Reg(cpu!(_mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), last.0)))
     }
     #[inline(always)]
     fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {

@@ -17,7 +17,7 @@ use super::{Judge, Outline, Points, Ranges, at};
 ///     type Output = Outlines;
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Outlines {
-///         self.0.outlines_in::<S>(self.1, self.2, 1.0)
+///         self.0.outlines_in::<S>(self.1, None, self.2, 1.0)
 ///     }
 /// }
 ///

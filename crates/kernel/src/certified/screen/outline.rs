@@ -1,12 +1,12 @@
 //! Triangles on the screen.
 
-use crate::Vec3;
-use crate::lanes::{Lanes, Mask};
+use crate::lanes::{Lanes, Mask, Simd};
+use crate::{TrianglePack, Vec3};
 
 use super::super::bound;
 use super::{Frame, Points, Windows, at};
 
-/// Eight triangles as the screen sees them, side by side.
+/// Sixteen triangles as the screen sees them, side by side.
 ///
 /// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is sure.
 ///
@@ -21,9 +21,9 @@ use super::{Frame, Points, Windows, at};
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> u32 {
 ///         let Self(pack, frame, [lo, hi]) = self;
-///         let splat = |[x, y]: [f32; 2]| [S::F32x8::splat(x), S::F32x8::splat(y)];
-///         let outlines = Certified::default().outlines_in::<S>(pack, frame, 1.0);
-///         assert_eq!(outlines.larger::<S::F32x8>([0.1, 0.1]), 0b11);
+///         let splat = |[x, y]: [f32; 2]| [S::F32x16::splat(x), S::F32x16::splat(y)];
+///         let outlines = Certified::default().outlines_in::<S>(pack, None, frame, 1.0);
+///         assert_eq!(outlines.larger::<S::F32x16>([0.1, 0.1]), 0b11);
 ///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
 ///     }
 /// }
@@ -37,22 +37,22 @@ use super::{Frame, Points, Windows, at};
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub struct Outlines {
-    u: [[f32; 8]; 3],
-    v: [[f32; 8]; 3],
-    w: [[f32; 8]; 3],
+    u: [[f32; 16]; 3],
+    v: [[f32; 16]; 3],
+    w: [[f32; 16]; 3],
     /// The inverse depth of the plane, positive in front; NaN where T is not known well enough.
-    s: [[f32; 8]; 3],
+    s: [[f32; 16]; 3],
     /// What s may be off by.
-    err: [f32; 8],
+    err: [f32; 16],
     /// Up to this, in size, s tells nothing: a grazing ray.
-    least: [f32; 8],
+    least: [f32; 16],
     /// Beyond this it is not parallel, either.
-    parallel: [f32; 8],
+    parallel: [f32; 16],
     /// The rectangle that holds the triangle.
-    lo: [[f32; 8]; 2],
-    hi: [[f32; 8]; 2],
+    lo: [[f32; 16]; 2],
+    hi: [[f32; 16]; 2],
     /// What the edges are in units of.
-    unit: [f32; 8],
+    unit: [f32; 16],
     /// Those that there are.
     live: u32,
 }
@@ -68,7 +68,7 @@ pub struct Outlines {
 ///     type Output = Outline;
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Outline {
-///         Certified::default().outlines_in::<S>(self.0, self.1, 1.0).lane(self.2)
+///         Certified::default().outlines_in::<S>(self.0, None, self.1, 1.0).lane(self.2)
 ///     }
 /// }
 ///
@@ -105,46 +105,50 @@ pub struct Outline {
 }
 
 impl Outlines {
-    /// Eight triangles, `corners[k][axis][lane]` being of corner k+1, with their longest edges;
-    /// `parallel` is the document's threshold over the smallest z of the rays, rounded up.
+    /// The triangles of one pack or two; `parallel` is the document's threshold over the smallest z of the
+    /// rays, rounded up.
     #[inline(always)]
-    pub(in super::super) fn new<D: Lanes<Scalar = f64>, F: Lanes<Scalar = f32>>(
-        corners: &[[[f32; 8]; 3]; 3],
-        longest: &[f32; 8],
-        live: u32,
+    pub(in super::super) fn new<S: Simd>(
+        first: &TrianglePack<8>,
+        second: Option<&TrianglePack<8>>,
         frame: &Frame,
         parallel: f32,
     ) -> Self {
-        let splat = F::splat;
+        let splat = S::F32x16::splat;
+        let live = first.live() | second.map_or(0, |pack| pack.live() << 8);
+        let packs = [first, second.unwrap_or(first)];
 
         // In f64: the inverse depth, 1 / depth = D / T; h^2 / |T|; |N| with the sign of T.
-        let (mut s, mut q, mut normal) = ([[0.0; 8]; 3], [0.0; 8], [0.0; 8]);
-        {
-            let [c1, c2, c3] = corners;
-            let (c1, c2, c3) = (Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3));
+        let (mut s, mut q, mut normal) = ([[0.0; 16]; 3], [0.0; 16], [0.0; 16]);
+        for (half, pack) in packs.into_iter().enumerate() {
+            let [c1, c2, c3] = pack.corners();
+            let c1 = Vec3::<S::F64x8>::load_f32(c1);
+            let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
             let n = (c2 - c1).cross_fused(c3 - c1);
             let t = n.dot_fused(c1 - Vec3::splat(frame.origin.map(f64::from)));
-            let recip = D::splat(1.0) / t;
+            let recip = S::F64x8::splat(1.0) / t;
             let n = into(n, &frame.dual);
-            (n.x * recip).store_f32(&mut s[0]);
-            (n.y * recip).store_f32(&mut s[1]);
-            (n.z * recip).store_f32(&mut s[2]);
-            let h = D::load_f32(longest);
-            (h * h * recip.abs()).store_f32(&mut q);
-            n.norm1().flip(t).store_f32(&mut normal);
+            let to = 8 * half;
+            (n.x * recip).store_f32(&mut s[0][to..]);
+            (n.y * recip).store_f32(&mut s[1][to..]);
+            (n.z * recip).store_f32(&mut s[2][to..]);
+            let h = S::F64x8::load_f32(pack.longest_edges());
+            (h * h * recip.abs()).store_f32(&mut q[to..]);
+            n.norm1().flip(t).store_f32(&mut normal[to..]);
         }
 
         // In f32: the corners and the edges in the axes of the frame.
-        let [c1, c2, c3] = corners;
-        let (c1, c2, c3) = (Vec3::<F>::load(c1), Vec3::load(c2), Vec3::load(c3));
+        let ([a1, a2, a3], [b1, b2, b3]) = (packs[0].corners(), packs[1].corners());
+        let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
+        let h = S::halves(packs[0].longest_edges(), packs[1].longest_edges());
         let axes = [frame.depth, frame.right, frame.up];
         let (a, h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2 - c1, &axes));
         let (h5, h6) = (into(c3 - c1, &axes), into(c3 - c2, &axes));
         let (b, c) = (a + h4, a + h5);
-        let (q, turn, h) = (F::load(&q), F::load(&normal), F::load(longest));
+        let (q, turn) = (S::F32x16::load(&q), S::F32x16::load(&normal));
 
         // What the inverse depth may be off by.
-        let s: [F; 3] = load(&s);
+        let s: [S::F32x16; 3] = load(&s);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off;
         let share = size.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
@@ -184,18 +188,18 @@ impl Outlines {
         let unknown = (q * away).mul_add(splat(bound::NOISE), size * splat(off * bound::OFF_PLANE));
         let sure = unknown.lt(splat(0.99));
         let nothing = splat(f32::NAN);
-        let turn = F::select(sure, (one / unit).flip(turn), nothing);
+        let turn = S::F32x16::select(sure, (one / unit).flip(turn), nothing);
         Self {
             u: three(u * turn),
             v: three(v * turn),
             w: three(w * turn),
-            s: three(Vec3 { x: F::select(sure, s[0], nothing), y: s[1], z: s[2] }),
-            err: eight(err),
-            least: eight(least),
-            parallel: eight(parallel),
-            lo: [eight(left), eight(down)],
-            hi: [eight(right), eight(up)],
-            unit: eight(unit),
+            s: three(Vec3 { x: S::F32x16::select(sure, s[0], nothing), y: s[1], z: s[2] }),
+            err: sixteen(err),
+            least: sixteen(least),
+            parallel: sixteen(parallel),
+            lo: [sixteen(left), sixteen(down)],
+            hi: [sixteen(right), sixteen(up)],
+            unit: sixteen(unit),
             live,
         }
     }
@@ -343,19 +347,26 @@ fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) ->
 }
 
 #[inline(always)]
-fn eight<F: Lanes<Scalar = f32>>(lanes: F) -> [f32; 8] {
-    let mut numbers = [0.0; 8];
+fn sixteen<F: Lanes<Scalar = f32>>(lanes: F) -> [f32; 16] {
+    let mut numbers = [0.0; 16];
     lanes.store(&mut numbers);
     numbers
 }
 
 #[inline(always)]
-fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 8]; 3] {
-    [eight(v.x), eight(v.y), eight(v.z)]
+fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 16]; 3] {
+    [sixteen(v.x), sixteen(v.y), sixteen(v.z)]
+}
+
+/// The corners of two packs.
+#[inline(always)]
+fn halves<S: Simd>(first: &[[f32; 8]; 3], last: &[[f32; 8]; 3]) -> Vec3<S::F32x16> {
+    let ([x, y, z], [u, v, w]) = (first, last);
+    Vec3 { x: S::halves(x, u), y: S::halves(y, v), z: S::halves(z, w) }
 }
 
 #[inline(always)]
-fn load<F: Lanes<Scalar = f32>>(form: &[[f32; 8]; 3]) -> [F; 3] {
+fn load<F: Lanes<Scalar = f32>>(form: &[[f32; 16]; 3]) -> [F; 3] {
     [F::load(&form[0]), F::load(&form[1]), F::load(&form[2])]
 }
 
