@@ -138,6 +138,7 @@ impl Leaves {
     /// The i-th test.
     #[inline(always)]
     pub(crate) fn test(&self, i: usize) -> Test {
+        let i = i % TESTS;
         Test { packet: self.packets[i] as usize % PACKETS, number: self.numbers[i] as usize }
     }
 
@@ -151,6 +152,8 @@ impl Leaves {
     /// Puts a test to the i-th place, which comes before its own.
     #[inline(always)]
     pub(crate) fn put(&mut self, i: usize, Test { packet, number }: Test) {
+        // Without a check, which would part the loads of a test from what they feed.
+        let i = i % TESTS;
         (self.packets[i], self.numbers[i]) = (packet as u8, number as u8);
     }
 }
