@@ -36,7 +36,8 @@ pub(crate) fn dense<S: Simd>(screen: &Screen<S>, leaves: &[Outlines]) -> u64 {
     let mut packets = 0;
     for (number, (lo, hi)) in screen.rectangles().enumerate() {
         let used = screen.used.saturating_sub(16 * number).min(16);
-        let [x, y] = [0, 1].map(|k| S::F32x16::load(&hi[k]) - S::F32x16::load(&lo[k]));
+        let load = S::F32x16::load;
+        let (x, y) = (load(&hi[0]) - load(&lo[0]), load(&hi[1]) - load(&lo[1]));
         let reached = (x + S::F32x16::splat(w)) * (y + S::F32x16::splat(h));
         let given = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
         let reached = total(S::F32x16::select(given, reached, S::F32x16::splat(0.0)));

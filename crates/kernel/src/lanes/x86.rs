@@ -331,24 +331,31 @@ fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
 }
 
 /// Eight rows of four as columns: row i beside row i + 4, so that their numbers need not cross.
-#[inline]
-#[target_feature(enable = "avx2")]
+#[inline(always)]
 fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
-    let load = |i: usize| Reg::<__m128>::load(row(i)).0;
-    let beside = |i| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(load(i)), load(i + 4));
-    columns!(_mm256_unpacklo_ps _mm256_unpackhi_ps, beside(0), beside(1), beside(2), beside(3))
+    macro_rules! beside {
+        ($i:literal) => {{
+            let (first, last) = (Reg::<__m128>::load(row($i)), Reg::<__m128>::load(row($i + 4)));
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first.0), last.0)
+        }};
+    }
+    cpu!(columns!(_mm256_unpacklo_ps _mm256_unpackhi_ps,
+        beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
 /// Sixteen rows of four as columns: rows i, i + 4, i + 8 and i + 12 beside each other.
-#[inline]
-#[target_feature(enable = "avx512f")]
+#[inline(always)]
 fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
-    let load = |i: usize| Reg::<__m128>::load(row(i)).0;
-    let beside = |i| {
-        let two = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(load(i)), load(i + 4));
-        _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(two, load(i + 8)), load(i + 12))
-    };
-    columns!(_mm512_unpacklo_ps _mm512_unpackhi_ps, beside(0), beside(1), beside(2), beside(3))
+    macro_rules! beside {
+        ($i:literal) => {{
+            let (a, b) = (Reg::<__m128>::load(row($i)), Reg::<__m128>::load(row($i + 4)));
+            let (c, d) = (Reg::<__m128>::load(row($i + 8)), Reg::<__m128>::load(row($i + 12)));
+            let two = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(a.0), b.0);
+            _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(two, c.0), d.0)
+        }};
+    }
+    cpu!(columns!(_mm512_unpacklo_ps _mm512_unpackhi_ps,
+        beside!(0), beside!(1), beside!(2), beside!(3)))
 }
 
 /// Four rows of f64 as columns.
@@ -394,8 +401,8 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
-        let [a, b, c, d] = cpu!(eight_as_columns(&row));
-        let [e, f, g, h] = cpu!(eight_as_columns(|i| row(8 + i)));
+        let [a, b, c, d] = eight_as_columns(&row);
+        let [e, f, g, h] = eight_as_columns(|i| row(8 + i));
         [Pair(a, e), Pair(b, f), Pair(c, g), Pair(d, h)]
     }
     #[inline(always)]
@@ -436,7 +443,7 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
-        cpu!(sixteen_as_columns(row))
+        sixteen_as_columns(row)
     }
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
