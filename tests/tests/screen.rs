@@ -56,8 +56,10 @@ impl WithSimd for Compute<'_> {
     type Output = Option<([f32; 4], f32, f32)>;
     fn run<S: Simd>(self) -> Self::Output {
         let Case { triangle, ray, axes: [a, r, b], .. } = *self.0;
-        let frame = Frame::new(ray.origin, a, r, b).passed_within(self.0.length_off());
+        let frame = Frame::new(ray.origin, a, r, b);
         let points = frame.points(Vec3::<f32>::splat(ray.dir));
+        let reach = [points.x.abs(), points.y.abs()];
+        let frame = frame.passed_within(self.0.length_off(), reach);
         if !points.on_screen() {
             return None;
         }
@@ -175,8 +177,10 @@ impl WithSimd for Reached<'_> {
     type Output = Option<bool>;
     fn run<S: Simd>(self) -> Self::Output {
         let Case { triangle, ray, axes: [a, r, b], .. } = *self.0;
-        let frame = Frame::new(ray.origin, a, r, b).passed_within(self.0.length_off());
+        let frame = Frame::new(ray.origin, a, r, b);
         let points = frame.points(Vec3::<f32>::splat(ray.dir));
+        let reach = [points.x.abs(), points.y.abs()];
+        let frame = frame.passed_within(self.0.length_off(), reach);
         let pack = TrianglePack::<8>::new(&[triangle]);
         let outline = Certified::default().outlines_in::<S>(&pack, None, &frame, points.z).lane(0);
         let window = Windows::<f32>::new([points.x, points.y], [points.x, points.y]);

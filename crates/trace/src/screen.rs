@@ -225,12 +225,17 @@ impl<S: Simd> Screen<S> {
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
+        let mut reach = [0.0_f32; 2];
+        for number in 0..self.used.div_ceil(16) {
+            let (lo, hi) = self.window_packets(number);
+            for k in 0..2 {
+                reach[k] = reach[k].max(-lo[k]).max(hi[k]);
+            }
+        }
+
         // Turned round, they may pass the origin.
         if let Some(turning) = &turning {
-            self.frame = self.frame.passed_within(turning.off()?);
-        }
-        for number in 0..self.used.div_ceil(16) {
-            self.window_packets(number);
+            self.frame = self.frame.passed_within(turning.off()?, reach);
         }
         Some(())
     }
@@ -240,9 +245,10 @@ impl<S: Simd> Screen<S> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
-    /// The windows of a group; where it has fewer packets, windows that nothing reaches.
+    /// The windows of a group; where it has fewer packets, windows that nothing reaches. Gives the one around
+    /// them.
     #[inline(always)]
-    fn window_packets(&mut self, group: usize) {
+    fn window_packets(&mut self, group: usize) -> Rectangle {
         let used = (self.used - 16 * group).min(16);
         let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
         for k in 0..2 {
@@ -254,6 +260,7 @@ impl<S: Simd> Screen<S> {
         self.groups[group].windows = Windows::new([left, down], [right, up]);
         let (lo, hi) = self.window(group, (1 << used) - 1);
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
+        (lo, hi)
     }
 
     /// Asks only these packets from now on. Gives the window around them.

@@ -120,8 +120,11 @@ pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
 /// Where rays pass the origin at a distance of up to `off`, the bound of an edge is `OFF_EDGE h off` more.
 pub(super) const OFF_EDGE: f32 = 1.25;
-/// The inverse depth is `OFF_DEPTH off |s|₁` more uncertain, relative to `|s|₁`.
+/// The inverse depth is `OFF_DEPTH off |s|₁` more uncertain, relative to its largest value on the screen as
+/// far as rays reach there and [`OFF_REACH`] farther: 2^-19.
 pub(super) const OFF_DEPTH: f32 = 1.5;
+/// See [`OFF_DEPTH`].
+pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 /// The room around a triangle is `OFF_ROOM off` more.
 pub(super) const OFF_ROOM: f32 = 1.25;
 /// T is known where `|s|₁ off` is this much less than 1.

@@ -45,6 +45,8 @@ pub struct Frame {
     dual: [[f64; 3]; 3],
     /// How far from the origin rays may pass.
     off: f32,
+    /// How far from the middle of the screen, in x and y, those that do.
+    reach: [f32; 2],
 }
 
 impl Frame {
@@ -54,22 +56,22 @@ impl Frame {
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
         let size = a.dot(dual[0]);
         let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
-        Self { origin, depth, right, up, dual, off: 0.0 }
+        Self { origin, depth, right, up, dual, off: 0.0, reach: [0.0; 2] }
     }
 
     /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
-    /// starts there: rays *toward* a point that they miss by rounding alone, turned round, with t counted
+    /// starts there, all of them at points of the screen within ±`reach` in x and y: rays *toward* a point that they miss by rounding alone, turned round, with t counted
     /// backwards. Then only what they hit is known, not which hit is nearest: the [`Judge`] of such rays must
     /// not be asked for t. What `off` must be is derived in `docs/numerics/screen.md`, section 6.
     ///
     /// ```
     /// use intertri::Frame;
     /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    /// assert_eq!((frame.off(), frame.passed_within(1e-6).off()), (0.0, 1e-6));
+    /// assert_eq!((frame.off(), frame.passed_within(1e-6, [0.1, 0.2]).off()), (0.0, 1e-6));
     /// ```
     #[must_use]
-    pub fn passed_within(self, off: f32) -> Self {
-        Self { off, ..self }
+    pub fn passed_within(self, off: f32, reach: [f32; 2]) -> Self {
+        Self { off, reach: reach.map(|most| most + bound::OFF_REACH), ..self }
     }
 
     /// How far from the origin rays may pass.

@@ -151,7 +151,9 @@ impl Outlines {
         let s: [S::F32x16; 3] = load(&s);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off;
-        let share = size.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
+        let [x, y] = frame.reach;
+        let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
+        let share = most.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
         let err = size.mul_add(share, q * splat(bound::LOST));
         let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
