@@ -41,8 +41,69 @@ pub(crate) fn dense<S: Simd>(screen: &Screen<S>, leaves: &[Outlines]) -> u64 {
         let reached = (x + S::F32x16::splat(w)) * (y + S::F32x16::splat(h));
         let given = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
         let reached = total(S::F32x16::select(given, reached, S::F32x16::splat(0.0)));
-        let too_many = 2.0 * reached > DENSE * used as f32 * w * h;
-        packets |= u64::from(too_many) * ((1 << used) - 1) << (16 * number);
+        if 2.0 * reached > DENSE * used as f32 * w * h {
+            packets |= ((1 << used) - 1) << (16 * number);
+        }
     }
     packets
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::lanes::{Level, Simd, WithSimd};
+    use intertri::{Certified, Counts, Ray, Replay, Triangle};
+
+    use crate::Bvh;
+    use crate::scratch::Scratch;
+    use crate::screen::Screen;
+    use crate::tile::{self, Pencil, Tiled};
+
+    /// Which packets of a tile are left.
+    struct Left<'a>(&'a Bvh, &'a [Ray]);
+
+    impl WithSimd for Left<'_> {
+        type Output = Option<u64>;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Option<u64> {
+            let (Self(bvh, rays), mode) = (self, Certified::default());
+            let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
+            let judge = Replay { mode: &mode, rays, find, index };
+            let pencil = Pencil { rays, next: &[], toward: None };
+            let room = (&mut Screen::<S>::empty(), &mut Scratch::default());
+            let counts = &mut Counts::default();
+            match tile::search::<S, _, _>(bvh, (&mode, &judge), &pencil, false, room, counts) {
+                Tiled::Done { left, .. } => Some(left),
+                _ => None,
+            }
+        }
+    }
+
+    #[test]
+    fn groups_are_left_where_triangles_are_small_beside_packets() {
+        // A sheet of squares of that size; two groups of rays that are close, and two that are not.
+        let sheet = |size: f32| {
+            let count = (8.0 / size) as usize;
+            let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];
+            let squares = (0..count * count).map(|i| (i % count, i / count));
+            let halves = squares.flat_map(|(x, y)| {
+                let (a, b) = (at(x + 1, y), at(x, y + 1));
+                [Triangle([at(x, y), a, b]), Triangle([at(x + 1, y + 1), a, b])]
+            });
+            Bvh::new(&halves.collect::<Vec<_>>()).unwrap()
+        };
+        let ray = |i: usize| {
+            let (group, packet, lane) = (i / 256, i / 16 % 16, i % 16);
+            let apart = if group < 2 { 0.01 } else { 0.1 };
+            let along = |packet: usize, lane: usize| (4 * packet + lane) as f32 * apart - 0.8;
+            let (x, y) = (along(packet % 4, lane % 4), along(packet / 4, lane / 4));
+            Ray::new([0.0, 0.0, 5.0], [x, y, -5.0])
+        };
+        let rays: Vec<Ray> = (0..1024).map(ray).collect();
+        let (small, large) = (sheet(0.05), sheet(0.3));
+        for level in Level::all() {
+            assert_eq!(level.run(Left(&small, &rays)), Some(u64::MAX << 32));
+            assert_eq!(level.run(Left(&large, &rays)), Some(0));
+            assert_eq!(level.run(Left(&small, &rays[..512])), Some(0));
+        }
+    }
 }

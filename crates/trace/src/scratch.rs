@@ -39,6 +39,7 @@ impl Scratch {
     }
 
     /// Whether each ray of the last tile hits something.
+    #[inline(always)]
     pub(crate) fn any(&self, hits: &mut [bool]) {
         for (hit, found) in hits.iter_mut().zip(&self.found) {
             *hit = *found != NOTHING;

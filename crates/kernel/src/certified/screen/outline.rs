@@ -24,6 +24,7 @@ use super::{Frame, Points, Windows, at};
 ///         let splat = |[x, y]: [f32; 2]| [S::F32x16::splat(x), S::F32x16::splat(y)];
 ///         let outlines = Certified::default().outlines_in::<S>(pack, None, frame, 1.0);
 ///         assert_eq!(outlines.larger::<S::F32x16>([0.1, 0.1]), 0b11);
+///         assert_eq!(outlines.sizes::<S::F32x16>().1, 0b11);
 ///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
 ///     }
 /// }
