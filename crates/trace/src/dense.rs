@@ -93,7 +93,7 @@ mod tests {
         };
         let ray = |i: usize| {
             let (group, packet, lane) = (i / 256, i / 16 % 16, i % 16);
-            let apart = if group < 2 { 0.01 } else { 0.1 };
+            let apart = if group < 2 { 0.05 } else { 0.1 };
             let along = |packet: usize, lane: usize| (4 * packet + lane) as f32 * apart - 0.8;
             let (x, y) = (along(packet % 4, lane % 4), along(packet / 4, lane / 4));
             Ray::new([0.0, 0.0, 5.0], [x, y, -5.0])
