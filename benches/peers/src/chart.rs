@@ -124,14 +124,14 @@ pub fn growth(rows: &[Row], caption: &str) -> Svg {
         let (left, right) = (24.0 + w * k as f64 + 44.0, 24.0 + w * (k + 1) as f64 - 24.0);
         let (top, bottom) = (86.0, h + 26.0);
         let x = Log::new(few as f64 * 0.8, many as f64 * 1.25, [left, right]);
-        let y = Log::new(0.5, 300.0, [bottom, top]);
+        let y = Log::new(1.0, 500.0, [bottom, top]);
         svg.text([left, 76.0], kind, Font::new(14.0, Anchor::Start).bold());
         for e in x.decades(1) {
             let at = x.at(10_f64.powi(e));
             svg.line([at, top], [at, bottom], FAINT, 0.7);
             svg.text([at, bottom + 15.0], &power(e), Font::new(10.0, Anchor::Middle));
         }
-        for tick in [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0] {
+        for tick in [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0] {
             svg.line([left, y.at(tick)], [right, y.at(tick)], FAINT, 0.7);
             svg.text(
                 [left - 6.0, y.at(tick) + 4.0],
