@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   packs ──► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
-//!     8          8            up to 64 for each of four            up to 16 each         a list
+//!     8     of two packs 4    up to 64 for each of four            up to 16 each         a list
 //! ```
 //!
 //! Each arrow is one loop over all of them, for how much is left of a single pack or triangle the CPU

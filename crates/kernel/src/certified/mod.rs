@@ -228,8 +228,8 @@ impl Certified {
         }
     }
 
-    /// Eight triangles as the screen of a frame sees them, for rays none of which has a smaller z than
-    /// `slowest`; within a loop at some level.
+    /// The triangles of one pack or two as the screen of a frame sees them, for rays none of which has a
+    /// smaller z than `slowest`; within a loop at some level. Those of the second begin at lane 8.
     ///
     /// An example stands at [`Outlines`].
     #[inline(always)]
