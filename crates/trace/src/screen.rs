@@ -151,15 +151,15 @@ impl<S: Simd> Screen<S> {
         self.strays[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Lays rays on the screen; those of `next` are asked for from memory meanwhile. `None` where too many go
-    /// too far apart, or numbers are too large or too small.
+    /// Lays rays on the screen, and asks all of them; those of `next` are asked for from memory meanwhile. Gives
+    /// the window around them; `None` where too many go too far apart, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn lay<R: AsRef<Ray> + Copy>(
         &mut self,
         mode: &Certified,
         pencil: &Pencil<'_, R>,
         reach: f32,
-    ) -> Option<()> {
+    ) -> Option<Rectangle> {
         let Pencil { rays, next, toward } = *pencil;
         self.frame = look::<S, R>(pencil, reach)?;
         self.used = rays.len().div_ceil(16);
@@ -225,19 +225,17 @@ impl<S: Simd> Screen<S> {
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
-        let mut reach = [0.0_f32; 2];
         for number in 0..self.used.div_ceil(16) {
-            let (lo, hi) = self.window_packets(number);
-            for k in 0..2 {
-                reach[k] = reach[k].max(-lo[k]).max(hi[k]);
-            }
+            self.window_packets(number);
         }
+        let (lo, hi) = self.ask(self.all());
 
         // Turned round, they may pass the origin.
         if let Some(turning) = &turning {
-            self.frame = self.frame.passed_within(turning.off()?, reach);
+            let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
+            self.frame = self.frame.passed_within(turning.off()?, most);
         }
-        Some(())
+        Some((lo, hi))
     }
 
     /// The rectangles of packets, by group: the smallest x and y of each, and the largest.
@@ -245,10 +243,9 @@ impl<S: Simd> Screen<S> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
-    /// The windows of a group; where it has fewer packets, windows that nothing reaches. Gives the one around
-    /// them.
+    /// The windows of a group; where it has fewer packets, windows that nothing reaches.
     #[inline(always)]
-    fn window_packets(&mut self, group: usize) -> Rectangle {
+    fn window_packets(&mut self, group: usize) {
         let used = (self.used - 16 * group).min(16);
         let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
         for k in 0..2 {
@@ -260,7 +257,12 @@ impl<S: Simd> Screen<S> {
         self.groups[group].windows = Windows::new([left, down], [right, up]);
         let (lo, hi) = self.window(group, (1 << used) - 1);
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
-        (lo, hi)
+    }
+
+    /// All packets, a bit each.
+    #[inline(always)]
+    pub(crate) fn all(&self) -> u64 {
+        u64::MAX >> (PACKETS - self.used)
     }
 
     /// Asks only these packets from now on. Gives the window around them.

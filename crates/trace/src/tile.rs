@@ -64,12 +64,8 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     counts: &mut Counts,
 ) -> Tiled {
     let (rays, origin) = (pencil.rays, pencil.origin());
-    if screen.lay(mode, pencil, bvh.reach).is_none() {
-        return Tiled::TooWide;
-    }
-    let used = screen.used;
-    let all = u64::MAX >> (PACKETS - used);
-    let window = screen.ask(all);
+    let Some(window) = screen.lay(mode, pencil, bvh.reach) else { return Tiled::TooWide };
+    let (used, all) = (screen.used, screen.all());
     let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
 
     // Does the pyramid meet anything at all?

@@ -45,7 +45,7 @@ pub struct Frame {
     dual: [[f64; 3]; 3],
     /// How far from the origin rays may pass.
     off: f32,
-    /// How far from the middle of the screen, in x and y, those that do.
+    /// How far from the middle of the screen, in x and y, those may lie that do, and `OFF_REACH` more.
     reach: [f32; 2],
 }
 
@@ -60,9 +60,10 @@ impl Frame {
     }
 
     /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
-    /// starts there, all of them at points of the screen within ±`reach` in x and y: rays *toward* a point that they miss by rounding alone, turned round, with t counted
-    /// backwards. Then only what they hit is known, not which hit is nearest: the [`Judge`] of such rays must
-    /// not be asked for t. What `off` must be is derived in `docs/numerics/screen.md`, section 6.
+    /// starts there, all of them at points of the screen within ±`reach` in x and y: rays *toward* a point
+    /// that they miss by rounding alone, turned round, with t counted backwards. Then only what they hit is
+    /// known, not which hit is nearest: the [`Judge`] of such rays must not be asked for t. What `off` must be
+    /// is derived in `docs/numerics/screen.md`, section 6.
     ///
     /// ```
     /// use intertri::Frame;
