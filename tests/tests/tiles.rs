@@ -9,13 +9,15 @@ use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
 /// Rays that start where `ray` does and go about where it goes: spread, on a raster, or aimed at
-/// corners and at edges.
+/// corners and at edges, where some of them end.
 fn pencil(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));
     let sub = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| a[k] - b[k]);
+    let ends = rng.one_in(2);
     (0..count)
         .map(|i| {
+            let mut t_max = ray.t_max;
             let dir = match kind {
                 0 => [0, 1, 2].map(|k| ray.dir[k] + spread * rng.signed() as f32),
                 1 => {
@@ -25,10 +27,13 @@ fn pencil(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec
                 _ => {
                     let [a, b, _] = rng.pick(triangles).0;
                     let middle = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+                    if ends {
+                        t_max = rng.pick(&[1.0, 1.0_f32.next_down(), 1.0 + f32::EPSILON]);
+                    }
                     sub(if rng.one_in(2) { a } else { middle }, ray.origin)
                 }
             };
-            Ray { dir, ..*ray }
+            Ray { dir, t_max, ..*ray }
         })
         .collect()
 }

@@ -6,6 +6,7 @@ mod bounds;
 mod build;
 mod bvh;
 mod dense;
+mod ends;
 mod fixed;
 mod flight;
 mod integers;

@@ -13,6 +13,7 @@
 use intertri::Frame;
 use intertri::lanes::{Lanes, Mask};
 
+use crate::ends::Ends;
 use crate::node::Node;
 use crate::spread::Spread;
 
@@ -25,18 +26,21 @@ const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 /// No coordinate may be larger: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// A plane through the origin, looking inwards.
+/// A plane through the origin, by the side to which it looks.
 #[derive(Clone, Copy, Debug)]
-struct Plane {
+pub(crate) struct Plane {
     normal: [f32; 3],
     /// `normal · origin`
     at: f32,
     /// What rounding can take.
-    pad: f32,
+    pub(crate) pad: f32,
 }
 
 impl Plane {
-    fn new(normal: [f32; 3], origin: [f32; 3], reach: f32) -> Self {
+    /// The plane of that normal through the origin of a frame, in a scene whose coordinates reach to ±`reach`.
+    pub(crate) fn new(normal: [f32; 3], frame: &Frame, reach: f32) -> Self {
+        let origin = frame.origin();
+        let reach = origin.iter().fold(reach, |m, x| m.max(x.abs())) + frame.off() / PAD;
         let size = normal[0].abs() + normal[1].abs() + normal[2].abs();
         Self { normal, at: dot(normal, origin), pad: PAD * reach * size + f32::MIN_POSITIVE }
     }
@@ -44,7 +48,7 @@ impl Plane {
     /// The signed distances of those corners of eight boxes that are farthest along the normal; with
     /// `low`, least far.
     #[inline(always)]
-    fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
+    pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
@@ -67,18 +71,12 @@ pub(crate) struct Pyramid {
 impl Pyramid {
     /// The pyramid around a rectangle of a frame's screen, in a scene whose coordinates reach to
     /// ±`reach`.
-    pub(crate) fn new(
-        frame: &Frame,
-        origin: [f32; 3],
-        (lo, hi): ([f32; 2], [f32; 2]),
-        reach: f32,
-    ) -> Self {
-        let reach = origin.iter().fold(reach, |m, x| m.max(x.abs())) + frame.off() / PAD;
+    pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), reach: f32) -> Self {
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {
             let slope = slope - sign * MARGIN;
             let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
-            Plane::new(normal, origin, reach)
+            Plane::new(normal, frame, reach)
         };
         let sides = [
             side(right, lo[0], 1.0),
@@ -87,14 +85,23 @@ impl Pyramid {
             side(up, hi[1], -1.0),
         ];
         let octant = (0..3).map(|k| usize::from(depth[k] < 0.0) << k).sum();
-        Self { sides, axis: Plane::new(depth, origin, reach), octant }
+        Self { sides, axis: Plane::new(depth, frame, reach), octant }
     }
 
-    /// Which of a node's boxes a ray may meet before the depth `far`, and from which depth on.
+    /// Which of a node's boxes a ray may meet before the depth `far` and, where they are known, before rays end;
+    /// and from which depth on.
     #[inline(always)]
-    pub(crate) fn meet<F: Lanes<Scalar = f32>>(&self, node: &Node, far: f32) -> (u32, F) {
+    pub(crate) fn meet<F: Lanes<Scalar = f32>>(
+        &self,
+        node: &Node,
+        far: f32,
+        ends: Option<&Ends>,
+    ) -> (u32, F) {
         let near = self.axis.of_boxes::<F>(node, true) - F::splat(self.axis.pad);
         let mut met = near.le(F::splat(far));
+        if let Some(ends) = ends {
+            met = met & ends.may_meet::<F>(node);
+        }
         for side in &self.sides {
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }

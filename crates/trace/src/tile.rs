@@ -15,6 +15,7 @@ use intertri::{Certified, Counts, Judge, Ray};
 
 use crate::bvh::Bvh;
 use crate::dense::dense;
+use crate::ends::Ends;
 use crate::leaves::{AT_ONCE, Leaves, Listed, Test};
 use crate::node::LEAF;
 use crate::pyramid::Pyramid;
@@ -63,10 +64,12 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     (screen, scratch): (&mut Screen<S>, &mut Scratch),
     counts: &mut Counts,
 ) -> Tiled {
-    let (rays, origin) = (pencil.rays, pencil.origin());
+    let rays = pencil.rays;
     let Some(window) = screen.lay(mode, pencil, bvh.reach) else { return Tiled::TooWide };
     let (used, all) = (screen.used, screen.all());
-    let mut pyramid = Pyramid::new(&screen.frame, origin, window, bvh.reach);
+    let mut pyramid = Pyramid::new(&screen.frame, window, bvh.reach);
+    let ends = if any { Some(Ends::new::<S>(screen, bvh.reach)) } else { None };
+    let ends = ends.as_ref();
 
     // Does the pyramid meet anything at all?
     let Scratch { stack, seen, found, split, leaves, .. } = scratch;
@@ -76,7 +79,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     if bvh.boxed > 0 {
         stack.push((0, f32::NEG_INFINITY));
     }
-    let mut next = next_leaves::<S>(bvh, &pyramid, stack, f32::INFINITY, &mut leaves.packs);
+    let mut next = next_leaves::<S>(bvh, (&pyramid, ends), stack, f32::INFINITY, &mut leaves.packs);
     if next == 0 && bvh.boxed == bvh.packs.len() {
         found.resize(rays.len(), NOTHING);
         return Tiled::Done { left: 0, work: 0 };
@@ -118,11 +121,11 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
                 }
                 if left != 0 {
                     let window = tile.screen.ask(part);
-                    pyramid = Pyramid::new(&tile.screen.frame, origin, window, bvh.reach);
+                    pyramid = Pyramid::new(&tile.screen.frame, window, bvh.reach);
                     far = tile.far();
                 }
             }
-            next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
+            next = next_leaves::<S>(bvh, (&pyramid, ends), stack, far, &mut leaves.packs);
         }
         work += std::mem::take(&mut tile.work);
 
@@ -154,11 +157,11 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
             }
         };
         let window = tile.screen.ask(part);
-        pyramid = Pyramid::new(&tile.screen.frame, origin, window, bvh.reach);
+        pyramid = Pyramid::new(&tile.screen.frame, window, bvh.reach);
         stack.clear();
         stack.extend_from_slice(&split[level - 1]);
         let far = tile.far();
-        next = next_leaves::<S>(bvh, &pyramid, stack, far, &mut leaves.packs);
+        next = next_leaves::<S>(bvh, (&pyramid, ends), stack, far, &mut leaves.packs);
     }
 }
 
@@ -201,18 +204,18 @@ impl Waiting {
     }
 }
 
-/// The next leaves that the pyramid meets before the depth `far`, as many as there is room for.
+/// The next leaves that the pyramid meets before the depth `far` and before rays end, as many as there is room for.
 #[inline(always)]
 fn next_leaves<S: Simd>(
     bvh: &Bvh,
-    pyramid: &Pyramid,
+    (pyramid, ends): (&Pyramid, Option<&Ends>),
     stack: &mut Stack,
     far: f32,
     packs: &mut [u32],
 ) -> usize {
     let mut count = 0;
     for to in packs {
-        let Some(pack) = next_leaf::<S>(bvh, pyramid, stack, far) else { break };
+        let Some(pack) = next_leaf::<S>(bvh, (pyramid, ends), stack, far) else { break };
         *to = pack;
         count += 1;
     }
@@ -221,7 +224,12 @@ fn next_leaves<S: Simd>(
 
 /// The next leaf that the pyramid meets before the depth `far`.
 #[inline(always)]
-fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32) -> Option<u32> {
+fn next_leaf<S: Simd>(
+    bvh: &Bvh,
+    (pyramid, ends): (&Pyramid, Option<&Ends>),
+    stack: &mut Stack,
+    far: f32,
+) -> Option<u32> {
     loop {
         let (child, near) = stack.pop()?;
         if near > far {
@@ -231,7 +239,7 @@ fn next_leaf<S: Simd>(bvh: &Bvh, pyramid: &Pyramid, stack: &mut Stack, far: f32)
             return Some(child ^ LEAF);
         }
         let node = &bvh.nodes[child as usize];
-        let (met, near) = pyramid.meet::<S::F32x8>(node, far);
+        let (met, near) = pyramid.meet::<S::F32x8>(node, far, ends);
         let mut depth = [0.0; 8];
         near.store(&mut depth);
         let order = far_to_near(met, pyramid.octant).to_le_bytes();

@@ -33,6 +33,7 @@ pub use outline::{Outline, Outlines};
 /// let point = frame.points(Vec3::<f32>::splat([0.5, -1.0, 2.0]));
 /// assert_eq!((point.x, point.y, point.z), (0.25, -0.5, 2.0));
 /// assert_eq!((frame.depth()[2], frame.across()[1]), (1.0, [0.0, 1.0, 0.0]));
+/// assert_eq!(frame.origin(), [0.0; 3]);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
@@ -73,6 +74,11 @@ impl Frame {
     #[must_use]
     pub fn passed_within(self, off: f32, reach: [f32; 2]) -> Self {
         Self { off, reach: reach.map(|most| most + bound::OFF_REACH), ..self }
+    }
+
+    /// The origin.
+    pub fn origin(&self) -> [f32; 3] {
+        self.origin
     }
 
     /// How far from the origin rays may pass.
