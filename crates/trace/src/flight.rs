@@ -13,7 +13,7 @@
 //! Who goes where is written into lists without a branch, so no guess of the CPU's goes wrong. Rays of
 //! one octant fly together: which side of a box is the near one is then known when this is compiled.
 
-use intertri::lanes::Simd;
+use intertri::lanes::{Simd, prefetch};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
 use crate::answer::{Answer, Landing};
@@ -149,6 +149,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     loads[place] =
                         Load { ray: mode.prepare_ray(ray), best: Best::new(far), number };
                     nodes.put(place, true);
+                    prefetch(&answers[number as usize..][..1]);
                     break;
                 }
             }
