@@ -7,6 +7,7 @@
 //!           ▌ floor
 //! ```
 
+use intertri::Frame;
 use intertri::lanes::{Lanes, Mask, Simd};
 
 use crate::node::Node;
@@ -35,10 +36,8 @@ impl Ends {
     /// Of the live rays of a screen, in a scene whose coordinates reach to ±`reach`.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(screen: &Screen<S>, reach: f32) -> Self {
-        let (frame, [one, x, y]) = (&screen.frame, form(screen));
-        let (depth, [right, up]) = (frame.depth(), frame.across());
-        let normal = [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k]);
-        Self { plane: Plane::new(normal, frame, reach) }
+        let normal = normal(&screen.frame, form(screen));
+        Self { plane: Plane::new(normal, &screen.frame, reach) }
     }
 
     /// Which of a node's boxes are not beyond it.
@@ -46,6 +45,12 @@ impl Ends {
     pub(crate) fn may_meet<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F::Mask {
         self.plane.of_boxes::<F>(node, true).le(F::splat(1.0 + self.plane.pad))
     }
+}
+
+/// The normal of the plane that a form is on a frame's screen.
+fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
+    let (depth, [right, up]) = (frame.depth(), frame.across());
+    [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
 }
 
 /// A form of the screen's points that is below the inverse depths at which all live rays end, and near to
@@ -74,9 +79,11 @@ fn slopes<S: Simd>(screen: &Screen<S>) -> [f32; 2] {
     let (mut sums, mut products) = ([zero; 4], [zero; 5]);
     for packet in (0..screen.used).step_by(screen.used.div_ceil(SAMPLE)) {
         let live = Mask::from_bits(screen.live[packet]);
-        let given = |lanes| S::F32x16::select(live, lanes, zero);
-        let (x, y) = (given(screen.points[packet].x), given(screen.points[packet].y));
-        let (s, one) = (given(screen.nearest[packet].least()), given(one));
+        let (points, s) = (&screen.points[packet], screen.nearest[packet].least());
+        let x = S::F32x16::select(live, points.x, zero);
+        let y = S::F32x16::select(live, points.y, zero);
+        let s = S::F32x16::select(live, s, zero);
+        let one = S::F32x16::select(live, one, zero);
         sums = [sums[0] + one, sums[1] + x, sums[2] + y, sums[3] + s];
         let [xx, xy, yy, xs, ys] = products;
         let (xx, xy, yy) = (x.mul_add(x, xx), x.mul_add(y, xy), y.mul_add(y, yy));
@@ -100,10 +107,10 @@ fn slopes<S: Simd>(screen: &Screen<S>) -> [f32; 2] {
 
 #[cfg(test)]
 mod tests {
-    use intertri::lanes::{Level, Simd, WithSimd};
+    use intertri::lanes::{Lanes, Level, Simd, WithSimd};
     use intertri::{Certified, Ray};
 
-    use super::form;
+    use super::{ROUNDING, form, normal};
     use crate::screen::Screen;
     use crate::tile::Pencil;
 
@@ -158,6 +165,77 @@ mod tests {
                 assert!(most < 0.012, "{count}: {most}");
             }
         }
+    }
+
+    /// How much of the room for rounding is used, at most, where it counts: between the plane's own normal and
+    /// what is known of a ray's end.
+    struct Used<'a>(&'a [Ray]);
+
+    impl WithSimd for Used<'_> {
+        type Output = f64;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> f64 {
+            let mut screen = Screen::<S>::empty();
+            let pencil = Pencil { rays: self.0, next: &[], toward: None };
+            if screen.lay(&Certified::default(), &pencil, 10.0).is_none() {
+                return 0.0;
+            }
+            let form = form(&screen);
+            let (normal, depth) = (normal(&screen.frame, form), screen.frame.depth());
+            let room = f64::from(ROUNDING) * form.iter().map(|&x| f64::from(x.abs())).sum::<f64>();
+            let mut used = 0.0_f64;
+            for (i, ray) in self.0.iter().enumerate() {
+                let along = |axis: [f32; 3]| {
+                    (0..3).map(|k| f64::from(axis[k]) * f64::from(ray.dir[k])).sum::<f64>()
+                };
+                let mut ends = [0.0; 16];
+                screen.nearest[i / 16].least().store(&mut ends);
+                if screen.live[i / 16] >> (i % 16) & 1 != 0 {
+                    let beyond = along(normal) / along(depth) - f64::from(ends[i % 16]);
+                    used = used.max(1.0 + beyond / room);
+                }
+            }
+            used
+        }
+    }
+
+    #[test]
+    fn no_end_is_beyond_by_rounding() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let levels: Vec<Level> = Level::all().collect();
+        let mut most = 0.0_f64;
+        for tile in 0..200 {
+            // A few rays around some direction that end at a plane, steeply or not.
+            let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
+            let ray = |dir: [f32; 3]| {
+                let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);
+                Ray::new([0.0; 3], dir).between(0.0, 1.0 / slope)
+            };
+            let count = 3 + tile % 3;
+            let mut rays: Vec<Ray> = (0..count)
+                .map(|_| ray([0, 1, 2].map(|k: usize| axis[k] + 0.4 * random())))
+                .collect();
+
+            // Whatever uses more is kept.
+            let (level, mut used) = (levels[tile % levels.len()], 0.0);
+            for step in 0..600 {
+                let (number, before) = (step % count, rays[step % count]);
+                let by = if step % 2 == 0 { 1e-6 } else { 1e-2 };
+                rays[number] = ray(before.dir.map(|x| x * (1.0 + by * random())));
+                let now = level.run(Used(&rays));
+                if now >= used {
+                    used = now;
+                } else {
+                    rays[number] = before;
+                }
+            }
+            most = most.max(used);
+        }
+        assert!(most > 0.13 && most < 1.0, "{most}");
     }
 
     #[test]
