@@ -149,6 +149,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     loads[place] =
                         Load { ray: mode.prepare_ray(ray), best: Best::new(far), number };
                     nodes.put(place, true);
+                    // Where its answer will be written is hardly ever in the cache.
                     prefetch(&answers[number as usize..][..1]);
                     break;
                 }
@@ -236,15 +237,13 @@ mod tests {
     use intertri::{Certified, Double, Hit, Ray, Triangle};
 
     use crate::Bvh;
+    use crate::random::random;
 
     /// Rays of every direction and origin, and a few that must not fly, one by one and in flight.
     #[test]
     fn in_flight_each_ray_gets_its_own_answer() {
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32 - 0.5
-        };
+        let mut random = random();
+        let mut random = || random() - 0.5;
         let mut point = |size: f32| [random() * size, random() * size, random() * size];
         let mut triangles: Vec<Triangle> = (0..3000)
             .map(|_| {

@@ -13,6 +13,8 @@ mod integers;
 mod leaves;
 mod node;
 mod pyramid;
+#[cfg(test)]
+mod random;
 mod scratch;
 mod screen;
 mod search;

@@ -204,7 +204,8 @@ impl Waiting {
     }
 }
 
-/// The next leaves that the pyramid meets before the depth `far` and before rays end, as many as there is room for.
+/// The next leaves that the pyramid meets before the depth `far` and, where that is known, before rays end; as
+/// many as there is room for.
 #[inline(always)]
 fn next_leaves<S: Simd>(
     bvh: &Bvh,
@@ -222,7 +223,7 @@ fn next_leaves<S: Simd>(
     count
 }
 
-/// The next leaf that the pyramid meets before the depth `far`.
+/// The next leaf that the pyramid meets there.
 #[inline(always)]
 fn next_leaf<S: Simd>(
     bvh: &Bvh,

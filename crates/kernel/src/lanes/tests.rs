@@ -203,12 +203,13 @@ impl WithSimd for Check {
             }
         }
 
-        let rows: [[f32; 4]; 16] =
-            core::array::from_fn(|i| [0, 1, 2, 3].map(|k| (4 * i + k) as f32));
         let (first, last) = ([0, 1, 2, 3, 4, 5, 6, 7].map(|i| i as f32), [9.0; 8]);
         let mut both = [0.0; 16];
         S::halves(&first, &last).store(&mut both);
         assert_eq!((&both[..8], &both[8..]), (&first[..], &last[..]));
+
+        let rows: [[f32; 4]; 16] =
+            core::array::from_fn(|i| [0, 1, 2, 3].map(|k| (4 * i + k) as f32));
         for (k, column) in S::columns(|i| &rows[i]).into_iter().enumerate() {
             let mut numbers = [0.0; 16];
             column.store(&mut numbers);

@@ -92,6 +92,7 @@ fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
 mod tests {
     use super::{Cuts, ROW, Sides};
     use crate::bounds::Bounds;
+    use crate::random::random;
     use intertri::lanes::{Level, Simd, WithSimd};
 
     struct Sweep<'a>(&'a [Sides], &'a [u32]);
@@ -108,11 +109,7 @@ mod tests {
     /// Rows of every length, with empty boxes here and there, against areas and counts added up.
     #[test]
     fn costs_are_areas_times_counts() {
-        let mut state = 1_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut random = random();
         for n in (0..=ROW).chain([ROW; 50]) {
             let (mut boxes, mut counts) = (vec![], vec![]);
             for _ in 0..n {

@@ -1,0 +1,10 @@
+//! Numbers for tests, the same each time.
+
+/// Numbers from 0 on, below 1.
+pub(crate) fn random() -> impl FnMut() -> f32 {
+    let mut state = 1_u32;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 24) as f32
+    }
+}
