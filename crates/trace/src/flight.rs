@@ -1,14 +1,17 @@
 //! Rays that have little in common: many in flight at once, each a step at a time.
 //!
-//! A ray alone waits at every step for the one before. Here 32 take turns, and while one waits, the
+//! A ray alone waits at every step for the one before. Here 64 take turns, and while one waits, the
 //! CPU does the others' steps.
 //!
 //! ```text
-//!   rays of an octant ──► take off ──► nodes ──────► next is a node
-//!                            ▲           │ └───────► next is a leaf ──► leaves ─┐
-//!                            │           └ nothing met                          │
-//!                          land ◄──────────────────── next from the stack ◄─────┘
+//!   rays of an octant ──► take off ──► leaves ──► nodes ──► next is a node, or a leaf
+//!                            ▲           │          │                      ▲
+//!                            │           │          └ nothing met          │
+//!                          land ◄────────┴──────────┴───────────► next from the stack
 //! ```
+//!
+//! Where the hierarchy is larger than caches are, what a ray visits next is asked for from memory
+//! at the end of its turn.
 //!
 //! Who goes where is written into lists without a branch, so no guess of the CPU's goes wrong. Rays of
 //! one octant fly together: which side of a box is the near one is then known when this is compiled.
@@ -24,7 +27,10 @@ use crate::slab::{SlabLanes, Slabs, octant};
 use crate::stack::{BOTTOM, Stack};
 
 /// Rays in flight.
-const FLIGHT: usize = 32;
+const FLIGHT: usize = 64;
+
+/// A hierarchy of more bytes than this is not expected to stay in the caches.
+const LARGE: usize = 1 << 26;
 
 /// Where a ray is on its way, in a cache line.
 #[derive(Clone, Copy, Default)]
@@ -51,16 +57,16 @@ struct Load<M: Mode> {
 
 /// Places of rays that have the same to do, one bit each.
 #[derive(Clone, Copy)]
-struct Set(u32);
+struct Set(u64);
 
 impl Set {
     const EMPTY: Self = Self(0);
-    const ALL: Self = Self(u32::MAX);
+    const ALL: Self = Self(u64::MAX);
 
     /// Adds a place, or not.
     #[inline(always)]
     fn put(&mut self, place: usize, put: bool) {
-        self.0 |= u32::from(put) << (place % FLIGHT);
+        self.0 |= u64::from(put) << (place % FLIGHT);
     }
 
     /// Those that are in neither of two others.
@@ -124,6 +130,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
     let mut loads = [idle; FLIGHT];
     let mut ways = [Way::default(); FLIGHT];
 
+    let large = size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.packs[..]) > LARGE;
     let all_boxed = bvh.boxed == bvh.packs.len();
 
     let mut from = 0;
@@ -158,20 +165,6 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                 break;
             }
 
-            // Nodes.
-            let (at_node, met_nothing) = match octant {
-                0 => visit_nodes::<S, 0>(bvh, &mut ways, stacks, nodes),
-                1 => visit_nodes::<S, 1>(bvh, &mut ways, stacks, nodes),
-                2 => visit_nodes::<S, 2>(bvh, &mut ways, stacks, nodes),
-                3 => visit_nodes::<S, 3>(bvh, &mut ways, stacks, nodes),
-                4 => visit_nodes::<S, 4>(bvh, &mut ways, stacks, nodes),
-                5 => visit_nodes::<S, 5>(bvh, &mut ways, stacks, nodes),
-                6 => visit_nodes::<S, 6>(bvh, &mut ways, stacks, nodes),
-                _ => visit_nodes::<S, 7>(bvh, &mut ways, stacks, nodes),
-            };
-            leaves = leaves.and(nodes.without(at_node, met_nothing));
-            nodes = at_node;
-
             // Leaves.
             free = Set::EMPTY;
             for place in leaves.places() {
@@ -185,6 +178,20 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                 free.put(place, A::ANY && best.is_hit());
             }
 
+            // Nodes.
+            let (at_node, met_nothing) = match octant {
+                0 => visit_nodes::<S, 0>(bvh, &mut ways, stacks, nodes),
+                1 => visit_nodes::<S, 1>(bvh, &mut ways, stacks, nodes),
+                2 => visit_nodes::<S, 2>(bvh, &mut ways, stacks, nodes),
+                3 => visit_nodes::<S, 3>(bvh, &mut ways, stacks, nodes),
+                4 => visit_nodes::<S, 4>(bvh, &mut ways, stacks, nodes),
+                5 => visit_nodes::<S, 5>(bvh, &mut ways, stacks, nodes),
+                6 => visit_nodes::<S, 6>(bvh, &mut ways, stacks, nodes),
+                _ => visit_nodes::<S, 7>(bvh, &mut ways, stacks, nodes),
+            };
+            let at_leaf = nodes.without(at_node, met_nothing);
+            nodes = at_node;
+
             // The next from the stack.
             let popping = met_nothing.and(leaves.without(free, Set::EMPTY));
             let mut at_node = Set::EMPTY;
@@ -195,8 +202,13 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                 at_node.put(place, next & LEAF == 0);
                 free.put(place, next == BOTTOM);
             }
-            leaves = popping.without(at_node, free);
+            leaves = at_leaf.and(popping.without(at_node, free));
             nodes = nodes.and(at_node);
+            if large {
+                ask(&bvh.packs, &ways, leaves);
+                ask(&bvh.indices, &ways, leaves);
+                ask(&bvh.nodes, &ways, nodes);
+            }
 
             // Who has nothing left has arrived.
             for place in free.places() {
@@ -207,6 +219,14 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
         }
     }
     landing.finish::<S, A>(answers);
+}
+
+/// Asks for those of `things` that rays visit next.
+#[inline(always)]
+fn ask<T>(things: &[T], ways: &[Way; FLIGHT], at: Set) {
+    for place in at.places() {
+        prefetch(&things[(ways[place].next & !LEAF) as usize..][..1]);
+    }
 }
 
 /// Tests the boxes of the nodes that rays are at. Gives who is at a node next, and who met nothing.
