@@ -14,7 +14,7 @@
 //! scalar listing gives. This is also what replays the lanes that an f32 bound cannot decide.
 
 use crate::lanes::{Lanes, Level, Mask};
-use crate::mode::{Counts, Found, Test, Threshold};
+use crate::mode::{Counts, Found, Test, Threshold, Which};
 use crate::packet::RayLanes;
 use crate::{Ray, RayPacket, Triangle, TrianglePack, Vec3};
 
@@ -202,6 +202,11 @@ impl Test for Double {
     #[inline(always)]
     fn level(&self) -> Level {
         self.level
+    }
+
+    #[inline(always)]
+    fn which(&self) -> Which<'_> {
+        Which::Double(self)
     }
 
     #[inline(always)]

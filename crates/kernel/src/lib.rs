@@ -44,7 +44,7 @@ pub use certified::{
 pub use cramer::Coefficients;
 pub use data::{Hit, Ray, Triangle};
 pub use double::Double;
-pub use mode::{BadThreshold, Counts, Lane, Threshold, Width};
+pub use mode::{BadThreshold, Counts, Lane, Threshold, Which, Width};
 pub use packet::{Hits, RayPacket, TrianglePack};
 pub use pairs::Pairs;
 pub use prepared::{Prepared, PreparedPacket, PreparedRay};

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::lanes::{Lanes, Level, Simd};
-use crate::{Certified, Ray, RayPacket, Triangle, TrianglePack};
+use crate::{Certified, Double, Ray, RayPacket, Triangle, TrianglePack};
 
 /// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
 /// that is still no hit.
@@ -86,6 +86,27 @@ impl fmt::Display for BadThreshold {
 }
 
 impl core::error::Error for BadThreshold {}
+
+/// Which of the modes a [`Mode`](crate::Mode) is: who is generic over modes may treat one apart, or have what
+/// he does with either compiled in one place.
+///
+/// ```
+/// use intertri::{Certified, Double, Mode, Which};
+/// fn name<M: Mode>(mode: &M) -> &'static str {
+///     match mode.which() {
+///         Which::Certified(_) => "certified",
+///         Which::Double(_) => "double",
+///     }
+/// }
+/// assert_eq!((name(&Certified::default()), name(&Double::default())), ("certified", "double"));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub enum Which<'a> {
+    /// f32 lanes that answer as f64 would.
+    Certified(&'a Certified),
+    /// f64 lanes.
+    Double(&'a Double),
+}
 
 /// How many lanes a packet may have: the marker `Lane<N>` of a width that there is.
 ///
@@ -207,10 +228,8 @@ pub trait Test: Copy + Send + Sync {
     /// The level of instructions to run on.
     fn level(&self) -> Level;
 
-    /// Itself, if it is the mode `certified`: who asks can treat rays that share an origin together.
-    fn certified(&self) -> Option<&Certified> {
-        None
-    }
+    /// Which mode it is.
+    fn which(&self) -> Which<'_>;
 
     /// The threshold of the document's test.
     fn threshold(&self) -> Threshold;

@@ -1,7 +1,7 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 
 use intertri::lanes::{Level, Simd, WithSimd};
-use intertri::{Counts, Hit, Mode, Ray, Replay};
+use intertri::{Counts, Hit, Mode, Ray, Replay, Which};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
@@ -113,7 +113,7 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         counts: &mut Counts,
     ) -> Tiled {
         let bvh = self.bvh;
-        let Some(mode) = self.mode.certified() else { return Tiled::Not };
+        let Which::Certified(mode) = self.mode.which() else { return Tiled::Not };
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {

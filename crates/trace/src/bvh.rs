@@ -3,9 +3,9 @@
 use intertri::lanes::{Level, Simd, WithSimd};
 use intertri::{Best, Counts, Hit, Mode, Ray, RayPacket, Triangle, TrianglePack};
 
-use crate::batch::{self, OfMode};
 use crate::build::{self, BuildError, Tree};
 use crate::node::{NONE, Node};
+use crate::questions;
 use crate::search;
 use crate::stack::{Lent, Stack};
 
@@ -114,17 +114,17 @@ impl Bvh {
 
     /// The closest hit; of equal t, the lowest index.
     pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Hit {
-        mode.level().run(Closest { bvh: self, mode, ray })
+        questions::closest(self, mode.which(), ray)
     }
 
     /// Whether anything is hit.
     pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
-        mode.level().run(Any { bvh: self, mode, ray })
+        questions::any(self, mode.which(), ray)
     }
 
     /// Every hit, in the order of the triangles.
     pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
-        mode.level().run(All { bvh: self, mode, ray })
+        questions::all(self, mode.which(), ray)
     }
 
     /// [`Bvh::closest`] of the rays of a packet; a dead lane is a miss.
@@ -147,7 +147,7 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::answer(&OfMode { bvh: self, mode }, rays, hits)
+        questions::closest_of_each(self, mode.which(), rays, hits)
     }
 
     /// The triangles of [`Bvh::closest_of_each`] alone, `u32::MAX` for a miss: where nobody asks for
@@ -161,7 +161,7 @@ impl Bvh {
         rays: &[Ray],
         triangles: &mut [u32],
     ) -> Counts {
-        batch::answer(&OfMode { bvh: self, mode }, rays, triangles)
+        questions::triangles_of_each(self, mode.which(), rays, triangles)
     }
 
     /// [`Bvh::any`] of many rays: `hits[i]` becomes the answer of `rays[i]`.
@@ -172,7 +172,7 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_of_each<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [bool]) -> Counts {
-        batch::answer(&OfMode { bvh: self, mode }, rays, hits)
+        questions::any_of_each(self, mode.which(), rays, hits)
     }
 
     /// The triangle in a place of the packs.
@@ -225,23 +225,6 @@ impl WithSimd for Pack<'_> {
     }
 }
 
-struct Closest<'a, M> {
-    bvh: &'a Bvh,
-    mode: &'a M,
-    ray: &'a Ray,
-}
-
-impl<M: Mode> WithSimd for Closest<'_, M> {
-    type Output = Hit;
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Hit {
-        let Self { bvh, mode, ray } = self;
-        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
-        let best = search::closest::<M, S>(bvh, mode, ray, false, stack, counts);
-        bvh.hit(mode, ray, &best)
-    }
-}
-
 struct Packet<'a, M, const N: usize> {
     bvh: &'a Bvh,
     mode: &'a M,
@@ -260,43 +243,5 @@ impl<M: Mode, const N: usize> WithSimd for Packet<'_, M, N> {
             let best = search::closest::<M, S>(bvh, mode, &ray, false, &mut stack, &mut counts);
             hits[lane] = bvh.hit(mode, &ray, &best);
         }
-    }
-}
-
-struct Any<'a, M> {
-    bvh: &'a Bvh,
-    mode: &'a M,
-    ray: &'a Ray,
-}
-
-impl<M: Mode> WithSimd for Any<'_, M> {
-    type Output = bool;
-    #[inline(always)]
-    fn run<S: Simd>(self) -> bool {
-        let Self { bvh, mode, ray } = self;
-        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
-        search::closest::<M, S>(bvh, mode, ray, true, stack, counts).is_hit()
-    }
-}
-
-struct All<'a, M> {
-    bvh: &'a Bvh,
-    mode: &'a M,
-    ray: &'a Ray,
-}
-
-impl<M: Mode> WithSimd for All<'_, M> {
-    type Output = Vec<Hit>;
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Vec<Hit> {
-        let Self { bvh, mode, ray } = self;
-        let found = search::all::<M, S>(bvh, mode, ray, &mut bvh.stack());
-        let hit = |(place, t): (u32, f64)| {
-            let index = bvh.indices[place as usize / 8][place as usize % 8];
-            Hit::at(t, index, ray, &bvh.triangle_in(place))
-        };
-        let mut hits: Vec<Hit> = found.into_iter().map(hit).collect();
-        hits.sort_unstable_by_key(|hit| hit.triangle);
-        hits
     }
 }

@@ -13,6 +13,7 @@ mod integers;
 mod leaves;
 mod node;
 mod pyramid;
+mod questions;
 #[cfg(test)]
 mod random;
 mod scratch;

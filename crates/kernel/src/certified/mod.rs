@@ -17,7 +17,7 @@ mod screen;
 mod view;
 
 use crate::lanes::{Lanes, Level, Mask, Simd};
-use crate::mode::{Counts, Found, Lane, Test, Threshold, Width};
+use crate::mode::{Counts, Found, Lane, Test, Threshold, Which, Width};
 use crate::verbs;
 use crate::{Bests, PreparedPacket, Ray, RayPacket, Triangle, TrianglePack};
 
@@ -92,8 +92,8 @@ impl Test for Certified {
     }
 
     #[inline(always)]
-    fn certified(&self) -> Option<&Self> {
-        Some(self)
+    fn which(&self) -> Which<'_> {
+        Which::Certified(self)
     }
 
     #[inline(always)]
