@@ -16,7 +16,7 @@
 //! Who goes where is written into lists without a branch, so no guess of the CPU's goes wrong. Rays of
 //! one octant fly together: which side of a box is the near one is then known when this is compiled.
 
-use intertri::lanes::{Simd, prefetch};
+use intertri::lanes::{Simd, WithSimd, prefetch};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
 use crate::answer::{Answer, Landing};
@@ -131,6 +131,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
     let mut ways = [Way::default(); FLIGHT];
 
     let large = size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.packs[..]) > LARGE;
+    let level = mode.level();
     let all_boxed = bvh.boxed == bvh.packs.len();
 
     let mut from = 0;
@@ -180,14 +181,14 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
 
             // Nodes.
             let (at_node, met_nothing) = match octant {
-                0 => visit_nodes::<S, 0>(bvh, &mut ways, stacks, nodes),
-                1 => visit_nodes::<S, 1>(bvh, &mut ways, stacks, nodes),
-                2 => visit_nodes::<S, 2>(bvh, &mut ways, stacks, nodes),
-                3 => visit_nodes::<S, 3>(bvh, &mut ways, stacks, nodes),
-                4 => visit_nodes::<S, 4>(bvh, &mut ways, stacks, nodes),
-                5 => visit_nodes::<S, 5>(bvh, &mut ways, stacks, nodes),
-                6 => visit_nodes::<S, 6>(bvh, &mut ways, stacks, nodes),
-                _ => visit_nodes::<S, 7>(bvh, &mut ways, stacks, nodes),
+                0 => level.run(Nodes::<0> { bvh, ways: &mut ways, stacks, at: nodes }),
+                1 => level.run(Nodes::<1> { bvh, ways: &mut ways, stacks, at: nodes }),
+                2 => level.run(Nodes::<2> { bvh, ways: &mut ways, stacks, at: nodes }),
+                3 => level.run(Nodes::<3> { bvh, ways: &mut ways, stacks, at: nodes }),
+                4 => level.run(Nodes::<4> { bvh, ways: &mut ways, stacks, at: nodes }),
+                5 => level.run(Nodes::<5> { bvh, ways: &mut ways, stacks, at: nodes }),
+                6 => level.run(Nodes::<6> { bvh, ways: &mut ways, stacks, at: nodes }),
+                _ => level.run(Nodes::<7> { bvh, ways: &mut ways, stacks, at: nodes }),
             };
             let at_leaf = nodes.without(at_node, met_nothing);
             nodes = at_node;
@@ -229,27 +230,37 @@ fn ask<T>(things: &[T], ways: &[Way; FLIGHT], at: Set) {
     }
 }
 
-/// Tests the boxes of the nodes that rays are at. Gives who is at a node next, and who met nothing.
-#[inline(always)]
-fn visit_nodes<S: Simd, const OCTANT: usize>(
-    bvh: &Bvh,
-    ways: &mut [Way; FLIGHT],
-    stacks: &mut Stack,
+/// The nodes that rays of an octant are at. Entered by its level, so that it is compiled once for all modes and
+/// questions.
+struct Nodes<'a, const OCTANT: usize> {
+    bvh: &'a Bvh,
+    ways: &'a mut [Way; FLIGHT],
+    stacks: &'a mut Stack,
     at: Set,
-) -> (Set, Set) {
-    let (mut at_node, mut met_nothing) = (Set::EMPTY, Set::EMPTY);
-    for place in at.places() {
-        let way = &mut ways[place];
-        let node = &bvh.nodes[way.next as usize];
-        let lanes = SlabLanes::<S::F32x8>::splat(&way.slabs, OCTANT);
-        let (met, near) = lanes.meet(node, way.t_min, way.far);
-        let next = stacks.push::<S>(&mut way.top, node, OCTANT, met, near);
-        way.next = next;
-        at_node.put(place, next & LEAF == 0);
-        met_nothing.put(place, next == BOTTOM);
-    }
-    (at_node, met_nothing)
 }
+
+impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
+    type Output = (Set, Set);
+
+    /// Tests their boxes. Gives who is at a node next, and who met nothing.
+    #[inline(always)]
+    fn run<S: Simd>(self) -> (Set, Set) {
+        let Self { bvh, ways, stacks, at } = self;
+        let (mut at_node, mut met_nothing) = (Set::EMPTY, Set::EMPTY);
+        for place in at.places() {
+            let way = &mut ways[place];
+            let node = &bvh.nodes[way.next as usize];
+            let lanes = SlabLanes::<S::F32x8>::splat(&way.slabs, OCTANT);
+            let (met, near) = lanes.meet(node, way.t_min, way.far);
+            let next = stacks.push::<S>(&mut way.top, node, OCTANT, met, near);
+            way.next = next;
+            at_node.put(place, next & LEAF == 0);
+            met_nothing.put(place, next == BOTTOM);
+        }
+        (at_node, met_nothing)
+    }
+}
+
 const _: () = assert!(size_of::<Way>() == 64);
 
 #[cfg(test)]
