@@ -87,8 +87,8 @@ impl fmt::Display for BadThreshold {
 
 impl core::error::Error for BadThreshold {}
 
-/// Which of the modes a [`Mode`](crate::Mode) is: who is generic over modes may treat one apart, or have what
-/// he does with either compiled in one place.
+/// Which of the modes a [`Mode`](crate::Mode) is, so that what is generic over modes may treat one apart, or be
+/// compiled for both in one place.
 ///
 /// ```
 /// use intertri::{Certified, Double, Mode, Which};

@@ -4,10 +4,15 @@
 //! CPU does the others' steps.
 //!
 //! ```text
-//!   rays of an octant ──► take off ──► leaves ──► nodes ──► next is a node, or a leaf
-//!                            ▲           │          │                      ▲
-//!                            │           │          └ nothing met          │
-//!                          land ◄────────┴──────────┴───────────► next from the stack
+//!   rays of an octant ──► take off ◄────────── land
+//!                            │                  ▲
+//!                            ▼                  │ nothing left, or any hit will do
+//!                     ┌──► leaves ──────► next from the stack
+//!                     │      │                  ▲       │
+//!                     │      ▼                  │       │
+//!                     │    nodes ───────────────┘       │
+//!                     │      │ at a child   nothing met │
+//!                     └──────┴──────────────────────────┘
 //! ```
 //!
 //! Where the hierarchy is larger than caches are, what a ray visits next is asked for from memory
@@ -29,8 +34,9 @@ use crate::stack::{BOTTOM, Stack};
 /// Rays in flight.
 const FLIGHT: usize = 64;
 
-/// A hierarchy of more bytes than this is not expected to stay in the caches.
-const LARGE: usize = 1 << 26;
+/// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and are
+/// to be asked for, too.
+const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
 /// Where a ray is on its way, in a cache line.
 #[derive(Clone, Copy, Default)]
