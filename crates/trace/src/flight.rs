@@ -154,7 +154,10 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     let ray = &rays[number as usize];
                     let flies = all_boxed && ray.t_min < ray.t_max;
                     let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| flies) else {
-                        let best = search::closest::<M, S>(bvh, mode, ray, A::ANY, stack, counts);
+                        let best = S::vectorize(
+                            #[inline(always)]
+                            || search::closest::<M, S>(bvh, mode, ray, A::ANY, stack, counts),
+                        );
                         landing.land::<S, A>(bvh, ray, number, &best, answers);
                         continue;
                     };

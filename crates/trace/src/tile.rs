@@ -91,7 +91,10 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     let first = leaves.packs;
     for pack in bvh.boxed..bvh.packs.len() {
         leaves.packs[0] = pack as u32;
-        tile.visit((leaves, 1), any, seen, counts);
+        S::vectorize(
+            #[inline(always)]
+            || tile.visit((leaves, 1), any, seen, counts),
+        );
     }
     leaves.packs = first;
 

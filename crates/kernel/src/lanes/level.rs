@@ -155,32 +155,29 @@ impl Level {
     }
 
     /// Does the work on the lanes of this level.
-    #[allow(unsafe_code)]
     #[inline]
     pub fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self.0 {
-            Kind::Scalar => work.run::<Scalar>(),
-            Kind::Wide => work.run::<Wide>(),
+            Kind::Scalar => enter::<Scalar, W>(work),
+            Kind::Wide => enter::<Wide, W>(work),
             #[cfg(target_arch = "x86_64")]
-            Kind::Sse41 => {
-                debug_assert!(Self::sse41().is_some());
-                // SAFETY: `SSE41` is handed out by `sse41()` alone, after it found this feature.
-                unsafe { sse41(work) }
-            }
+            Kind::Sse41 => enter::<Sse41, W>(work),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => {
-                debug_assert!(Self::avx2().is_some());
-                // SAFETY: `AVX2` is handed out by `avx2()` alone, after it found these features.
-                unsafe { avx2(work) }
-            }
+            Kind::Avx2 => enter::<Avx2, W>(work),
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => {
-                debug_assert!(Self::avx512().is_some());
-                // SAFETY: `AVX512` is handed out by `avx512()` alone, after it found these features.
-                unsafe { avx512(work) }
-            }
+            Kind::Avx512 => enter::<Avx512, W>(work),
         }
     }
+}
+
+/// Does the work on the lanes of a level that this CPU has.
+#[inline(always)]
+fn enter<S: Simd, W: WithSimd>(work: W) -> W::Output {
+    debug_assert!(Level::all().any(|level| level == S::LEVEL));
+    S::vectorize(
+        #[inline(always)]
+        || work.run::<S>(),
+    )
 }
 
 /// Does the work on the widest lanes of this CPU.
@@ -227,24 +224,4 @@ pub fn prefetch<T>(things: &[T]) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = things;
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "sse4.1")]
-fn sse41<W: WithSimd>(work: W) -> W::Output {
-    work.run::<Sse41>()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn avx2<W: WithSimd>(work: W) -> W::Output {
-    work.run::<Avx2>()
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(
-    enable = "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt"
-)]
-fn avx512<W: WithSimd>(work: W) -> W::Output {
-    work.run::<Avx512>()
 }

@@ -198,6 +198,31 @@ pub trait Simd: Copy {
     /// Which level this is.
     const LEVEL: Level;
 
+    /// Does a piece of work by a call, compiled with this level's instructions and with a frame of its own. The
+    /// closure must be `#[inline(always)]`, and what it calls.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Twice(f32);
+    /// impl WithSimd for Twice {
+    ///     type Output = f32;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> f32 {
+    ///         let mut lanes = [self.0; 8];
+    ///         S::vectorize(#[inline(always)] || {
+    ///             let x = S::F32x8::load(&lanes);
+    ///             (x + x).store(&mut lanes);
+    ///         });
+    ///         lanes[7]
+    ///     }
+    /// }
+    /// assert_eq!(dispatch(Twice(21.0)), 42.0);
+    /// ```
+    fn vectorize<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
     /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
     ///
     /// ```

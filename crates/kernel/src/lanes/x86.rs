@@ -31,6 +31,21 @@ macro_rules! cpu {
     };
 }
 
+/// [`Simd::vectorize`] with a level's instructions: who can name the level is run by [`super::Level::run`], or by
+/// this.
+macro_rules! vectorize {
+    ($features:literal) => {
+        #[inline(always)]
+        fn vectorize<R>(work: impl FnOnce() -> R) -> R {
+            #[target_feature(enable = $features)]
+            fn with_features<R>(work: impl FnOnce() -> R) -> R {
+                work()
+            }
+            cpu!(with_features(work))
+        }
+    };
+}
+
 macro_rules! operator {
     ($t:ty, $op:ident $f:ident $intrinsic:ident) => {
         impl $op for $t {
@@ -312,6 +327,8 @@ impl Simd for Sse41 {
     type I64x4 = Pair<Reg<__m128i>>;
     type I64x8 = Pair<Pair<Reg<__m128i>>>;
     const LEVEL: Level = Level::SSE41;
+
+    vectorize!("sse4.1");
 }
 
 /// Four rows of four as columns, in each 128 bits of registers of any width.
@@ -391,6 +408,8 @@ impl Simd for Avx2 {
     type I64x8 = Pair<Reg<__m256i>>;
     const LEVEL: Level = Level::AVX2;
 
+    vectorize!("avx2,fma,bmi1,bmi2,lzcnt,popcnt");
+
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         Reg(cpu!(permute(lanes.0, order)))
@@ -432,6 +451,8 @@ impl Simd for Avx512 {
     type I64x4 = Reg<__m256i>;
     type I64x8 = Reg<__m512i>;
     const LEVEL: Level = Level::AVX512;
+
+    vectorize!("avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
