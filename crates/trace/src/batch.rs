@@ -17,7 +17,8 @@ use crate::toward::{Toward, Turned};
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 
-/// So many rays that make no tile are answered together: more would no longer fit into the cache.
+/// So many rays that make no tile are answered together: more would no longer fit into the cache. Those that
+/// tiles leave wait for the end of their chunk: after a tile some CPUs have a lower clock for a while.
 const FLIGHT: usize = 4096;
 
 /// Rays of the smallest tile.
@@ -118,7 +119,10 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         let judge = Replay { mode, rays, find, index };
         if shares_origin(rays) {
             let (by, pencil) = ((mode, &judge), Pencil { rays, next, toward: None });
-            return tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts);
+            return S::vectorize(
+                #[inline(always)]
+                || tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts),
+            );
         }
 
         // Whether rays hit anything can be asked from where they end, too.
@@ -127,7 +131,10 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
             return Tiled::Not;
         }
         let (by, pencil) = ((mode, &Turned(judge)), Pencil { rays, next, toward });
-        tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts)
+        S::vectorize(
+            #[inline(always)]
+            || tile::search::<S, _, _>(bvh, by, &pencil, A::ANY, room, counts),
+        )
     }
 
     #[inline(always)]
@@ -143,7 +150,10 @@ impl<M: Mode> Tracer for OfMode<'_, M> {
         answers: &mut [A],
         counts: &mut Counts,
     ) {
-        flight::search::<M, S, A>(self.bvh, self.mode, rays, numbers, answers, counts);
+        S::vectorize(
+            #[inline(always)]
+            || flight::search::<M, S, A>(self.bvh, self.mode, rays, numbers, answers, counts),
+        );
     }
 }
 
@@ -173,16 +183,19 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             let answers = &mut all_answers[at..end];
             let tile = (rays, next);
             let room = (&mut screen, &mut scratch);
-            let (left, work) = match tracer.search::<S, A>(tile, room, &mut counts) {
+            let (tiled, left, work) = match tracer.search::<S, A>(tile, room, &mut counts) {
                 Tiled::Done { left, work } => {
-                    A::of_tile::<S, T>(tracer, rays, &mut scratch, answers);
-                    (left, work)
+                    S::vectorize(
+                        #[inline(always)]
+                        || A::of_tile::<S, T>(tracer, rays, &mut scratch, answers),
+                    );
+                    (true, left, work)
                 }
                 Tiled::TooWide if size > SMALLEST => {
                     size /= 4;
                     continue;
                 }
-                Tiled::TooWide | Tiled::Not => (u64::MAX, 0),
+                Tiled::TooWide | Tiled::Not => (false, u64::MAX, 0),
             };
 
             // The others wait for some more of them, unless some hit was asked for and is found.
@@ -202,7 +215,8 @@ impl<T: Tracer, A: Answer> WithSimd for Batch<'_, T, A> {
             }
             size = size.min(most);
 
-            if others.len() >= FLIGHT || at == all.len() && !others.is_empty() {
+            let enough = if tiled { usize::MAX } else { FLIGHT };
+            if others.len() >= enough || at == all.len() && !others.is_empty() {
                 tracer.others::<S, A>(all, &others, all_answers, &mut counts);
                 others.clear();
             }

@@ -54,8 +54,8 @@ impl Scratch {
         slot.clear();
         slot.extend(seen.iter().map(|&place| bvh.index_of(place)));
         slot.push(NOTHING);
-        let none = seen.len();
-        for (triangle, &number) in triangles.iter_mut().zip(&*found) {
+        let (slot, none) = (&slot[..=seen.len()], seen.len());
+        for (triangle, &number) in triangles.iter_mut().zip(&found[..]) {
             *triangle = slot[none.min(number as usize)];
         }
     }
@@ -69,14 +69,15 @@ impl Scratch {
         let none = seen.len();
         slot.clear();
         slot.resize(none + 1, 0);
-        for &number in found.iter() {
-            slot[none.min(number as usize)] = 1;
+        let marks = &mut slot[..=none];
+        for &number in &found[..] {
+            marks[none.min(number as usize)] = 1;
         }
         hit.clear();
         hit.resize(none + 1, 0);
-        let mut count = 0;
-        for (&place, slot) in seen.iter().zip(slot) {
-            hit[count.min(none)] = place;
+        let (places, mut count) = (&mut hit[..=none], 0);
+        for (&place, slot) in seen.iter().zip(marks) {
+            places[count.min(none)] = place;
             (*slot, count) = (count as u32, count + *slot as usize);
         }
         hit.truncate(count);
@@ -92,8 +93,8 @@ impl Scratch {
             let (corners, indices) = eight(bvh, places);
             Sight::eight_in::<S>(&corners, &indices, rays[0].origin, to);
         }
-        let sights = sights.as_flattened();
-        for ((ray, to), &number) in rays.iter().zip(hits).zip(&*found) {
+        let (sights, slot) = (sights.as_flattened(), &slot[..]);
+        for ((ray, to), &number) in rays.iter().zip(hits).zip(&found[..]) {
             match number {
                 NOTHING => *to = Hit::MISS,
                 number => sights[slot[number as usize] as usize].hit_in::<S>(ray.dir, to),
