@@ -1,6 +1,8 @@
 //! The crate `bvh`: boxes are its business, triangles the caller's, who gets a plain f32
 //! Möller-Trumbore here.
 
+use std::ops::Range;
+
 use ::bvh::aabb::{Aabb, Bounded};
 use ::bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use ::bvh::bvh::Bvh;
@@ -78,10 +80,11 @@ impl Engine for TwoWay {
         });
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Self { bvh, shapes, rays } = self;
         let (bvh, shapes) = (&*bvh, &shapes[..]);
         rays.trace(
+            part,
             |(ray, far)| {
                 let (mut best, mut far) = (Answer::MISS, *far);
                 for shape in bvh.nearest_traverse_iterator(ray, shapes) {

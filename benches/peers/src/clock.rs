@@ -1,21 +1,27 @@
-//! The clock of the core: how fast it runs right now, by a chain of additions that take a cycle each.
+//! The clock of the core: how fast it runs right now, by chains of additions that take a cycle each.
+//!
+//! Several chains side by side, for a core that another thread shares is slower without another clock.
 
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Additions in a sample, each of which waits for the one before.
-const CHAIN: u32 = 100_000;
-/// A repeat at a clock further than this from the middle one of its cell does not count.
+/// Additions in a chain, each of which waits for the one before; and chains in a sample.
+const LENGTH: u32 = 100_000;
+const CHAINS: usize = 4;
+/// What is measured at a clock further than this from the usual one does not count.
 const STEADY: f64 = 0.03;
+/// The usual clock: so many of a thousand are slower. A dip of the other half of the time would be taken for
+/// usual by the middle one; the fastest of all may be a boost.
+const USUAL: usize = 900;
 
-/// The clock of all repeats of a cell.
+/// The clock while an engine traced the rays of a cell.
 #[derive(Default)]
 pub struct Clock {
     seen: Vec<f64>,
 }
 
 impl Clock {
-    /// Additions a nanosecond, now: the clock in GHz, of the better of two samples.
+    /// Additions of a chain a nanosecond, now: the clock in GHz, of the better of two samples.
     pub fn now() -> f64 {
         sample().max(sample())
     }
@@ -25,38 +31,38 @@ impl Clock {
         (0..400).map(|_| sample()).fold(0.0, f64::max)
     }
 
-    /// Remembers the clock of a repeat.
+    /// Remembers a clock.
     pub fn add(&mut self, clock: f64) {
         let at = self.seen.partition_point(|&seen| seen < clock);
         self.seen.insert(at, clock);
     }
 
-    /// Whether a repeat at this clock counts: a dip does not, nor does a boost, but a clock that has
-    /// become another for good is the clock.
+    /// Whether what was measured at this clock counts: in a dip it does not, nor in a boost, but a clock that
+    /// has become another for good is the clock.
     pub fn is_steady(&self, clock: f64) -> bool {
         self.seen
-            .get(self.seen.len() / 2)
-            .is_some_and(|middle| (clock / middle - 1.0).abs() <= STEADY)
+            .get(self.seen.len() * USUAL / 1000)
+            .is_some_and(|usual| (clock / usual - 1.0).abs() <= STEADY)
     }
 }
 
 fn sample() -> f64 {
     let start = Instant::now();
-    let mut x = black_box(1_u64);
-    for _ in 0..CHAIN / 8 {
+    let mut x = black_box([1_u64; CHAINS]);
+    for _ in 0..LENGTH / 8 {
         // Opaque to the compiler, which would add them up at once.
         macro_rules! add {
-            ($($again:tt)*) => { $( { let _ = $again; x = black_box_register(x); } )* };
+            ($($again:tt)*) => { $( { let _ = $again; x = x.map(add_to_itself); } )* };
         }
         add!(0 1 2 3 4 5 6 7);
     }
     black_box(x);
-    f64::from(CHAIN) / start.elapsed().as_nanos() as f64
+    f64::from(LENGTH) / start.elapsed().as_nanos() as f64
 }
 
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-fn black_box_register(mut x: u64) -> u64 {
+fn add_to_itself(mut x: u64) -> u64 {
     // SAFETY: an addition of registers, nothing else.
     unsafe { std::arch::asm!("add {0}, {0}", inout(reg) x, options(pure, nomem, nostack)) };
     x
@@ -64,7 +70,7 @@ fn black_box_register(mut x: u64) -> u64 {
 
 #[cfg(target_arch = "aarch64")]
 #[inline(always)]
-fn black_box_register(mut x: u64) -> u64 {
+fn add_to_itself(mut x: u64) -> u64 {
     // SAFETY: an addition of registers, nothing else.
     unsafe { std::arch::asm!("add {0}, {0}, {0}", inout(reg) x, options(pure, nomem, nostack)) };
     x

@@ -7,6 +7,7 @@
 
 use std::ffi::{CString, c_char, c_void};
 use std::mem::ManuallyDrop;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::ptr::null_mut;
 use std::sync::Arc;
@@ -265,19 +266,20 @@ impl<const N: usize> Engine for Embree<N> {
         (self.question, self.count) = (question, rays.len());
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Self { scene, question, count, groups, triangles, t } = self;
-        let chunks = (groups.par_chunks(CHUNK / N))
-            .zip(triangles.par_chunks_mut(CHUNK / N))
-            .zip(t.par_chunks_mut(CHUNK / N));
         let last = groups.len() - 1;
+        let part = part.start / N..part.end.div_ceil(N);
+        let chunks = (groups[part.clone()].par_chunks(CHUNK / N))
+            .zip(triangles[part.clone()].par_chunks_mut(CHUNK / N))
+            .zip(t[part.clone()].par_chunks_mut(CHUNK / N));
         let tail = *count - last * N;
         chunks.enumerate().for_each(|(chunk, ((groups, triangles), t))| {
             let caller = Caller::new(scene, *question);
             let mut hit = RayHit::NONE;
             with_flush_to_zero(|| {
                 for (i, group) in groups.iter().enumerate() {
-                    let live = if chunk * (CHUNK / N) + i == last { tail } else { N };
+                    let live = if part.start + chunk * (CHUNK / N) + i == last { tail } else { N };
                     caller.ask(group, live, &mut hit);
                     t[i] = hit.far;
                     if !question.any {

@@ -1,5 +1,7 @@
 //! What a tracer must do to be measured.
 
+use std::ops::Range;
+
 use intertri::Ray;
 use rayon::prelude::*;
 
@@ -32,8 +34,9 @@ impl Answer {
 pub trait Engine: Send + Sync {
     /// Takes rays into the layout that it likes best. Not timed.
     fn load(&mut self, rays: &[Ray], question: Question);
-    /// Traces all of them, on the threads of the pool it is called in. Timed.
-    fn trace(&mut self);
+    /// Traces those of a part that begins with a multiple of [`CHUNK`] and ends with another or the last, on the
+    /// threads of the pool it is called in. Timed.
+    fn trace(&mut self, part: Range<usize>);
     /// What it found, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
     /// Whether it promises every bit of t.
@@ -68,10 +71,12 @@ impl<R: Send + Sync> Singles<R> {
     #[inline(always)]
     pub fn trace(
         &mut self,
+        part: Range<usize>,
         closest: impl Fn(&R) -> Answer + Sync,
         any: impl Fn(&R) -> bool + Sync,
     ) {
-        let chunks = self.rays.par_chunks(CHUNK).zip(self.answers.par_chunks_mut(CHUNK));
+        let (rays, answers) = (&self.rays[part.clone()], &mut self.answers[part]);
+        let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
         if self.any {
             chunks.for_each(|(rays, answers)| {
                 for (ray, answer) in rays.iter().zip(answers) {

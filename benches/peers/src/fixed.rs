@@ -1,6 +1,8 @@
 //! The mode `fixed`, through its hierarchy: triangles and rays are snapped to a grid first, so that
 //! its answers are exact on the grid and differ from the others' by the snapping.
 
+use std::ops::Range;
+
 use intertri::fixed::{self, Bits, Grid};
 use intertri::{Hit, Ray};
 use intertri_scene::Scene;
@@ -59,11 +61,13 @@ impl Engine for Fixed {
         self.seen = vec![false; rays.len()];
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         // So many at a time that they stay near.
         let Self { bvh, grid, mode, .. } = self;
-        let rays = self.rays.chunks(CHUNK).zip(self.snapped.chunks_mut(CHUNK));
-        let hits = self.hits.chunks_mut(CHUNK).zip(self.seen.chunks_mut(CHUNK));
+        let (hits, seen) = (&mut self.hits[part.clone()], &mut self.seen[part.clone()]);
+        let hits = hits.chunks_mut(CHUNK).zip(seen.chunks_mut(CHUNK));
+        let (rays, snapped) = (&self.rays[part.clone()], &mut self.snapped[part]);
+        let rays = rays.chunks(CHUNK).zip(snapped.chunks_mut(CHUNK));
         for ((rays, snapped), (hits, seen)) in rays.zip(hits) {
             grid.rays(rays, snapped, |_, why| panic!("the grid has room for every origin: {why}"));
             if self.any {

@@ -260,6 +260,6 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question) -> Vec<Answer> {
     let mut double = Batch::new(bvh.clone(), Double::default());
     double.load(rays, question);
-    double.trace();
+    double.trace(0..rays.len());
     double.answers()
 }

@@ -1,5 +1,9 @@
 //! One cell of the table: some engines, the same rays, one after the other and again.
+//!
+//! On one thread the rays of a repeat are timed in parts, each between two looks at the clock, so that a
+//! part in a dip is thrown out and not the repeat.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use intertri::Ray;
@@ -19,9 +23,9 @@ pub struct Row {
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Million rays a second: the slowest repeat that counts, the middle one, the fastest.
+    /// Million rays a second: by the slow times of each part of the rays, the middle ones, the fast.
     pub speed: [f64; 3],
-    /// Repeats that count, and those thrown out because the clock was another than usual.
+    /// Times of parts that count, and those thrown out because the clock was another than usual.
     pub repeats: usize,
     pub dips: usize,
     /// Of which engine the ratio tells, and how many times as fast this one was in the same round:
@@ -40,24 +44,69 @@ pub struct Row {
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// Seconds of each repeat of an engine, and the clock meanwhile.
+/// So many rays are timed at once on one thread: a clock that dips for milliseconds spoils little.
+const PART: usize = 1 << 16;
+
+/// Parts that count have so many times.
+const TIMES: usize = 3;
+
+/// Seconds of each part of each repeat of an engine, and the clock meanwhile.
+#[derive(Default)]
 struct Times {
-    rounds: Vec<(f64, f64)>,
+    rounds: Vec<Vec<(f64, f64)>>,
     spent: f64,
+    /// Each engine has a usual clock of its own: some CPUs lower it for wide instructions.
+    clock: Clock,
 }
 
 impl Times {
-    /// The seconds of each repeat; `None` where the clock was another than usual.
-    fn kept(&self, clock: &Clock) -> Vec<Option<f64>> {
-        let counts = |&(seconds, at): &(f64, f64)| clock.is_steady(at).then_some(seconds);
-        self.rounds.iter().map(counts).collect()
+    /// The seconds of each part of each repeat; `None` where the clock was another than usual.
+    fn kept(&self) -> Vec<Vec<Option<f64>>> {
+        let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
+        self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Whether there is enough: the time spent and some repeats, or no hope for a steady clock.
-    fn enough(&self, budget: f64, clock: &Clock) -> bool {
-        self.spent >= 4.0 * budget + 0.5
-            || self.spent >= budget && self.kept(clock).iter().flatten().count() >= 3
+    /// Whether there is enough: the time spent and some times of each part, or no hope for a steady clock.
+    fn enough(&self, budget: f64) -> bool {
+        if self.spent < budget {
+            return false;
+        }
+        let kept = self.kept();
+        let times = |part: usize| kept.iter().filter(|round| round[part].is_some()).count();
+        let all = kept.first().is_some_and(|round| (0..round.len()).all(|p| times(p) >= TIMES));
+        self.spent >= 4.0 * budget + 0.5 || all
     }
+}
+
+/// The rays of a round, by what is timed at once.
+fn parts(rays: usize, threads: usize) -> impl Iterator<Item = Range<usize>> + Clone {
+    let size = if threads == 1 { PART } else { rays };
+    (0..rays).step_by(size).map(move |from| from..rays.min(from + size))
+}
+
+/// Million rays a second by times of their parts: the slow times of each, the middle ones, the fast. Parts
+/// without any do not count.
+fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>) -> [f64; 3] {
+    let (mut rays, mut seconds) = (0, [0.0; 3]);
+    for (i, part) in parts.enumerate() {
+        let times: Vec<f64> = rounds.iter().filter_map(|round| round[i]).collect();
+        rays += if times.is_empty() { 0 } else { part.len() };
+        for (sum, time) in seconds.iter_mut().zip(spread(times)) {
+            *sum += time;
+        }
+    }
+    let [fast, middle, slow] = seconds;
+    [slow, middle, fast].map(|seconds| if rays > 0 { rays as f64 * 1e-6 / seconds } else { 0.0 })
+}
+
+/// How many times as long as `a` `b` took in a round, over the parts that count in both.
+fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
+    let (mut of_a, mut of_b) = (0.0, 0.0);
+    for (a, b) in a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))) {
+        of_a += a;
+        of_b += b;
+    }
+    (of_a > 0.0).then(|| of_b / of_a)
 }
 
 /// Runs all engines in turn until each had so many seconds; then the rows, with everything but what
@@ -70,34 +119,38 @@ pub fn measure(
     budget: f64,
     pool: &ThreadPool,
 ) -> Vec<Row> {
-    let clock = &mut Clock::default();
     for (_, engine) in engines.iter_mut() {
         engine.load(rays, question);
-        pool.install(|| engine.trace());
+        pool.install(|| engine.trace(0..rays.len()));
     }
-    let mut times: Vec<_> =
-        engines.iter().map(|_| Times { rounds: Vec::new(), spent: 0.0 }).collect();
-    while times.iter().any(|times| !times.enough(budget, clock)) {
+    let parts = parts(rays.len(), pool.current_num_threads());
+    let mut times: Vec<_> = engines.iter().map(|_| Times::default()).collect();
+    while times.iter().any(|times| !times.enough(budget)) {
         for ((_, engine), times) in engines.iter_mut().zip(&mut times) {
-            if times.enough(budget, clock) {
+            if times.enough(budget) {
                 continue;
             }
-            let (seconds, at) = pool.install(|| {
-                let before = Clock::now();
-                let start = Instant::now();
-                engine.trace();
-                let seconds = start.elapsed().as_secs_f64();
-                (seconds, before.min(Clock::now()))
+            let round: Vec<_> = pool.install(|| {
+                let mut before = Clock::now();
+                let part = |part| {
+                    let start = Instant::now();
+                    engine.trace(part);
+                    let seconds = start.elapsed().as_secs_f64();
+                    let after = Clock::now();
+                    (seconds, std::mem::replace(&mut before, after).min(after))
+                };
+                parts.clone().map(part).collect()
             });
-            clock.add(at);
-            times.rounds.push((seconds, at));
-            times.spent += seconds;
+            for &(seconds, at) in &round {
+                times.clock.add(at);
+                times.spent += seconds;
+            }
+            times.rounds.push(round);
         }
     }
 
-    let kept: Vec<_> = times.iter().map(|times| times.kept(clock)).collect();
-    let speed = |seconds: f64| rays.len() as f64 * 1e-6 / seconds;
-    let row = |((name, engine), rounds): (&Named, &Vec<Option<f64>>)| {
+    let kept: Vec<_> = times.iter().map(|times| times.kept()).collect();
+    let row = |((name, engine), rounds): (&Named, &Vec<Vec<Option<f64>>>)| {
         let answers = engine.answers();
         let (mut wrong_hits, mut wrong_triangles) = (0, 0);
         for (answer, truth) in answers.iter().zip(truth) {
@@ -107,13 +160,14 @@ pub fn measure(
                 wrong_triangles += 1;
             }
         }
-        let repeats = rounds.iter().flatten().count();
+        let all = rounds.iter().flatten().count();
+        let repeats = rounds.iter().flatten().flatten().count();
         Row {
             engine: name.clone(),
             rays: rays.len(),
-            speed: spread(rounds.iter().flatten().map(|&seconds| speed(seconds)).collect()),
+            speed: speed(rounds, parts.clone()),
             repeats,
-            dips: rounds.len() - repeats,
+            dips: all - repeats,
             wrong_hits,
             wrong_triangles,
             ..Row::default()
@@ -133,8 +187,8 @@ pub fn measure(
     for i in 0..rows.len() {
         let base = if rows[i].engine.contains("avx2") { avx2 } else { any_level };
         let Some(base) = base else { continue };
-        let rounds = kept[base].iter().zip(&kept[i]);
-        rows[i].ratio = Some(spread(rounds.filter_map(|(a, b)| Some((*a)? / (*b)?)).collect()));
+        let rounds = kept[i].iter().zip(&kept[base]);
+        rows[i].ratio = Some(spread(rounds.filter_map(|(a, b)| ratio(a, b)).collect()));
         rows[i].base = rows[base].engine.clone();
     }
     rows

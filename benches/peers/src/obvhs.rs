@@ -1,5 +1,6 @@
 //! The crate `obvhs`: a two-way and a compressed eight-way hierarchy, both of its best build.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use glam::Vec3A;
@@ -58,7 +59,7 @@ impl Engine for Obvhs {
         });
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Self { layout, triangles, indices, rays } = self;
         let answer = |hit: &RayHit| match indices.get(hit.primitive_id as usize) {
             Some(&triangle) => Answer { triangle, t: hit.t.into() },
@@ -67,6 +68,7 @@ impl Engine for Obvhs {
         macro_rules! through {
             ($bvh:ident) => {
                 rays.trace(
+                    part,
                     |ray| {
                         let mut hit = RayHit::none();
                         $bvh.ray_traverse(*ray, &mut hit, |ray, i| triangles[i].intersect(ray));

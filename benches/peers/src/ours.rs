@@ -1,5 +1,6 @@
 //! The modes of intertri, through its hierarchy.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use intertri::{Hit, Mode, Ray};
@@ -31,11 +32,11 @@ impl<M: Mode> Engine for Batch<M> {
         self.seen = vec![false; rays.len()];
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         if self.any {
-            self.bvh.any_of_each(&self.mode, &self.rays, &mut self.seen);
+            self.bvh.any_of_each(&self.mode, &self.rays[part.clone()], &mut self.seen[part]);
         } else {
-            self.bvh.closest_of_each(&self.mode, &self.rays, &mut self.hits);
+            self.bvh.closest_of_each(&self.mode, &self.rays[part.clone()], &mut self.hits[part]);
         }
     }
 
@@ -70,12 +71,12 @@ impl<M: Mode> Engine for Triangles<M> {
         self.triangles = vec![u32::MAX; rays.len()];
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Batch { bvh, mode, rays, any, .. } = &self.batch;
         if *any {
-            self.batch.trace();
+            self.batch.trace(part);
         } else {
-            bvh.triangles_of_each(mode, rays, &mut self.triangles);
+            bvh.triangles_of_each(mode, &rays[part.clone()], &mut self.triangles[part]);
         }
     }
 
@@ -107,9 +108,9 @@ impl<M: Mode> Engine for Single<M> {
         self.rays.load(rays, question, |ray| *ray);
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Self { bvh, mode, rays } = self;
-        rays.trace(|ray| answer(&bvh.closest(mode, ray)), |ray| bvh.any(mode, ray));
+        rays.trace(part, |ray| answer(&bvh.closest(mode, ray)), |ray| bvh.any(mode, ray));
     }
 
     fn answers(&self) -> Vec<Answer> {

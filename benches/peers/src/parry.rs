@@ -1,5 +1,7 @@
 //! The crate `parry3d`: a triangle mesh with its own hierarchy.
 
+use std::ops::Range;
+
 use intertri::Ray;
 use intertri_scene::Mesh;
 use parry3d::math::Vector;
@@ -30,12 +32,13 @@ impl Engine for Parry {
         });
     }
 
-    fn trace(&mut self) {
+    fn trace(&mut self, part: Range<usize>) {
         let Self { mesh, rays } = self;
         let mesh = &*mesh;
         let cast = |(ray, far): &(_, f32)| CompositeShapeRef(mesh).cast_local_ray(ray, *far, true);
         // For any hit, too, its closest is quickest: only that walk tests boxes in lanes.
         rays.trace(
+            part,
             |ray| match cast(ray) {
                 Some((triangle, t)) => Answer { triangle, t: t.into() },
                 None => Answer::MISS,

@@ -46,7 +46,7 @@ pub fn table(rows: &[Row]) {
     );
     println!(
         "{:22} {:>8} {:>15} {:>7} {:>13} {:>9} {:>9} {:>8}",
-        "", "M rays/s", "(p10 - p90)", "ratio", "(p10 - p90)", "hit/miss", "triangle", "repeats",
+        "", "M rays/s", "(p10 - p90)", "ratio", "(p10 - p90)", "hit/miss", "triangle", "times",
     );
     for row in rows {
         let [low, middle, high] = row.speed;
