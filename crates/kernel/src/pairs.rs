@@ -67,14 +67,10 @@ impl Pairs {
         // Four at a time: for one division of eight in a search some CPUs lower their clock.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {
-            let load = |rows: &[[f32; 8]; 3]| {
-                let [x, y, z] = rows;
-                let four = S::F64x4::load_f32;
-                Vec3 { x: four(&x[from..]), y: four(&y[from..]), z: four(&z[from..]) }
-            };
             let [c1, c2, c3] = &self.corners;
-            let corners = [load(c1), load(c2), load(c3)];
-            let [in_t, in_u, in_v] = crossing(corners, load(&self.origin), load(&self.dir));
+            let corners = [some::<S::F64x4>(c1, from), some(c2, from), some(c3, from)];
+            let (origin, dir) = (some(&self.origin, from), some(&self.dir, from));
+            let [in_t, in_u, in_v] = crossing(corners, origin, dir);
             in_t.store(&mut t[from..]);
             in_u.store(&mut u[from..]);
             in_v.store(&mut v[from..]);
@@ -87,6 +83,13 @@ impl Pairs {
         }
         hits
     }
+}
+
+/// The lanes from a place on.
+#[inline(always)]
+fn some<D: Lanes<Scalar = f64>>(rows: &[[f32; 8]; 3], from: usize) -> Vec3<D> {
+    let [x, y, z] = rows;
+    Vec3 { x: D::load_f32(&x[from..]), y: D::load_f32(&y[from..]), z: D::load_f32(&z[from..]) }
 }
 
 /// The exact t of triangles that are known to be hit, and the weights of their second and third corners.

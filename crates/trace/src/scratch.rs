@@ -1,7 +1,7 @@
 //! What the search of a tile found, and what is asked of that: whether, which, where.
 
 use intertri::fixed;
-use intertri::lanes::Simd;
+use intertri::lanes::{Simd, prefetch};
 use intertri::{Hit, Ray, Sight, Triangle};
 
 use crate::bvh::Bvh;
@@ -12,6 +12,10 @@ pub(crate) type Stack = Vec<(u32, f32)>;
 
 /// The number of no triangle.
 pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// The memory of a hit is asked for so many hits before it is written: it is hardly ever in the cache, and the
+/// stores of more than some tens of hits cannot wait for it.
+const AHEAD: usize = 40;
 
 /// What a search of tiles needs and need not make anew each time.
 #[derive(Default)]
@@ -94,10 +98,11 @@ impl Scratch {
             Sight::eight_in::<S>(&corners, &indices, rays[0].origin, to);
         }
         let (sights, slot) = (sights.as_flattened(), &slot[..]);
-        for ((ray, to), &number) in rays.iter().zip(hits).zip(&found[..]) {
+        for (i, (ray, &number)) in rays.iter().zip(&found[..]).enumerate() {
+            ask_ahead(hits, i);
             match number {
-                NOTHING => *to = Hit::MISS,
-                number => sights[slot[number as usize] as usize].hit_in::<S>(ray.dir, to),
+                NOTHING => hits[i] = Hit::MISS,
+                number => sights[slot[number as usize] as usize].hit_in::<S>(ray.dir, &mut hits[i]),
             }
         }
     }
@@ -118,18 +123,27 @@ impl Scratch {
             fixed::Sight::eight_in::<S>(&corners, &indices, rays[0].origin(), to);
         }
         let sights = sights.as_flattened();
-        for ((ray, to), &number) in rays.iter().zip(hits).zip(&*found) {
+        for (i, (ray, &number)) in rays.iter().zip(&*found).enumerate() {
+            ask_ahead(hits, i);
             if number == NOTHING {
-                *to = Hit::MISS;
+                hits[i] = Hit::MISS;
                 continue;
             }
             let slot = slot[number as usize] as usize;
-            if !sights[slot].hit_in::<S>(ray, to) {
+            if !sights[slot].hit_in::<S>(ray, &mut hits[i]) {
                 let triangle = fixed::Triangle::from_f32(&bvh.triangle_in(hit[slot]));
                 let crossing = fixed::Sides::new(&triangle, ray.origin()).crossing(ray);
-                *to = crossing.to_hit(ray, bvh.index_of(hit[slot]));
+                hits[i] = crossing.to_hit(ray, bvh.index_of(hit[slot]));
             }
         }
+    }
+}
+
+/// Asks for the memory of a hit that is written some time after one.
+#[inline(always)]
+fn ask_ahead(hits: &[Hit], after: usize) {
+    if let Some(hit) = hits.get(after + AHEAD) {
+        prefetch(std::slice::from_ref(hit));
     }
 }
 

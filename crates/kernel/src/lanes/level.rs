@@ -1,4 +1,4 @@
-//! The choice of instructions: what the CPU has, and the thin entries into each level.
+//! The choice of instructions: what the CPU has, and how work is run with it.
 
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512, Sse41};
