@@ -29,7 +29,7 @@ pub struct Row {
     pub repeats: usize,
     pub dips: usize,
     /// Of which engine the ratio tells, and how many times as fast this one was in the same round:
-    /// the lowest, the middle, the highest.
+    /// the lowest, the middle, the highest. None where no part counts in the same round of both.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
     /// Rays with hit and miss mistaken, and with a hit on another triangle (or, where every bit of t
@@ -188,7 +188,8 @@ pub fn measure(
         let base = if rows[i].engine.contains("avx2") { avx2 } else { any_level };
         let Some(base) = base else { continue };
         let rounds = kept[i].iter().zip(&kept[base]);
-        rows[i].ratio = Some(spread(rounds.filter_map(|(a, b)| ratio(a, b)).collect()));
+        let ratios: Vec<f64> = rounds.filter_map(|(a, b)| ratio(a, b)).collect();
+        rows[i].ratio = (!ratios.is_empty()).then(|| spread(ratios));
         rows[i].base = rows[base].engine.clone();
     }
     rows
