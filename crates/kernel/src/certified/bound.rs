@@ -45,6 +45,9 @@ pub(super) const ROUND: f32 = 8.0 * U;
 /// A denominator beyond this multiple of `Threshold |n|` is not parallel.
 pub(super) const PARALLEL: f32 = 1.001;
 
+/// |n|₂ is at most `AREA h²`: no triangle has more area for its longest edge than an equilateral one.
+pub(super) const AREA: f32 = 0.8661;
+
 /// The rounding of the hit point, relative to the origin's |.|₁: 2^-51.
 pub(super) const ORIGIN: f32 = f32::from_bits((127 - 51) << 23);
 
@@ -54,8 +57,8 @@ pub(super) const LARGEST: f32 = (1_u64 << 40) as f32;
 /// No direction is shorter (2^-40), or the filter does not decide.
 pub(super) const SHORTEST_DIR: f32 = 1.0 / LARGEST;
 
-/// `GRAZING h²` counts as so much more (2^-80), so that its product with a direction's length stays
-/// above what underflow takes from the denominator.
+/// `GRAZING h²` counts as so much more (2^-80), which with a direction's length is more than underflow
+/// takes from the denominator.
 pub(super) const GRAZING_ADD: f32 = f32::from_bits((127 - 80) << 23);
 
 /// The bound of an edge is at least `h` times this (2^-72): more than underflow takes.

@@ -28,10 +28,8 @@ pub struct Triangles<F> {
     pub(super) n: Vec3<F>,
     /// The longest edge, rounded up; NaN where the filter must not decide.
     pub(super) h: F,
-    /// `NEAR h`
-    near: F,
-    /// `GRAZING h²`, and a little.
-    grazing: F,
+    /// h²
+    hh: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
@@ -54,15 +52,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     #[inline(always)]
     pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
         let (minus_h4, h5) = (c1 - c2, c3 - c1);
-        Self {
-            c1,
-            minus_h4,
-            h5,
-            n: h5.cross_fused(minus_h4),
-            h,
-            near: h * F::splat(bound::NEAR),
-            grazing: (h * h).mul_add(F::splat(bound::GRAZING), F::splat(bound::GRAZING_ADD)),
-        }
+        Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
     }
 }
 
@@ -76,6 +66,12 @@ pub struct Rays<F> {
     edge: F,
     /// The part of the bound that is the origin's.
     off: F,
+    /// `GRAZING |d|₂`
+    grazing: F,
+    /// `GRAZING_ADD |d|₂`
+    grazing_add: F,
+    /// `DEN |d|₂`
+    den_err: F,
     /// A t beyond this is large enough, a t under that is not.
     above: F,
     below: F,
@@ -104,6 +100,9 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             len,
             edge: len * splat(bound::EDGE),
             off,
+            grazing: len * splat(bound::GRAZING),
+            grazing_add: len * splat(bound::GRAZING_ADD),
+            den_err: len * splat(bound::DEN),
             above: at_least(rays.t_min, threshold.next_up()),
             below: at_least(rays.t_min, threshold.next_down()),
         }
@@ -123,6 +122,9 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             len: F::splat(one.len),
             edge: F::splat(one.edge),
             off: F::splat(one.off),
+            grazing: F::splat(one.grazing),
+            grazing_add: F::splat(one.grazing_add),
+            den_err: F::splat(one.den_err),
             above: F::splat(one.above),
             below: F::splat(one.below),
         }
@@ -191,7 +193,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let den = tri.n.dot_fused(of.rays.dir);
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
-        Self { a, den, v, w, u: (den - v) - w, least: of.len * tri.grazing }
+        Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
     /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small?
@@ -209,7 +211,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
-        tri.h * of.edge.mul_add(self.a.norm1() + tri.near, of.off)
+        tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
     }
 
     /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
@@ -264,10 +266,9 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
         let a1 = a.norm1();
         let num = tri.n.dot_fused(a).flip(den);
         let recip = splat(1.0) / den.abs();
-        let hh = tri.h * tri.h;
-        let num_err =
-            ((a1 + splat(bound::SMALL)) * hh).mul_add(splat(bound::NUM), splat(bound::TINY));
-        let den_err = (of.len * hh).mul_add(splat(bound::DEN), splat(bound::TINY));
+        let share = a1.mul_add(splat(bound::NUM), splat(bound::NUM * bound::SMALL));
+        let num_err = tri.hh.mul_add(share, splat(bound::TINY));
+        let den_err = tri.hh.mul_add(of.den_err, splat(bound::TINY));
         let (t_lo, t_hi) = enclose(num, num_err, recip, den_err);
         Self { num, num_err, den_err, recip, t_lo, t_hi }
     }
@@ -276,7 +277,7 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
     #[inline(always)]
     pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>) -> F {
         let splat = F::splat;
-        let (a1, hh) = (edges.a.norm1(), tri.h * tri.h);
+        let (a1, hh) = (edges.a.norm1(), tri.hh);
         let perm = tri.minus_h4.abs().permanents(tri.h5.abs()).dot_fused(edges.a.abs());
         let noise = (hh * a1).mul_add(splat(bound::NUM_NOISE), (hh + a1) * splat(bound::TINY));
         perm.mul_add(splat(bound::SHARP_NUM), noise + splat(bound::TINY))
@@ -289,13 +290,15 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
     }
 }
 
-/// The enclosure of t from its numerator and the denominator's reciprocal, each with a bound.
+/// The enclosure of t from its numerator and the denominator's reciprocal, each with a bound. The products
+/// with the reciprocal come first, so that t waits for no more than one of them.
 #[inline(always)]
-fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, recip: F, den_err: F) -> (F, F) {
+pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, recip: F, den_err: F) -> (F, F) {
     let t = num * recip;
-    let err = t.abs().mul_add(den_err, num_err) * recip;
-    let rounding = t.abs().mul_add(F::splat(bound::ROUND), F::splat(bound::TINY));
-    let err = err.mul_add(F::splat(bound::SLACK), rounding);
+    let slack = recip * F::splat(bound::SLACK);
+    let share = den_err.mul_add(slack, F::splat(bound::ROUND));
+    let rest = num_err.mul_add(slack, F::splat(bound::TINY));
+    let err = t.abs().mul_add(share, rest);
     (t - err, t + err)
 }
 
@@ -341,7 +344,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let maybe = !(sure & (outside | beyond | t_hi.lt(of.below)));
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
-        let parallel = tri.n.norm1().mul_add(splat(threshold as f32 * bound::PARALLEL), least);
+        let parallel = splat(threshold as f32 * (bound::PARALLEL * bound::AREA));
+        let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
         let mut hit = (slanted & t_lo.gt(of.above) & !beyond & edge.gt(bound)).bits() & live;
         let mut undecided = maybe.bits() & live & !hit;

@@ -14,7 +14,7 @@ use crate::lanes::{Lanes, Mask};
 use crate::{Coefficients, Triangle, TrianglePack, Vec3};
 
 use super::bound;
-use super::filter::{Rays, Verdict};
+use super::filter::{Rays, Verdict, enclose};
 
 /// A triangle as it is seen from one origin.
 ///
@@ -306,11 +306,8 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
 
         // The plane's t and its enclosure.
         let recip = splat(1.0) / den_abs;
-        let t = splat(view.num) * recip;
-        let err = t.mul_add(len * splat(view.den_err), splat(view.num_err)) * recip;
-        let round = t.mul_add(splat(bound::ROUND), splat(bound::TINY));
-        let err = err.mul_add(splat(bound::SLACK), round);
-        let (t_lo, t_hi) = (t - err, t + err);
+        let den_err = len * splat(view.den_err);
+        let (t_lo, t_hi) = enclose(splat(view.num), splat(view.num_err), recip, den_err);
         let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
 
         // A hit, if nothing is in doubt.
