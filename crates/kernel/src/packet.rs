@@ -92,7 +92,8 @@ impl<const N: usize> RayPacket<N> {
 /// // The z of the first corners.
 /// assert_eq!(pack.corners()[0][2][..3], [5.0, 7.0, 7.0]);
 /// ```
-#[repr(C, align(64))]
+// A row of eight is 32 bytes, and a pack with eight indices then six cache lines.
+#[repr(C, align(32))]
 #[derive(Clone, Copy, Debug)]
 pub struct TrianglePack<const N: usize> {
     corners: [[[f32; N]; 3]; 3],

@@ -9,6 +9,17 @@ use crate::questions;
 use crate::search;
 use crate::stack::{Lent, Stack};
 
+/// Up to eight triangles, in six cache lines.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf {
+    pub(crate) pack: TrianglePack<8>,
+    /// Their indices in the order given.
+    pub(crate) indices: [u32; 8],
+}
+
+const _: () = assert!(size_of::<Leaf>() == 384);
+
 /// A bounding volume hierarchy over triangles.
 ///
 /// Its answers are those of a plain loop over all triangles, index and bits of t: they depend
@@ -29,10 +40,8 @@ pub struct Bvh {
     /// The root is the first; a leaf of a node is the index of a pack.
     pub(crate) nodes: Vec<Node>,
     /// The triangles, eight by eight.
-    pub(crate) packs: Vec<TrianglePack<8>>,
-    /// Their indices in the order given.
-    pub(crate) indices: Vec<[u32; 8]>,
-    /// How many packs, from the first, are in the nodes; the others are asked of every ray.
+    pub(crate) leaves: Vec<Leaf>,
+    /// How many leaves, from the first, are in the nodes; the others are asked of every ray.
     pub(crate) boxed: usize,
     /// No coordinate of a triangle is larger.
     pub(crate) reach: f32,
@@ -71,9 +80,9 @@ impl Bvh {
         triangles: &[Triangle],
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, BuildError> {
-        let Tree { nodes, blocks: mut indices, depth, unbounded } =
+        let Tree { nodes, mut blocks, depth, unbounded } =
             build::build_with_progress(triangles, progress)?;
-        let boxed = indices.len();
+        let boxed = blocks.len();
 
         // No coordinate is larger than those of the root's boxes, and of triangles without a box.
         let none = |side: &&f32| side.is_finite();
@@ -84,17 +93,19 @@ impl Bvh {
         let reach = sides.flatten().filter(none).chain(corners).fold(0.0, reach);
 
         // Triangles of which no box is known follow the leaves, in blocks of their own.
-        indices.extend(unbounded.chunks(8).map(|chunk| {
+        blocks.extend(unbounded.chunks(8).map(|chunk| {
             let mut block = [NONE; 8];
             block[..chunk.len()].copy_from_slice(chunk);
             block
         }));
         let level = Level::best();
-        let pack = |i: usize| level.run(Pack { triangles, block: &indices[i] });
+        let leaf = |i: usize| {
+            let indices = blocks[i];
+            Leaf { pack: level.run(Pack { triangles, block: &indices }), indices }
+        };
         Ok(Self {
-            packs: build::each(indices.len(), pack),
+            leaves: build::each(blocks.len(), leaf),
             nodes,
-            indices,
             boxed,
             reach,
             stack: 8 * depth + 8,
@@ -175,16 +186,16 @@ impl Bvh {
         questions::any_of_each(self, mode.which(), rays, hits)
     }
 
-    /// The triangle in a place of the packs.
+    /// The triangle in a place of the leaves.
     #[inline(always)]
     pub(crate) fn triangle_in(&self, place: u32) -> Triangle {
-        self.packs[place as usize / 8].triangle(place as usize % 8)
+        self.leaves[place as usize / 8].pack.triangle(place as usize % 8)
     }
 
-    /// The index of the triangle in a place of the packs.
+    /// The index of the triangle in a place of the leaves.
     #[inline(always)]
     pub(crate) fn index_of(&self, place: u32) -> u32 {
-        self.indices[place as usize / 8][place as usize % 8]
+        self.leaves[place as usize / 8].indices[place as usize % 8]
     }
 
     /// The hit that a best stands for.

@@ -64,7 +64,7 @@ impl FixedBvh {
             let of = |&index: &u32| Some((*triangles.get(index as usize)?, index));
             Block::new(indices.iter().filter_map(of))
         };
-        Ok(Self { blocks: tree.indices.iter().map(block).collect(), tree })
+        Ok(Self { blocks: tree.leaves.iter().map(|leaf| block(&leaf.indices)).collect(), tree })
     }
 
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.

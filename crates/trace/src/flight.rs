@@ -25,7 +25,7 @@ use intertri::lanes::{Simd, WithSimd, prefetch};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
 use crate::answer::{Answer, Landing};
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Leaf};
 use crate::node::LEAF;
 use crate::search;
 use crate::slab::{SlabLanes, Slabs, octant};
@@ -98,24 +98,13 @@ impl Set {
     }
 }
 
-/// Sorts the numbers of rays by octant. Gives where each octant ends.
-fn by_octant(rays: &[Ray], numbers: &[u32]) -> (Vec<u32>, [usize; 8]) {
-    let octant = |&number: &u32| octant(&rays[number as usize]);
-    let mut ends = [0; 8];
-    for number in numbers {
-        ends[octant(number)] += 1;
+/// The numbers of rays by octant.
+fn by_octant(rays: &[Ray], numbers: &[u32]) -> [Vec<u32>; 8] {
+    let mut octants = [const { Vec::new() }; 8];
+    for &number in numbers {
+        octants[octant(&rays[number as usize])].push(number);
     }
-    let mut sum = 0;
-    for end in &mut ends {
-        (*end, sum) = (sum, sum + *end);
-    }
-    let mut order = vec![0; numbers.len()];
-    for number in numbers {
-        let end = &mut ends[octant(number)];
-        order[*end] = *number;
-        *end += 1;
-    }
-    (order, ends)
+    octants
 }
 
 /// The answers of those rays whose numbers are in `flying`.
@@ -129,21 +118,18 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
     counts: &mut Counts,
 ) {
     let Some(first) = rays.first() else { return };
-    let (order, ends) = by_octant(rays, flying);
     let (stacks, stack) = (&mut bvh.stacks(FLIGHT), &mut bvh.stack());
     let landing = &mut Landing::default();
     let idle = Load { ray: mode.prepare_ray(first), best: Best::new(0.0), number: 0 };
     let mut loads = [idle; FLIGHT];
     let mut ways = [Way::default(); FLIGHT];
 
-    let large = size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.packs[..]) > LARGE;
+    let large = size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE;
     let level = mode.level();
-    let all_boxed = bvh.boxed == bvh.packs.len();
+    let all_boxed = bvh.boxed == bvh.leaves.len();
 
-    let mut from = 0;
-    for (octant, &end) in ends.iter().enumerate() {
-        let mut waiting = order[from..end].iter();
-        from = end;
+    for (octant, waiting) in by_octant(rays, flying).iter().enumerate() {
+        let mut waiting = waiting.iter();
 
         // At first all places are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
@@ -179,11 +165,11 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
             free = Set::EMPTY;
             for place in leaves.places() {
                 let (way, load) = (&mut ways[place], &mut loads[place]);
-                let pack = (way.next ^ LEAF) as usize;
-                let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
+                let leaf = (way.next ^ LEAF) as usize;
+                let Leaf { pack, indices } = &bvh.leaves[leaf];
                 let (ray, best) = (&load.ray, &mut load.best);
                 let find = |place| bvh.triangle_in(place);
-                mode.closest_in::<S>(ray, triangles, indices, 8 * pack as u32, find, best, counts);
+                mode.closest_in::<S>(ray, pack, indices, 8 * leaf as u32, find, best, counts);
                 way.far = best.t_hi();
                 free.put(place, A::ANY && best.is_hit());
             }
@@ -215,8 +201,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
             leaves = at_leaf.and(popping.without(at_node, free));
             nodes = nodes.and(at_node);
             if large {
-                ask(&bvh.packs, &ways, leaves);
-                ask(&bvh.indices, &ways, leaves);
+                ask(&bvh.leaves, &ways, leaves);
                 ask(&bvh.nodes, &ways, nodes);
             }
 

@@ -9,7 +9,7 @@
 //! Each arrow is one loop over all of them, for how much is left of a single pack or triangle the CPU
 //! cannot guess.
 
-use intertri::lanes::{Lanes, Simd, prefetch};
+use intertri::lanes::{Lanes, Simd};
 use intertri::{Certified, Outline, Outlines};
 
 use crate::bvh::Bvh;
@@ -78,12 +78,9 @@ impl Leaves {
         let Self { packs, outlines, places, packets, numbers } = self;
         let packs = &packs[..used];
         for (two, outlines) in packs.chunks(2).zip(&mut *outlines) {
-            let (first, second) = (&bvh.packs[two[0] as usize], two.get(1));
-            let second = second.map(|&pack| &bvh.packs[pack as usize]);
+            let (first, second) = (&bvh.leaves[two[0] as usize].pack, two.get(1));
+            let second = second.map(|&leaf| &bvh.leaves[leaf as usize].pack);
             *outlines = mode.outlines_in::<S>(first, second, &screen.frame, screen.slowest);
-            for &pack in two {
-                prefetch(&bvh.indices[pack as usize..][..1]);
-            }
         }
         let outlines = &outlines[..used.div_ceil(2)];
 

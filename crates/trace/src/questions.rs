@@ -113,10 +113,8 @@ impl<M: Mode> WithSimd for All<'_, M> {
     fn run<S: Simd>(self) -> Vec<Hit> {
         let Self { bvh, mode, ray } = self;
         let found = search::all::<M, S>(bvh, mode, ray, &mut bvh.stack());
-        let hit = |(place, t): (u32, f64)| {
-            let index = bvh.indices[place as usize / 8][place as usize % 8];
-            Hit::at(t, index, ray, &bvh.triangle_in(place))
-        };
+        let hit =
+            |(place, t): (u32, f64)| Hit::at(t, bvh.index_of(place), ray, &bvh.triangle_in(place));
         let mut hits: Vec<Hit> = found.into_iter().map(hit).collect();
         hits.sort_unstable_by_key(|hit| hit.triangle);
         hits

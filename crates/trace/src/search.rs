@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use intertri::lanes::{Lanes, Mask, Simd};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Leaf};
 use crate::node::LEAF;
 use crate::slab::{SlabLanes, Slabs, octant};
 use crate::stack::{BOTTOM, Stack};
@@ -15,14 +15,14 @@ use crate::stack::{BOTTOM, Stack};
 /// A trait and not a closure: its method must be inlined into the walk, or it is compiled without the
 /// level's instructions.
 pub(crate) trait Visit {
-    /// Looks at a pack of triangles. Gives the new far end of the search, or `None` to stop.
-    fn visit(&mut self, pack: usize) -> Option<f32>;
+    /// Looks at the triangles of a leaf. Gives the new far end of the search, or `None` to stop.
+    fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
 /// The origin and the direction among the numbers of a ray.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
-/// Visits the packs of triangles that a ray may hit, roughly front to back.
+/// Visits the leaves whose triangles a ray may hit, roughly front to back.
 #[inline(always)]
 pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
     // A ray that is not finite hits nothing, nor does one without an interval.
@@ -44,8 +44,8 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
 
     let mut far = ray.t_max;
     loop {
-        // The next pack: one without a box, or the next leaf that begins before the best hit.
-        let pack = if unboxed < bvh.packs.len() {
+        // The next leaf: one without a box, or the next that begins before the best hit.
+        let leaf = if unboxed < bvh.leaves.len() {
             unboxed += 1;
             unboxed - 1
         } else {
@@ -69,7 +69,7 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
                 };
             }
         };
-        match visitor.visit(pack) {
+        match visitor.visit(leaf) {
             Some(nearer) => far = nearer,
             None => return,
         }
@@ -89,11 +89,11 @@ struct Search<'a, M: Mode, S: Simd> {
 
 impl<M: Mode, S: Simd> Visit for Search<'_, M, S> {
     #[inline(always)]
-    fn visit(&mut self, pack: usize) -> Option<f32> {
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { bvh, mode, ray, best, any, counts, .. } = self;
-        let (triangles, indices) = (&bvh.packs[pack], &bvh.indices[pack]);
+        let Leaf { pack, indices } = &bvh.leaves[leaf];
         let find = |place| bvh.triangle_in(place);
-        mode.closest_in::<S>(ray, triangles, indices, 8 * pack as u32, find, best, counts);
+        mode.closest_in::<S>(ray, pack, indices, 8 * leaf as u32, find, best, counts);
         if *any && best.is_hit() { None } else { Some(best.t_hi()) }
     }
 }
@@ -126,11 +126,11 @@ struct All<'a, M: Mode, S: Simd> {
 
 impl<M: Mode, S: Simd> Visit for All<'_, M, S> {
     #[inline(always)]
-    fn visit(&mut self, pack: usize) -> Option<f32> {
-        let triangles = &self.bvh.packs[pack];
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
+        let triangles = &self.bvh.leaves[leaf].pack;
         let hits = self.mode.pack_in::<S, 8>(self.ray, triangles, &mut Counts::default());
         for lane in (0..8).filter(|lane| hits.bits >> lane & 1 != 0) {
-            self.hits.push((8 * pack as u32 + lane, hits.t[lane as usize]));
+            self.hits.push((8 * leaf as u32 + lane, hits.t[lane as usize]));
         }
         Some(self.ray.t_max)
     }

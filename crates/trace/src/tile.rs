@@ -54,7 +54,7 @@ impl<R: AsRef<Ray>> Pencil<'_, R> {
 
 /// Finds the closest hit of each ray of a tile; with `any`, some hit, as it must be of rays
 /// toward a point. What f32 leave open the judge settles, who
-/// knows the rays by their places in `rays`, and the triangles by theirs in the packs.
+/// knows the rays by their places in `rays`, and the triangles by theirs in the leaves.
 #[inline(always)]
 pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     bvh: &Bvh,
@@ -80,7 +80,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
         stack.push((0, f32::NEG_INFINITY));
     }
     let mut next = next_leaves::<S>(bvh, (&pyramid, ends), stack, f32::INFINITY, &mut leaves.packs);
-    if next == 0 && bvh.boxed == bvh.packs.len() {
+    if next == 0 && bvh.boxed == bvh.leaves.len() {
         found.resize(rays.len(), NOTHING);
         return Tiled::Done { left: 0, work: 0 };
     }
@@ -89,7 +89,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     let mut tile = Tile { bvh, mode, judge, rays: rays.len(), screen, work: 0 };
     tile.far();
     let first = leaves.packs;
-    for pack in bvh.boxed..bvh.packs.len() {
+    for pack in bvh.boxed..bvh.leaves.len() {
         leaves.packs[0] = pack as u32;
         S::vectorize(
             #[inline(always)]
@@ -253,7 +253,7 @@ fn next_leaf<S: Simd>(
             stack.push((child, depth[slot]));
             match child & LEAF {
                 0 => prefetch(&bvh.nodes[child as usize..][..1]),
-                _ => prefetch(&bvh.packs[(child ^ LEAF) as usize..][..1]),
+                _ => prefetch(&bvh.leaves[(child ^ LEAF) as usize..][..1]),
             }
         }
     }
