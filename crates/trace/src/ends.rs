@@ -110,6 +110,7 @@ mod tests {
     use intertri::{Certified, Ray};
 
     use super::{ROUNDING, form, normal};
+    use crate::ahead::Ahead;
     use crate::random::random;
     use crate::screen::Screen;
     use crate::tile::Pencil;
@@ -123,7 +124,7 @@ mod tests {
         fn run<S: Simd>(self) -> Self::Output {
             let mut screen = Screen::<S>::empty();
             let pencil = Pencil { rays: self.0, next: &[], toward: None };
-            screen.lay(&Certified::default(), &pencil, 10.0).unwrap();
+            screen.lay(&Certified::default(), &pencil, 10.0, &mut Ahead::of(&[], 0)).unwrap();
             let (depth, [right, up]) = (screen.frame.depth(), screen.frame.across());
             (form(&screen), [depth, right, up])
         }
@@ -182,7 +183,7 @@ mod tests {
         fn run<S: Simd>(self) -> f64 {
             let mut screen = Screen::<S>::empty();
             let pencil = Pencil { rays: self.0, next: &[], toward: None };
-            if screen.lay(&Certified::default(), &pencil, 10.0).is_none() {
+            if screen.lay(&Certified::default(), &pencil, 10.0, &mut Ahead::of(&[], 0)).is_none() {
                 return 0.0;
             }
             let form = form(&screen);

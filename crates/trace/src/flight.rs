@@ -24,6 +24,7 @@
 use intertri::lanes::{Simd, WithSimd, prefetch};
 use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 
+use crate::ahead::Ahead;
 use crate::answer::{Answer, Landing};
 use crate::bvh::{Bvh, Leaf};
 use crate::node::LEAF;
@@ -126,6 +127,8 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
 
     let large = size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE;
     let level = mode.level();
+    let next = flying.last().map_or(0, |&last| last as usize + 1);
+    let mut ahead = Ahead::of(&rays[next..], flying.len());
     let all_boxed = bvh.boxed == bvh.leaves.len();
 
     for (octant, waiting) in by_octant(rays, flying).iter().enumerate() {
@@ -154,6 +157,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     nodes.put(place, true);
                     // Where its answer will be written is hardly ever in the cache.
                     prefetch(&answers[number as usize..][..1]);
+                    ahead.ask(1);
                     break;
                 }
             }

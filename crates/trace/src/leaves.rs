@@ -12,6 +12,7 @@
 use intertri::lanes::{Lanes, Simd};
 use intertri::{Certified, Outline, Outlines};
 
+use crate::ahead::Ahead;
 use crate::bvh::Bvh;
 use crate::screen::{GROUPS, PACKETS, Screen};
 use crate::stack::far_to_near;
@@ -69,17 +70,19 @@ impl Default for Leaves {
 impl Leaves {
     /// Lists the tests of the first `used` packs; `seen` grows by the place of the triangle of each pair.
     #[inline(always)]
-    pub(crate) fn list<S: Simd>(
+    pub(crate) fn list<S: Simd, R>(
         &mut self,
         (bvh, used): (&Bvh, usize),
         (mode, screen): (&Certified, &Screen<S>),
         seen: &mut Vec<u32>,
+        ahead: &mut Ahead<'_, R>,
     ) -> Listed {
         let Self { packs, outlines, places, packets, numbers } = self;
         let packs = &packs[..used];
         for (two, outlines) in packs.chunks(2).zip(&mut *outlines) {
             let (first, second) = (&bvh.leaves[two[0] as usize].pack, two.get(1));
             let second = second.map(|&leaf| &bvh.leaves[leaf as usize].pack);
+            ahead.ask(2);
             *outlines = mode.outlines_in::<S>(first, second, &screen.frame, screen.slowest);
         }
         let outlines = &outlines[..used.div_ceil(2)];
@@ -105,6 +108,7 @@ impl Leaves {
             let (by_edges, least) = (inside & large != 0, Lanes::load(&group.least));
             let pairs = seen[begin + first..begin + known].iter_mut().zip(&mut places[first..]);
             for (pair, (seen, to)) in (first..).zip(pairs) {
+                ahead.ask(1);
                 let place = inside.trailing_zeros() as usize % TRIANGLES;
                 inside &= inside.wrapping_sub(1);
                 *to = place as u8;

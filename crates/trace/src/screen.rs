@@ -8,9 +8,10 @@
 //!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
 //! ```
 
-use intertri::lanes::{Lanes, Mask, Simd, prefetch};
+use intertri::lanes::{Lanes, Mask, Simd};
 use intertri::{Certified, Frame, Nearest, Points, Ranges, Ray, Starts, Threshold, Vec3, Windows};
 
+use crate::ahead::Ahead;
 use crate::pyramid;
 use crate::spread::{Spread, total};
 use crate::tile::Pencil;
@@ -151,16 +152,17 @@ impl<S: Simd> Screen<S> {
         self.strays[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Lays rays on the screen, and asks all of them; those of `next` are asked for from memory meanwhile. Gives
-    /// the window around them; `None` where too many go too far apart, or numbers are too large or too small.
+    /// Lays rays on the screen, and asks all of them; some of those ahead are asked for from memory meanwhile.
+    /// Gives the window around them; `None` where too many go too far apart, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn lay<R: AsRef<Ray> + Copy>(
         &mut self,
         mode: &Certified,
         pencil: &Pencil<'_, R>,
         reach: f32,
+        ahead: &mut Ahead<'_, R>,
     ) -> Option<Rectangle> {
-        let Pencil { rays, next, toward } = *pencil;
+        let Pencil { rays, toward, .. } = *pencil;
         self.frame = look::<S, R>(pencil, reach)?;
         self.used = rays.len().div_ceil(16);
 
@@ -180,7 +182,7 @@ impl<S: Simd> Screen<S> {
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
         let mut strays = 0;
         for packet in 0..self.used {
-            prefetch(sixteen(next, packet));
+            ahead.ask(4);
 
             // Side by side.
             let sixteen_rays = full.get(packet).unwrap_or(&filled);
@@ -325,12 +327,6 @@ pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
     let splat = S::F32x16::splat;
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
-}
-
-/// Those of a packet, or what there is of them.
-#[inline(always)]
-fn sixteen<T>(things: &[T], packet: usize) -> &[T] {
-    &things[(16 * packet).min(things.len())..(16 * packet + 16).min(things.len())]
 }
 
 /// Sixteen numbers, or `none` where their bit is not set.

@@ -13,6 +13,7 @@
 use intertri::lanes::{Lanes, Simd, prefetch};
 use intertri::{Certified, Counts, Judge, Ray};
 
+use crate::ahead::Ahead;
 use crate::bvh::Bvh;
 use crate::dense::dense;
 use crate::ends::Ends;
@@ -65,7 +66,10 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     counts: &mut Counts,
 ) -> Tiled {
     let rays = pencil.rays;
-    let Some(window) = screen.lay(mode, pencil, bvh.reach) else { return Tiled::TooWide };
+    let mut ahead = Ahead::of(pencil.next, RAYS);
+    let Some(window) = screen.lay(mode, pencil, bvh.reach, &mut ahead) else {
+        return Tiled::TooWide;
+    };
     let (used, all) = (screen.used, screen.all());
     let mut pyramid = Pyramid::new(&screen.frame, window, bvh.reach);
     let ends = if any { Some(Ends::new::<S>(screen, bvh.reach)) } else { None };
@@ -86,7 +90,7 @@ pub(crate) fn search<S: Simd, R: AsRef<Ray> + Copy, J: Judge>(
     }
 
     // Then its leaves, front to back, and the triangles without a box.
-    let mut tile = Tile { bvh, mode, judge, rays: rays.len(), screen, work: 0 };
+    let mut tile = Tile { bvh, mode, judge, rays: rays.len(), screen, ahead, work: 0 };
     tile.far();
     let first = leaves.packs;
     for pack in bvh.boxed..bvh.leaves.len() {
@@ -260,17 +264,18 @@ fn next_leaf<S: Simd>(
 }
 
 /// The rays of a tile on their way.
-struct Tile<'a, S: Simd, J> {
+struct Tile<'a, S: Simd, J, R> {
     bvh: &'a Bvh,
     mode: &'a Certified,
     judge: &'a J,
     rays: usize,
     screen: &'a mut Screen<S>,
+    ahead: Ahead<'a, R>,
     /// Tests of packets, and what costs about as much.
     work: usize,
 }
 
-impl<S: Simd, J: Judge> Tile<'_, S, J> {
+impl<S: Simd, J: Judge, R> Tile<'_, S, J, R> {
     /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
     /// the far end of a packet changed.
     #[inline(always)]
@@ -281,9 +286,9 @@ impl<S: Simd, J: Judge> Tile<'_, S, J> {
         seen: &mut Vec<u32>,
         counts: &mut Counts,
     ) -> bool {
-        let Self { bvh, mode, judge, rays, ref mut screen, .. } = *self;
+        let Self { bvh, mode, judge, rays, ref mut screen, ref mut ahead, .. } = *self;
         let first = seen.len();
-        let Listed { pairs, mut tests } = leaves.list((bvh, used), (mode, screen), seen);
+        let Listed { pairs, mut tests } = leaves.list((bvh, used), (mode, screen), seen, ahead);
         self.work += 8 * used + pairs.iter().sum::<usize>() + tests;
         for (group, pairs) in pairs.iter().enumerate() {
             let rays = rays.saturating_sub(group * RAYS / GROUPS).min(RAYS / GROUPS);
@@ -308,6 +313,7 @@ impl<S: Simd, J: Judge> Tile<'_, S, J> {
 
         let mut changed = 0_u64;
         for i in 0..tests {
+            ahead.ask(1);
             let Test { packet, number } = leaves.test(i);
             let may_change = screen.nearest[packet].take(
                 (&screen.points[packet], &screen.ranges),

@@ -25,7 +25,7 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use int::Ints;
 pub(crate) use int::One;
-pub use level::{Level, WithSimd, dispatch, prefetch};
+pub use level::{Level, WithSimd, dispatch, prefetch, prefetch_early};
 pub(crate) use pair::Pair;
 
 /// N numbers side by side, f32 or f64.
