@@ -209,9 +209,9 @@ impl Bvh {
         Stack::new(rays, self.stack)
     }
 
-    /// A stack for [`search`].
+    /// What a [`search`] for single rays needs.
     #[inline]
-    pub(crate) fn stack(&self) -> Lent {
+    pub(crate) fn kept(&self) -> Lent {
         Lent::new(self.stack)
     }
 }
@@ -248,10 +248,10 @@ impl<M: Mode, const N: usize> WithSimd for Packet<'_, M, N> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Self { bvh, mode, packet, hits } = self;
-        let (mut stack, mut counts) = (bvh.stack(), Counts::default());
+        let (mut kept, mut counts) = (bvh.kept(), Counts::default());
         for lane in (0..N).filter(|lane| packet.live() >> lane & 1 != 0) {
             let ray = packet.ray(lane);
-            let best = search::closest::<M, S>(bvh, mode, &ray, false, &mut stack, &mut counts);
+            let best = search::closest::<M, S>(bvh, mode, &ray, false, &mut kept, &mut counts);
             hits[lane] = bvh.hit(mode, &ray, &best);
         }
     }

@@ -13,7 +13,7 @@ use crate::build::BuildError;
 use crate::bvh::Bvh;
 use crate::integers::OfGrid;
 use crate::search::{Visit, walk};
-use crate::stack::Stack;
+use crate::stack::Kept;
 
 /// A bounding volume hierarchy over triangles of a grid, for the mode `fixed`.
 ///
@@ -132,13 +132,13 @@ impl FixedBvh {
     pub(crate) fn walk<S: Simd>(
         &self,
         ray: &Ray,
-        stack: &mut Stack,
+        kept: &mut Kept,
         each: impl FnMut(Crossing, u32) -> Option<f32>,
     ) {
         let line = ray.to_f32();
         let lanes = RayLanes::<S, 8>::new(ray);
         let mut leaves = Leaves { blocks: &self.blocks, ray: lanes, far: line.t_max, each };
-        walk::<S>(&self.tree, line, stack, &mut leaves);
+        walk::<S>(&self.tree, line, kept, &mut leaves);
     }
 }
 
@@ -193,7 +193,7 @@ impl<E: FnMut(Crossing, u32)> WithSimd for All<'_, E> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let far = self.ray.to_f32().t_max;
-        self.bvh.walk::<S>(self.ray, &mut self.bvh.tree.stack(), |crossing, index| {
+        self.bvh.walk::<S>(self.ray, &mut self.bvh.tree.kept(), |crossing, index| {
             (self.each)(crossing, index);
             Some(far)
         });

@@ -119,7 +119,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
     counts: &mut Counts,
 ) {
     let Some(first) = rays.first() else { return };
-    let (stacks, stack) = (&mut bvh.stacks(FLIGHT), &mut bvh.stack());
+    let (stacks, kept) = (&mut bvh.stacks(FLIGHT), &mut bvh.kept());
     let landing = &mut Landing::default();
     let idle = Load { ray: mode.prepare_ray(first), best: Best::new(0.0), number: 0 };
     let mut loads = [idle; FLIGHT];
@@ -145,7 +145,7 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
                     let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| flies) else {
                         let best = S::vectorize(
                             #[inline(always)]
-                            || search::closest::<M, S>(bvh, mode, ray, A::ANY, stack, counts),
+                            || search::closest::<M, S>(bvh, mode, ray, A::ANY, kept, counts),
                         );
                         landing.land::<S, A>(bvh, ray, number, &best, answers);
                         continue;

@@ -67,11 +67,11 @@ impl Tracer for OfGrid<'_> {
         answers: &mut [A],
         _: &mut Counts,
     ) {
-        let stack = &mut self.bvh.tree.stack();
+        let kept = &mut self.bvh.tree.kept();
         for &number in numbers {
             let ray = &rays[number as usize];
             let mut best = Best::default();
-            self.bvh.walk::<S>(ray, stack, |crossing, index| {
+            self.bvh.walk::<S>(ray, kept, |crossing, index| {
                 best.offer(crossing, index);
                 if A::ANY { None } else { Some(best.t_hi()) }
             });

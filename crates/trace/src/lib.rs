@@ -26,6 +26,7 @@ mod spread;
 mod stack;
 mod tile;
 mod toward;
+mod trail;
 
 pub use build::BuildError;
 pub use bvh::Bvh;

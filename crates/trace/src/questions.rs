@@ -79,8 +79,8 @@ impl<M: Mode> WithSimd for Closest<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Hit {
         let Self { bvh, mode, ray } = self;
-        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
-        let best = search::closest::<M, S>(bvh, mode, ray, false, stack, counts);
+        let (kept, counts) = (&mut bvh.kept(), &mut Counts::default());
+        let best = search::closest::<M, S>(bvh, mode, ray, false, kept, counts);
         bvh.hit(mode, ray, &best)
     }
 }
@@ -96,8 +96,8 @@ impl<M: Mode> WithSimd for Any<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) -> bool {
         let Self { bvh, mode, ray } = self;
-        let (stack, counts) = (&mut bvh.stack(), &mut Counts::default());
-        search::closest::<M, S>(bvh, mode, ray, true, stack, counts).is_hit()
+        let (kept, counts) = (&mut bvh.kept(), &mut Counts::default());
+        search::closest::<M, S>(bvh, mode, ray, true, kept, counts).is_hit()
     }
 }
 
@@ -112,7 +112,7 @@ impl<M: Mode> WithSimd for All<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<Hit> {
         let Self { bvh, mode, ray } = self;
-        let found = search::all::<M, S>(bvh, mode, ray, &mut bvh.stack());
+        let found = search::all::<M, S>(bvh, mode, ray, &mut bvh.kept());
         let hit =
             |(place, t): (u32, f64)| Hit::at(t, bvh.index_of(place), ray, &bvh.triangle_in(place));
         let mut hits: Vec<Hit> = found.into_iter().map(hit).collect();

@@ -8,7 +8,7 @@ use intertri::{Best, Counts, Mode, PreparedRay, Ray};
 use crate::bvh::{Bvh, Leaf};
 use crate::node::LEAF;
 use crate::slab::{SlabLanes, Slabs, octant};
-use crate::stack::{BOTTOM, Stack};
+use crate::stack::{BOTTOM, Kept};
 
 /// What a search does with the triangles on its way.
 ///
@@ -24,7 +24,7 @@ const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
 /// Visits the leaves whose triangles a ray may hit, roughly front to back.
 #[inline(always)]
-pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &mut impl Visit) {
+pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, kept: &mut Kept, visitor: &mut impl Visit) {
     // A ray that is not finite hits nothing, nor does one without an interval.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
@@ -40,6 +40,7 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
     let (mut unboxed, mut next) = (boxed, if boxed > 0 { 0 } else { BOTTOM });
     let octant = octant(ray);
     let lanes = SlabLanes::<S::F32x8>::splat(&slabs.unwrap_or_default(), octant);
+    let Kept { stack, trail } = kept;
     let mut top = stack.bottom(0);
 
     let mut far = ray.t_max;
@@ -65,7 +66,7 @@ pub(crate) fn walk<S: Simd>(bvh: &Bvh, ray: &Ray, stack: &mut Stack, visitor: &m
                 let (met, near) = lanes.meet(node, ray.t_min, far);
                 next = match met {
                     0 => BOTTOM,
-                    _ => stack.push::<S>(&mut top, node, octant, met, near),
+                    _ => trail.follow(next, stack.push::<S>(&mut top, node, octant, met, near)),
                 };
             }
         };
@@ -105,13 +106,13 @@ pub(crate) fn closest<M: Mode, S: Simd>(
     mode: &M,
     ray: &Ray,
     any: bool,
-    stack: &mut Stack,
+    kept: &mut Kept,
     counts: &mut Counts,
 ) -> Best {
     let (prepared, best) = (mode.prepare_ray(ray), Best::new(ray.t_max));
     let mut search =
         Search { bvh, mode, ray: prepared, best, any, counts, level: PhantomData::<S> };
-    walk::<S>(bvh, ray, stack, &mut search);
+    walk::<S>(bvh, ray, kept, &mut search);
     search.best
 }
 
@@ -142,10 +143,10 @@ pub(crate) fn all<M: Mode, S: Simd>(
     bvh: &Bvh,
     mode: &M,
     ray: &Ray,
-    stack: &mut Stack,
+    kept: &mut Kept,
 ) -> Vec<(u32, f64)> {
     let level = PhantomData::<S>;
     let mut search = All { bvh, mode, ray, hits: Vec::new(), level };
-    walk::<S>(bvh, ray, stack, &mut search);
+    walk::<S>(bvh, ray, kept, &mut search);
     search.hits
 }

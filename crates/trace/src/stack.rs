@@ -15,6 +15,7 @@ use std::ops::{Deref, DerefMut};
 use intertri::lanes::{Lanes, Mask, Simd};
 
 use crate::node::Node;
+use crate::trail::Trail;
 
 /// What lies at the bottom: nothing more to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
@@ -33,46 +34,52 @@ pub(crate) struct Stack {
     each: usize,
 }
 
-thread_local! {
-    /// The stack of this thread's last search for a single ray: making one can take as long as the
-    /// search.
-    static LAST: Cell<Option<Stack>> = const { Cell::new(None) };
+/// What a thread keeps from one search for a single ray to the next.
+pub(crate) struct Kept {
+    pub(crate) stack: Stack,
+    pub(crate) trail: Trail,
 }
 
-/// A stack for single rays, which the thread keeps for the next search.
-pub(crate) struct Lent(Stack);
+thread_local! {
+    /// Making it can take as long as a search.
+    static LAST: Cell<Option<Box<Kept>>> = const { Cell::new(None) };
+}
+
+/// Lent to a search; until it ends the thread has none.
+pub(crate) struct Lent(Option<Box<Kept>>);
 
 impl Lent {
-    /// A stack of a single ray that never has more than `size` to visit.
+    /// For single rays that never have more than `size` to visit.
     #[inline]
     pub(crate) fn new(size: usize) -> Self {
         let last = LAST.try_with(Cell::take).ok().flatten();
-        let fits = last.filter(|last| last.each >= Stack::room(size));
-        Self(fits.unwrap_or_else(|| Stack::new(1, size)))
+        let fits = last.filter(|last| last.stack.each >= Stack::room(size));
+        let new = || Box::new(Kept { stack: Stack::new(1, size), trail: Trail::default() });
+        Self(Some(fits.unwrap_or_else(new)))
     }
 }
 
 impl Deref for Lent {
-    type Target = Stack;
+    type Target = Kept;
     #[inline]
-    fn deref(&self) -> &Stack {
-        &self.0
+    fn deref(&self) -> &Kept {
+        self.0.as_deref().expect("lent until dropped")
     }
 }
 
 impl DerefMut for Lent {
     #[inline]
-    fn deref_mut(&mut self) -> &mut Stack {
-        &mut self.0
+    fn deref_mut(&mut self) -> &mut Kept {
+        self.0.as_deref_mut().expect("lent until dropped")
     }
 }
 
 impl Drop for Lent {
     #[inline]
     fn drop(&mut self) {
-        let stack = std::mem::take(&mut self.0);
+        let kept = self.0.take();
         // Where the thread is about to end, nobody will want it.
-        let _ = LAST.try_with(|last| last.set(Some(stack)));
+        let _ = LAST.try_with(|last| last.set(kept));
     }
 }
 
