@@ -135,6 +135,18 @@ impl Shares {
             quotients = ((num + num_err) / (den - den_err) - num / den) / half;
         }
 
+        // An interval that just holds the reference's t is not surely left.
+        let near = t as f32;
+        if t > 0.0 && near.is_finite() {
+            let at_least = if f64::from(near) < t { near.next_up() } else { near };
+            let at_most = if f64::from(near) > t { near.next_down() } else { near };
+            let mode = Certified::new(Threshold::ZERO).at(level);
+            for (t_min, t_max) in [(0.0, at_least), (at_most, f32::INFINITY)] {
+                let seen = mode.evidence(&ray.between(t_min, t_max), triangle);
+                assert!(!seen.out_of_range, "{t} is left out of {t_min}..{t_max}\n{case:?}");
+            }
+        }
+
         // How much the reference's noise is magnified.
         let length = |x: &Exact| float(&dot(x, x)).sqrt();
         let rho = length(&h4) * length(&h5) * length(&d) / float(&exact_den).abs();

@@ -16,7 +16,13 @@ use crate::{Certified, Double, Ray, RayPacket, Triangle, TrianglePack};
 /// assert!(!Certified::new(Threshold::new(5.0).unwrap()).any(&[near], &ray));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Threshold(f64);
+pub struct Threshold {
+    exact: f64,
+    /// Rounded to f32, and the f32 below and above that.
+    pub(crate) near: f32,
+    pub(crate) below: f32,
+    pub(crate) above: f32,
+}
 
 impl Threshold {
     /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
@@ -24,7 +30,7 @@ impl Threshold {
     /// ```
     /// assert_eq!(intertri::Threshold::DEFAULT.get(), 1e-9);
     /// ```
-    pub const DEFAULT: Self = Self(1e-9);
+    pub const DEFAULT: Self = Self::of(1e-9);
 
     /// None: parallel is what is so exactly.
     ///
@@ -33,7 +39,7 @@ impl Threshold {
     /// assert_eq!(Threshold::ZERO, Threshold::new(0.0).unwrap());
     /// let mode = Certified::new(Threshold::ZERO);
     /// ```
-    pub const ZERO: Self = Self(0.0);
+    pub const ZERO: Self = Self::of(0.0);
 
     /// A threshold of one's own.
     ///
@@ -47,10 +53,15 @@ impl Threshold {
     /// ```
     pub fn new(threshold: f64) -> Result<Self, BadThreshold> {
         if threshold >= 0.0 && threshold.is_finite() {
-            Ok(Self(threshold))
+            Ok(Self::of(threshold))
         } else {
             Err(BadThreshold(threshold))
         }
+    }
+
+    const fn of(exact: f64) -> Self {
+        let near = exact as f32;
+        Self { exact, near, below: near.next_down(), above: near.next_up() }
     }
 
     /// The number.
@@ -60,7 +71,7 @@ impl Threshold {
     /// ```
     #[inline(always)]
     pub fn get(self) -> f64 {
-        self.0
+        self.exact
     }
 }
 

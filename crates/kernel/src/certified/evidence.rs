@@ -1,9 +1,10 @@
 //! What the filter goes by, laid open, so that its bounds can be held against exact arithmetic.
 
 use crate::lanes::{Lanes, Mask, Simd, WithSimd};
-use crate::{Ray, Triangle, TrianglePack};
+use crate::{Ray, Threshold, Triangle, TrianglePack};
 
 use super::Certified;
+use super::bound;
 use super::filter::{Edges, Plane, Rays, Triangles};
 use super::look::{Constants, Look};
 
@@ -59,6 +60,9 @@ pub struct Evidence {
     pub look_bound: f32,
     /// The longest edge.
     pub h: f32,
+    /// Whether t is surely outside of the ray's interval, or not beyond the threshold; valid if
+    /// [`Evidence::sure`].
+    pub out_of_range: bool,
     /// Whether the ray is far enough from grazing for anything to be decided.
     pub sure: bool,
 }
@@ -73,12 +77,12 @@ impl Certified {
     /// assert!(seen.sure && seen.v > seen.edge && seen.t_lo < 4.75 && 4.75 < seen.t_hi);
     /// ```
     pub fn evidence(&self, ray: &Ray, triangle: &Triangle) -> Evidence {
-        self.level.run(Seen { threshold: self.threshold.get(), ray, triangle })
+        self.level.run(Seen { threshold: self.threshold, ray, triangle })
     }
 }
 
 struct Seen<'a> {
-    threshold: f64,
+    threshold: Threshold,
     ray: &'a Ray,
     triangle: &'a Triangle,
 }
@@ -97,6 +101,8 @@ impl WithSimd for Seen<'_> {
             x.store(&mut lanes);
             lanes[0]
         };
+        let (t_lo, t_hi) = plane.enclosure();
+        let far = Lanes::splat(self.ray.t_max);
         let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges);
         let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
         let edge = lane(edges.bound(&triangles, &rays));
@@ -110,16 +116,17 @@ impl WithSimd for Seen<'_> {
             u_edge: 2.0 * edge,
             sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
-            den_err: lane(plane.den_err),
+            den_err: lane(plane.den_err) / bound::SLACK,
             num: lane(plane.num.flip(edges.den)),
-            num_err: lane(plane.num_err),
+            num_err: lane(plane.num_err) / bound::SLACK,
             sharp_num: lane(Plane::sharp_num_err(&triangles, &edges)),
             sharp_t: [lane(sharp_lo), lane(sharp_hi)],
-            t_lo: lane(plane.t_lo),
-            t_hi: lane(plane.t_hi),
+            t_lo: lane(t_lo),
+            t_hi: lane(t_hi),
             look: [lane(v), lane(w), lane(u), lane(den)],
             look_bound: lane(bound),
             h: at.h,
+            out_of_range: plane.out_of_range(&rays, far).bits() & 1 != 0,
             sure: edges.sure().bits() & 1 != 0,
         }
     }

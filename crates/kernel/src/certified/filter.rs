@@ -12,6 +12,7 @@
 //! cost nothing. Bounds and proof: `docs/numerics/certified.md`.
 
 use crate::lanes::{Lanes, Mask};
+use crate::mode::Threshold;
 use crate::packet::RayLanes;
 use crate::{Ray, Triangle, TrianglePack, Vec3};
 
@@ -70,7 +71,7 @@ pub struct Rays<F> {
     grazing: F,
     /// `GRAZING_ADD |d|₂`
     grazing_add: F,
-    /// `DEN |d|₂`
+    /// `SLACK DEN |d|₂`
     den_err: F,
     /// A t beyond this is large enough, a t under that is not.
     above: F,
@@ -80,7 +81,7 @@ pub struct Rays<F> {
 impl<F: Lanes<Scalar = f32>> Rays<F> {
     /// Computes a ray's constants, lane by lane.
     #[inline(always)]
-    pub(crate) fn new(rays: RayLanes<F>, threshold: f64) -> Self {
+    pub(crate) fn new(rays: RayLanes<F>, threshold: Threshold) -> Self {
         let splat = F::splat;
         let (dir, org) = (rays.dir, rays.org.norm1());
         let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
@@ -94,7 +95,6 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
-        let threshold = threshold as f32;
         Self {
             rays,
             len,
@@ -102,15 +102,18 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             off,
             grazing: len * splat(bound::GRAZING),
             grazing_add: len * splat(bound::GRAZING_ADD),
-            den_err: len * splat(bound::DEN),
-            above: at_least(rays.t_min, threshold.next_up()),
-            below: at_least(rays.t_min, threshold.next_down()),
+            den_err: len * splat(bound::SLACK * bound::DEN),
+            above: at_least(rays.t_min, threshold.above),
+            below: at_least(rays.t_min, threshold.below),
         }
     }
 
     /// N different rays.
     #[inline(always)]
-    pub(crate) fn of_packet<const N: usize>(packet: &crate::RayPacket<N>, threshold: f64) -> Self {
+    pub(crate) fn of_packet<const N: usize>(
+        packet: &crate::RayPacket<N>,
+        threshold: Threshold,
+    ) -> Self {
         Self::new(RayLanes::of_packet(packet), threshold)
     }
 
@@ -134,7 +137,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 impl Rays<f32> {
     /// One ray.
     #[inline(always)]
-    pub(crate) fn of_ray(ray: &Ray, threshold: f64) -> Self {
+    pub(crate) fn of_ray(ray: &Ray, threshold: Threshold) -> Self {
         Self::new(RayLanes::of_ray(ray), threshold)
     }
 }
@@ -245,32 +248,46 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     }
 }
 
-/// Where the ray meets the plane, with what bounds it.
+/// Where the ray meets the plane, as a quotient, with what bounds it.
 #[derive(Clone, Copy)]
 pub(super) struct Plane<F> {
-    /// The numerator, with the sign of `den` in it; t is this over |den|.
+    /// The numerator, with the sign of `den` in it.
     pub(super) num: F,
+    /// `SLACK` times its bound.
     pub(super) num_err: F,
+    /// The size of the denominator.
+    den: F,
+    /// `SLACK` times its bound.
     pub(super) den_err: F,
-    /// One over |den|.
-    recip: F,
-    pub(super) t_lo: F,
-    pub(super) t_hi: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Plane<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>) -> Self {
+        const NUM: f32 = bound::SLACK * bound::NUM;
         let splat = F::splat;
-        let Edges { a, den, .. } = *edges;
-        let a1 = a.norm1();
-        let num = tri.n.dot_fused(a).flip(den);
-        let recip = splat(1.0) / den.abs();
-        let share = a1.mul_add(splat(bound::NUM), splat(bound::NUM * bound::SMALL));
-        let num_err = tri.hh.mul_add(share, splat(bound::TINY));
-        let den_err = tri.hh.mul_add(of.den_err, splat(bound::TINY));
-        let (t_lo, t_hi) = enclose(num, num_err, recip, den_err);
-        Self { num, num_err, den_err, recip, t_lo, t_hi }
+        let share = edges.a.norm1().mul_add(splat(NUM), splat(NUM * bound::SMALL));
+        Self {
+            num: tri.n.dot_fused(edges.a).flip(edges.den),
+            num_err: tri.hh.mul_add(share, splat(bound::TINY)),
+            den: edges.den.abs(),
+            den_err: tri.hh.mul_add(of.den_err, splat(bound::TINY)),
+        }
+    }
+
+    /// Where t surely exceeds `far`, or is surely below what counts. Most lanes need no more, and no division.
+    #[inline(always)]
+    pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
+        let Self { num, num_err, den, den_err } = *self;
+        let beyond = num.gt(far.mul_add(den + den_err, num_err));
+        let before = num.lt(of.below.mul_add(den - den_err, -num_err));
+        beyond | before
+    }
+
+    /// The enclosure of t.
+    #[inline(always)]
+    pub(super) fn enclosure(&self) -> (F, F) {
+        enclose(self.num, self.num_err, self.den, self.den_err)
     }
 
     /// A bound of the numerator's error that takes a few times as long.
@@ -286,18 +303,19 @@ impl<F: Lanes<Scalar = f32>> Plane<F> {
     /// The enclosure of t under it.
     #[inline(always)]
     pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>) -> (F, F) {
-        enclose(self.num, Self::sharp_num_err(tri, edges), self.recip, self.den_err)
+        let num_err = Self::sharp_num_err(tri, edges) * F::splat(bound::SLACK);
+        enclose(self.num, num_err, self.den, self.den_err)
     }
 }
 
-/// The enclosure of t from its numerator and the denominator's reciprocal, each with a bound. The products
-/// with the reciprocal come first, so that t waits for no more than one of them.
+/// The enclosure of t from its numerator and its denominator, which is positive, each with `SLACK` times its
+/// bound. The products with the reciprocal come first, so that t waits for no more than one of them.
 #[inline(always)]
-pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, recip: F, den_err: F) -> (F, F) {
+pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
+    let recip = F::splat(1.0) / den;
     let t = num * recip;
-    let slack = recip * F::splat(bound::SLACK);
-    let share = den_err.mul_add(slack, F::splat(bound::ROUND));
-    let rest = num_err.mul_add(slack, F::splat(bound::TINY));
+    let share = den_err.mul_add(recip, F::splat(bound::ROUND));
+    let rest = num_err.mul_add(recip, F::splat(bound::TINY));
     let err = t.abs().mul_add(share, rest);
     (t - err, t + err)
 }
@@ -324,7 +342,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         of: &Rays<F>,
         far: F,
         live: u32,
-        threshold: f64,
+        threshold: Threshold,
     ) -> Verdict<F> {
         let splat = F::splat;
         let Self { den, least, .. } = *self;
@@ -332,8 +350,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 
         // Is the plane where hits count?
         let plane = Plane::new(tri, of, self);
-        let Plane { t_lo, t_hi, .. } = plane;
-        let beyond = t_lo.gt(far);
+        let out_of_range = plane.out_of_range(of, far);
 
         // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
         // rounds to something of its own sign: the sign bit is the comparison.
@@ -341,14 +358,19 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
         let outside = (edge + bound).negative();
-        let maybe = !(sure & (outside | beyond | t_hi.lt(of.below)));
+        let maybe = (!(sure & (outside | out_of_range))).bits() & live;
+        if maybe == 0 {
+            let nothing = splat(0.0);
+            return Verdict { hit: 0, undecided: 0, t_lo: nothing, t_hi: nothing };
+        }
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
-        let parallel = splat(threshold as f32 * (bound::PARALLEL * bound::AREA));
+        let (t_lo, t_hi) = plane.enclosure();
+        let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
-        let mut hit = (slanted & t_lo.gt(of.above) & !beyond & edge.gt(bound)).bits() & live;
-        let mut undecided = maybe.bits() & live & !hit;
+        let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
+        let mut undecided = maybe & !hit;
         if undecided != 0 {
             // A ray that starts on the triangle, for one, is in doubt as to its t.
             let (t_lo, t_hi) = plane.sharper(tri, self);

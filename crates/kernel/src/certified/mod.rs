@@ -106,12 +106,12 @@ impl Test for Certified {
         &self,
         packet: &RayPacket<N>,
     ) -> Rays<F> {
-        Rays::of_packet(packet, self.threshold.get())
+        Rays::of_packet(packet, self.threshold)
     }
 
     #[inline(always)]
     fn ray(&self, ray: &Ray) -> Rays<f32> {
-        Rays::of_ray(ray, self.threshold.get())
+        Rays::of_ray(ray, self.threshold)
     }
 
     #[inline(always)]
@@ -167,7 +167,7 @@ impl Test for Certified {
     ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        let verdict = edges.decide(triangles, rays, far, live, self.threshold.get());
+        let verdict = edges.decide(triangles, rays, far, live, self.threshold);
         Some(found(&verdict, counts))
     }
 }
@@ -240,8 +240,9 @@ impl Certified {
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        let parallel = f64::from(bound::PARALLEL) * self.threshold.get() / f64::from(slowest);
-        let parallel = (parallel as f32).next_up();
+        // What f32 rounds here is far less than PARALLEL has to spare.
+        let least = if self.threshold.get() > 0.0 { self.threshold.above } else { 0.0 };
+        let parallel = bound::PARALLEL * least / slowest;
         Outlines::new::<S>(first, second, frame, parallel)
     }
 
@@ -256,7 +257,7 @@ impl Certified {
         t_min: F,
         live: F::Mask,
     ) -> Starts<F> {
-        starts.and(points, t_min, live, self.threshold.get())
+        starts.and(points, t_min, live, self.threshold)
     }
 
     /// [`Certified::view_closest_in`] for eight views after another; index and place of the i-th triangle

@@ -68,10 +68,11 @@ pub struct View {
     n: Vec3<f32>,
     /// The numerator of t, positive; NaN where its sign is not sure.
     num: f32,
+    /// `SLACK` times its bound.
     num_err: f32,
     /// D must exceed `|d|` times this for anything to be decided.
     least: f32,
-    /// Within `|d|` times this n·d is D.
+    /// `|d|` times this is `SLACK` times the bound of n·d.
     den_err: f32,
     /// D must exceed `least` and this not to be parallel.
     parallel: f32,
@@ -117,6 +118,7 @@ impl View {
         let seen = normal.gt(D::splat(0.0)) & normal.lt(infinity) & away.lt(infinity);
 
         // To f32, and from lanes to views.
+        let slack = D::splat(bound::SLACK.into());
         let (zero, mut single) = ([[0.0; N]; 3], [[0.0; N]; 7]);
         let mut forms = [zero; 4];
         for (to, form) in forms.iter_mut().zip([u, v, w, n]) {
@@ -125,10 +127,10 @@ impl View {
             (form.z * turn).store_f32(&mut to[2]);
         }
         (t * turn).store_f32(&mut single[0]);
-        (num_err * scale).store_f32(&mut single[1]);
+        (num_err * scale * slack).store_f32(&mut single[1]);
         (least + D::splat(8.0)).store_f32(&mut single[2]);
         (least + den_err).store_f32(&mut single[3]);
-        den_err.store_f32(&mut single[4]);
+        (den_err * slack).store_f32(&mut single[4]);
         parallel.store_f32(&mut single[5]);
         ((noise + offset) * scale).store_f32(&mut single[6]);
         let mut views = [Self::NOTHING; N];
@@ -305,9 +307,8 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
         }
 
         // The plane's t and its enclosure.
-        let recip = splat(1.0) / den_abs;
         let den_err = len * splat(view.den_err);
-        let (t_lo, t_hi) = enclose(splat(view.num), splat(view.num_err), recip, den_err);
+        let (t_lo, t_hi) = enclose(splat(view.num), splat(view.num_err), den_abs, den_err);
         let out_of_range = sure & (t_hi.lt(of.below()) | t_lo.gt(far));
 
         // A hit, if nothing is in doubt.

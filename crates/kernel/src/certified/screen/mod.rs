@@ -14,8 +14,8 @@ mod judge;
 mod nearest;
 mod outline;
 
-use crate::Vec3;
 use crate::lanes::Lanes;
+use crate::{Threshold, Vec3};
 
 use super::bound;
 use super::filter::at_least;
@@ -169,11 +169,16 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
 
     /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
     #[inline(always)]
-    pub(super) fn and(&self, points: &Points<F>, t_min: F, live: F::Mask, threshold: f64) -> Self {
+    pub(super) fn and(
+        &self,
+        points: &Points<F>,
+        t_min: F,
+        live: F::Mask,
+        threshold: Threshold,
+    ) -> Self {
         // Not so small that products are subnormal: those take the CPU a hundred times as long.
-        let threshold = threshold as f32;
-        let above = at_least(t_min, threshold.next_up().max(bound::SMALL));
-        let below = at_least(t_min, threshold.next_down().max(0.0));
+        let above = at_least(t_min, threshold.above.max(bound::SMALL));
+        let below = at_least(t_min, threshold.below.max(0.0));
         Self {
             last: F::select(live, self.last.max(above * points.z), self.last),
             first: F::select(live, self.first.min(below * points.z), self.first),
