@@ -127,18 +127,19 @@ impl FixedBvh {
         Triangle::from_f32(&self.tree.triangle_in(place))
     }
 
-    /// The walk of one ray. Each crossing gives the new far end of the search, or `None` to stop.
+    /// The [`walk`] of one ray. Each crossing gives the new far end of the search, or `None` to stop.
     #[inline(always)]
     pub(crate) fn walk<S: Simd>(
         &self,
         ray: &Ray,
         kept: &mut Kept,
+        nearest_first: bool,
         each: impl FnMut(Crossing, u32) -> Option<f32>,
     ) {
         let line = ray.to_f32();
         let lanes = RayLanes::<S, 8>::new(ray);
         let mut leaves = Leaves { blocks: &self.blocks, ray: lanes, far: line.t_max, each };
-        walk::<S>(&self.tree, line, kept, &mut leaves);
+        walk::<S>(&self.tree, line, kept, nearest_first, &mut leaves);
     }
 }
 
@@ -193,7 +194,7 @@ impl<E: FnMut(Crossing, u32)> WithSimd for All<'_, E> {
     #[inline(always)]
     fn run<S: Simd>(mut self) {
         let far = self.ray.to_f32().t_max;
-        self.bvh.walk::<S>(self.ray, &mut self.bvh.tree.kept(), |crossing, index| {
+        self.bvh.walk::<S>(self.ray, &mut self.bvh.tree.kept(), false, |crossing, index| {
             (self.each)(crossing, index);
             Some(far)
         });

@@ -91,10 +91,12 @@ impl Set {
     fn places(self) -> impl Iterator<Item = usize> {
         let mut left = self.0;
         std::iter::from_fn(move || {
+            if left == 0 {
+                return None;
+            }
             let place = left.trailing_zeros() as usize % FLIGHT;
-            let any = left != 0;
-            left &= left.wrapping_sub(1);
-            any.then_some(place)
+            left &= left - 1;
+            Some(place)
         })
     }
 }
@@ -194,10 +196,10 @@ pub(crate) fn search<M: Mode, S: Simd, A: Answer>(
 
             // The next from the stack.
             let popping = met_nothing.and(leaves.without(free, Set::EMPTY));
-            let mut at_node = Set::EMPTY;
+            let (mut at_node, entries) = (Set::EMPTY, stacks.entries());
             for place in popping.places() {
                 let way = &mut ways[place];
-                let next = stacks.pop::<S>(&mut way.top, way.far);
+                let next = entries.pop::<S>(&mut way.top, way.far);
                 way.next = next;
                 at_node.put(place, next & LEAF == 0);
                 free.put(place, next == BOTTOM);
@@ -245,6 +247,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
     fn run<S: Simd>(self) -> (Set, Set) {
         let Self { bvh, ways, stacks, at } = self;
         let (mut at_node, mut met_nothing) = (Set::EMPTY, Set::EMPTY);
+        let mut stacks = stacks.entries();
         for place in at.places() {
             let way = &mut ways[place];
             let node = &bvh.nodes[way.next as usize];

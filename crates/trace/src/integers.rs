@@ -71,7 +71,7 @@ impl Tracer for OfGrid<'_> {
         for &number in numbers {
             let ray = &rays[number as usize];
             let mut best = Best::default();
-            self.bvh.walk::<S>(ray, kept, |crossing, index| {
+            self.bvh.walk::<S>(ray, kept, !A::ANY, |crossing, index| {
                 best.offer(crossing, index);
                 if A::ANY { None } else { Some(best.t_hi()) }
             });

@@ -20,7 +20,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 pub(crate) struct Node {
     /// Lower sides by axis and slot, infinite where there is no child; upper sides, minus infinity there;
     /// the children, by their bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a
-    /// node; and nothing.
+    /// node; and [`EMPTY`] again.
     rows: [[f32; 8]; 8],
 }
 
@@ -32,7 +32,8 @@ impl Node {
     /// No child at all.
     pub(crate) const NO_CHILDREN: Self = {
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
-        Self { rows: [lo, lo, lo, hi, hi, hi, [f32::from_bits(EMPTY); 8], [0.0; 8]] }
+        let empty = [f32::from_bits(EMPTY); 8];
+        Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
     };
 
     /// The lower sides along an axis, or the upper.
@@ -46,6 +47,12 @@ impl Node {
     #[inline(always)]
     pub(crate) fn children(&self) -> &[u32; 8] {
         bytemuck::cast_ref(&self.rows[CHILDREN])
+    }
+
+    /// The child in a slot; [`EMPTY`] for the slot after the last.
+    #[inline(always)]
+    pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
+        self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
     /// [`Node::children`] as lanes take them.

@@ -9,7 +9,7 @@
 //! The padding is in the ray's constants, so a node costs one multiply-add a plane. It covers the
 //! rounding here and in the reference; `docs/numerics/hierarchy.md` has the proof.
 
-use intertri::lanes::{Lanes, Mask, Simd};
+use intertri::lanes::{Lanes, Simd};
 use intertri::{Ray, Vec3};
 
 use crate::node::Node;
@@ -57,8 +57,7 @@ impl Slabs {
         let (far_off, length) = (largest(ray.origin) + reach, largest(ray.dir));
 
         // Everything below is at most this large, and length is not so small that it is lost.
-        let bound = far_off / (length * STEEPEST);
-        if !(bound < HUGE && length > TINY / STEEPEST && length < HUGE) {
+        if !(far_off < length * (STEEPEST * HUGE) && length > TINY / STEEPEST && length < HUGE) {
             return None;
         }
 
@@ -102,7 +101,7 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
     /// Which of a node's boxes the ray meets within `t_min..=t_max`, and from which t on. No box
     /// that holds a hit in that interval is missing.
     #[inline(always)]
-    pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (u32, F) {
+    pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
         // Along each axis the ray enters through one plane and leaves through the other.
         let [x, y, z] = self.negative;
         let first = |axis, negative| F::load(node.sides(axis, negative));
@@ -113,6 +112,6 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let far = (last(0, x).mul_add(self.rd.x, -self.far.x))
             .min(last(1, y).mul_add(self.rd.y, -self.far.y))
             .min(last(2, z).mul_add(self.rd.z, -self.far.z).min(F::splat(t_max)));
-        (near.le(far).bits(), near)
+        (near.le(far), near)
     }
 }

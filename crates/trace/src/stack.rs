@@ -107,17 +107,34 @@ impl Stack {
         (ray * self.each + LOOK) as u32
     }
 
+    /// What lies on them.
+    #[inline(always)]
+    pub(crate) fn entries(&mut self) -> Entries<'_> {
+        // Cut to one length, so that a place is looked for in both at once.
+        let len = self.child.len().min(self.t.len());
+        Entries { child: &mut self.child[..len], t: &mut self.t[..len] }
+    }
+}
+
+/// What lies on stacks.
+pub(crate) struct Entries<'a> {
+    child: &'a mut [f32],
+    t: &'a mut [f32],
+}
+
+impl Entries<'_> {
     /// Takes the last entry that begins before `far` from the stack that ends at `top`.
     #[inline(always)]
     pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
+        let mut at = *top as usize;
         loop {
-            let near =
-                S::F32x8::load(&self.t[*top as usize - LOOK..]).le(S::F32x8::splat(far)).bits();
+            let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
             let beyond = (near << 24 | 1 << 23).leading_zeros();
-            *top -= beyond;
+            at -= beyond as usize;
             if near != 0 {
-                *top -= 1;
-                return self.child[*top as usize].to_bits();
+                at -= 1;
+                *top = at as u32;
+                return self.child[at].to_bits();
             }
         }
     }
@@ -135,23 +152,49 @@ impl Stack {
     }
 
     /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
-    /// nearest, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t.
+    /// first, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t. They go by
+    /// the ray's octant, which is nearly always near to far.
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,
         top: &mut u32,
         node: &Node,
         octant: usize,
-        met: u32,
+        met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // All are put there, but the nearest lies beyond the top.
-        let order = far_to_near(met, octant);
-        let nearest = NEAREST[octant % 8][met as usize % 256];
-        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[*top as usize..]);
-        S::permute(near, order).store(&mut self.t[*top as usize..]);
+        // All are put there, but the first lies beyond the top.
+        let met = met.bits();
+        let first = FIRST[octant % 8][met as usize % 256];
+        self.put::<S>(*top, node, far_to_near(met, octant), near);
         *top += met.count_ones().saturating_sub(1);
-        node.children()[usize::from(nearest % 8)] | u32::from(met != 0).wrapping_sub(1)
+        node.child_or_none(first)
+    }
+
+    /// [`Stack::push`] of boxes of which some are met; what is returned is the nearest, and the others go by
+    /// the octant.
+    #[inline(always)]
+    pub(crate) fn push_nearest_first<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: <S::F32x8 as Lanes>::Mask,
+        near: S::F32x8,
+    ) -> u32 {
+        let nearest = S::lane_of_least(near, met) % 8;
+        let others = met.bits() & !(1 << nearest);
+        self.put::<S>(*top, node, far_to_near(others, octant), near);
+        *top += others.count_ones();
+        node.children()[nearest]
+    }
+
+    /// Puts a node's children and the t of their boxes down in some order.
+    #[inline(always)]
+    fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
+        let top = top as usize;
+        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
+        S::permute(near, order).store(&mut self.t[top..]);
     }
 }
 
@@ -161,9 +204,9 @@ pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
-/// For each octant and mask the mask's slot that comes first; 0 for no slot.
-static NEAREST: [[u8; 256]; 8] = {
-    let mut all = [[0; 256]; 8];
+/// For each octant and mask the mask's slot that comes first; 8 for no slot.
+static FIRST: [[u8; 256]; 8] = {
+    let mut all = [[8; 256]; 8];
     let mut at = 0;
     while at < 8 * 256 {
         let (octant, mask) = (at / 256, at % 256);
@@ -200,9 +243,9 @@ static FAR_TO_NEAR: [[u64; 256]; 8] = {
 
 #[cfg(test)]
 mod tests {
-    use intertri::lanes::{Lanes, Level, Simd, WithSimd};
+    use intertri::lanes::{Lanes, Level, Mask, Simd, WithSimd};
 
-    use super::{BOTTOM, FAR_TO_NEAR, NEAREST, Stack};
+    use super::{BOTTOM, FAR_TO_NEAR, FIRST, Stack};
     use crate::node::Node;
 
     #[test]
@@ -215,9 +258,15 @@ mod tests {
                 let far_to_near: Vec<usize> =
                     bytes[..slots.len()].iter().map(|&slot| slot.into()).collect();
                 assert!(far_to_near.iter().rev().eq(&slots), "{octant} {mask:b}");
-                assert_eq!(usize::from(NEAREST[octant][mask]), *slots.first().unwrap_or(&0));
+                assert_eq!(usize::from(FIRST[octant][mask]), *slots.first().unwrap_or(&8));
             }
         }
+    }
+
+    fn numbered() -> Node {
+        let mut node = Node::NO_CHILDREN;
+        *node.children_mut() = [10, 11, 12, 13, 14, 15, 16, 17];
+        node
     }
 
     struct Walk;
@@ -225,17 +274,19 @@ mod tests {
         type Output = ();
         #[inline(always)]
         fn run<S: Simd>(self) {
-            let mut node = Node::NO_CHILDREN;
-            *node.children_mut() = [10, 11, 12, 13, 14, 15, 16, 17];
+            let node = numbered();
             let t = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
             let mut stack = Stack::new(2, 24);
             let mut top = stack.bottom(1);
 
             // Three levels of all eight children, then everything that begins before 2.5.
+            let mut stack = stack.entries();
             for _ in 0..3 {
-                assert_eq!(stack.push::<S>(&mut top, &node, 0, 0xff, Lanes::load(&t)), 10);
+                let all = Mask::from_bits(0xff);
+                assert_eq!(stack.push::<S>(&mut top, &node, 0, all, Lanes::load(&t)), 10);
             }
-            assert_eq!(stack.push::<S>(&mut top, &node, 0, 0, Lanes::load(&t)), BOTTOM);
+            let none = Mask::from_bits(0);
+            assert_eq!(stack.push::<S>(&mut top, &node, 0, none, Lanes::load(&t)), BOTTOM);
             let mut left = vec![];
             while left.last() != Some(&BOTTOM) {
                 left.push(stack.pop::<S>(&mut top, 2.5));
@@ -248,6 +299,45 @@ mod tests {
     fn what_begins_too_late_is_dropped() {
         for level in Level::all() {
             level.run(Walk);
+        }
+    }
+
+    struct Nearest;
+    impl WithSimd for Nearest {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self) {
+            let node = numbered();
+            let t = [3.0, 2.0, 6.0, 1.0, 0.5, 7.0, 5.0, 4.0];
+            for octant in 0..8 {
+                for bits in 1..256_u32 {
+                    let mut stack = Stack::new(1, 8);
+                    let (mut top, mut stack) = (stack.bottom(0), stack.entries());
+                    let (met, near) = (Mask::from_bits(bits), Lanes::load(&t));
+                    let first = stack.push_nearest_first::<S>(&mut top, &node, octant, met, near);
+                    let mut found = vec![first];
+                    while found.last() != Some(&BOTTOM) {
+                        found.push(stack.pop_at_once(&mut top, f32::INFINITY));
+                    }
+
+                    // The nearest, then the others by the octant.
+                    let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
+                    let mut slots: Vec<usize> = slots.collect();
+                    let nearest =
+                        (0..slots.len()).min_by(|&a, &b| t[slots[a]].total_cmp(&t[slots[b]]));
+                    let nearest = slots.remove(nearest.unwrap());
+                    slots.insert(0, nearest);
+                    let expected = slots.iter().map(|&slot| 10 + slot as u32).chain([BOTTOM]);
+                    assert!(expected.eq(found), "{octant} {bits:b}, {}", S::LEVEL.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_comes_first_and_the_others_by_the_octant() {
+        for level in Level::all() {
+            level.run(Nearest);
         }
     }
 }

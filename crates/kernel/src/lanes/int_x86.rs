@@ -9,13 +9,6 @@ use core::ops::{Add, Sub};
 use super::Ints;
 use super::x86::Reg;
 
-macro_rules! cpu {
-    ($call:expr) => {
-        // SAFETY: lanes of this level exist only where the CPU has its instructions.
-        unsafe { $call }
-    };
-}
-
 macro_rules! ints {
     (
         $reg:ty, $n:literal, $add:ident $sub:ident $muldq:ident $set1:ident

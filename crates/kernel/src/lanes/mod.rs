@@ -11,6 +11,17 @@
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
+/// Calls an intrinsic that a level has, for the files of x86's registers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! cpu {
+    ($call:expr) => {
+        // SAFETY: lanes of this level exist only where the CPU has its instructions.
+        unsafe { $call }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+mod across_x86;
 mod int;
 #[cfg(target_arch = "x86_64")]
 mod int_x86;
@@ -247,6 +258,36 @@ pub trait Simd: Copy {
             *to = from[usize::from(lane % 8)];
         }
         Lanes::load(&to)
+    }
+
+    /// The lane of the smallest number of a mask; of several that are alike but for their last three bits any, of
+    /// negative ones or of none any of the eight.
+    ///
+    /// ```
+    /// use intertri::lanes::{Lanes, Simd, WithSimd, dispatch};
+    /// struct Below([f32; 8], f32);
+    /// impl WithSimd for Below {
+    ///     type Output = usize;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> usize {
+    ///         let lanes = S::F32x8::load(&self.0);
+    ///         S::lane_of_least(lanes, lanes.gt(Lanes::splat(self.1)))
+    ///     }
+    /// }
+    /// let lanes = [7.0, 0.5, 3.0, 4.0, 2.0, 9.0, 0.0, 1.0];
+    /// assert_eq!([0.2, 0.7, 2.5].map(|x| dispatch(Below(lanes, x))), [1, 7, 2]);
+    /// ```
+    #[inline(always)]
+    fn lane_of_least(lanes: Self::F32x8, mask: <Self::F32x8 as Lanes>::Mask) -> usize {
+        let (mut numbers, bits) = ([0.0; 8], mask.bits());
+        lanes.store(&mut numbers);
+        let mut least = (u32::MAX, 0);
+        for (lane, number) in numbers.iter().enumerate() {
+            if bits >> lane & 1 != 0 {
+                least = least.min((number.to_bits(), lane));
+            }
+        }
+        least.1
     }
 
     /// Four rows of four numbers as columns.

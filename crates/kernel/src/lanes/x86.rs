@@ -9,6 +9,10 @@
 use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+use super::across_x86::{
+    eight_as_columns, first_and_last, lane_of_least, permute, sixteen_as_columns, transpose,
+    transpose_f64,
+};
 use super::{Lanes, Level, Mask, Pair, Simd, wide::Wide};
 
 /// A register of numbers.
@@ -22,14 +26,6 @@ pub(super) struct Ones<T>(T);
 /// A mask register of AVX-512.
 #[derive(Clone, Copy)]
 pub(super) struct Bits<T>(T);
-
-/// Calls an intrinsic that this level has.
-macro_rules! cpu {
-    ($call:expr) => {
-        // SAFETY: lanes of this level exist only where the CPU has its instructions.
-        unsafe { $call }
-    };
-}
 
 /// [`Simd::vectorize`] with a level's instructions: who can name the level is run by [`super::Level::run`], or by
 /// this.
@@ -307,13 +303,6 @@ macro_rules! bits {
 bits!(__mmask16, 16);
 bits!(__mmask8, 8);
 
-/// Eight lanes in the order that the bytes tell; the instruction takes each modulo 8.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn permute(lanes: __m256, order: u64) -> __m256 {
-    _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
-}
-
 /// The vectors of `wide`, and 128-bit registers of integers.
 #[derive(Clone, Copy)]
 pub(super) struct Sse41;
@@ -329,69 +318,6 @@ impl Simd for Sse41 {
     const LEVEL: Level = Level::SSE41;
 
     vectorize!("sse4.1");
-}
-
-/// Four rows of four as columns, in each 128 bits of registers of any width.
-macro_rules! columns {
-    ($low:ident $high:ident, $a:expr, $b:expr, $c:expr, $d:expr) => {{
-        let (a, b, c, d) = ($a, $b, $c, $d);
-        let (ac, ac_hi, bd, bd_hi) = ($low(a, c), $high(a, c), $low(b, d), $high(b, d));
-        let (k0, k1) = ($low(ac, bd), $high(ac, bd));
-        [Reg(k0), Reg(k1), Reg($low(ac_hi, bd_hi)), Reg($high(ac_hi, bd_hi))]
-    }};
-}
-
-/// Four rows as columns.
-#[inline(always)]
-fn transpose([a, b, c, d]: [Reg<__m128>; 4]) -> [Reg<__m128>; 4] {
-    cpu!(columns!(_mm_unpacklo_ps _mm_unpackhi_ps, a.0, b.0, c.0, d.0))
-}
-
-/// Eight rows of four as columns: row i beside row i + 4, so that their numbers need not cross.
-#[inline(always)]
-fn eight_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m256>; 4] {
-    macro_rules! beside {
-        ($i:literal) => {{
-            let (first, last) = (Reg::<__m128>::load(row($i)), Reg::<__m128>::load(row($i + 4)));
-            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first.0), last.0)
-        }};
-    }
-    cpu!(columns!(_mm256_unpacklo_ps _mm256_unpackhi_ps,
-        beside!(0), beside!(1), beside!(2), beside!(3)))
-}
-
-/// Sixteen rows of four as columns: rows i, i + 4, i + 8 and i + 12 beside each other.
-#[inline(always)]
-fn sixteen_as_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Reg<__m512>; 4] {
-    macro_rules! beside {
-        ($i:literal) => {{
-            let (a, b) = (Reg::<__m128>::load(row($i)), Reg::<__m128>::load(row($i + 4)));
-            let (c, d) = (Reg::<__m128>::load(row($i + 8)), Reg::<__m128>::load(row($i + 12)));
-            let two = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(a.0), b.0);
-            _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(two, c.0), d.0)
-        }};
-    }
-    cpu!(columns!(_mm512_unpacklo_ps _mm512_unpackhi_ps,
-        beside!(0), beside!(1), beside!(2), beside!(3)))
-}
-
-/// Four rows of f64 as columns.
-#[inline(always)]
-fn transpose_f64([a, b, c, d]: [Reg<__m256d>; 4]) -> [Reg<__m256d>; 4] {
-    let zip = |x: __m256d, y: __m256d| cpu!((_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)));
-    let ((ab, ab_odd), (cd, cd_odd)) = (zip(a.0, b.0), zip(c.0, d.0));
-    let halves = |x: __m256d, y: __m256d| {
-        cpu!((_mm256_permute2f128_pd::<0x20>(x, y), _mm256_permute2f128_pd::<0x31>(x, y)))
-    };
-    let ((k0, k2), (k1, k3)) = (halves(ab, cd), halves(ab_odd, cd_odd));
-    [Reg(k0), Reg(k1), Reg(k2), Reg(k3)]
-}
-
-/// The first of four lanes, and then the last.
-#[inline]
-#[target_feature(enable = "avx2")]
-fn first_and_last(lanes: __m256d) -> __m256d {
-    _mm256_permute4x64_pd::<0b11_11_11_00>(lanes)
 }
 
 /// 256-bit registers.
@@ -413,6 +339,10 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         Reg(cpu!(permute(lanes.0, order)))
+    }
+    #[inline(always)]
+    fn lane_of_least(lanes: Self::F32x8, mask: <Self::F32x8 as Lanes>::Mask) -> usize {
+        cpu!(lane_of_least(lanes.0, mask.0))
     }
     #[inline(always)]
     fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
@@ -457,6 +387,10 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
         Reg(cpu!(permute(lanes.0, order)))
+    }
+    #[inline(always)]
+    fn lane_of_least(lanes: Self::F32x8, mask: <Self::F32x8 as Lanes>::Mask) -> usize {
+        cpu!(lane_of_least(lanes.0, mask.0))
     }
     #[inline(always)]
     fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
