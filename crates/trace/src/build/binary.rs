@@ -26,8 +26,8 @@ const CHUNK: usize = 1 << 15;
 /// The whole: at least one reference, and one node fewer.
 pub(super) struct Binary {
     pub refs: Vec<Ref>,
-    /// Of each node its box, and as words the number of triangles of its left side and its plan. Plain
-    /// numbers, so that their memory comes as zeros and is not touched before it is used.
+    /// Of each node its box, and as words, where it is no block, the number of triangles of its left side
+    /// and its plan. Plain numbers, so that their memory comes as zeros and is not touched before it is used.
     inner: Vec<[f32; 8]>,
 }
 
@@ -37,6 +37,13 @@ pub(super) struct Subtree {
     pub node: usize,
     pub first: usize,
     pub count: usize,
+}
+
+impl Subtree {
+    /// Few triangles are a block, which nothing divides.
+    pub(super) fn is_block(self) -> bool {
+        self.count <= BLOCK
+    }
 }
 
 impl Binary {
@@ -52,7 +59,7 @@ impl Binary {
         }
     }
 
-    /// The two sides of a subtree of at least two triangles.
+    /// The two sides of a subtree that is no block.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
         let left = Sides(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
@@ -62,9 +69,9 @@ impl Binary {
         ]
     }
 
-    /// What is planned for a subtree; a single triangle is a block.
+    /// What is planned for a subtree; `None` for a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
-        (part.count > 1).then(|| Plan(Sides(self.inner[part.node]).word(1)))
+        (!part.is_block()).then(|| Plan(Sides(self.inner[part.node]).word(1)))
     }
 }
 
@@ -133,7 +140,7 @@ impl<'a> Builder<'a> {
         let (here, li, ri) = nodes_of(inner, left);
         let (a, b) =
             join(|| self.large(lr, li, &ca, depth + 1), || self.large(rr, ri, &cb, depth + 1));
-        self.level.run(Finish { builder, here, left, count, a, b })
+        self.level.run(Finish { builder, here, left, a, b })
     }
 
     /// What a subtree's area costs, with a trifle more, so that among boxes without area the fewer nodes
@@ -163,23 +170,17 @@ impl WithSimd for Small<'_> {
     fn run<S: Simd>(self) -> Built {
         let Self { builder, refs, inner, centres, depth } = self;
         let count = refs.len();
-        if count == 1 {
-            let sides = refs[0].0;
+        if count <= BLOCK {
+            let mut sides = refs[0].0;
+            for r in &refs[1..] {
+                sides.join(&r.0);
+            }
+            if let Some(here) = inner.first_mut() {
+                *here = sides.0;
+            }
             return Built { sides, costs: Costs::of_block(builder.area::<S>(&sides)) };
         }
-        // Two are a block, which nothing that is planned divides.
-        if count == 2 {
-            let mut sides = refs[0].0;
-            sides.join(&refs[1].0);
-            let costs = Costs::of_block(builder.area::<S>(&sides));
-            inner[0] = node(&sides, 1, Plan::BLOCK);
-            return Built { sides, costs };
-        }
-        let (left, [ca, cb]) = if count <= split::FEW {
-            (split::sort_few::<S>(refs, builder.scale), [*centres; 2])
-        } else {
-            Cut { builder, refs, centres, depth }.run::<S>()
-        };
+        let (left, [ca, cb]) = Cut { builder, refs, centres, depth }.run::<S>();
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
 
@@ -187,7 +188,7 @@ impl WithSimd for Small<'_> {
         let (level, depth) = (builder.level, depth + 1);
         let a = level.run(Small { builder, refs: lr, inner: li, centres: &ca, depth });
         let b = level.run(Small { builder, refs: rr, inner: ri, centres: &cb, depth });
-        Finish { builder, here, left, count, a, b }.run::<S>()
+        Finish { builder, here, left, a, b }.run::<S>()
     }
 }
 
@@ -208,8 +209,8 @@ impl WithSimd for Cut<'_> {
         let Self { builder, refs, centres, depth } = self;
         let (count, scale) = (refs.len(), builder.scale);
         // Halving from here on would need so many levels: as long as there are more, the cut is
-        // free. The last few boxes, cut anyhow, need at most one level each.
-        let levels = count.ilog2() as usize + split::FEW;
+        // free.
+        let levels = count.ilog2() as usize;
         if depth + levels < MAX_DEPTH {
             let binning = Binning::new(count, centres, scale);
             let bins = match count {
@@ -230,7 +231,6 @@ struct Finish<'a> {
     builder: &'a Builder<'a>,
     here: &'a mut [f32; 8],
     left: usize,
-    count: usize,
     a: Built,
     b: Built,
 }
@@ -240,10 +240,10 @@ impl WithSimd for Finish<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Built {
-        let Self { builder, here, left, count, a, b } = self;
+        let Self { builder, here, left, a, b } = self;
         let mut sides = a.sides;
         sides.join(&b.sides);
-        let (costs, plan) = Costs::join(builder.area::<S>(&sides), count, &a.costs, &b.costs);
+        let (costs, plan) = Costs::join(builder.area::<S>(&sides), &a.costs, &b.costs);
         *here = node(&sides, left, plan);
         Built { sides, costs }
     }
@@ -332,7 +332,7 @@ mod tests {
 
     fn depth(binary: &Binary, part: Subtree) -> usize {
         let below = |part| 1 + depth(binary, part);
-        if part.count == 1 {
+        if part.is_block() {
             0
         } else {
             binary.sides(part).map(below).into_iter().max().unwrap_or(0)
@@ -356,7 +356,7 @@ mod tests {
             let binary = Binary { refs, inner };
             start + depth(&binary, binary.root())
         };
-        let needed = triangles.len().ilog2() as usize + split::FEW;
+        let needed = triangles.len().ilog2() as usize;
         let free = depth_from(0);
         assert!(free > needed, "{free} levels are no test");
         for start in 0..=MAX_DEPTH - needed {

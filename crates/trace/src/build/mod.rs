@@ -6,7 +6,7 @@
 //!
 //! 1. [`refs`]: the box of each triangle, as one row of lanes ([`sides`]); those that are never hit are
 //!    left out.
-//! 2. [`binary`]: a two-way tree down to pairs of triangles by the surface-area heuristic: [`split`]
+//! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`]
 //!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`plan`]
 //!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
 //!    least cost.

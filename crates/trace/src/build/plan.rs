@@ -2,11 +2,8 @@
 //!
 //! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
 //! Wide BVHs* (2017), section 3: for each two-way node and each `i`, the least cost of standing for
-//! its triangles by at most `i` children of some wide node. One child is either a block, if there are
-//! few enough triangles, or a wide node of its own, whose eight places are shared out between the
-//! two sides. More than one: share out `i` between the two sides, or make do with `i - 1`.
-
-use super::BLOCK;
+//! its triangles by at most `i` children of some wide node. One child is a wide node of its own, whose
+//! eight places are shared out between the two sides; where the two-way tree ends, it is a block. More than one: share out `i` between the two sides, or make do with `i - 1`.
 
 /// What the visit of a node costs.
 pub(crate) const NODE: f32 = 1.0;
@@ -19,11 +16,9 @@ pub(crate) const LEAF: f32 = 1.0;
 pub(super) struct Costs([f32; 7]);
 
 /// The choices behind the costs of a two-way node, packed: three bits for each of 2 to 8 children
-/// (how many of them the left side gets; 0 stands for one fewer child) and one for a block.
+/// (how many of them the left side gets; 0 stands for one fewer child).
 #[derive(Clone, Copy)]
 pub(super) struct Plan(pub u32);
-
-const IS_BLOCK: u32 = 1 << 31;
 
 impl Costs {
     /// A block, however many children it could be.
@@ -32,9 +27,9 @@ impl Costs {
         Self([area * LEAF; 7])
     }
 
-    /// The costs and choices for a node from those of its two sides, over `count` triangles.
+    /// The costs and choices for a node from those of its two sides.
     #[inline(always)]
-    pub(super) fn join(area: f32, count: usize, left: &Self, right: &Self) -> (Self, Plan) {
+    pub(super) fn join(area: f32, left: &Self, right: &Self) -> (Self, Plan) {
         // The cheapest way to share out 2 to 8 children.
         let mut shared = [f32::INFINITY; 9];
         let mut plan = 0;
@@ -48,11 +43,8 @@ impl Costs {
             }
             plan |= best << (3 * (children - 2));
         }
-        // One child: a block or a node.
-        let mut one = shared[8] + area * NODE;
-        if count <= BLOCK && area * LEAF <= one {
-            (one, plan) = (area * LEAF, plan | IS_BLOCK);
-        }
+        // One child: a node.
+        let one = shared[8] + area * NODE;
         // At most so many: one child may be cheaper than several.
         let mut costs = [one; 7];
         for i in 1..7 {
@@ -67,14 +59,6 @@ impl Costs {
 }
 
 impl Plan {
-    /// A block, and nothing else.
-    pub(super) const BLOCK: Self = Self(IS_BLOCK);
-
-    /// Whether the cheapest single child is a block.
-    pub(super) fn is_block(self) -> bool {
-        self.0 & IS_BLOCK != 0
-    }
-
     /// How many of at most `children` (2 to 8) the left side gets; 0 for one child fewer.
     pub(super) fn left(self, children: usize) -> usize {
         (self.0 >> (3 * (children - 2)) & 7) as usize

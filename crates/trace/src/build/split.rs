@@ -1,7 +1,7 @@
 //! Where to cut a set of boxes in two.
 //!
-//! Few boxes are sorted along each axis and every cut is tried; many are thrown into bins by their
-//! centres (Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies*, 2007):
+//! Boxes are thrown into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
+//! Hierarchies*, 2007):
 //!
 //! ```text
 //!   centres   .  . ..   |  .    .|.   . .   . . .
@@ -12,9 +12,6 @@ use super::refs::Ref;
 use super::sides::{CentreLanes, Centres, Sides};
 use super::sweep::{Cuts, ROW};
 use intertri::lanes::{Lanes, Mask, Simd};
-
-/// Up to so many boxes are sorted.
-pub(super) const FEW: usize = 8;
 
 /// Up to so many boxes have half the bins: to look at the bins would take longer than to fill them.
 const SOME: usize = 32;
@@ -169,38 +166,4 @@ pub(super) fn partition<S: Simd>(
         left += usize::from(bin < cut);
     }
     (left, [a.store(), b.store()])
-}
-
-/// Sorts three to [`FEW`] boxes along the axis of their cheapest cut; returns where to cut.
-#[inline(always)]
-pub(super) fn sort_few<S: Simd>(refs: &mut [Ref], scale: f32) -> usize {
-    let n = refs.len().min(FEW);
-    let refs = &mut refs[..n];
-
-    // What is missing comes last.
-    let mut keys = [[f32::INFINITY; FEW]; 3];
-    let lanes = S::F32x4::splat(scale);
-    for (i, Ref(sides)) in refs.iter().enumerate() {
-        let mut centre = [0.0; 4];
-        sides.centre::<S>(lanes).store(&mut centre);
-        (keys[0][i], keys[1][i], keys[2][i]) = (centre[0], centre[1], centre[2]);
-    }
-
-    // Along each axis: a box comes after as many as are smaller, or equal and before it.
-    let mut rows = [[Sides::EMPTY; FEW]; 3];
-    let mut cuts = Cuts::new();
-    for (axis, key) in keys.iter().enumerate() {
-        let all = S::F32x8::load(key);
-        for (i, r) in refs.iter().enumerate() {
-            let this = S::F32x8::splat(key[i]);
-            let before = all.lt(this).bits() | all.le(this).bits() & ((1 << i) - 1);
-            rows[axis][before.count_ones() as usize % FEW] = r.0;
-        }
-        cuts.sweep::<S>(axis, &rows[axis][..n], &[1; FEW], scale);
-    }
-    let Some((axis, cut)) = cuts.best::<S>() else { return n / 2 };
-    for (r, sides) in refs.iter_mut().zip(rows[axis]) {
-        r.0 = sides;
-    }
-    cut
 }

@@ -1,7 +1,6 @@
 //! The nodes and blocks of the plan, written from the root down.
 
 use super::binary::{Binary, Subtree};
-use super::plan::Plan;
 use super::{BLOCK, Tree, join};
 use crate::bounds::Bounds;
 use crate::node::{EMPTY, LEAF, NONE, Node};
@@ -69,16 +68,15 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
         tree.depth = tree.depth.max(task.depth);
         let (children, count) = children(binary, task.part);
         let children = &children[..count];
-        let boxes: [Bounds; 8] = std::array::from_fn(|i| {
-            children.get(i).map_or(Bounds::EMPTY, |c| binary.bounds(c.part))
-        });
+        let boxes: [Bounds; 8] =
+            std::array::from_fn(|i| children.get(i).map_or(Bounds::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
         // Blocks are written at once, side by side; nodes get their places side by side and are
         // filled later, the first of them next.
         let first = tree.nodes.len();
         for (i, child) in children.iter().enumerate() {
-            let pointer = if child.is_block {
-                tree.blocks.push(block(binary, child.part));
+            let pointer = if child.is_block() {
+                tree.blocks.push(block(binary, *child));
                 (tree.blocks.len() - 1) as u32 | LEAF
             } else {
                 tree.nodes.push(Node::NO_CHILDREN);
@@ -86,10 +84,10 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
             };
             tree.nodes[task.index].set(slots[i], &boxes[i], pointer);
         }
-        let inner = children.iter().filter(|c| !c.is_block).enumerate();
+        let inner = children.iter().filter(|c| !c.is_block()).enumerate();
         let start = tasks.len();
         tasks.extend(inner.map(|(k, c)| Task {
-            part: c.part,
+            part: *c,
             index: first + k,
             depth: task.depth + 1,
         }));
@@ -98,17 +96,11 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
     tree
 }
 
-#[derive(Clone, Copy)]
-struct Child {
-    part: Subtree,
-    is_block: bool,
-}
-
 /// The children that the plan gives to the wide node over a subtree.
-fn children(binary: &Binary, root: Subtree) -> ([Child; 8], usize) {
-    let mut out = [Child { part: root, is_block: true }; 8];
-    // Only the root of the whole tree can be planned as a block; it becomes the one child.
-    if is_block(binary, root) {
+fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
+    let mut out = [root; 8];
+    // Only the root of the whole tree can be a block; it becomes the one child.
+    if root.is_block() {
         return (out, 1);
     }
     // Shares out the eight places, depth first. What waits has at least one place each: at most 8.
@@ -124,7 +116,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Child; 8], usize) {
         if let Some(places) = places {
             n = share(binary, part, places, &mut waiting, n);
         } else {
-            out[count] = Child { part, is_block: is_block(binary, part) };
+            out[count] = part;
             count += 1;
         }
     }
@@ -144,10 +136,6 @@ fn share(
     waiting[n] = (b, places - left);
     waiting[n + 1] = (a, left);
     n + 2
-}
-
-fn is_block(binary: &Binary, part: Subtree) -> bool {
-    binary.plan(part).is_none_or(Plan::is_block)
 }
 
 /// The indices of a subtree's triangles, ascending.
