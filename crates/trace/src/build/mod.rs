@@ -14,7 +14,7 @@
 //!
 //! The result depends on the triangles alone, never on the number of threads or the CPU's lanes. At
 //! its peak the builder holds about 64 bytes a triangle besides its input and the tree, which itself
-//! takes 15 to 30.
+//! takes 14 to 30.
 
 mod binary;
 #[cfg(test)]
