@@ -2,14 +2,14 @@
 //! verified.
 //!
 //! t is an exact ratio here. The reference gets the integers as f32, which hold them exactly, and
-//! must find the same triangles; all exact forms must find the twin's numerators and denominators.
+//! must find the same triangles; all exact forms must find the numerators and denominators of the scalar
+//! test in i128.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use intertri::Lane;
 use intertri::fixed::{
-    Best, Bits, Block, Grid, IntWidth, Packet, Prepared, Ray, RayLanes, Seen, Triangle, twin,
+    Best, Bits, Block, Grid, IntWidth, Packet, Prepared, Ray, RayLanes, Seen, Triangle, scalar,
 };
-use intertri::lanes::{Level, Simd, WithSimd};
+use intertri::simd::{Lane, Level, Simd, WithSimd};
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
@@ -110,7 +110,7 @@ where
     }
 }
 
-/// A workload on the fine grid, and what the twin says of it.
+/// A workload on the fine grid, and what the scalar test in i128 says of it.
 struct Data {
     rays: Vec<Ray>,
     triangles: Vec<Triangle>,
@@ -140,7 +140,7 @@ impl Data {
         for ray in &rays {
             let mut best = Best::default();
             for (triangle, index) in triangles.iter().zip(0..) {
-                if let Some(crossing) = twin::crossing(ray, triangle) {
+                if let Some(crossing) = scalar::crossing(ray, triangle) {
                     best.offer(crossing, index);
                 }
             }
@@ -181,7 +181,7 @@ impl Data {
         answer
     }
 
-    /// A contender that must find the twin's crossings.
+    /// A contender that must find the crossings of the scalar test in i128.
     fn exact<'a>(&'a self, name: String, run: impl Fn() -> Answer + 'a) -> Contender<'a> {
         let run = move || {
             assert_eq!(run(), self.truth);

@@ -2,8 +2,8 @@
 //! storage ray/triangle intersection" (1997), two-sided, without an epsilon. The closest hit, without
 //! a branch.
 
-use intertri::lanes::{Lanes, Simd, WithSimd};
-use intertri::{RayPacket, Triangle, Vec3};
+use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
+use intertri::{RayPacket, Triangle};
 
 use crate::Answer;
 

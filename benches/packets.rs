@@ -1,14 +1,15 @@
-//! Scalar against lanes: packets of rays against one triangle after another, one ray against packs.
+//! Scalar against lanes: packets of rays against one triangle after another, one ray against blocks.
 //!
 //! `cargo bench -p intertri-benches --bench packets` first prints, for each form, a table of all
 //! contenders measured in alternation, every answer held against the scalar reference's; then
 //! criterion measures each by itself.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use intertri::lanes::{Level, Simd, WithSimd};
+use intertri::internal::{Filter, Lanes64};
+use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Best, Bests, Certified, Counts, Double, Lane, Mode, Prepared, PreparedPacket, Ray, RayPacket,
-    Triangle, TrianglePack, Width,
+    Certified, ClosestHit, ClosestHits, Counts, Double, LaneQueries, Mode, Prepared,
+    PreparedPacket, Ray, RayPacket, Triangle, TriangleBlock,
 };
 use intertri_benches::moller_trumbore::{MollerTrumbore, edges};
 use intertri_benches::{Answer, Contender, Workload, compare};
@@ -27,96 +28,96 @@ fn scalar(scene: &reference::Scene, rays: &[Ray]) -> Answer {
 }
 
 /// Packets of N rays against one triangle after another.
-struct Packets<'a, M: Mode, const N: usize> {
-    mode: M,
+struct Packets<'a, T: LaneQueries, const N: usize> {
+    test: T,
     data: &'a Data,
     packets: &'a [RayPacket<N>],
-    triangles: &'a [Prepared<M>],
+    triangles: &'a [Prepared<T>],
 }
 
-impl<M: Mode, const N: usize> WithSimd for Packets<'_, M, N>
+impl<T: LaneQueries, const N: usize> WithSimd for Packets<'_, T, N>
 where
     Lane<N>: Width,
 {
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
-        let Self { mode, data, packets, triangles } = self;
+        let Self { test, data, packets, triangles } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         for packet in packets {
-            let rays = mode.prepare_packet_in::<S, N>(packet);
-            let mut bests = Bests::new(&packet.t_max);
+            let rays = test.prepare_packet_in::<S, N>(packet);
+            let mut closest = ClosestHits::new(&packet.t_max);
             let (live, find) = (packet.live(), |place| data.triangle(place));
-            mode.packet_closest_of_in(&rays, triangles, 0, find, live, &mut bests, &mut counts);
-            data.add(&mode, &rays, &bests, &mut answer);
+            test.packet_closest_of_in(&rays, triangles, 0, find, live, &mut closest, &mut counts);
+            data.add(&test, &rays, &closest, &mut answer);
         }
         answer
     }
 }
 
-/// Packets of N rays with one origin against one view after another, the views' making included.
-struct Views<'a, const N: usize> {
-    mode: Certified,
+/// Packets of N rays that share their origin against one block after another as seen from there, what
+/// depends on the origin computed anew.
+struct SharedOrigin<'a, const N: usize> {
+    test: Filter,
     data: &'a Data,
     packets: &'a [RayPacket<N>],
 }
 
-impl<const N: usize> WithSimd for Views<'_, N>
+impl<const N: usize> WithSimd for SharedOrigin<'_, N>
 where
     Lane<N>: Width,
 {
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
-        let Self { mode, data, packets } = self;
+        let Self { test, data, packets } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         let origin = data.rays[0].origin;
-        let mut views = Vec::with_capacity(data.packs.len());
-        for pack in &data.packs {
-            views.push(mode.views_in::<S>(pack, origin));
+        let mut blocks = Vec::with_capacity(data.blocks.len());
+        for block in &data.blocks {
+            blocks.push(test.shared_origin_in::<S>(block, origin));
         }
         for packet in packets {
-            let rays = mode.prepare_packet_in::<S, N>(packet);
-            let mut bests = Bests::new(&packet.t_max);
+            let rays = test.prepare_packet_in::<S, N>(packet);
+            let mut closest = ClosestHits::new(&packet.t_max);
             let (live, find) = (packet.live(), |place| data.triangle(place));
-            mode.views_closest_in(&rays, &views, 0, find, live, &mut bests, &mut counts);
-            data.add(&mode, &rays, &bests, &mut answer);
+            test.shared_origin_closest_in(&rays, &blocks, 0, find, live, &mut closest, &mut counts);
+            data.add(&test, &rays, &closest, &mut answer);
         }
         answer
     }
 }
 
-/// One ray after another against packs of eight triangles.
-struct Packs<'a, M> {
-    mode: M,
+/// One ray after another against blocks of eight triangles.
+struct Blocks<'a, T> {
+    test: T,
     data: &'a Data,
 }
 
-impl<M: Mode> WithSimd for Packs<'_, M> {
+impl<T: LaneQueries> WithSimd for Blocks<'_, T> {
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
-        let Self { mode, data } = self;
+        let Self { test, data } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
         for ray in &data.rays {
-            let prepared = mode.prepare_ray(ray);
-            let mut best = Best::new(ray.t_max);
-            for (k, pack) in (0..).zip(&data.packs) {
+            let prepared = test.prepare_ray(ray);
+            let mut closest = ClosestHit::new(ray.t_max);
+            for (k, block) in (0..).zip(&data.blocks) {
                 let indices = std::array::from_fn(|i| 8 * k + i as u32);
                 let find = |place| data.triangle(place);
-                mode.closest_in::<S>(
+                test.closest_in::<S>(
                     &prepared,
-                    pack,
+                    block,
                     &indices,
                     8 * k,
                     find,
-                    &mut best,
+                    &mut closest,
                     &mut counts,
                 );
             }
-            let hit = mode.index_and_t(ray, &best, |place| data.triangle(place));
-            if let Some((triangle, t)) = hit {
-                answer.add(triangle.into(), t);
+            if let Some(hit) = test.hit(ray, &closest, |place| data.triangle(place)) {
+                answer.add(hit.triangle.into(), hit.t);
             }
         }
         answer
@@ -131,9 +132,9 @@ struct Data {
     packets4: Vec<RayPacket<4>>,
     packets: Vec<RayPacket<8>>,
     packets16: Vec<RayPacket<16>>,
-    packs: Vec<TrianglePack<8>>,
-    double: Vec<Prepared<Double>>,
-    certified: Vec<Prepared<Certified>>,
+    blocks: Vec<TriangleBlock<8>>,
+    double: Vec<Prepared<Lanes64>>,
+    certified: Vec<Prepared<Filter>>,
     plain: Vec<[[f32; 3]; 3]>,
     shared: bool,
 }
@@ -146,7 +147,7 @@ impl Data {
             packets4: rays.chunks(4).map(RayPacket::new).collect(),
             packets: rays.chunks(8).map(RayPacket::new).collect(),
             packets16: rays.chunks(16).map(RayPacket::new).collect(),
-            packs: triangles.chunks(8).map(TrianglePack::new).collect(),
+            blocks: triangles.chunks(8).map(TriangleBlock::new).collect(),
             double: triangles.iter().map(|t| double.prepare(t)).collect(),
             certified: triangles.iter().map(|t| certified.prepare(t)).collect(),
             plain: triangles.iter().map(edges).collect(),
@@ -163,18 +164,18 @@ impl Data {
 
     /// Adds the hits of a packet.
     #[inline(always)]
-    fn add<M: Mode, S: Simd, const N: usize>(
+    fn add<T: LaneQueries, S: Simd, const N: usize>(
         &self,
-        mode: &M,
-        rays: &PreparedPacket<'_, M, S, N>,
-        bests: &Bests<<Lane<N> as Width>::F<S>, N>,
+        test: &T,
+        rays: &PreparedPacket<'_, T, S, N>,
+        closest: &ClosestHits<<Lane<N> as Width>::F<S>, N>,
         answer: &mut Answer,
     ) where
         Lane<N>: Width,
     {
-        let hits = mode.hits_in(rays, bests, |place| self.triangle(place));
+        let hits = test.hits_in(rays, closest, |place| self.triangle(place));
         for lane in 0..N {
-            if let Some((triangle, _)) = bests.lane(lane).triangle() {
+            if let Some((triangle, _)) = closest.lane(lane).triangle() {
                 answer.add(triangle.into(), hits.t[lane]);
             }
         }
@@ -183,35 +184,36 @@ impl Data {
     /// Packets of rays against one triangle after another.
     fn packets(&self) -> Vec<Contender<'_>> {
         let mut all = vec![exact("scalar f64 reference", || scalar(&self.scene, &self.rays))];
-        for level in Level::all().skip(1) {
+        for level in Level::all() {
             let named = |what: &str| format!("{what}, {}", level.name());
-            let (d, c) = (Double::default().at(level), Certified::default().at(level));
+            let (d, c) =
+                (Double::default().at(level).test(), Certified::default().at(level).test());
             all.push(exact(named("double x4"), move || {
                 let (packets, triangles) = (&self.packets4[..], &self.double[..]);
-                level.run(Packets { mode: d, data: self, packets, triangles })
+                level.run(Packets { test: d, data: self, packets, triangles })
             }));
             all.push(exact(named("double x8"), move || {
                 let (packets, triangles) = (&self.packets[..], &self.double[..]);
-                level.run(Packets { mode: d, data: self, packets, triangles })
+                level.run(Packets { test: d, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x4"), move || {
                 let (packets, triangles) = (&self.packets4[..], &self.certified[..]);
-                level.run(Packets { mode: c, data: self, packets, triangles })
+                level.run(Packets { test: c, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x8"), move || {
                 let (packets, triangles) = (&self.packets[..], &self.certified[..]);
-                level.run(Packets { mode: c, data: self, packets, triangles })
+                level.run(Packets { test: c, data: self, packets, triangles })
             }));
             all.push(exact(named("certified x16"), move || {
                 let (packets, triangles) = (&self.packets16[..], &self.certified[..]);
-                level.run(Packets { mode: c, data: self, packets, triangles })
+                level.run(Packets { test: c, data: self, packets, triangles })
             }));
             if self.shared {
                 all.push(exact(named("certified x8, shared origin"), move || {
-                    level.run(Views { mode: c, data: self, packets: &self.packets })
+                    level.run(SharedOrigin { test: c, data: self, packets: &self.packets })
                 }));
                 all.push(exact(named("certified x16, shared origin"), move || {
-                    level.run(Views { mode: c, data: self, packets: &self.packets16 })
+                    level.run(SharedOrigin { test: c, data: self, packets: &self.packets16 })
                 }));
             }
             let run = move || {
@@ -228,15 +230,16 @@ impl Data {
         all
     }
 
-    /// One ray against packs of triangles.
-    fn packs(&self) -> Vec<Contender<'_>> {
+    /// One ray against blocks of triangles.
+    fn blocks(&self) -> Vec<Contender<'_>> {
         let mut all = vec![exact("scalar f64 reference", || scalar(&self.scene, &self.rays))];
-        for level in Level::all().skip(1) {
+        for level in Level::all() {
             let named = |what: &str| format!("{what}, {}", level.name());
-            let (d, c) = (Double::default().at(level), Certified::default().at(level));
-            all.push(exact(named("double x8"), move || level.run(Packs { mode: d, data: self })));
+            let (d, c) =
+                (Double::default().at(level).test(), Certified::default().at(level).test());
+            all.push(exact(named("double x8"), move || level.run(Blocks { test: d, data: self })));
             all.push(exact(named("certified x8"), move || {
-                level.run(Packs { mode: c, data: self })
+                level.run(Blocks { test: c, data: self })
             }));
         }
         all
@@ -258,13 +261,13 @@ fn bench(criterion: &mut Criterion) {
     compare("packets of rays in all directions", tests, turns, &mut strewn.packets());
     compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());
     compare("packets, a camera's: one origin", tests, turns, &mut one.packets());
-    compare("one ray against packs of triangles", tests, turns, &mut strewn.packs());
+    compare("one ray against blocks of triangles", tests, turns, &mut strewn.blocks());
 
     let forms = [
         ("packets in all directions", strewn.packets()),
         ("packets alike", each.packets()),
         ("packets of one origin", one.packets()),
-        ("packs", strewn.packs()),
+        ("blocks", strewn.blocks()),
     ];
     for (form, contenders) in forms {
         let mut group = criterion.benchmark_group(form);

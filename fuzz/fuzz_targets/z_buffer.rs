@@ -1,2 +1,2 @@
 #![no_main]
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| intertri_tests::entry::z_buffer(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| intertri_tests::fuzz::z_buffer(bytes));

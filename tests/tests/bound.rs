@@ -5,8 +5,9 @@
 //! derivation; a constant whose share stays small is larger than it need be.
 
 use dashu_ratio::Relaxed;
-use intertri::lanes::Level;
-use intertri::{Certified, Evidence, Ray, Threshold, Triangle};
+use intertri::internal::Evidence;
+use intertri::simd::Level;
+use intertri::{Ray, Threshold, Triangle};
 use intertri_lab::families::{Case, FAMILIES};
 use intertri_lab::rng::{Rng, step};
 use intertri_reference as reference;
@@ -52,7 +53,7 @@ struct Shares([f64; 14]);
 /// - *sharp T* and *sharp t*: the error of T over the bound of the last try, and where the reference's t
 ///   lies in the enclosure that this leaves;
 /// - *noise*: the largest |V|, |W| or |U| whose sign the reference gets wrong, over the bound;
-/// - *look* and *look D*: the errors of V, W and U, and of D, over the bound of the first look.
+/// - *precheck* and *precheck D*: the errors of V, W and U, and of D, over the bound of the precheck.
 const NAMES: [&str; 14] = [
     "V, W",
     "U",
@@ -66,112 +67,170 @@ const NAMES: [&str; 14] = [
     "noise",
     "sharp T",
     "sharp t",
-    "look",
-    "look D",
+    "precheck",
+    "precheck D",
 ];
+
+/// The edges of a triangle, the direction of a ray, and the five terms of their test, without rounding.
+struct Terms {
+    h4: Exact,
+    h5: Exact,
+    dir: Exact,
+    v: Relaxed,
+    w: Relaxed,
+    u: Relaxed,
+    den: Relaxed,
+    num: Relaxed,
+}
+
+impl Terms {
+    fn of(ray: &Ray, triangle: &Triangle) -> Self {
+        let [o, d] = [ray.origin, ray.dir].map(|p| p.map(real));
+        let [c1, c2, c3] = triangle.0.map(|c| c.map(real));
+        let (a, h4, h5) = (sub(&c1, &o), sub(&c2, &c1), sub(&c3, &c1));
+        let (r, n) = (cross(&d, &a), cross(&h4, &h5));
+        let (v, w) = (-dot(&h5, &r), dot(&h4, &r));
+        let (den, num) = (dot(&n, &d), dot(&n, &a));
+        let u = &den - &v - &w;
+        Self { h4, h5, dir: d, v, w, u, den, num }
+    }
+
+    /// How much the reference's noise is magnified, over what the proof allows.
+    fn rho(&self) -> f64 {
+        let length = |x: &Exact| float(&dot(x, x)).sqrt();
+        let rho = length(&self.h4) * length(&self.h5) * length(&self.dir) / float(&self.den).abs();
+        rho / 20.1_f64.exp2()
+    }
+}
+
+/// The error of a value.
+fn off(hat: f32, exact: &Relaxed) -> f64 {
+    float(&(real(hat) - exact)).abs()
+}
+
+/// The error of a sum over its bound. The rounding of the last addition changes no sign and does not
+/// count.
+fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
+    (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
+}
+
+/// The reference's tables of one triangle, its ray, and the t that it finds.
+struct Reference {
+    tables: reference::Scene,
+    line: reference::Ray,
+    t: f64,
+}
+
+impl Reference {
+    fn of(ray: &Ray, triangle: &Triangle) -> Self {
+        let tables = reference::Scene::from_triangles([triangle.0]).with_threshold(0.0);
+        let line = reference_ray(ray);
+        let mut t = 0.0;
+        tables.inter_tri(0, &line, &mut t);
+        Self { tables, line, t }
+    }
+
+    /// The largest term whose sign the reference gets wrong, over its bound: how far from an edge it
+    /// takes the wrong side. The document's three values, in its operations.
+    fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
+        let Self { tables, line, t } = self;
+        let tri = &tables.trian[0];
+        let h1 = line.org + line.dir * *t;
+        let (h2, h3) = (h1 - tables.vertx[0], h1 - tables.vertx[1]);
+        let values = [tri.nrm & (h2 ^ tri.h5), tri.nrm & (tri.h4 ^ h2), tri.nrm & (tri.h6 ^ h3)];
+        let side = if float(&exact.den) < 0.0 { -1.0 } else { 1.0 };
+        let mut noise = 0.0_f64;
+        for (value, (exact, bound)) in
+            values.iter().zip([&exact.v, &exact.w, &exact.u].into_iter().zip(sharp))
+        {
+            let exact = side * float(exact);
+            if (*value < 0.0) != (exact < 0.0) {
+                noise = noise.max(exact.abs() / f64::from(bound));
+            }
+        }
+        noise
+    }
+}
+
+/// How much of the enclosure of t is used: by the reference's t, by the quotients that the bounds of D
+/// and T leave possible, and by the reference's t in the enclosure of the last try.
+fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
+    let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
+    if !(hi.is_finite() && lo.is_finite()) {
+        return [0.0; 3];
+    }
+    let (middle, half) = (f64::midpoint(lo, hi), (hi - lo) / 2.0);
+    let enclosure = (t - middle).abs() / half;
+    let [lo, hi] = seen.sharp_t.map(f64::from);
+    let sharp_t = (t - f64::midpoint(lo, hi)).abs() / ((hi - lo) / 2.0);
+    let [num, num_err, den, den_err] =
+        [seen.num.abs(), seen.num_err, seen.den.abs(), seen.den_err].map(f64::from);
+    let quotients = ((num + num_err) / (den - den_err) - num / den) / half;
+    [enclosure, quotients, sharp_t]
+}
+
+/// An interval that just holds the reference's t is not surely left.
+fn interval_holds(case: &Case, t: f64, level: Level) {
+    let near = t as f32;
+    if t > 0.0 && near.is_finite() {
+        let at_least = if f64::from(near) < t { near.next_up() } else { near };
+        let at_most = if f64::from(near) > t { near.next_down() } else { near };
+        for (t_min, t_max) in [(0.0, at_least), (at_most, f32::INFINITY)] {
+            let ray = case.ray.between(t_min, t_max);
+            let seen = Evidence::of(&ray, &case.triangle, Threshold::ZERO, level);
+            assert!(!seen.out_of_range, "{t} is left out of {t_min}..{t_max}\n{case:?}");
+        }
+    }
+}
 
 impl Shares {
     /// What a test uses, at one level. `None` where an input is not finite or f32 overflows, for
     /// then nothing is decided.
     fn of(case: &Case, level: Level) -> Option<Self> {
         let Case { ray, triangle, threshold } = case;
-        let mode = Certified::new(Threshold::new(*threshold).ok()?).at(level);
-        let seen = mode.evidence(ray, triangle);
+        let seen = Evidence::of(ray, triangle, Threshold::new(*threshold).ok()?, level);
         let Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
-        let all = [v, w, u, edge, u_edge, den, den_err, num, num_err, seen.look_bound];
-        if !all.iter().chain(&seen.look).chain(triangle.0.iter().flatten()).all(|x| x.is_finite()) {
+        let all = [v, w, u, edge, u_edge, den, den_err, num, num_err, seen.precheck_bound];
+        let mut all = all.iter().chain(&seen.precheck).chain(triangle.0.iter().flatten());
+        if !all.all(|x| x.is_finite()) {
             return None;
         }
 
-        // The exact values.
-        let [o, d] = [ray.origin, ray.dir].map(|p| p.map(real));
-        let [c1, c2, c3] = triangle.0.map(|c| c.map(real));
-        let (a, h4, h5) = (sub(&c1, &o), sub(&c2, &c1), sub(&c3, &c1));
-        let (r, n) = (cross(&d, &a), cross(&h4, &h5));
-        let (exact_v, exact_w) = (-dot(&h5, &r), dot(&h4, &r));
-        let (exact_den, exact_num) = (dot(&n, &d), dot(&n, &a));
-        let exact_u = &exact_den - &exact_v - &exact_w;
+        let exact = Terms::of(ray, triangle);
+        let mut shares = Self::of_terms(&seen, &exact);
+        if seen.sure {
+            let reference = Reference::of(ray, triangle);
+            interval_holds(case, reference.t, level);
+            let [t, quotients, sharp_t] = enclosure(&seen, reference.t);
+            shares.0[4..=6].copy_from_slice(&[t, quotients, exact.rho()]);
+            shares.0[9] = reference.noise(&exact, seen.sharp);
+            shares.0[11] = sharp_t;
+        }
+        Some(shares)
+    }
 
-        // The rounding of the last addition changes no sign and does not count.
-        let off = |hat: f32, exact: &Relaxed| float(&(real(hat) - exact)).abs();
-        let share = |hat: f32, exact: &Relaxed, bound: f32| {
-            (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
-        };
-        let share_vw = share(v, &exact_v, edge).max(share(w, &exact_w, edge));
-        let share_u = share(u, &exact_u, u_edge);
+    /// The errors of the terms over their bounds: in the precheck, in the filter, and at the last try.
+    fn of_terms(seen: &Evidence, exact: &Terms) -> Self {
+        let &Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
+        let share_vw = share(v, &exact.v, edge).max(share(w, &exact.w, edge));
+        let share_u = share(u, &exact.u, u_edge);
         let [sharp_v, sharp_w, sharp_u] = seen.sharp;
-        let sharp_vw = share(v, &exact_v, sharp_v).max(share(w, &exact_w, sharp_w));
-        let sharp_u = share(u, &exact_u, sharp_u);
-        let share_d = off(den, &exact_den) / f64::from(den_err);
-        let share_t = off(num, &exact_num) / f64::from(num_err);
-        let sharp_num = off(num, &exact_num) / f64::from(seen.sharp_num);
+        let sharp_vw = share(v, &exact.v, sharp_v).max(share(w, &exact.w, sharp_w));
+        let sharp_u = share(u, &exact.u, sharp_u);
+        let share_d = off(den, &exact.den) / f64::from(den_err);
+        let share_t = off(num, &exact.num) / f64::from(num_err);
+        let sharp_num = off(num, &exact.num) / f64::from(seen.sharp_num);
         let h = real(seen.h);
-        let look = |hat: f32, exact: &Relaxed| off(hat, &(exact / &h)) / f64::from(seen.look_bound);
-        let [look_v, look_w, look_u, look_d] = seen.look;
-        let look_d = look(look_d, &exact_den);
-        let look = look(look_v, &exact_v).max(look(look_w, &exact_w)).max(look(look_u, &exact_u));
-        if !seen.sure {
-            return Some(Self([
-                share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0,
-                sharp_num, 0.0, look, look_d,
-            ]));
-        }
-
-        // The enclosure of t: of the reference's, and of every quotient that the bounds of D and T
-        // leave possible.
-        let tables = reference::Scene::from_triangles([triangle.0]).with_threshold(0.0);
-        let line = reference_ray(ray);
-        let mut t = 0.0;
-        tables.inter_tri(0, &line, &mut t);
-        let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
-        let (mut enclosure, mut quotients, mut sharp_t) = (0.0, 0.0, 0.0);
-        if hi.is_finite() && lo.is_finite() {
-            let (middle, half) = (f64::midpoint(lo, hi), (hi - lo) / 2.0);
-            enclosure = (t - middle).abs() / half;
-            let [lo, hi] = seen.sharp_t.map(f64::from);
-            sharp_t = (t - f64::midpoint(lo, hi)).abs() / ((hi - lo) / 2.0);
-            let [num, num_err, den, den_err] =
-                [num.abs(), num_err, den.abs(), den_err].map(f64::from);
-            quotients = ((num + num_err) / (den - den_err) - num / den) / half;
-        }
-
-        // An interval that just holds the reference's t is not surely left.
-        let near = t as f32;
-        if t > 0.0 && near.is_finite() {
-            let at_least = if f64::from(near) < t { near.next_up() } else { near };
-            let at_most = if f64::from(near) > t { near.next_down() } else { near };
-            let mode = Certified::new(Threshold::ZERO).at(level);
-            for (t_min, t_max) in [(0.0, at_least), (at_most, f32::INFINITY)] {
-                let seen = mode.evidence(&ray.between(t_min, t_max), triangle);
-                assert!(!seen.out_of_range, "{t} is left out of {t_min}..{t_max}\n{case:?}");
-            }
-        }
-
-        // How much the reference's noise is magnified.
-        let length = |x: &Exact| float(&dot(x, x)).sqrt();
-        let rho = length(&h4) * length(&h5) * length(&d) / float(&exact_den).abs();
-        let rho = rho / 20.1_f64.exp2();
-
-        // How far from an edge the reference takes the wrong side. The document's three values, in
-        // its operations.
-        let tri = &tables.trian[0];
-        let h1 = line.org + line.dir * t;
-        let (h2, h3) = (h1 - tables.vertx[0], h1 - tables.vertx[1]);
-        let values = [tri.nrm & (h2 ^ tri.h5), tri.nrm & (tri.h4 ^ h2), tri.nrm & (tri.h6 ^ h3)];
-        let side = if float(&exact_den) < 0.0 { -1.0 } else { 1.0 };
-        let mut noise = 0.0_f64;
-        for (value, (exact, bound)) in
-            values.iter().zip([exact_v, exact_w, exact_u].into_iter().zip(seen.sharp))
-        {
-            let exact = side * float(&exact);
-            if (*value < 0.0) != (exact < 0.0) {
-                noise = noise.max(exact.abs() / f64::from(bound));
-            }
-        }
-        Some(Self([
-            share_vw, share_u, share_d, share_t, enclosure, quotients, rho, sharp_vw, sharp_u,
-            noise, sharp_num, sharp_t, look, look_d,
-        ]))
+        let before =
+            |hat: f32, exact: &Relaxed| off(hat, &(exact / &h)) / f64::from(seen.precheck_bound);
+        let [pre_v, pre_w, pre_u, pre_d] = seen.precheck;
+        let precheck_d = before(pre_d, &exact.den);
+        let precheck =
+            before(pre_v, &exact.v).max(before(pre_w, &exact.w)).max(before(pre_u, &exact.u));
+        Self([
+            share_vw, share_u, share_d, share_t, 0.0, 0.0, 0.0, sharp_vw, sharp_u, 0.0, sharp_num,
+            0.0, precheck, precheck_d,
+        ])
     }
 
     fn join(&mut self, other: &Self) {
@@ -185,7 +244,7 @@ impl Shares {
 
 /// Separate and fused operations.
 fn levels() -> impl Iterator<Item = Level> {
-    [Some(Level::SCALAR), Level::avx2()].into_iter().flatten()
+    [Some(Level::PORTABLE), Level::avx2()].into_iter().flatten()
 }
 
 fn print_names() {

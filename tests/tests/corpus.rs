@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use intertri_tests::entry::{ENTRIES, Entry};
+use intertri_tests::fuzz::{ENTRIES, Entry};
 
 /// All files of a folder; none where there is no folder.
 fn files(folder: &Path) -> Vec<PathBuf> {

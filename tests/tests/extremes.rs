@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use intertri::fixed::{Bits, Fixed, Grid, blocks};
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_tests::{Scene, Truth, check_hierarchy, check_kernel};
 use intertri_trace::Bvh;

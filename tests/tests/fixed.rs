@@ -1,5 +1,7 @@
-//! The mode `fixed`: against its i128 twin, against rationals, on closed meshes, and its golden hash.
+//! The mode `fixed`: against its scalar i128 reference and rationals, on closed meshes, and its golden hash.
 
+#[path = "fixed/bundles.rs"]
+mod bundles;
 #[path = "fixed/golden.rs"]
 mod golden;
 #[path = "fixed/hierarchy.rs"]
@@ -8,12 +10,10 @@ mod hierarchy;
 mod meshes;
 #[path = "fixed/rationals.rs"]
 mod rationals;
+#[path = "fixed/scalar.rs"]
+mod scalar;
 #[path = "fixed/solids.rs"]
 mod solids;
-#[path = "fixed/tiles.rs"]
-mod tiles;
-#[path = "fixed/twin.rs"]
-mod twin;
 
 /// A generator of numbers, the same on every machine.
 struct Numbers(u64);

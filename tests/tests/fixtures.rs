@@ -4,7 +4,7 @@
 
 mod common;
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 use intertri_tests::{Truth, as_source, check_hierarchy, check_kernel, parse};

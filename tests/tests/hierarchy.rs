@@ -2,7 +2,7 @@
 
 mod common;
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Certified, Ray, Triangle};
 use intertri_lab::families::{FAMILIES, find};
 use intertri_lab::rng::Rng;
@@ -82,7 +82,7 @@ fn no_triangles_and_triangles_at_one_point() {
     assert_eq!(checked(vec![triangle; 100], rays()), 1);
     let bvh = Bvh::new(&vec![triangle; 100_000]).unwrap();
     let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
-    assert_eq!(bvh.closest(&Certified::default(), &ray).triangle, 0);
+    assert_eq!(bvh.closest(&Certified::default(), &ray).unwrap().triangle, 0);
     assert_eq!(bvh.all(&Certified::default(), &ray).len(), 100_000);
 }
 

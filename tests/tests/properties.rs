@@ -3,7 +3,7 @@
 //! The families know where a ray/triangle test breaks; these scenes know nothing. A failure is printed
 //! as a fixture and its seed kept in `fixtures/proptest-regressions`.
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_tests::{Scene, Truth, as_source, check_hierarchy, check_kernel};
 use proptest::prelude::*;

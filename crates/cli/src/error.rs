@@ -13,7 +13,7 @@ pub(crate) struct Error(String);
 pub(crate) type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An error of these words.
+    /// An error with this message.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self(what.into())
     }
@@ -23,13 +23,13 @@ impl Error {
         Self(format!("{place}: {cause}"))
     }
 
-    /// Tells it, and gives exit code 1.
+    /// Prints it, and gives exit code 1.
     pub(crate) fn tell(&self) -> ExitCode {
         tell(&self.0, 1)
     }
 }
 
-/// What the other crates refuse already says what, where and what to do.
+// Errors of the other crates already say what, where and what to do.
 macro_rules! from {
     ($($error:ty),*) => {$(
         impl From<$error> for Error {
@@ -50,11 +50,11 @@ from!(
     intertri_trace::BuildError
 );
 
-/// Tells what is wrong with the command line, or the help that was asked for.
+/// Prints what is wrong with the command line, or the help that was asked for.
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // Who closed the standard output did not want to read on.
+            // A reader that closed the standard output does not want the help.
             let _ = error.print();
             ExitCode::SUCCESS
         }
@@ -73,7 +73,7 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// One line, whatever characters the names of files have.
+/// Prints one line: control characters, which names of files may have, are escaped.
 fn tell(what: &str, code: u8) -> ExitCode {
     let mut line = String::from("intertri: ");
     for c in what.chars() {
@@ -84,7 +84,7 @@ fn tell(what: &str, code: u8) -> ExitCode {
         }
     }
     line.push('\n');
-    // Where nobody listens, the exit code must do.
+    // If the standard error is closed, the exit code must do.
     let _ = io::stderr().write_all(line.as_bytes());
     ExitCode::from(code)
 }

@@ -1,33 +1,19 @@
-//! The program `intertri`: draws models, and answers files of rays.
+//! The program `intertri`: draws models, answers files of rays, and measures.
 //!
 //! Its exit code is 0 only where it did what it was asked, 1 where it could not, and 2 where the
 //! command line made no sense. An error is one line on the standard error.
 
-mod advise;
-mod answers;
-mod bench;
-mod camera;
-mod chart;
-mod charts;
-mod check;
-mod crossover;
+mod commands;
 mod engine;
 mod error;
-mod fixed;
-mod frame;
-mod numbers;
-mod output;
-mod progress;
-mod raster;
-mod render;
+mod io;
 mod report;
-mod stream;
-mod stress;
-mod trace;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use crate::commands::{advise, bench, chart, crossover, render, stress, trace};
 
 /// Ray/triangle intersection: trace in f32, answer in f64.
 ///

@@ -1,4 +1,5 @@
-//! The other eye by the real binary: the z-buffer, shadow volumes, checks across, wire, texture.
+//! The independent rasterizer by the real binary: z-buffer, shadow volumes, checks against rays, wire,
+//! texture.
 
 mod common;
 
@@ -10,7 +11,7 @@ fn report(place: &Place, arguments: &str) -> Value {
 }
 
 #[test]
-fn every_engine_and_every_shadow_stand_up_to_both_eyes() {
+fn every_engine_and_every_shadow_pass_both_checks() {
     let place = Place::new();
     // A floor and a triangle over it.
     let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
@@ -38,7 +39,7 @@ fn every_engine_and_every_shadow_stand_up_to_both_eyes() {
 }
 
 #[test]
-fn both_eyes_see_the_built_in_scene() {
+fn rasterizer_and_rays_draw_the_same_built_in_scene() {
     let place = Place::new();
     let report =
         report(&place, "render --size 320x240 --engine raster --shadows volumes --check certified");
@@ -67,7 +68,7 @@ fn a_difference_that_nothing_excuses_fails() {
 }
 
 #[test]
-fn what_the_other_eye_cannot_do_is_said() {
+fn what_the_rasterizer_cannot_do_is_refused() {
     let place = Place::new();
     place.put("m.obj", MODEL).put("r.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails("trace m.obj --rays r.csv --engine raster", 1, &["raster", "no rays"]);

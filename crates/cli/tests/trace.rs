@@ -124,7 +124,9 @@ fn all_has_a_line_a_hit_and_the_closest_among_them() {
     for (ray, closest) in closest.iter().enumerate() {
         let hits: Vec<_> = lines.iter().filter(|cells| cells[0] == ray.to_string()).collect();
         assert!(hits.contains(&closest), "ray {ray}");
-        assert!(hits.is_sorted_by_key(|cells| cells[1].parse::<u64>().unwrap_or(0)));
+        let t = |cells: &[&str]| cells[2].parse::<f64>().unwrap_or(0.0);
+        let triangle = |cells: &[&str]| cells[1].parse::<u64>().unwrap_or(0);
+        assert!(hits.is_sorted_by_key(|cells| (t(cells), triangle(cells))));
         let near = hits.iter().filter_map(|cells| cells[2].parse::<f64>().ok()).reduce(f64::min);
         assert_eq!(near, closest[2].parse().ok());
     }

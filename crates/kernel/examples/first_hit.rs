@@ -10,14 +10,16 @@ fn main() {
     let ray = Ray::new([1.0, 0.5, -1.0], [0.0, 0.0, 2.0]);
 
     let mode = Certified::default();
-    let hit = mode.closest(&mesh, &ray);
+    let hit = mode.closest(&mesh, &ray).expect("the ray goes through");
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);
 
-    // All hits, those within an interval, and whether there is one.
-    mode.all(&mesh, &ray, |hit| println!("crosses face {} at t = {}", hit.triangle, hit.t));
+    // All hits by t, those within an interval, and whether there is one.
+    for hit in mode.all(&mesh, &ray) {
+        println!("crosses face {} at {:?}", hit.triangle, hit.point(&ray));
+    }
     let inside = ray.between(0.6, 5.0);
-    assert_eq!(mode.closest(&mesh, &inside).triangle, 3);
+    assert_eq!(mode.closest(&mesh, &inside).map(|hit| hit.triangle), Some(3));
     assert!(!mode.any(&mesh, &ray.between(2.0, 5.0)));
 
     // Exactly at a corner, too, there is no gap.

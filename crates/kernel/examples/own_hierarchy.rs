@@ -1,17 +1,17 @@
 //! One ray against eight triangles at a time, from a hierarchy of one's own: here a flat one, of boxes
 //! around eights. `cargo run --release --example own_hierarchy`
 
-use intertri::{Certified, Hit, Mode, Ray, Triangle, TrianglePack};
+use intertri::{Certified, Hit, Mode, Ray, Triangle, TriangleBlock};
 
 /// Where the eight of a leaf are, and they.
-struct Leaf([[f32; 3]; 2], TrianglePack<8>);
+struct Leaf([[f32; 3]; 2], TriangleBlock<8>);
 
 impl Leaf {
     fn new(triangles: &[Triangle]) -> Self {
         let end = |of: fn(f32, f32) -> f32, from: f32| {
             [0, 1, 2].map(|k| triangles.iter().flat_map(|t| t.0).fold(from, |a, p| of(a, p[k])))
         };
-        Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TrianglePack::new(triangles))
+        Self([end(f32::min, f32::MAX), end(f32::max, f32::MIN)], TriangleBlock::new(triangles))
     }
 
     /// Whether the ray enters the box, a little widened for rounding; no hit may be lost.
@@ -35,13 +35,13 @@ fn main() {
     let leaves: Vec<_> = triangles.chunks(8).map(Leaf::new).collect();
 
     let (mode, ray) = (Certified::default(), Ray::new([20.2, 9.0, 3.0], [0.1, -1.0, 0.9]));
-    let mut best = (Hit::NOTHING, f64::INFINITY);
+    let mut best = (Hit::NO_TRIANGLE, f64::INFINITY);
     for (i, leaf) in leaves.iter().enumerate().filter(|(_, leaf)| leaf.enters(&ray)) {
-        for (lane, t) in mode.pack(&ray, &leaf.1).iter() {
-            best = if t < best.1 { ((8 * i + lane) as u64, t) } else { best };
+        for (lane, t) in mode.block(&ray, &leaf.1).iter() {
+            best = if t < best.1 { ((8 * i + lane) as u32, t) } else { best };
         }
     }
     let all = mode.closest(&triangles, &ray);
-    assert_eq!(best, (all.triangle, all.t));
+    assert_eq!(Some(best), all.map(|hit| (hit.triangle, hit.t)));
     println!("{best:?}, as without the hierarchy");
 }

@@ -7,7 +7,7 @@
 //! let wall = Triangle::new([-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]);
 //! let ray = Ray::new([0.0, 1.0, 0.0], [0.0, -0.5, 1.0]);
 //!
-//! let hit = Certified::default().closest(&[wall, floor], &ray);
+//! let hit = Certified::default().closest(&[wall, floor], &ray).unwrap();
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //! ```
 //!
@@ -15,39 +15,52 @@
 //! scalar f64 reference, bit for bit, on every CPU: what each promises stands at [`Mode`]. [`fixed`]
 //! is exact on an integer grid. The best instructions of the CPU are chosen at run time.
 //!
-//! Without the feature `std` the crate is `no_std` and takes the instructions that the build was
-//! compiled for.
+//! Who has a hierarchy of their own tests packets of rays and blocks of triangles: [`LaneQueries`].
+//!
+//! Without the feature `std` the crate is `no_std`, with `alloc`, and takes the instructions that the
+//! build was compiled for.
 #![cfg_attr(not(feature = "std"), no_std)]
 
-mod best;
-mod blocks;
-mod certified;
-mod cramer;
-mod data;
-mod double;
-pub mod fixed;
-pub mod lanes;
-mod mode;
-mod packet;
-mod pairs;
-mod prepared;
-mod sight;
-mod slices;
-mod vec3;
-mod verbs;
+extern crate alloc;
 
-pub use best::{Best, Bests};
-pub use certified::{
-    Certified, Evidence, Frame, Judge, Nearest, Outline, Outlines, Points, Ranges, Replay, Starts,
-    View, Views, Windows,
+mod barycentric;
+mod document;
+mod filter;
+pub mod fixed;
+mod hit_attributes;
+mod intersect;
+mod lanes64;
+mod packet;
+mod query;
+mod resolve;
+pub mod simd;
+mod threshold;
+mod types;
+
+pub use intersect::{
+    ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
 };
-pub use cramer::Coefficients;
-pub use data::{Hit, Ray, Triangle};
-pub use double::Double;
-pub use mode::{BadThreshold, Counts, Lane, Threshold, Which, Width};
-pub use packet::{Hits, RayPacket, TrianglePack};
-pub use pairs::Pairs;
-pub use prepared::{Prepared, PreparedPacket, PreparedRay};
-pub use sight::Sight;
-pub use vec3::Vec3;
-pub use verbs::Mode;
+pub use packet::{PacketHits, RayPacket, TriangleBlock};
+pub use query::{Certified, Double, Mode};
+pub use threshold::{BadThreshold, Threshold};
+pub use types::{Hit, Ray, Triangle};
+
+/// What the sister crates build on, and what the traits' associated types are. It changes without notice.
+#[doc(hidden)]
+pub mod internal {
+    pub use crate::barycentric::Coefficients;
+    pub use crate::document::{SeenPlane, Tri};
+    pub use crate::filter::projection::{
+        Frame, Nearest, Outline, Outlines, Points, Ranges, Settle, Starts, Windows,
+    };
+    pub use crate::filter::{
+        Constants, Evidence, Filter, Precheck, Rays, SharedOriginBlock, Triangles,
+    };
+    pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
+    pub use crate::intersect::{Found, Test};
+    pub use crate::lanes64::Lanes64;
+    pub use crate::packet::RayLanes;
+    pub use crate::query::Which;
+    pub use crate::resolve::{Resolver, SharedOrigin};
+    pub use crate::simd::{Pair, prefetch, prefetch_early};
+}

@@ -1,14 +1,14 @@
-//! The long count: rays at shared edges and vertices, against the promises of the kernel.
+//! Very many rays at shared edges and vertices, counted against the promises of the kernel.
 
 use intertri::fixed::{self, Bits, Fixed, Grid};
-use intertri::{Certified, Mode, TrianglePack};
+use intertri::{Certified, Mode, TriangleBlock};
 use intertri_reference as reference;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::rng::Rng;
-use crate::subjects::Bundle;
-use crate::workloads::closed;
+use crate::test_batch::TestBatch;
+use crate::workloads::closed_mesh;
 
 /// What was counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -34,8 +34,8 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
         let mut rng = Rng::new(seed ^ piece << 16);
         let near = piece % 2 == 1;
         let mut count = EdgeCount::default();
-        certified(&bundle(&mut rng, 18, near), &mut count);
-        fixed(&bundle(&mut rng, 15, near), &mut count);
+        certified(&batch(&mut rng, 18, near), &mut count);
+        fixed(&batch(&mut rng, 15, near), &mut count);
         step(PIECE);
         count
     };
@@ -50,31 +50,31 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
 }
 
 /// Rays exactly at edges and vertices; or the same scaled, so that all is rounded.
-fn bundle(rng: &mut Rng, bits: u32, near: bool) -> Bundle {
-    let mut bundle = closed(rng, bits, PIECE as usize);
+fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
+    let mut batch = closed_mesh(rng, bits, PIECE as usize);
     if near {
         let scale = (0.5 + rng.unit()) as f32;
-        for x in bundle.triangles.iter_mut().flat_map(|t| t.0.as_flattened_mut()) {
+        for x in batch.triangles.iter_mut().flat_map(|t| t.0.as_flattened_mut()) {
             *x *= scale;
         }
-        for ray in &mut bundle.rays {
+        for ray in &mut batch.rays {
             ray.origin = ray.origin.map(|x| x * scale);
             ray.dir = ray.dir.map(|x| x * scale);
         }
     }
-    bundle
+    batch
 }
 
 /// `certified` against the reference, bit for bit.
-fn certified(bundle: &Bundle, count: &mut EdgeCount) {
+fn certified(batch: &TestBatch, count: &mut EdgeCount) {
     let mode = Certified::default();
-    let scene = reference::Scene::from_triangles(bundle.triangles.iter().map(|t| t.0));
-    let packs: Vec<TrianglePack<8>> = bundle.triangles.chunks(8).map(TrianglePack::new).collect();
-    for ray in &bundle.rays {
+    let scene = reference::Scene::from_triangles(batch.triangles.iter().map(|t| t.0));
+    let blocks: Vec<TriangleBlock<8>> = batch.triangles.chunks(8).map(TriangleBlock::new).collect();
+    for ray in &batch.rays {
         let line = reference::Ray::new(ray.origin, ray.dir);
-        for (k, pack) in packs.iter().enumerate() {
-            let hits = mode.pack(ray, pack);
-            for lane in 0..8.min(bundle.triangles.len() - 8 * k) {
+        for (k, block) in blocks.iter().enumerate() {
+            let hits = mode.block(ray, block);
+            for lane in 0..8.min(batch.triangles.len() - 8 * k) {
                 let expected = scene.hit(8 * k + lane, &line, 0.0, f64::INFINITY);
                 let got = (hits.bits >> lane & 1 == 1).then_some(hits.t[lane]);
                 let same = expected.map(f64::to_bits) == got.map(f64::to_bits);
@@ -87,29 +87,29 @@ fn certified(bundle: &Bundle, count: &mut EdgeCount) {
 }
 
 /// `fixed` against the number of times that a ray leaves a closed convex mesh.
-fn fixed(bundle: &Bundle, count: &mut EdgeCount) {
-    let origins = bundle.rays.iter().map(|ray| ray.origin);
-    let points = bundle.triangles.iter().flat_map(|t| t.0).chain(origins);
+fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
+    let origins = batch.rays.iter().map(|ray| ray.origin);
+    let points = batch.triangles.iter().flat_map(|t| t.0).chain(origins);
     let crossings = || {
         let grid = Grid::around(points, Bits::FINE)?;
         let triangles: Result<Vec<_>, _> =
-            bundle.triangles.iter().map(|t| grid.triangle(t)).collect();
+            batch.triangles.iter().map(|t| grid.triangle(t)).collect();
         let blocks: Vec<_> = fixed::blocks(&triangles?).collect();
         let mode = Fixed::default();
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
-        bundle.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
+        batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
     // What does not fit the grid is not crossed.
-    let crossings = crossings().unwrap_or_else(|_| vec![0; bundle.rays.len()]);
+    let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{EdgeCount, bundle, edge_count};
+    use super::{EdgeCount, batch, edge_count};
+    use crate::oracle::{self, Place};
     use crate::rng::Rng;
-    use crate::truth::{Place, truth};
 
     fn kept(count: &EdgeCount) {
         assert_eq!((count.not_reference, count.leaks, count.doubles), (0, 0, 0), "{count:?}");
@@ -133,11 +133,11 @@ mod tests {
 
     #[test]
     fn the_rays_are_where_they_are_said_to_be() {
-        // Each ray meets exactly the triangles around one edge or vertex, for the truth too.
+        // Each ray meets exactly the triangles around one edge or vertex, for the oracle too.
         for bits in [15, 18] {
-            let bundle = bundle(&mut Rng::new(9), bits, false);
-            for ray in &bundle.rays {
-                let places = bundle.triangles.iter().map(|t| truth(t, ray));
+            let batch = batch(&mut Rng::new(9), bits, false);
+            for ray in &batch.rays {
+                let places = batch.triangles.iter().map(|t| oracle::answer(t, ray));
                 let met: Vec<Place> = places.filter(|t| t.is_hit()).map(|t| t.place).collect();
                 let at_side = |p: &Place| matches!(p, Place::Edge(_) | Place::Vertex(_));
                 assert!(met.len() >= 2 && met.iter().all(at_side), "{met:?}");

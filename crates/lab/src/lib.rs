@@ -1,17 +1,18 @@
-//! The laboratory: input families that are built to break a ray/triangle test, and the exact answer
-//! to hold it against.
+//! The laboratory: the known ray/triangle tests, inputs that are built to break them, and an exact
+//! oracle to hold their answers against.
 //!
 //! | module | what it has |
 //! | --- | --- |
 //! | [`rng`] | random numbers with the same bits on every CPU |
 //! | [`meshes`] | small closed meshes whose neighbours share their vertices bit for bit |
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
-//! | [`subjects`] | the known tests, each written once for any lanes |
-//! | [`truth`] | where a line meets a triangle, without any rounding |
+//! | [`test_batch`], [`layout`] | the input and answers of a method, and how they lie in the lanes |
+//! | [`methods`] | the known tests, each written once for any lanes |
+//! | [`oracle`] | where a line meets a triangle, without any rounding |
 //! | [`workloads`] | what is measured: camera, secondary, edge-and-vertex rays, the mix |
-//! | [`timing`] | how long the subjects take, side by side |
-//! | [`judge`] | how often they are wrong on a workload |
-//! | [`front`] | which methods none beats in both |
+//! | [`timing`] | how long the methods take, side by side |
+//! | [`accuracy`] | how often they are wrong on a workload |
+//! | [`pareto`] | which methods none beats in both |
 //! | [`metrics`] | how they fare on each family |
 //! | [`stress`] | where they begin to fail |
 //! | [`edge_count`] | the kernel's promises, on very many rays |
@@ -20,20 +21,23 @@
 //!
 //! A seed gives the same counts on every run and every CPU; only times differ.
 
+pub mod accuracy;
 pub mod advise;
-mod cases;
+mod case_answers;
 pub mod draw;
 pub mod edge_count;
 pub mod families;
-pub mod front;
-pub mod judge;
+pub mod layout;
 pub mod machine;
 pub mod meshes;
+pub mod methods;
 pub mod metrics;
+pub mod oracle;
+pub mod pareto;
+mod quantile;
 pub mod rng;
 pub mod stress;
-pub mod subjects;
 pub mod tables;
+pub mod test_batch;
 pub mod timing;
-pub mod truth;
 pub mod workloads;

@@ -1,8 +1,8 @@
-//! When and on what was measured.
+//! The date and the machine of a measurement.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 
 /// The day in Greenwich, such as 2026-01-31.
 pub fn date() -> String {

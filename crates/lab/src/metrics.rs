@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::cases::Asked;
+use crate::accuracy::{self, ErrorCounts};
+use crate::case_answers::CaseAnswers;
 use crate::families::{Case, Family};
-use crate::judge::{self, Verdict};
+use crate::methods::METHODS;
+use crate::oracle::{exact_t, t_error, t_error_ulps, t_error_ulps_f32};
+use crate::quantile::quantile;
 use crate::rng::Rng;
-use crate::subjects::{Bundle, SUBJECTS};
-use crate::timing::quantile;
-use crate::truth::{exact_t, t_error, t_error_ulps, t_error_ulps_f32};
+use crate::test_batch::TestBatch;
 
 /// How a method fares on a family.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,7 +21,7 @@ pub struct Row {
     pub method: &'static str,
     /// Pairs of a ray and a triangle.
     pub trials: u64,
-    /// Pairs that the truth calls a hit.
+    /// Pairs that the oracle calls a hit.
     pub true_hits: u64,
     /// True hits that the method calls a miss.
     pub false_misses: u64,
@@ -28,8 +29,9 @@ pub struct Row {
     pub false_hits: u64,
     /// Hits whose `t` is NaN or infinite.
     pub t_not_finite: u64,
-    /// Pairs where it disagrees with the truth: the two kinds together.
-    pub not_truth: u64,
+    /// Pairs where it disagrees with the oracle: the two kinds together.
+    #[serde(rename = "not_truth")]
+    pub not_oracle: u64,
     /// Pairs where it disagrees with the scalar f64 reference.
     pub not_reference: u64,
     /// Rays from within a closed convex mesh; 0 where the family has none.
@@ -74,10 +76,10 @@ struct Found {
     errors: Vec<[f64; 2]>,
 }
 
-/// Asks every subject about at least so many cases of a family. The counts depend on the seed and
+/// Asks every method about at least so many cases of a family. The counts depend on the seed and
 /// the number alone. `step` is told how many more are done.
 pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
-    let pieces: Vec<(Vec<Found>, Vec<Verdict>)> = (0..cases.div_ceil(PIECE))
+    let pieces: Vec<(Vec<Found>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
         .into_par_iter()
         .map(|piece| {
             let mut rng = Rng::new(seed ^ piece << 8);
@@ -88,11 +90,11 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
         })
         .collect();
 
-    let row = |(k, subject): (usize, &crate::subjects::Subject)| {
+    let row = |(k, method): (usize, &crate::methods::Method)| {
         let sum =
             |of: fn(&Found) -> u64| pieces.iter().map(|(found, _)| of(&found[k])).sum::<u64>();
-        let closed = |of: fn(&Verdict) -> u64| {
-            pieces.iter().filter_map(|(_, verdicts)| verdicts.get(k)).map(of).sum::<u64>()
+        let closed = |of: fn(&ErrorCounts) -> u64| {
+            pieces.iter().filter_map(|(_, error_counts)| error_counts.get(k)).map(of).sum::<u64>()
         };
         let (false_misses, false_hits) = (sum(|f| f.false_misses), sum(|f| f.false_hits));
         let errors = || pieces.iter().flat_map(|(found, _)| &found[k].errors);
@@ -100,13 +102,13 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
         let mut ulps: Vec<f64> = errors().map(|e| e[1]).collect();
         Row {
             family: family.name,
-            method: subject.name,
+            method: method.name,
             trials: pieces.len() as u64 * PIECE,
             true_hits: sum(|f| f.true_hits),
             false_misses,
             false_hits,
             t_not_finite: sum(|f| f.t_not_finite),
-            not_truth: false_misses + false_hits,
+            not_oracle: false_misses + false_hits,
             not_reference: sum(|f| f.not_reference),
             closed_trials: closed(|v| v.trials),
             leaks: closed(|v| v.leaks),
@@ -120,21 +122,21 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
             t_ulps_worst: quantile(&mut ulps, 1.0),
         }
     };
-    SUBJECTS.iter().enumerate().map(row).collect()
+    METHODS.iter().enumerate().map(row).collect()
 }
 
-/// All subjects on some cases.
+/// All methods on some cases.
 fn ask(cases: &[Case]) -> Vec<Found> {
-    let asked = Asked::of(cases);
+    let asked = CaseAnswers::of(cases);
     // The exact t of the first true hits.
-    let hits = (0..cases.len()).filter(|&i| asked.truth[i].is_hit()).take(EXACT);
+    let hits = (0..cases.len()).filter(|&i| asked.oracle[i].is_hit()).take(EXACT);
     let exact: Vec<_> =
         hits.filter_map(|i| Some((i, exact_t(&cases[i].triangle, &cases[i].ray)?))).collect();
-    let of_subject = |(subject, answers): (&crate::subjects::Subject, &Vec<_>)| {
-        let answers: &[crate::subjects::Answer] = answers;
+    let of_method = |(method, answers): (&crate::methods::Method, &Vec<_>)| {
+        let answers: &[crate::test_batch::Answer] = answers;
         let mut found = Found::default();
         for (i, answer) in answers.iter().enumerate() {
-            let is_hit = asked.truth[i].is_hit();
+            let is_hit = asked.oracle[i].is_hit();
             found.true_hits += u64::from(is_hit);
             found.false_misses += u64::from(is_hit && !answer.hit);
             found.false_hits += u64::from(!is_hit && answer.hit);
@@ -143,7 +145,7 @@ fn ask(cases: &[Case]) -> Vec<Found> {
         }
         for (i, exact) in exact.iter().filter(|(i, _)| answers[*i].hit) {
             let t = answers[*i].t;
-            let ulps = match subject.bits {
+            let ulps = match method.bits {
                 24 => t_error_ulps_f32(t as f32, exact),
                 _ => t_error_ulps(t, exact),
             };
@@ -151,40 +153,41 @@ fn ask(cases: &[Case]) -> Vec<Found> {
         }
         found
     };
-    SUBJECTS.iter().zip(&asked.answers).map(of_subject).collect()
+    METHODS.iter().zip(&asked.answers).map(of_method).collect()
 }
 
 /// Leaks and double counts of a family of closed convex meshes, by the rays that start within.
-fn closed(family: &Family, rng: &mut Rng) -> Vec<Verdict> {
+fn closed(family: &Family, rng: &mut Rng) -> Vec<ErrorCounts> {
     let Some(&(_, triangles)) = CLOSED.iter().find(|(name, _)| *name == family.name) else {
         return Vec::new();
     };
     let scene = family.scene(rng, triangles, 64);
-    let mut bundle = Bundle { rays: scene.rays, triangles: scene.triangles };
-    let triangles = &bundle.triangles;
-    bundle.rays.retain(|ray| judge::is_within(triangles, ray.origin));
-    let mut verdicts = vec![Verdict::default(); SUBJECTS.len()];
-    judge::edges(&bundle, &mut verdicts);
-    verdicts
+    let mut batch = TestBatch { rays: scene.rays, triangles: scene.triangles };
+    let triangles = &batch.triangles;
+    batch.rays.retain(|ray| accuracy::is_within(triangles, ray.origin));
+    let mut error_counts = vec![ErrorCounts::default(); METHODS.len()];
+    accuracy::leaks_and_doubles(&batch, &mut error_counts);
+    error_counts
 }
 
 #[cfg(test)]
 mod tests {
-    use intertri::lanes::Level;
+    use intertri::simd::Level;
 
     use super::metrics;
     use crate::families::{Case, FAMILIES, find};
+    use crate::methods::{METHODS, OF_THE_REFERENCE};
+    use crate::oracle::rational;
     use crate::rng::Rng;
-    use crate::subjects::{Answer, OF_THE_REFERENCE, SUBJECTS};
-    use crate::truth::rational;
+    use crate::test_batch::Answer;
 
     #[test]
     fn the_kernel_is_the_reference_on_every_family() {
         for family in FAMILIES {
             let rows = metrics(family, 2, 500, &|_| ());
-            assert_eq!(rows.len(), SUBJECTS.len());
+            assert_eq!(rows.len(), METHODS.len());
             for row in &rows {
-                assert_eq!(row.not_truth, row.false_misses + row.false_hits);
+                assert_eq!(row.not_oracle, row.false_misses + row.false_hits);
                 if OF_THE_REFERENCE.contains(&row.method) {
                     // The listing's own t may be infinite; the kernel's interval excludes it.
                     assert!(row.not_reference <= row.t_not_finite, "{row:?}");
@@ -195,19 +198,19 @@ mod tests {
 
     #[test]
     fn a_row_is_what_one_counts_by_hand() {
-        // One by one, with the truth's other route.
+        // One by one, with the oracle's second route.
         let family = find("random").unwrap();
         let rows = metrics(family, 6, 1000, &|_| ());
         for row in rows.iter().filter(|row| row.method != "fixed") {
-            let subject = SUBJECTS.iter().find(|subject| subject.name == row.method).unwrap();
+            let method = METHODS.iter().find(|method| method.name == row.method).unwrap();
             let (mut hits, mut misses, mut wrong) = (0, 0, 0);
             for piece in 0..2 {
                 let mut rng = Rng::new(6 ^ piece << 8);
                 for _ in 0..500 {
                     let Case { triangle, ray, threshold } = family.case(&mut rng);
-                    let is_hit = rational::truth(&triangle, &ray).is_hit();
+                    let is_hit = rational::answer(&triangle, &ray).is_hit();
                     let mut to = [Answer::default()];
-                    subject.pairs(Level::best(), threshold, &[triangle], &[ray], &mut to);
+                    method.pairs(Level::best(), threshold, &[triangle], &[ray], &mut to);
                     hits += u64::from(is_hit);
                     misses += u64::from(is_hit && !to[0].hit);
                     wrong += u64::from(!is_hit && to[0].hit);
@@ -216,7 +219,7 @@ mod tests {
             assert_eq!((row.trials, row.true_hits), (1000, hits), "{}", row.method);
             assert_eq!((row.false_misses, row.false_hits), (misses, wrong), "{}", row.method);
             // Methods in f32 err both ways here.
-            let single = subject.bits == 24;
+            let single = method.bits == 24;
             assert!(!single || misses > 0 || wrong > 0, "{}", row.method);
         }
         let robust = rows.iter().find(|row| row.method == "Embree robust f32").unwrap();

@@ -1,23 +1,26 @@
 //! How long the methods take, side by side.
 //!
-//! All subjects in all their layouts run in turn, again and again, each for a fraction of a
+//! All methods in all their layouts run in turn, again and again, each for a fraction of a
 //! millisecond, so that whatever the machine does meanwhile hits all alike. A time is relative to the
 //! scalar f64 reference's in the same turn; of these ratios the median is given, with the
 //! quartiles.
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use serde::Serialize;
 
+use crate::layout::{Form, Layout};
+use crate::methods::{METHODS, reference_closest};
+use crate::quantile::quantile;
 use crate::rng::Rng;
-use crate::subjects::{Bundle, Form, Layout, SUBJECTS, reference_closest};
+use crate::test_batch::TestBatch;
 use crate::workloads::{Model, Workload};
 
-/// What one subject took in one layout.
+/// What one method took in one layout.
 #[derive(Clone, Debug, Serialize)]
 pub struct Time {
     /// What was measured.
     pub workload: &'static str,
-    /// The subject.
+    /// The method.
     pub method: &'static str,
     /// The form.
     pub form: &'static str,
@@ -36,10 +39,10 @@ pub struct Time {
 /// The name of the scalar f64 reference in the tables.
 pub const REFERENCE: &str = "reference";
 
-/// So many bundles are run in a turn.
+/// So many batches are run in a turn.
 const BUNDLES: usize = 12;
 
-/// Measures every subject in every layout that it has. `step` is called after each turn.
+/// Measures every method in every layout that it has. `step` is called after each turn.
 pub fn measure(
     workload: Workload,
     model: &Model,
@@ -47,16 +50,16 @@ pub fn measure(
     mut step: impl FnMut(),
 ) -> Vec<Time> {
     let mut rng = Rng::new(11);
-    let bundles: Vec<_> = (0..BUNDLES).map(|_| workload.bundle(&mut rng, model)).collect();
+    let batches: Vec<_> = (0..BUNDLES).map(|_| workload.batch(&mut rng, model)).collect();
     let tests: usize =
-        bundles.iter().map(|Bundle { rays, triangles }| rays.len() * triangles.len()).sum();
+        batches.iter().map(|TestBatch { rays, triangles }| rays.len() * triangles.len()).sum();
 
-    // Who runs, and the seconds of each turn.
+    // Every method in every layout, and the seconds of each turn.
     let mut contenders = Vec::new();
-    for subject in SUBJECTS {
-        for form in [Form::Packets, Form::Packs] {
+    for method in METHODS {
+        for form in [Form::Packets, Form::Blocks] {
             for lanes in [1, 4, 8, 16] {
-                contenders.push((subject, Layout { form, lanes }, Vec::new()));
+                contenders.push((method, Layout { form, lanes }, Vec::new()));
             }
         }
     }
@@ -64,10 +67,10 @@ pub fn measure(
     let mut reference = Vec::new();
     // The first turn warms up.
     for turn in 0..=turns {
-        let seconds = reference_closest(&bundles, &mut nearest);
+        let seconds = reference_closest(&batches, &mut nearest);
         reference.push(seconds);
-        for (subject, layout, seconds) in &mut contenders {
-            seconds.extend(subject.closest(level, &bundles, *layout, &mut nearest));
+        for (method, layout, seconds) in &mut contenders {
+            seconds.extend(method.closest(level, &batches, *layout, &mut nearest));
         }
         if turn == 0 {
             reference.clear();
@@ -91,58 +94,43 @@ pub fn measure(
         }
     };
     let mut times = vec![time(REFERENCE, "scalar", 1, &reference)];
-    times.extend(contenders.iter().map(|(subject, layout, seconds)| {
-        time(subject.name, layout.form.name(), layout.lanes, seconds)
+    times.extend(contenders.iter().map(|(method, layout, seconds)| {
+        time(method.name, layout.form.name(), layout.lanes, seconds)
     }));
     times
 }
 
-/// The number below which a share of all lies; NaN of none. Sorts them.
-pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let last = numbers.len().saturating_sub(1);
-    numbers.get((last as f64 * share).round() as usize).copied().unwrap_or(f64::NAN)
-}
-
 #[cfg(test)]
 mod tests {
-    use intertri::lanes::Level;
+    use intertri::simd::Level;
 
-    use super::{REFERENCE, measure, quantile};
-    use crate::subjects::SUBJECTS;
+    use super::{REFERENCE, measure};
+    use crate::methods::METHODS;
     use crate::workloads::{Model, Workload};
 
     #[test]
-    fn everybody_is_measured_in_every_layout_that_he_has() {
+    fn every_method_is_timed_in_every_layout_that_it_has() {
         let mut steps = 0;
         let times = measure(Workload::Secondary, &Model::built_in(), 2, || steps += 1);
         assert_eq!(steps, 3);
         assert_eq!(times[0].method, REFERENCE);
         assert_eq!(times[0].times_faster, 1.0);
-        for subject in SUBJECTS {
-            let own = times.iter().filter(|time| time.method == subject.name);
+        for method in METHODS {
+            let own = times.iter().filter(|time| time.method == method.name);
             // With two forms each, 16 lanes apart, which not every CPU has.
-            let layouts = match subject.name {
+            let layouts = match method.name {
                 "certified, one origin" => 0,
                 "double" | "certified" | "fixed" => 4,
                 _ => 6,
             };
             let narrow = own.clone().filter(|time| time.lanes < 16);
-            assert_eq!(narrow.count(), layouts, "{}", subject.name);
-            let wide = Level::best().name() == "avx512" && subject.name.ends_with("f32");
+            assert_eq!(narrow.count(), layouts, "{}", method.name);
+            let wide = Level::best().name() == "avx512" && method.name.ends_with("f32");
             let of_16 = own.clone().filter(|time| time.lanes == 16 && time.form == "packs");
-            assert!(of_16.count() == usize::from(wide) || !wide, "{}", subject.name);
+            assert!(of_16.count() == usize::from(wide) || !wide, "{}", method.name);
             assert!(
                 own.clone().all(|time| time.ns_per_test > 0.0 && time.times_faster.is_finite())
             );
         }
-    }
-
-    #[test]
-    fn quantiles() {
-        let mut numbers = [3.0, 1.0, 2.0, 5.0, 4.0];
-        assert_eq!(quantile(&mut numbers, 0.5), 3.0);
-        assert_eq!(quantile(&mut numbers, 1.0), 5.0);
-        assert!(quantile(&mut [], 0.5).is_nan());
     }
 }

@@ -1,13 +1,13 @@
 //! How near to what a pixel shows does the surface of a shadow volume pass? In rationals.
 //!
-//! The shown point P is where the line of sight through the centre of the pixel meets the plane of
+//! The shown point P is where the line of directions through the centre of the pixel meets the plane of
 //! the triangle. Two roundings move it, so that all that is known is a ball around it:
 //!
 //! ```text
-//!   eye o---___ m                        the line of sight by m = r pixels, which is m / q at the
+//!   eye o---___ m                        the line of directions by m = r pixels, which is m / q at the
 //!       ^      ---___                    view depth 1/q, and the farther on the plane the more
 //!       |            ---(--P--)---       edge-on it is seen: up to (1 + |d| / cos) m / q with the
-//!      1/q at P         plane            sight d and the cosine for the most edge-on line in reach;
+//!      1/q at P         plane            directions d and the cosine for the most edge-on line in reach;
 //!                                        the shadow ray to it by 2^-24 of its length
 //! ```
 //!
@@ -51,7 +51,7 @@ impl<'a> Ball<'a> {
         y: u32,
     ) -> Option<Self> {
         let disc = Disc::new(view, x, y);
-        let d = disc.sight();
+        let d = disc.pixel_directions();
         let eye = point(view.eye());
         let [c1, c2, c3] = volume.adjacency().corners(face).map(point);
         let [p, q, arm] = [sub(&c2, &c1), sub(&c3, &c1), sub(&c1, &eye)];
@@ -66,12 +66,13 @@ impl<'a> Ball<'a> {
         // From here on in f64, each number above what it stands for.
         let over = 1.0 + 2f64.powi(-40);
         let length = |a: &Point| rounded(&dot(a, a)).sqrt() * over;
-        let (moved, sight, steep) = (rounded(&disc.radius) * over, length(&d), length(&normal));
+        let (moved, directions, steep) =
+            (rounded(&disc.radius) * over, length(&d), length(&normal));
         let upright = rounded(&abs(height.clone())) / over - steep * moved;
         if upright <= 0.0 {
             return None;
         }
-        let slant = 1.0 + (sight + moved) * steep / upright;
+        let slant = 1.0 + (directions + moved) * steep / upright;
         // What f64 does to the depth, as in the comparison of depths.
         let products = size(&p) * size(&q);
         let doubt = &products * size(&d) / abs(height) + products * size(&arm) / abs(offset);
@@ -81,8 +82,8 @@ impl<'a> Ball<'a> {
         };
         let depth = rounded(&depth);
         let rounding = 2f64.powi(-24) * far
-            + 2f64.powi(-48) * rounded(&doubt) * depth * sight
-            + 2f64.powi(-44) * (length(&eye) + depth * sight);
+            + 2f64.powi(-48) * rounded(&doubt) * depth * directions
+            + 2f64.powi(-44) * (length(&eye) + depth * directions);
         let radius = (moved * depth * slant + rounding) * over;
 
         let middle = [0, 1, 2].map(|k| rounded(&centre[k]));

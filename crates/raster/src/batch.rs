@@ -5,7 +5,7 @@
 //! pass, band by band over threads, draws them in their order. Nothing depends on who did what.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
-use crate::plane::Plane;
+use crate::plane::FacetPlane;
 use crate::spans::{BAND, first_centre};
 use crate::threads;
 use crate::view::View;
@@ -16,7 +16,7 @@ const BATCH: usize = 2048;
 /// One outline in the picture.
 pub(crate) struct Piece {
     /// Its depth.
-    pub(crate) plane: Plane,
+    pub(crate) plane: FacetPlane,
     /// The caller's number for it.
     pub(crate) tag: i32,
     /// From which row to which, the last not included.
@@ -51,7 +51,7 @@ impl Batch {
         view: &View,
         outline: impl IntoIterator<Item = Point4>,
         tag: i32,
-        plane: impl FnOnce() -> Option<Plane>,
+        plane: impl FnOnce() -> Option<FacetPlane>,
     ) {
         let start = self.corners.len();
         let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);

@@ -91,9 +91,9 @@ fn clearly_at(view: &View, Triangle(corners): &Triangle, t: f64, x: u32, y: u32)
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];
     let normal = cross(p, q);
     let offset = dot(normal, arm);
-    let (sight, (d, far)) = (view.sight(), view.through(x, y));
+    let (directions, (d, far)) = (view.pixel_directions(), view.through(x, y));
     let depth = dot(normal, d) / offset;
-    let slope = (dot(normal, sight.dx) / offset).hypot(dot(normal, sight.dy) / offset);
+    let slope = (dot(normal, directions.dx) / offset).hypot(dot(normal, directions.dy) / offset);
 
     let products = length(p) * length(q) * (far + depth.abs() * length(arm));
     let rounding = 2f64.powi(-48) * products / offset.abs();

@@ -78,8 +78,8 @@ impl Disc {
         }
     }
 
-    /// The direction, in the scene, of the line of sight through the centre; 1 along forward.
-    pub(crate) fn sight(&self) -> Point {
+    /// The direction, in the scene, of the line of directions through the centre; 1 along forward.
+    pub(crate) fn pixel_directions(&self) -> Point {
         [0, 1, 2].map(|k| {
             let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
             along(0) + along(1) + along(2)
@@ -102,7 +102,7 @@ impl Disc {
     }
 
     /// Whether a triangle can be seen at the distance `t`: whether its plane has `q t = |d|`, up to
-    /// 2^-22 of that, somewhere in the disc, with `d` the line of sight through the centre.
+    /// 2^-22 of that, somewhere in the disc, with `d` the line of directions through the centre.
     pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
         let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
             return false;

@@ -1,20 +1,20 @@
 //! The depth of a plane over the picture: `q`, the inverse of the view depth, as a linear function.
 //!
-//! With the plane's normal `n` and the way `a` from the eye to one of its points, the line of sight
+//! With the plane's normal `n` and the way `a` from the eye to one of its points, the line of directions
 //! `w * d` meets it where `n & (w d - a) = 0`. So `q = 1 / w = (n & d) / (n & a)`, and `d` is linear
 //! in the pixel. Larger q is nearer, and a point at infinity has q = 0.
 
-use intertri::lanes::Lanes;
+use intertri::simd::Lanes;
 
 use crate::vector::{Vector, dot};
-use crate::view::Sight;
+use crate::view::PixelDirections;
 
 /// `q` of one plane, kept within what its facet has at its corners.
 ///
 /// The limits matter for planes that are seen nearly edge-on: the quotient of two small numbers may
 /// be anything, but the facet is no nearer and no farther than its corners.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Plane {
+pub(crate) struct FacetPlane {
     q0: f64,
     dx: f64,
     dy: f64,
@@ -22,13 +22,18 @@ pub(crate) struct Plane {
     hi: f64,
 }
 
-impl Plane {
+impl FacetPlane {
     /// The plane through `eye + arm` with this normal, with `q` in `lo..=hi`. A plane through the eye
     /// has no depth; it gets `lo` throughout.
-    pub(crate) fn new(sight: &Sight, normal: Vector, arm: Vector, (lo, hi): (f64, f64)) -> Self {
+    pub(crate) fn new(
+        directions: &PixelDirections,
+        normal: Vector,
+        arm: Vector,
+        (lo, hi): (f64, f64),
+    ) -> Self {
         let offset = dot(normal, arm);
-        let [q0, dx, dy] =
-            [sight.origin, sight.dx, sight.dy].map(|part| dot(normal, part) / offset);
+        let [q0, dx, dy] = [directions.origin, directions.dx, directions.dy]
+            .map(|part| dot(normal, part) / offset);
         if q0.is_finite() && dx.is_finite() && dy.is_finite() {
             Self { q0, dx, dy, lo, hi }
         } else {
@@ -102,20 +107,32 @@ mod tests {
         // plane itself is anywhere.
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
         let view = View::new([0.0; 3], axes, 1.0, 100, 100).unwrap();
-        let plane =
-            Plane::new(&view.sight(), [1.0, 0.0, 0.0], [1e-9, 0.0, -1.0], range([1.0, 3.0]));
+        let plane = FacetPlane::new(
+            &view.pixel_directions(),
+            [1.0, 0.0, 0.0],
+            [1e-9, 0.0, -1.0],
+            range([1.0, 3.0]),
+        );
         for x in [0.0, 49.0, 50.0, 51.0, 100.0] {
             let q = plane.at(x, 20.0);
             assert!((1.0 / 3.0..=1.0).contains(&q), "{x}: {q}");
         }
         // One through the eye, and a facet that reaches behind it.
-        let through =
-            Plane::new(&view.sight(), [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], range([1.0, 4.0]));
+        let through = FacetPlane::new(
+            &view.pixel_directions(),
+            [1.0, 0.0, 0.0],
+            [0.0, 0.0, -1.0],
+            range([1.0, 4.0]),
+        );
         assert_eq!(through.at(3.0, 4.0), 0.25);
         assert_eq!(range([-1.0, 2.0]), (0.5, f64::INFINITY));
         // In front, it is the plane: at half the view depth, twice the q.
-        let slope =
-            Plane::new(&view.sight(), [0.0, 1.0, 0.0], [0.0, -1.0, -1.0], range([1.0, 9.0]));
+        let slope = FacetPlane::new(
+            &view.pixel_directions(),
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, -1.0],
+            range([1.0, 9.0]),
+        );
         assert!((slope.at(50.0, 75.0) - 0.5).abs() < 1e-15);
         assert!((slope.at(50.0, 62.5) - 0.25).abs() < 1e-15);
     }

@@ -1,7 +1,7 @@
 //! Shadows by counting: how many volumes a visible point is in.
 //!
 //! ```text
-//!   eye  o-----------(------P----)---->     Along the line of sight, behind the visible point P, the
+//!   eye  o-----------(------P----)---->     Along the line of directions, behind the visible point P, the
 //!                  enters      leaves       surfaces are counted: +1 where it enters a volume, -1
 //!                                           where it leaves one. The sum is minus the number of
 //!   eye  o--(-----)---------P---------->    volumes that P is in: 0 is lit.
@@ -18,15 +18,15 @@
 //! leaving one as before.
 
 use intertri::Hit;
-use intertri::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
+use intertri::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 use crate::batch::{Batch, batches};
-use crate::plane::{Plane, range};
+use crate::plane::{FacetPlane, range};
 use crate::silhouette::Light;
 use crate::spans::{BAND, Crossings};
 use crate::threads;
 use crate::vector::{cross, double, sub};
-use crate::view::{Sight, View};
+use crate::view::{PixelDirections, View};
 use crate::volume::Volume;
 use crate::z_buffer::{centres, plane};
 
@@ -42,15 +42,15 @@ use crate::z_buffer::{centres, plane};
 pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     let width = view.width() as usize;
     assert_eq!(hits.len(), width * view.height() as usize, "one hit a pixel");
-    let sight = view.sight();
-    let seen = depths(view, &sight, hits, volume);
+    let directions = view.pixel_directions();
+    let seen = depths(view, &directions, hits, volume);
 
     // Nothing nearer than the nearest visible point is ever counted.
     let nearest = seen.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let near = 0.25 / nearest;
     let faces = volume.adjacency().faces().len();
     let batches = batches(view, faces + volume.silhouette().len(), |batch, i| {
-        let mesh = Surfaces { view, sight: &sight, volume, near };
+        let mesh = Surfaces { view, directions: &directions, volume, near };
         if i < faces { mesh.caps(batch, i) } else { mesh.side(batch, i - faces) }
     });
 
@@ -70,11 +70,16 @@ pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
 }
 
 /// `q`, the inverse of the view depth, of what each pixel shows; 0 for nothing.
-fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<f64> {
+fn depths(
+    view: &View,
+    directions: &PixelDirections,
+    hits: &[Hit],
+    volume: &Volume<'_>,
+) -> Vec<f64> {
     let width = view.width() as usize;
     let mesh = volume.adjacency();
     let mut depths = vec![0.0; hits.len()];
-    threads::parts(&mut depths, width, |y, row, last: &mut Option<(u64, Option<Plane>)>| {
+    threads::parts(&mut depths, width, |y, row, last: &mut Option<(u32, Option<FacetPlane>)>| {
         for (x, q) in row.iter_mut().enumerate() {
             let hit = &hits[y * width + x];
             if !hit.is_hit() {
@@ -84,7 +89,7 @@ fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<
             if last.is_none_or(|(face, _)| face != hit.triangle) {
                 let face = usize::try_from(hit.triangle).ok().filter(|&f| f < mesh.faces().len());
                 let plane =
-                    face.and_then(|face| plane(view, sight, mesh.corners(face).map(double)));
+                    face.and_then(|face| plane(view, directions, mesh.corners(face).map(double)));
                 *last = Some((hit.triangle, plane));
             }
             *q = match last {
@@ -99,7 +104,7 @@ fn depths(view: &View, sight: &Sight, hits: &[Hit], volume: &Volume<'_>) -> Vec<
 /// What is drawn of a volume in one view.
 struct Surfaces<'a> {
     view: &'a View,
-    sight: &'a Sight,
+    directions: &'a PixelDirections,
     volume: &'a Volume<'a>,
     near: f64,
 }
@@ -107,7 +112,7 @@ struct Surfaces<'a> {
 impl Surfaces<'_> {
     /// The near and the far cap of one face.
     fn caps(&self, batch: &mut Batch, face: usize) {
-        let Self { view, sight, volume, near } = *self;
+        let Self { view, directions, volume, near } = *self;
         let Some(cap) = volume.cap(face) else { return };
         let arm = |point| sub(volume.near(point), view.eye());
 
@@ -115,19 +120,19 @@ impl Surfaces<'_> {
         let outline = cap.map(|point| view.project(arm(point), 1.0, near));
         batch.push(view, outline, 1, || {
             let own = volume.adjacency().faces()[face].map(|point| volume.near(point));
-            let edge_on = || Plane::flat(range(own.map(|p| view.depth(sub(p, view.eye())))).0);
-            Some(plane(view, sight, own).unwrap_or_else(edge_on))
+            let edge_on = || FacetPlane::flat(range(own.map(|p| view.depth(sub(p, view.eye())))).0);
+            Some(plane(view, directions, own).unwrap_or_else(edge_on))
         });
 
         if matches!(volume.light(), Light::Point { .. }) {
             let [a, b, c] = cap.map(|point| view.project(volume.far(point), 0.0, near));
-            batch.push(view, [a, c, b], 1, || Some(Plane::flat(0.0)));
+            batch.push(view, [a, c, b], 1, || Some(FacetPlane::flat(0.0)));
         }
     }
 
     /// One side: from the edge of the silhouette, turned round, to infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
-        let Self { view, sight, volume, near } = *self;
+        let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
         let [a, b] = side.ends;
         let close = |point| view.project(sub(volume.near(point), view.eye()), 1.0, near);
@@ -144,7 +149,7 @@ impl Surfaces<'_> {
             let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
             let depths = arms.map(|arm| view.depth(arm)).into_iter();
             let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
-            Some(Plane::new(sight, normal, arms[0], (0.0, hi)))
+            Some(FacetPlane::new(directions, normal, arms[0], (0.0, hi)))
         });
     }
 }
@@ -195,7 +200,7 @@ impl WithSimd for Count<'_> {
                     let xs = centres::<S::F64x8>(x);
                     let surface = plane.at(xs);
                     let visible = S::F64x8::load(&depths[at..]);
-                    // Behind is a smaller q; a tie counts where the line of sight enters.
+                    // Behind is a smaller q; a tie counts where the line of directions enters.
                     let behind =
                         if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
                     let bits = (behind & xs.lt(end)).bits();

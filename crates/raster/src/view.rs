@@ -4,7 +4,7 @@
 //!                    up
 //!                     |                     A pixel is named by its column x and its row y, from
 //!          +----------|----------+          the top left. Its centre is (x + 0.5, y + 0.5), and the
-//!          |(0,0)     |          |          line of sight through it has the direction
+//!          |(0,0)     |          |          line of directions through it has the direction
 //!          |          o----------|-- right
 //!          |         /           |            d = forward + right * X + up * Y
 //!          |   forward           |
@@ -45,9 +45,9 @@ pub struct View {
     height: u32,
 }
 
-/// Where the lines of sight go, linearly over the picture: `origin + x * dx + y * dy`.
+/// Where the lines of directions go, linearly over the picture: `origin + x * dx + y * dy`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sight {
+pub(crate) struct PixelDirections {
     pub(crate) origin: Vector,
     pub(crate) dx: Vector,
     pub(crate) dy: Vector,
@@ -119,10 +119,10 @@ impl View {
         self.half_height
     }
 
-    /// The line of sight through a place of the picture, in pixels from its top left corner; its
+    /// The line of directions through a place of the picture, in pixels from its top left corner; its
     /// part along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
-        let Sight { origin, dx, dy } = self.sight();
+        let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))
     }
 
@@ -132,11 +132,11 @@ impl View {
         (d, length(d))
     }
 
-    /// The lines of sight as a linear function.
-    pub(crate) fn sight(&self) -> Sight {
+    /// The lines of directions as a linear function.
+    pub(crate) fn pixel_directions(&self) -> PixelDirections {
         let across = scale(self.right, self.half_width);
         let above = scale(self.up, self.half_height);
-        Sight {
+        PixelDirections {
             origin: add(sub(self.forward, across), above),
             dx: scale(across, 2.0 / f64::from(self.width)),
             dy: scale(above, -2.0 / f64::from(self.height)),

@@ -31,7 +31,7 @@ pub fn wire(
 ) -> Vec<bool> {
     let (width, height) = (view.width() as usize, view.height() as usize);
     assert_eq!(hits.len(), width * height, "one hit a pixel");
-    let sight = view.sight();
+    let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
         // Cut the edge down to the picture; z = 0 leaves the sides and w > 0.
@@ -57,7 +57,7 @@ pub fn wire(
             let face = usize::try_from(hits[pixel].triangle).ok();
             let face = face.filter(|&face| face < adjacency.faces().len());
             let plane =
-                face.and_then(|face| plane(view, &sight, adjacency.corners(face).map(double)));
+                face.and_then(|face| plane(view, &directions, adjacency.corners(face).map(double)));
             let hidden = plane.is_some_and(|plane| plane.at(x, y) > q * (1.0 + SLACK));
             drawn[pixel] |= !hidden;
         }

@@ -5,15 +5,16 @@
 //!    whole numbers, and each run keeps the facet where it is nearer than what was there.
 //! 3. What is left in a pixel becomes a [`Hit`] in f64.
 
-use intertri::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
-use intertri::{Coefficients, Hit, Triangle};
+use intertri::internal::Coefficients;
+use intertri::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
+use intertri::{Hit, Triangle};
 
 use crate::batch::{Batch, batches};
-use crate::plane::{Plane, range};
+use crate::plane::{FacetPlane, range};
 use crate::spans::{BAND, Crossings};
 use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
-use crate::view::{Sight, View};
+use crate::view::{PixelDirections, View};
 
 /// How many facets a picture takes.
 const MAX_FACETS: usize = i32::MAX as usize;
@@ -60,15 +61,22 @@ where
         "a threshold that is finite and not negative"
     );
     let near = (threshold / view.longest()).max(f64::MIN_POSITIVE);
-    let sight = view.sight();
+    let directions = view.pixel_directions();
     let batches = batches(view, facets.len(), |batch, i| {
-        prepare(batch, view, &sight, facets[i].as_ref(), near, i as i32);
+        prepare(batch, view, &directions, facets[i].as_ref(), near, i as i32);
     });
 
     let width = view.width() as usize;
     let mut hits = vec![Hit::MISS; width * view.height() as usize];
     threads::parts(&mut hits, width * BAND as usize, |band, hits, buffer: &mut Buffer| {
-        dispatch(Draw { batches: &batches, sight: &sight, band, width, threshold, buffer });
+        dispatch(Draw {
+            batches: &batches,
+            directions: &directions,
+            band,
+            width,
+            threshold,
+            buffer,
+        });
         for (row, hits) in hits.chunks_mut(width).enumerate() {
             let y = band as u32 * BAND + row as u32;
             let mut last: Option<(usize, Coefficients)> = None;
@@ -98,7 +106,7 @@ pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit
 
 /// The depth of a facet, or `None` if it has no area or lies in one plane with the eye. Its normal is
 /// the sum of the cross products over the fan around the first corner, as the reference has it.
-pub(crate) fn plane<C>(view: &View, sight: &Sight, corners: C) -> Option<Plane>
+pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
 {
@@ -113,14 +121,14 @@ where
         before = arm;
     }
     let arm = sub(c1, view.eye());
-    (dot(normal, arm) != 0.0).then(|| Plane::new(sight, normal, arm, depths))
+    (dot(normal, arm) != 0.0).then(|| FacetPlane::new(directions, normal, arm, depths))
 }
 
 /// Step 1 for one facet.
 fn prepare(
     batch: &mut Batch,
     view: &View,
-    sight: &Sight,
+    directions: &PixelDirections,
     corners: &[[f32; 3]],
     near: f64,
     tag: i32,
@@ -129,7 +137,7 @@ fn prepare(
         return;
     }
     let outline = corners.iter().map(|&c| view.project(sub(double(c), view.eye()), 1.0, near));
-    batch.push(view, outline, tag, || plane(view, sight, corners.iter().copied().map(double)));
+    batch.push(view, outline, tag, || plane(view, directions, corners.iter().copied().map(double)));
 }
 
 /// One band's pixels. Rows are a little longer than the picture, for lanes that stand over.
@@ -144,7 +152,7 @@ struct Buffer {
 /// Step 2 for one band.
 struct Draw<'a> {
     batches: &'a [Batch],
-    sight: &'a Sight,
+    directions: &'a PixelDirections,
     band: usize,
     width: usize,
     threshold: f64,
@@ -156,7 +164,7 @@ impl WithSimd for Draw<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { batches, sight, band, width, threshold, buffer } = self;
+        let Self { batches, directions, band, width, threshold, buffer } = self;
         let Buffer { stride, q, facet, crossings } = buffer;
         *stride = width + S::F64x8::N;
         q.clear();
@@ -180,7 +188,7 @@ impl WithSimd for Draw<'_> {
                     let old = S::F64x8::load(&q[at..]);
                     let mut nearer = new.gt(old) & xs.lt(end);
                     if close {
-                        let d = lengths(sight, xs, centre);
+                        let d = lengths(directions, xs, centre);
                         nearer = nearer & (new * S::F64x8::splat(threshold)).lt(d);
                     }
                     let bits = nearer.bits();
@@ -214,11 +222,12 @@ pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     D::splat(x as f64) + D::load(&STEPS)
 }
 
-/// `|d|` of the lines of sight through these centres of a row.
+/// `|d|` of the lines of directions through these centres of a row.
 #[inline(always)]
-fn lengths<D: Lanes<Scalar = f64>>(sight: &Sight, x: D, y: f64) -> D {
+fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -> D {
     let d = |axis: usize| {
-        D::splat(sight.dx[axis]) * x + D::splat(sight.origin[axis] + sight.dy[axis] * y)
+        D::splat(directions.dx[axis]) * x
+            + D::splat(directions.origin[axis] + directions.dy[axis] * y)
     };
     let (dx, dy, dz) = (d(0), d(1), d(2));
     (dx * dx + dy * dy + dz * dz).sqrt()
@@ -236,13 +245,13 @@ fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u3
     let (u, v) = seen.weights(d);
     // A facet may begin with three corners in a line.
     let weight = |w: f64| if w.is_finite() { w } else { 0.0 };
-    Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u64 }
+    Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u32, geometry: 0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use intertri::lanes::Level;
+    use intertri::simd::Level;
 
     fn random(state: &mut u64) -> f64 {
         *state =
@@ -258,13 +267,13 @@ mod tests {
     #[test]
     fn every_level_of_instructions_draws_the_same_bits() {
         let view = ahead(83, 31);
-        let sight = view.sight();
+        let directions = view.pixel_directions();
         let mut state = 1;
         let soup: Vec<[[f32; 3]; 3]> = (0..300)
             .map(|_| [(); 3].map(|()| [(); 3].map(|()| (random(&mut state) * 3.0) as f32)))
             .collect();
         let batches = batches(&view, soup.len(), |batch, i| {
-            prepare(batch, &view, &sight, &soup[i], 1e-9, i as i32);
+            prepare(batch, &view, &directions, &soup[i], 1e-9, i as i32);
         });
         for band in 0..2 {
             let drawn: Vec<_> = Level::all()
@@ -274,7 +283,7 @@ mod tests {
                     let (batches, buffer_) = (&batches[..], &mut buffer);
                     level.run(Draw {
                         batches,
-                        sight: &sight,
+                        directions: &directions,
                         band,
                         width,
                         threshold,
@@ -303,7 +312,7 @@ mod tests {
             let batches = batches(&view, 4, |batch, i| {
                 let corners = faces[i].map(double);
                 let outline = corners.map(|corner| view.project(corner, 1.0, 1e-12));
-                batch.push(&view, outline, 0, || Some(Plane::flat(1.0)));
+                batch.push(&view, outline, 0, || Some(FacetPlane::flat(1.0)));
             });
             let mut sums = vec![0; 40 * 40];
             let mut crossings = Crossings::default();

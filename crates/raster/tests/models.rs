@@ -21,7 +21,7 @@ fn check(name: &str, scene: &Scene) {
     let bvh = Bvh::new(&soup).unwrap();
     let rays = rays_of(&scene.camera, width, height);
     let mut traced = vec![Hit::MISS; rays.len()];
-    bvh.closest_of_each(&Certified::default(), &rays, &mut traced);
+    bvh.closest_batch(&Certified::default(), &rays, &mut traced);
     let seen = differences(&view, &soup, &drawn, &traced);
 
     let adjacency = Adjacency::new(&soup);
@@ -34,7 +34,7 @@ fn check(name: &str, scene: &Scene) {
         .map(|(ray, hit)| scene.light.shadow_ray(hit_point(ray, hit)))
         .collect();
     let mut blocked = vec![false; rays.len()];
-    bvh.any_of_each(&Certified::default(), &shadow_rays, &mut blocked);
+    bvh.any_batch(&Certified::default(), &shadow_rays, &mut blocked);
     let by_rays: Vec<bool> = blocked.iter().map(|blocked| !blocked).collect();
     let shadows = shadow_differences(&view, &traced, &volume, &counted, &by_rays);
 

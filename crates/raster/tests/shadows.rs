@@ -35,9 +35,8 @@ fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bo
             }
             Light::Directional { toward } => Ray::new(p.map(|x| x as f32), toward),
         };
-        let mut blocked = false;
-        Double::default().all(soup, &ray, |blocker| blocked |= blocker.triangle != hit.triangle);
-        !blocked
+        let blockers = Double::default().all(soup, &ray);
+        blockers.iter().all(|blocker| blocker.triangle == hit.triangle)
     };
     hits.iter().enumerate().map(one).collect()
 }

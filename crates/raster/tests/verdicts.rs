@@ -30,7 +30,7 @@ fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     differences(view, soup, &one, &other)[place]
 }
 
-fn shows(triangle: u64, t: f64) -> Hit {
+fn shows(triangle: u32, t: f64) -> Hit {
     Hit { t, triangle, ..Hit::MISS }
 }
 

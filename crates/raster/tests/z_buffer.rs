@@ -23,7 +23,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     let drawn = triangles(&view, soup, THRESHOLD);
     let rays = rays_of(camera, width, height);
     let mut traced = vec![Hit::MISS; rays.len()];
-    Double::default().closest_of_each(soup, &rays, &mut traced);
+    Double::default().closest_batch(soup, &rays, &mut traced);
     let verdicts = differences(&view, soup, &drawn, &traced);
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);
@@ -123,7 +123,7 @@ fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
     let soup = floor(-1.0, 1e6);
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
-    assert!(drawn[0].triangle == Hit::NOTHING && drawn[160 * 119].is_hit());
+    assert!(drawn[0].triangle == Hit::NO_TRIANGLE && drawn[160 * 119].is_hit());
     // And one that touches the eye but for a hair.
     let soup = floor(-1e-6, 1.0);
     let drawn = same_as_rays(&camera, &soup, 160, 120);
@@ -196,7 +196,7 @@ fn nothing_is_nearer_than_the_threshold() {
         let length = d.iter().map(|x| x * x).sum::<f64>().sqrt();
         let t = 0.1 / -d[1] * length;
         let slope = d[1] < 0.0 && t > 0.5 && t < 9.0 * length;
-        let expected = u64::from(!slope);
+        let expected = u32::from(!slope);
         assert_eq!(hit.triangle, expected, "pixel {i}");
     }
 }

@@ -12,7 +12,7 @@
 //! ```text
 //! D = AC ^ AB     den = D & PN      D and T belong to the triangle alone   -> calc_triangle
 //! T = AB ^ AC     t = T & AP / den  U, V and T & AP to the origin too      -> Trig::seen_from
-//! U = AC ^ AP     u = U & PN / den  three dot products a ray               -> View::inter
+//! U = AC ^ AP     u = U & PN / den  three dot products a ray               -> Viewpoint::inter
 //! V = AP ^ AB     v = V & PN / den  a division only after a hit
 //! ```
 //!
@@ -71,7 +71,7 @@ pub struct Trig {
 
 /// What depends on the origin of the rays too, computed once a viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
+pub struct Viewpoint {
     /// The coefficients of `u`.
     pub u: Vector,
     /// The coefficients of `v`.
@@ -110,9 +110,9 @@ pub fn calc_triangle([a, b, c]: [Corner; 3]) -> Trig {
 
 impl Trig {
     /// The part of the document's `calc_triangle` that needs the viewpoint `p`.
-    pub fn seen_from(&self, p: Vector) -> View {
+    pub fn seen_from(&self, p: Vector) -> Viewpoint {
         let ap = p - self.a;
-        View { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }
+        Viewpoint { u: self.ac ^ ap, v: ap ^ self.ab, d: self.d, t_ap: self.t & ap }
     }
 
     /// The texture coordinates `(tx, ty)` at the point of weights `u` and `v`.
@@ -122,7 +122,7 @@ impl Trig {
     }
 }
 
-impl View {
+impl Viewpoint {
     /// The document's test, corrected, of the ray from this viewpoint along `dir`.
     ///
     /// Only the side is seen towards which the normal `AB ^ AC` points: `dir` runs against it. A

@@ -1,6 +1,6 @@
 //! Document D: its example, where that errs, and the weights against document A.
 
-use intertri_reference::cramer::{Corner, Trig, View, calc_triangle, xor_pattern};
+use intertri_reference::cramer::{Corner, Trig, Viewpoint, calc_triangle, xor_pattern};
 use intertri_reference::{Ray, Scene, Vector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -21,7 +21,7 @@ fn pixels(hit: impl Fn(Vector) -> bool) -> usize {
 }
 
 /// The listing's test as it stands, with its negative `t`.
-fn listing(view: &View, dir: Vector) -> bool {
+fn listing(view: &Viewpoint, dir: Vector) -> bool {
     let (u, v, d) = (view.u & dir, view.v & dir, view.d & dir);
     u + v < d && u >= 0.0 && v >= 0.0 && view.t_ap < 0.0
 }

@@ -19,17 +19,17 @@ use intertri::Ray;
 
 use crate::mesh::{double, single};
 
-/// An eye, where it looks, and how wide.
+/// A pinhole camera: the eye, its view direction and its field of view.
 ///
-/// Every ray of a camera has the bit-identical origin, so that what depends on the viewpoint alone
-/// can be prepared once per triangle. The arithmetic is f64 and each result is rounded to f32 once.
+/// Every ray of a camera has the bit-identical origin, so that a shared-origin triangle
+/// need be prepared only once. The arithmetic is f64 and each result is rounded to f32 once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     eye: [f32; 3],
     right: DVec3,
     up: DVec3,
     forward: DVec3,
-    /// Half of the picture's height at distance 1.
+    /// Half of the image plane's height at distance 1.
     half_height: f64,
 }
 
@@ -41,13 +41,13 @@ impl Camera {
     /// What is up for [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
-    /// A camera at `eye` that has `target` in the middle of its picture and `up` upward in it.
+    /// A camera at `eye` that has `target` in the middle of its image and `up` upward in it.
     ///
     /// `fov` is the vertical field of view in degrees, between 0 and 180, both excluded.
     ///
     /// # Errors
     /// If a number is not finite, `fov` is out of its range, `eye` and `target` are one point, or
-    /// `up` points along the line of sight (or is zero).
+    /// `up` points along the view direction (or is zero).
     pub fn new(
         eye: [f32; 3],
         target: [f32; 3],
@@ -64,7 +64,7 @@ impl Camera {
         let forward = (double(target) - double(eye)).try_normalize().ok_or(CameraError::NoView)?;
         let up = double(up).try_normalize().ok_or(CameraError::Up)?;
         let right = forward.cross(up);
-        // Below this the picture's tilt would be decided by rounding.
+        // Below this the image's tilt would be decided by rounding.
         if right.length() < 1e-6 {
             return Err(CameraError::Up);
         }
@@ -73,10 +73,10 @@ impl Camera {
         Ok(Self { eye, right, up: right.cross(forward), forward, half_height })
     }
 
-    /// A camera that has all of `points` in its picture: [`Camera::framing_from`] with
+    /// A camera that has all of `points` in its image: [`Camera::framing_from`] with
     /// [`Camera::VIEW`], [`Camera::UP`] and [`Camera::FOV`].
     ///
-    /// `aspect` is the picture's width divided by its height.
+    /// `aspect` is the image's width divided by its height.
     ///
     /// # Errors
     /// If the camera would stand beyond the range of f32, or `aspect` is not positive and finite.
@@ -87,7 +87,7 @@ impl Camera {
         Self::framing_from(points, Self::VIEW, Self::UP, Self::FOV, aspect)
     }
 
-    /// A camera that has all of `points` in its picture, as large as a narrow margin allows, seen
+    /// A camera that has all of `points` in its image, as large as a narrow margin allows, seen
     /// from the direction `view` (from the points toward the eye). Without points, it looks at the
     /// origin.
     ///
@@ -103,8 +103,8 @@ impl Camera {
     /// ```
     ///
     /// # Errors
-    /// As [`Camera::new`], with `view` as the line of sight; and if `aspect` is not positive and
-    /// finite.
+    /// As [`Camera::new`], with `view` reversed as the view direction; and if `aspect` is not positive
+    /// and finite.
     pub fn framing_from(
         points: impl IntoIterator<Item = [f32; 3]>,
         view: [f32; 3],
@@ -120,7 +120,7 @@ impl Camera {
         let Self { right, up: top, forward, half_height, .. } = Self::new(view, [0.0; 3], up, fov)?;
         let (half_width, half_height) = (half_height * aspect / MARGIN, half_height / MARGIN);
 
-        // A point is in the picture where |r - r of the eye| <= half_width * (w of the eye - w), and
+        // A point is in the image where |r - r of the eye| <= half_width * (w of the eye - w), and
         // the same up and down. Each border is pushed outward until the last point touches it.
         let mut borders = [f64::NEG_INFINITY; 4];
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -143,8 +143,8 @@ impl Camera {
             return Self::framing_from([[0.0; 3]], view, up, fov, aspect);
         }
 
-        // The eye stands where the borders of one pair meet, whichever pair meets farther away, in
-        // the middle of the other, and not in the foremost point.
+        // The eye is where the borders of one pair meet, whichever pair meets farther away. It is in
+        // the middle of the other pair, and behind the foremost point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };
@@ -156,31 +156,31 @@ impl Camera {
         Self::new(single(eye), single(target), up, fov)
     }
 
-    /// Where the camera stands: the origin of all its rays.
+    /// The eye: the origin of all camera rays.
     pub fn eye(&self) -> [f32; 3] {
         self.eye
     }
 
-    /// The ray through the center of pixel `(x, y)` of a picture of `width` times `height` pixels;
-    /// `x` grows to the right and `y` downward. `dir` has unit length up to f32 rounding, so `t` is
-    /// a distance. The interval is that of [`Ray::new`].
+    /// The camera ray through the center of pixel `(x, y)` of an image of `width` times `height`
+    /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to f32 rounding, so
+    /// `t` is a distance. The interval is that of [`Ray::new`].
     pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> Ray {
-        // A pixel is square: both axes are measured in half picture heights.
+        // Pixels are square: both axes are measured in half heights of the image.
         let half = f64::from(height) * 0.5;
-        let across = (f64::from(x) + 0.5 - f64::from(width) * 0.5) / half;
-        let above = (half - f64::from(y) - 0.5) / half;
+        let right = (f64::from(x) + 0.5 - f64::from(width) * 0.5) / half;
+        let up = (half - f64::from(y) - 0.5) / half;
         let dir = self.forward
-            + self.right * (across * self.half_height)
-            + self.up * (above * self.half_height);
+            + self.right * (right * self.half_height)
+            + self.up * (up * self.half_height);
         Ray::new(self.eye, single(dir.normalize()))
     }
 
-    /// To the right of the picture, toward its top, and into it: three unit vectors at right angles.
+    /// To the right of the image, toward its top, and into it: three unit vectors at right angles.
     pub fn axes(&self) -> [[f64; 3]; 3] {
         self.basis().map(|axis| axis.to_array())
     }
 
-    /// Half of the picture's height at distance 1: the tangent of half the vertical field of view.
+    /// Half of the image plane's height at distance 1: the tangent of half the vertical field of view.
     pub fn half_height(&self) -> f64 {
         self.half_height
     }
@@ -276,7 +276,7 @@ mod tests {
         for points in clouds {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 3.0] {
                 let camera = Camera::framing(points.iter().copied(), aspect).unwrap();
-                // Where the points are in the picture, its borders at -1 and 1.
+                // Where the points are in the image, its borders at -1 and 1.
                 let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for &point in &points {
                     let arm = double(point) - double(camera.eye);

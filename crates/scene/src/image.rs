@@ -1,4 +1,4 @@
-//! Pictures in memory, read from files, and PNG files that are whole or not there.
+//! Images in memory, PNG and JPEG files to read, and PNG files that are written whole or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -8,10 +8,10 @@ use std::{fmt, process};
 use ::image::codecs::png::PngEncoder;
 use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
 
-/// The most pixels a picture may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
+/// The most pixels that an image may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// A picture: rows from the top, three bytes of sRGB a pixel.
+/// An image: rows from the top, three bytes of sRGB a pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -20,7 +20,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black picture.
+    /// A black image.
     ///
     /// # Errors
     /// As [`check_size`].
@@ -49,8 +49,7 @@ impl Image {
         &mut self.pixels
     }
 
-    /// Reads a PNG or JPEG file, told apart by how it begins. What lies behind a transparent pixel
-    /// shows.
+    /// Reads a PNG or JPEG file, told apart by how it begins. The alpha channel is dropped.
     ///
     /// # Errors
     /// If there is no such file, it is neither, or a side is 0, or it has more than [`MAX_PIXELS`].
@@ -75,11 +74,11 @@ impl Image {
         Ok(Self { width, height, pixels: pixels.to_vec() })
     }
 
-    /// Writes the picture to `path` as PNG, whole or not at all.
+    /// Writes the image to `path` as PNG, whole or not at all.
     ///
     /// The bytes go to a hidden file beside `path`, which takes the name `path` only once it is
-    /// complete: whoever finds a picture under that name finds all of it, whenever the program was
-    /// stopped. Upon an error the hidden file is removed and an older picture at `path` is untouched.
+    /// complete: an image under that name is whole, whenever the program was stopped. Upon an error
+    /// the hidden file is removed and an older image at `path` is untouched.
     ///
     /// # Errors
     /// As [`check_output`], and whatever the file system objects to.
@@ -124,7 +123,7 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}.partial", process::id()))
 }
 
-/// How many pixels a picture of that size has.
+/// How many pixels an image of that size has.
 ///
 /// # Errors
 /// If a side is 0 or there are more than [`MAX_PIXELS`]. To be asked before anything is allocated.
@@ -136,8 +135,8 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     }
 }
 
-/// Whether a picture could be written to `path`, as far as that can be known without writing: to be
-/// asked before the work of drawing.
+/// Whether an image could be written to `path`, as far as that can be known without writing: to be
+/// asked before rendering.
 ///
 /// # Errors
 /// If `path` does not end in `.png`, is a folder, or lies in a folder that is not there.
@@ -157,7 +156,7 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// A picture of where two engines disagree: `image` darkened, and of its own colour each pixel that
+/// An image of where two engines disagree: `image` darkened, and of its own colour each pixel that
 /// `marks` has one for, in a frame of that colour so that a single pixel is found.
 ///
 /// # Panics
@@ -188,7 +187,7 @@ pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
     marked
 }
 
-/// Why there is no picture.
+/// Why there is no image.
 #[derive(Debug)]
 pub enum ImageError {
     /// A side is 0, or there are more than [`MAX_PIXELS`].
@@ -198,14 +197,14 @@ pub enum ImageError {
         /// Rows.
         height: u32,
     },
-    /// The name cannot be that of a picture.
+    /// The name cannot be that of an image.
     Output {
         /// The name.
         path: PathBuf,
         /// What is wrong with it and what to do.
         why: &'static str,
     },
-    /// A file is no picture that can be read.
+    /// A file is no image that can be read.
     Read {
         /// Its name.
         path: PathBuf,
@@ -214,7 +213,7 @@ pub enum ImageError {
     },
     /// The file system refused.
     Write {
-        /// The picture's name.
+        /// The image's name.
         path: PathBuf,
         /// What it said.
         cause: io::Error,

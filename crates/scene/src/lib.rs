@@ -1,8 +1,9 @@
-//! What a picture needs and no more: meshes and their files, a camera, a point light, shading, images.
+//! What an image needs and no more: meshes and their files, a camera, a point light, shading,
+//! textures, and image files.
 //!
 //! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`],
-//! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasters them
-//! gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
+//! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasterizes
+//! them gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
 //! and a shadow mask, one `bool` per pixel; [`shade`] makes an [`Image`] of both.
 //!
 //! ```
@@ -11,15 +12,15 @@
 //!
 //! let scene = Scene::built_in();
 //! let (width, height) = (4, 3);
-//! let closest = |_ray: &intertri::Ray| Hit::MISS; // whoever traces puts a tracer here
+//! let closest = |_ray: &intertri::Ray| Hit::MISS; // here goes a tracer
 //! let mut hits = Vec::new();
 //! let mut lit = Vec::new();
 //! for y in 0..height {
 //!     for x in 0..width {
 //!         let ray = scene.camera.ray(x, y, width, height);
 //!         let hit = closest(&ray);
-//!         let toward = scene.light.shadow_ray(hit_point(&ray, &hit));
-//!         lit.push(!closest(&toward).is_hit());
+//!         let shadow_ray = scene.light.shadow_ray(hit_point(&ray, &hit));
+//!         lit.push(!closest(&shadow_ray).is_hit());
 //!         hits.push(hit);
 //!     }
 //! }
@@ -37,6 +38,7 @@ mod mesh;
 mod rays;
 mod scene;
 mod shade;
+mod srgb;
 mod texture;
 
 pub use crate::camera::{Camera, CameraError};

@@ -1,4 +1,4 @@
-//! One point light, and the rays that ask whether it is seen.
+//! One point light and its shadow rays.
 
 use glam::DVec3;
 use intertri::{Hit, Ray};
@@ -6,7 +6,7 @@ use intertri::{Hit, Ray};
 use crate::camera::Camera;
 use crate::mesh::{Bounds, double, single};
 
-/// A light without size: its shadows are hard.
+/// A point light: its shadows are hard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Where it stands.
@@ -14,19 +14,18 @@ pub struct Light {
 }
 
 impl Light {
-    /// Up to which part of the way from the light to a surface a blocker counts.
+    /// The end of a shadow ray's interval, as a share of the way from the light to the surface.
     ///
-    /// A shadow ray ends on the very triangle it asks for, at `t = 1` up to rounding: its f32
+    /// A shadow ray ends on the very triangle that it is for, at `t = 1` up to rounding: its f32
     /// direction misses the point by some 1e-7 of the way, and the `t` of the triangle by that much
     /// divided by the cosine between ray and normal. One part in ten thousand covers every cosine
     /// above 1e-3, below which the surface gets no visible light anyhow, and is a tenth of a pixel
-    /// in a usual picture. It is a tolerance of taste, of this picture: the intersection test knows
-    /// nothing of it.
+    /// in a usual image. It is a tolerance of shading: the intersection test knows nothing of it.
     pub const REACH: f32 = 0.9999;
 
-    /// A light for the picture of `bounds` that `camera` takes: over the photographer's left
-    /// shoulder, high, and far enough that shadows do not spread much. Inside of the box, which may
-    /// be a room, it is a lamp held to the left above the camera.
+    /// A light for `bounds` as `camera` sees them: over the photographer's left shoulder, high, and
+    /// far enough that shadows do not spread much. A camera inside of the box, which may be a room,
+    /// has its light a little above and to the left of it.
     pub fn over_the_shoulder(bounds: &Bounds, camera: &Camera) -> Self {
         let [right, up, forward] = camera.basis();
         let position = if bounds.contains(camera.eye()) {
@@ -38,11 +37,11 @@ impl Light {
         Self { position: single(position) }
     }
 
-    /// The ray that asks whether `point`, on a surface, sees the light: any hit is a shadow.
+    /// The shadow ray of `point`, which is on a surface: any hit occludes the light.
     ///
-    /// It runs from the light to the point, which is `t = 1`, and counts blockers in
-    /// `0 <= t <` [`Light::REACH`]. That way all shadow rays of a picture share their origin, bit for
-    /// bit, as the rays of the camera do, and are as coherent.
+    /// It is reversed: it runs from the light to the point, which is `t = 1`, over the interval
+    /// `0 <= t <` [`Light::REACH`]. All shadow rays of an image share their origin, bit for bit, and
+    /// are as coherent as camera rays.
     pub fn shadow_ray(&self, point: [f64; 3]) -> Ray {
         let dir = DVec3::from(point) - double(self.position);
         Ray::new(self.position, single(dir)).between(0.0, Self::REACH)
@@ -87,7 +86,7 @@ mod tests {
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
             assert!(t >= f64::from(ray.t_max), "{i}: {t}");
-            // A blocker a thousandth of the way before the surface counts.
+            // An occluder a thousandth of the way before the surface counts.
             assert!(0.999 < ray.t_max);
         }
         // The attack was one: rounding does move the own surface before the point.

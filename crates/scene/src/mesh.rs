@@ -8,36 +8,35 @@ use intertri::Triangle;
 pub struct Part {
     /// The first triangle of the part.
     pub first: u32,
-    /// How much red, green and blue light it reflects, linear, each in `0..=1`.
+    /// Its albedo: the linear share of red, green and blue light that it reflects, in `0..=1`.
     pub tint: [f32; 3],
-    /// Whether the scene's texture covers it, by which its color is multiplied.
+    /// Whether its albedo is multiplied by the scene's texture.
     pub textured: bool,
 }
 
-/// Triangles over a table of positions.
+/// An indexed triangle mesh.
 ///
-/// Triangles keep the order of the file, and a polygon becomes the fan of its first corner in its
-/// own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the exact f32 of the file:
-/// none is welded, moved or dropped.
+/// Triangles keep the order of the file, and a polygon becomes the triangle fan of its first corner
+/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the exact f32 of the
+/// file: none is welded, moved or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Points in space; all finite where [`crate::load`] made the mesh.
+    /// The positions of the vertices; all finite where [`crate::load`] made the mesh.
     pub positions: Vec<[f32; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of the three corners of each triangle, or `None` where there are none at
-    /// all. A triangle without, in a mesh with, has zeros.
+    /// Texture coordinates of the three corners of each triangle, or `None` for a mesh without. Where
+    /// only some triangles have them, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// Colors by run of triangles, ascending in `first`; empty for a mesh of one color.
+    /// The materials by run of triangles, ascending in `first`; empty for a mesh of one material.
     pub parts: Vec<Part>,
 }
 
 impl Mesh {
-    /// The color of clay, of whatever has no part of its own.
+    /// The albedo of clay: that of triangles without a part.
     pub const CLAY: [f32; 3] = [0.62, 0.58, 0.52];
 
-    /// Every triangle with its corners written out: what the kernel traces. Index `i` here is
-    /// triangle `i` of the mesh.
+    /// The triangle soup that the kernel intersects. Index `i` here is triangle `i` of the mesh.
     ///
     /// # Panics
     /// If an index lies outside of `positions`; [`crate::load`] never makes such a mesh.
@@ -64,7 +63,7 @@ impl Mesh {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
 
-    /// The box around all triangles, or `None` where there is no triangle.
+    /// The bounding box of all triangles, or `None` where there is no triangle.
     pub fn bounds(&self) -> Option<Bounds> {
         let first = self.points().next()?;
         let mut bounds = Bounds { min: first, max: first };
@@ -77,13 +76,13 @@ impl Mesh {
         Some(bounds)
     }
 
-    /// The box around all triangles, or the origin for a mesh that has none.
+    /// The bounding box of all triangles, or the origin for a mesh that has none.
     pub(crate) fn bounds_or_point(&self) -> Bounds {
         self.bounds().unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] })
     }
 }
 
-/// A box along the axes, both ends inside.
+/// An axis-aligned bounding box; its border is inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The smallest x, y and z.
@@ -93,12 +92,12 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The middle, in f64 so that the largest f32 do not overflow.
+    /// The center, in f64 so that the largest f32 do not overflow.
     pub(crate) fn center(&self) -> DVec3 {
         (double(self.min) + double(self.max)) * 0.5
     }
 
-    /// Half of the diagonal, or 1 for a box that is a single point: a length to measure by is never 0.
+    /// Half of the diagonal, or 1 for a box that is a single point: a scale is never 0.
     pub(crate) fn radius(&self) -> f64 {
         let radius = (double(self.max) - double(self.min)).length() * 0.5;
         if radius > 0.0 { radius } else { 1.0 }

@@ -30,7 +30,7 @@ const PIECE: usize = 1 << 16;
 /// The columns' names, in the order of a raw ray.
 const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
-/// A stream of rays, from a file or whatever can be read, in flat memory.
+/// A stream of rays, from a file or any reader, in bounded memory.
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None)?;
@@ -49,7 +49,7 @@ pub struct Rays<'a> {
 enum Format {
     Raw,
     Csv {
-        /// What each column of a line is: a place in [`COLUMNS`].
+        /// What each column of a line is: an index into [`COLUMNS`].
         columns: Vec<usize>,
         /// The number of the last line read.
         line: u64,

@@ -1,4 +1,4 @@
-//! From what is seen and what is lit to colors.
+//! Shading: an image from a visibility buffer and a shadow mask.
 
 use glam::{DVec3, Vec3};
 use intertri::{Hit, Ray};
@@ -7,22 +7,23 @@ use crate::image::{Image, ImageError};
 use crate::light::hit_point;
 use crate::mesh::{Mesh, double};
 use crate::scene::Scene;
+use crate::srgb;
 use crate::texture::place;
 
-/// The share of light that comes from everywhere: this much from below, and this much from above.
+/// The ambient light from below and from above.
 const AMBIENT: [f32; 2] = [0.07, 0.20];
-/// The backdrop at the top and at the bottom of the picture, linear.
-const BACKDROP: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68, 0.68)];
+/// The background at the top and at the bottom of the image, linear.
+const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68, 0.68)];
 
-/// Draws `scene` from its visibility buffer and its shadow mask.
+/// Shades `scene` by its visibility buffer and its shadow mask.
 ///
-/// `hits[y * width + x]` is what [`crate::Camera::ray`] of pixel `(x, y)` met, and `lit` of the same
-/// index whether that point sees the light (all `true` for a picture without shadows; pixels that
-/// met nothing are not asked).
+/// `hits[y * width + x]` is the hit of [`crate::Camera::ray`] of pixel `(x, y)`. `lit` of the same
+/// index tells whether the light reaches that point. It is all `true` for an image without shadows,
+/// and is not read where the ray missed.
 ///
-/// A surface reflects by Lambert's law: in proportion to the cosine between its normal and the light.
-/// The normal is the triangle's own, turned to the eye, so both sides look alike and a mesh looks as
-/// faceted as it is. A little ambient light, more from above than from below, keeps shadows readable.
+/// Surfaces are Lambertian: they reflect in proportion to the cosine between normal and light. The
+/// normal is the geometric one, faced toward the camera: both sides look alike, and no mesh is
+/// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
 /// # Errors
 /// As [`Image::new`].
@@ -42,32 +43,32 @@ pub fn shade(
 
     for (i, pixel) in image.pixels_mut().iter_mut().enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);
-        *pixel = srgb(if hits[i].is_hit() {
-            surface(scene, &scene.camera.ray(x, y, width, height), &hits[i], lit[i])
+        *pixel = srgb::encode(if hits[i].is_hit() {
+            radiance(scene, &scene.camera.ray(x, y, width, height), &hits[i], lit[i])
         } else {
-            BACKDROP[0].lerp(BACKDROP[1], (y as f32 + 0.5) / height as f32)
+            BACKGROUND[0].lerp(BACKGROUND[1], (y as f32 + 0.5) / height as f32)
         });
     }
     Ok(image)
 }
 
-/// The linear color of the point where `ray` met a triangle.
-fn surface(scene: &Scene, ray: &Ray, hit: &Hit, lit: bool) -> Vec3 {
+/// The radiance, linear, that the hit of `ray` reflects toward its origin.
+fn radiance(scene: &Scene, ray: &Ray, hit: &Hit, lit: bool) -> Vec3 {
     let triangle = hit.triangle as usize;
     let normal = facing_normal(&scene.mesh, triangle, ray);
-    let toward_light = double(scene.light.position) - DVec3::from(hit_point(ray, hit));
+    let to_light = double(scene.light.position) - DVec3::from(hit_point(ray, hit));
 
-    // The light behind the surface, as the eye sees it, gives nothing: hence the `max`.
-    let lambert = normal.dot(toward_light.normalize_or_zero()).max(0.0) as f32;
+    // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
+    let lambert = normal.dot(to_light.normalize_or_zero()).max(0.0) as f32;
     let direct = if lit { lambert } else { 0.0 };
     let above = (normal.y as f32).mul_add(0.5, 0.5);
     let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
-    color(scene, triangle, hit) * (ambient + direct)
+    albedo(scene, triangle, hit) * (ambient + direct)
 }
 
-/// What a triangle reflects at a hit: its part's tint times the texture; of a mesh without parts the
-/// texture alone, or clay.
-fn color(scene: &Scene, triangle: usize, hit: &Hit) -> Vec3 {
+/// The albedo at a hit: the part's tint times the texture. In a mesh without parts it is the texture
+/// alone, or clay.
+fn albedo(scene: &Scene, triangle: usize, hit: &Hit) -> Vec3 {
     let Scene { mesh, texture, .. } = scene;
     let part = mesh.part(triangle);
     let covered = part.is_none_or(|part| part.textured);
@@ -80,28 +81,13 @@ fn color(scene: &Scene, triangle: usize, hit: &Hit) -> Vec3 {
     }
 }
 
-/// The triangle's unit normal, on the side that the ray comes from. In f64, scaled first, so that
-/// neither the smallest nor the largest f32 corners lose it.
+/// The geometric normal, of unit length, on the side that the ray comes from. In f64, with the edges
+/// normalized first, so that it neither underflows nor overflows.
 fn facing_normal(mesh: &Mesh, triangle: usize, ray: &Ray) -> DVec3 {
     let [a, b, c] = mesh.corners(triangle).map(double);
     let edges = (b - a).normalize_or_zero().cross((c - a).normalize_or_zero());
     let normal = edges.normalize_or_zero();
     if normal.dot(double(ray.dir)) > 0.0 { -normal } else { normal }
-}
-
-/// Linear light, cut off at 1, as the eight bits of the sRGB standard (IEC 61966-2-1).
-fn srgb(linear: Vec3) -> [u8; 3] {
-    linear.to_array().map(|x| {
-        let x = x.clamp(0.0, 1.0);
-        let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (encoded * 255.0 + 0.5) as u8
-    })
-}
-
-/// Eight bits of sRGB as linear light.
-pub(crate) fn linear(encoded: u8) -> f32 {
-    let x = f32::from(encoded) / 255.0;
-    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 #[cfg(test)]
@@ -127,7 +113,7 @@ mod tests {
         shade(scene, 1, 1, &[hit], &[lit]).unwrap().pixels()[0]
     }
 
-    const HIT: Hit = Hit { t: 5.0, u: 0.3, v: 0.3, triangle: 0 };
+    const HIT: Hit = Hit { t: 5.0, u: 0.3, v: 0.3, triangle: 0, geometry: 0 };
 
     #[test]
     fn light_above_lights_and_shadow_or_light_below_leaves_the_ambient() {
@@ -137,8 +123,8 @@ mod tests {
         assert!(bright[0] > shadow[0] && shadow[0] > 0, "{bright:?} {shadow:?}");
         assert_eq!(shadow, below);
         let clay = Vec3::from(Mesh::CLAY);
-        assert_eq!(bright, srgb(clay * (AMBIENT[1] + 1.0)));
-        assert_eq!(shadow, srgb(clay * AMBIENT[1]));
+        assert_eq!(bright, srgb::encode(clay * (AMBIENT[1] + 1.0)));
+        assert_eq!(shadow, srgb::encode(clay * AMBIENT[1]));
     }
 
     #[test]
@@ -149,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_miss_shows_the_backdrop_whatever_the_mask_says() {
+    fn a_miss_shows_the_background_whatever_the_mask_says() {
         assert_eq!(look(&floor(7.0), Hit::MISS, true), look(&floor(7.0), Hit::MISS, false));
         let scene = floor(7.0);
         let two = shade(&scene, 1, 2, &[Hit::MISS; 2], &[true; 2]).unwrap();
@@ -167,25 +153,15 @@ mod tests {
         // The whole triangle has one place, then u leads to the other.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
-        assert_eq!(white, srgb(Vec3::splat(AMBIENT[1])));
+        assert_eq!(white, srgb::encode(Vec3::splat(AMBIENT[1])));
         scene.mesh.corner_uvs = Some(vec![[[0.0, 0.5], [2.5, 0.5], [0.0, 0.5]]]);
-        let red = srgb(Vec3::new(AMBIENT[1], 0.0, 0.0));
+        let red = srgb::encode(Vec3::new(AMBIENT[1], 0.0, 0.0));
         assert_eq!(look(&scene, HIT, false), red);
         assert_eq!(look(&scene, Hit { u: 0.1, ..HIT }, false), white);
         // A part with a tint, with and without it.
         scene.mesh.parts = vec![Part { first: 0, tint: [0.5; 3], textured: true }];
-        assert_eq!(look(&scene, HIT, false), srgb(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
+        assert_eq!(look(&scene, HIT, false), srgb::encode(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
         scene.mesh.parts[0].textured = false;
-        assert_eq!(look(&scene, HIT, false), srgb(Vec3::splat(AMBIENT[1] * 0.5)));
-    }
-
-    #[test]
-    fn srgb_meets_the_standard() {
-        assert_eq!(srgb(Vec3::new(0.0, 1.0, 7.0)), [0, 255, 255]);
-        // Middle gray of 18 % is 118 (0.4613), and the straight part ends at 0.04045.
-        assert_eq!(srgb(Vec3::new(0.18, 0.002, f32::NAN)), [118, 7, 0]);
-        for encoded in 0..=255 {
-            assert_eq!(srgb(Vec3::splat(linear(encoded))), [encoded; 3]);
-        }
+        assert_eq!(look(&scene, HIT, false), srgb::encode(Vec3::splat(AMBIENT[1] * 0.5)));
     }
 }

@@ -1,11 +1,11 @@
-//! Document D: a place in a texture from the weights of a hit, and what color is there.
+//! Document D: texture coordinates from the barycentric coordinates of a hit, and texture lookup.
 //!
 //! ```text
-//!   t ^   c3                A corner of a triangle has a place (s, t) in the texture. Between them it
-//!     |   /\                changes as the weights do, those of c2 and c3 being u and v:
-//!   1 +--/--\--+            place = p1 + u (p2 - p1) + v (p3 - p1)
+//!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
+//!     |   /\                barycentric coordinates, u and v being those of c2 and c3:
+//!   1 +--/--\--+            (s, t) = p1 + u (p2 - p1) + v (p3 - p1)
 //!     | / .  \ |
-//!     |c1-----c2            A texture is a square of side 1 that repeats in both directions. The
+//!     |c1-----c2            A texture is the unit square, and it repeats in both directions. The
 //!     +--------+---> s      first row of an image is at its top, where t is 1.
 //!              1
 //! ```
@@ -15,7 +15,7 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::image::{Image, ImageError};
-use crate::shade::linear;
+use crate::srgb;
 
 /// What covers a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +27,12 @@ pub enum Texture {
         /// How many texels a side, a power of two.
         texels: u32,
     },
-    /// A picture, read between the middles of its pixels.
+    /// An image, with bilinear filtering.
     Image(Image),
 }
 
-/// Where in its texture a triangle is, by the places of its corners and the weights u of the second
-/// and v of the third.
+/// The texture coordinates of a hit, interpolated between those of the corners by the barycentric
+/// coordinates: u of the second corner and v of the third.
 ///
 /// ```
 /// let corners = [[0.0, 0.0], [2.0, 0.0], [0.0, 4.0]];
@@ -57,8 +57,8 @@ impl Texture {
         Image::read(path).map(Self::Image)
     }
 
-    /// The color at a place: the linear share of red, green and blue light that is reflected. A place
-    /// that is not finite has the color of some other.
+    /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite
+    /// give the color of some texel.
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
             Self::Xor { texels } => {
@@ -68,7 +68,7 @@ impl Texture {
                 Vec3::splat(Self::DARK + (1.0 - Self::DARK) * level)
             }
             Self::Image(image) => {
-                // The middles of pixels are at whole numbers here, and rows count downward.
+                // Pixel centers are at whole numbers here, and rows count downward.
                 let size = [image.width(), image.height()];
                 let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
                 let y = (t.ceil() - t) * f64::from(size[1]) - 0.5;
@@ -76,7 +76,7 @@ impl Texture {
                     let wrap = |x: f64, side: u32| (x.floor() as i64).rem_euclid(i64::from(side));
                     let (x, y) = (wrap(x + dx, size[0]), wrap(y + dy, size[1]));
                     let [r, g, b] = image.pixels()[y as usize * size[0] as usize + x as usize];
-                    Vec3::new(linear(r), linear(g), linear(b))
+                    Vec3::from([r, g, b].map(srgb::decode))
                 };
                 let (right, down) = ((x - x.floor()) as f32, (y - y.floor()) as f32);
                 let above = pixel(0.0, 0.0).lerp(pixel(1.0, 0.0), right);
@@ -112,7 +112,7 @@ mod tests {
         image.pixels_mut().copy_from_slice(&[[255; 3], [0; 3], [255, 0, 0], [0, 0, 255]]);
         let texture = Texture::Image(image);
         let at = |s, t| texture.color([s, t]).to_array();
-        // The middles of its pixels.
+        // The centers of its pixels.
         assert_eq!(at(0.25, 0.75), [1.0; 3]);
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);

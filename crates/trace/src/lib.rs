@@ -1,33 +1,24 @@
 //! A bounding volume hierarchy whose answers equal a plain loop's, bit for bit.
+//!
+//! One walk in three forms: a ray a call (`single`), streams of rays that have little in common
+//! (`stream`), bundles of coherent rays (`bundle`). `query` chooses.
 
-mod ahead;
-mod answer;
-mod batch;
-mod bounds;
+mod across;
+mod answers;
 mod build;
-mod bvh;
-mod dense;
-mod ends;
-mod fixed;
-mod flight;
-mod integers;
-mod leaves;
-mod node;
-mod pyramid;
-mod questions;
+mod bundle;
+mod prefetch;
+mod query;
+mod single;
+mod stream;
 #[cfg(test)]
-mod random;
-mod scratch;
-mod screen;
-mod search;
-mod slab;
-mod sliver;
-mod spread;
-mod stack;
-mod tile;
-mod toward;
-mod trail;
+mod test_numbers;
+mod threads;
+mod tree;
+
+pub use intertri;
 
 pub use build::BuildError;
-pub use bvh::Bvh;
-pub use fixed::FixedBvh;
+#[cfg(feature = "fixed")]
+pub use query::FixedBvh;
+pub use tree::Bvh;

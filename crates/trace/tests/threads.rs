@@ -18,7 +18,7 @@ fn many_rays_at_once_get_what_each_gets_alone() {
             Triangle([corner(3), corner(6), corner(4)])
         })
         .collect();
-    // Rays from anywhere, which fly, and a picture from one point, in tiles.
+    // Rays from anywhere, which make streams, and a picture from one point, in bundles.
     let mut rays: Vec<Ray> = (0..10_000)
         .map(|i| {
             let [a, b, c, d, e, f] = [0, 1, 2, 3, 4, 5].map(|k| number(i + 77_777, k));
@@ -32,10 +32,10 @@ fn many_rays_at_once_get_what_each_gets_alone() {
     let mode = Certified::default();
     let bvh = Bvh::new(&triangles).unwrap();
     let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-    bvh.closest_of_each(&mode, &rays, &mut closest);
-    bvh.any_of_each(&mode, &rays, &mut any);
+    bvh.closest_batch(&mode, &rays, &mut closest);
+    bvh.any_batch(&mode, &rays, &mut any);
     for ((ray, hit), any) in rays.iter().zip(&closest).zip(&any) {
-        assert_eq!(bvh.closest(&mode, ray), *hit);
+        assert_eq!(bvh.closest(&mode, ray), hit.some());
         assert_eq!(*any, hit.is_hit());
     }
     assert!(closest.iter().filter(|hit| hit.is_hit()).count() > 1000);

@@ -1,7 +1,7 @@
 //! The same bits at every level: a hash of many answers on a fixed scene.
 
-use intertri::fixed::{Bits, Fixed, Grid, blocks};
-use intertri::lanes::Level;
+use intertri::fixed::{Bits, Fixed, Grid, blocks, scalar};
+use intertri::simd::Level;
 use intertri::{Hit, Ray, Triangle};
 
 use crate::{Numbers, solids};
@@ -48,16 +48,26 @@ fn the_answers_hash_to_the_golden_number_at_every_level() {
             let blocks: Vec<_> = blocks(&triangles).collect();
             let rays: Vec<_> = rays.iter().map(|ray| grid.ray(ray).unwrap()).collect();
             let mut hits = vec![Hit::MISS; rays.len()];
-            fixed.closest_of_each(&triangles, &rays, &mut hits);
+            fixed.closest_batch(&triangles, &rays, &mut hits);
             for (ray, hit) in rays.iter().zip(&hits) {
-                assert_eq!(*hit, fixed.closest(&blocks, ray), "packets and blocks agree");
+                let one = fixed.closest(&blocks, ray).unwrap_or(Hit::MISS);
+                assert_eq!(*hit, one, "packets and blocks agree");
                 let count = fixed.crossings(&blocks, ray);
                 assert_eq!(fixed.any(&blocks, ray), hit.is_hit());
-                for word in [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.triangle] {
+                // A miss is all ones, in the 64 bits that an index has here.
+                let triangle = hit.some().map_or(u64::MAX, |hit| hit.triangle.into());
+                for word in [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), triangle] {
                     hash = mix(hash, word);
                 }
                 hash = mix(mix(hash, count.signed as u64), count.unsigned);
-                fixed.all(&blocks, ray, |hit| hash = mix(mix(hash, hit.triangle), hit.t.to_bits()));
+                // They come in order of the exact t; what is hashed is in order of the triangles.
+                let mut all = fixed.all(&blocks, ray);
+                let t = |i: u32| scalar::crossing(ray, &triangles[i as usize]).unwrap().t;
+                assert!(all.is_sorted_by_key(|hit| (t(hit.triangle), hit.triangle)), "{all:?}");
+                all.sort_unstable_by_key(|hit| hit.triangle);
+                for hit in all {
+                    hash = mix(mix(hash, hit.triangle.into()), hit.t.to_bits());
+                }
             }
         }
         println!("{} {hash:#018x}", level.name());

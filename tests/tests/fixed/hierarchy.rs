@@ -1,7 +1,7 @@
-//! The hierarchy over a grid's triangles: its answers are those of the verbs over all of them.
+//! The hierarchy over a grid's triangles: its answers are those of the queries over all of them.
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Hit, Ray};
 use intertri_trace::FixedBvh;
 
@@ -32,7 +32,7 @@ pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
 }
 
 #[test]
-fn the_hierarchy_answers_as_the_verbs_over_all_triangles() {
+fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
     let mut n = Numbers(11);
     let scene = scene(&mut n);
     let levels: Vec<Fixed> = Level::all().map(Fixed::at).collect();
@@ -69,7 +69,7 @@ fn the_hierarchy_answers_as_the_verbs_over_all_triangles() {
                 };
                 // The far end right before, at and behind a hit; a near end behind it; an empty one.
                 let hit = Fixed::default().closest(&blocks, &ray);
-                let t = if hit.is_hit() { hit.t as f32 } else { 1.0 };
+                let t = hit.map_or(1.0, |hit| hit.t as f32);
                 Some(match i % 8 {
                     1 => ray.between(0.0, t),
                     3 => ray.between(0.0, t.next_up()),
@@ -85,19 +85,19 @@ fn the_hierarchy_answers_as_the_verbs_over_all_triangles() {
             let mode = &levels[i % levels.len()];
             let closest = mode.closest(&blocks, ray);
             assert_eq!(bvh.closest(mode, ray), closest, "{b} {ray:?}");
-            assert_eq!(bvh.any(mode, ray), closest.is_hit(), "{b} {ray:?}");
+            assert_eq!(bvh.any(mode, ray), closest.is_some(), "{b} {ray:?}");
             assert_eq!(bvh.crossings(mode, ray), mode.crossings(&blocks, ray), "{b} {ray:?}");
-            let mut all = vec![];
-            mode.all(&blocks, ray, |hit| all.push(hit));
+            let all = mode.all(&blocks, ray);
             assert_eq!(bvh.all(mode, ray), all, "{b} {ray:?}");
-            met += usize::from(closest.is_hit());
+            met += usize::from(closest.is_some());
             crossed += all.len();
         }
         let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-        bvh.closest_of_each(&Fixed::default(), &rays, &mut hits);
-        bvh.any_of_each(&Fixed::default(), &rays, &mut any);
+        bvh.closest_batch(&Fixed::default(), &rays, &mut hits);
+        bvh.any_batch(&Fixed::default(), &rays, &mut any);
         for ((ray, hit), any) in rays.iter().zip(hits).zip(any) {
-            assert_eq!((hit, any), (bvh.closest(&levels[0], ray), hit.is_hit()));
+            let one = bvh.closest(&levels[0], ray).unwrap_or(Hit::MISS);
+            assert_eq!((hit, any), (one, hit.is_hit()));
         }
         asked += rays.len();
     }
@@ -112,7 +112,7 @@ fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
     let ray = grid.ray_of([0; 3], [1, 0, 0]).unwrap();
     for triangles in [vec![], vec![point; 20]] {
         let (bvh, mode) = (FixedBvh::new(&triangles).unwrap(), Fixed::default());
-        assert_eq!(bvh.closest(&mode, &ray), Hit::MISS);
+        assert_eq!(bvh.closest(&mode, &ray), None);
         assert!(!bvh.any(&mode, &ray) && bvh.all(&mode, &ray).is_empty());
         assert_eq!(bvh.crossings(&mode, &ray).unsigned, 0);
     }

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri::Hit;
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri_tests::is_on;
 
 use crate::solids::{icosphere, is_closed, octahedron};
@@ -245,10 +246,10 @@ fn turning_or_flipping_triangles_changes_no_unsigned_answer() {
         };
         let Ok(ray) = grid.ray_of(origin, dir) else { continue };
         let answer = |blocks: &[_]| {
-            let hit = fixed.closest(blocks, &ray);
-            let mut all = Vec::new();
-            fixed.all(blocks, &ray, |hit| all.push((hit.triangle, hit.t)));
-            (hit.triangle, hit.t, fixed.any(blocks, &ray), all)
+            let told = |hit: &Hit| (hit.triangle, hit.t);
+            let closest = fixed.closest(blocks, &ray).as_ref().map(told);
+            let all: Vec<_> = fixed.all(blocks, &ray).iter().map(told).collect();
+            (closest, fixed.any(blocks, &ray), all)
         };
         let count = fixed.crossings(&same, &ray);
         let [turned_count, flipped_count] = [&turned, &flipped].map(|b| fixed.crossings(b, &ray));
@@ -279,15 +280,14 @@ fn equal_t_go_to_the_lowest_index() {
             grid.ray_of(origin, sub(n.vector(20), origin)).unwrap()
         })
         .collect();
-    let mut hits = vec![intertri::Hit::MISS; rays.len()];
-    fixed.closest_of_each(&scene, &rays, &mut hits);
+    let mut hits = vec![Hit::MISS; rays.len()];
+    fixed.closest_batch(&scene, &rays, &mut hits);
     let mut count = 0;
     for (ray, hit) in rays.iter().zip(hits) {
-        assert_eq!(hit, fixed.closest(&blocks, ray));
+        assert_eq!(hit, fixed.closest(&blocks, ray).unwrap_or(Hit::MISS));
         if hit.is_hit() {
             assert!(hit.triangle < 40, "{hit:?}");
-            let mut all = Vec::new();
-            fixed.all(&blocks, ray, |hit| all.push(hit));
+            let all = fixed.all(&blocks, ray);
             assert!(all.len() >= 3 && all.iter().all(|other| other.t >= hit.t));
             count += 1;
         }
@@ -311,13 +311,13 @@ fn t_that_f64_cannot_tell_apart_are_compared_exactly() {
         let scene = if n.below(2) == 0 { [far(x), far(x + 1)] } else { [far(x + 1), far(x)] };
         let ray = grid.ray_of([0; 3], [n.within(1 << 17), 1, (1 << 18) - 1]).unwrap();
 
-        let [p, q] = scene.map(|t| intertri::fixed::twin::crossing(&ray, &t).unwrap().t);
-        let nearer = u64::from(p.num() * u128::from(q.den()) > q.num() * u128::from(p.den()));
+        let [p, q] = scene.map(|t| scalar::crossing(&ray, &t).unwrap().t);
+        let nearer = u32::from(p.num() * u128::from(q.den()) > q.num() * u128::from(p.den()));
         equal_in_f64 += usize::from(p.to_f64(0) == q.to_f64(0) && nearer == 1);
         first += usize::from(nearer == 0);
 
         let blocks: Vec<_> = blocks(&scene).collect();
-        assert_eq!(fixed.closest(&blocks, &ray).triangle, nearer, "{scene:?} {ray:?}");
+        assert_eq!(fixed.closest(&blocks, &ray).unwrap().triangle, nearer, "{scene:?} {ray:?}");
     }
     assert!(equal_in_f64 > 50 && first > 50, "{equal_in_f64} {first}");
 }

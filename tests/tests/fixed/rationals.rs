@@ -1,7 +1,7 @@
-//! The twin itself, against rationals with a direction that is really moved, and t against them too.
+//! The scalar reference itself, against rationals with a direction that is really moved, and t against them.
 
 use dashu_ratio::RBig;
-use intertri::fixed::{Bits, Grid, Ray, Triangle, twin};
+use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
 
 use crate::{Numbers, add, sub};
 
@@ -55,7 +55,7 @@ fn moved(ray: &Ray, triangle: &Triangle) -> Option<bool> {
 }
 
 #[test]
-fn the_twin_answers_as_a_ray_that_is_really_moved() {
+fn the_scalar_reference_answers_as_a_ray_that_is_really_moved() {
     let mut n = Numbers(7);
     let (mut hits, mut ties) = (0, 0);
     for round in 0..12_000 {
@@ -73,7 +73,7 @@ fn the_twin_answers_as_a_ray_that_is_really_moved() {
         }
         let Ok(ray) = grid.ray_of(origin, dir) else { continue };
         let triangle = grid.triangle_of(corners).unwrap();
-        let answer = twin::crossing(&ray, &triangle);
+        let answer = scalar::crossing(&ray, &triangle);
         assert_eq!(answer.map(|c| c.leaves), moved(&ray, &triangle), "{ray:?} {triangle:?}");
         hits += usize::from(answer.is_some());
         ties += answer.map_or(0, |c| usize::from(c.v == 0 || c.w == 0 || c.v + c.w == c.t.den()));
@@ -102,7 +102,7 @@ fn t_is_rounded_once_and_compared_exactly() {
         let dir = sub(inner, origin).map(|x| (x >> 3) as f32 * size);
         let at = origin.map(|x| (f64::from(x) * 0.5_f64.powi(scale)) as f32);
         let Ok(ray) = grid.ray(&intertri::Ray::new(at, dir)) else { continue };
-        let Some(crossing) = twin::crossing(&ray, &triangle) else { continue };
+        let Some(crossing) = scalar::crossing(&ray, &triangle) else { continue };
         hits += 1;
 
         let exponent = ray.exponent();
@@ -134,8 +134,8 @@ fn t_is_rounded_once_and_compared_exactly() {
                 assert_eq!(crossing.t.cmp_f32(x), Some(ratio.cmp(&x_exact)), "{t} {x}");
 
                 // The ends of the interval are in multiples of the other direction.
-                let from = twin::crossing(&ray.between(x, f32::INFINITY), &triangle);
-                let until = twin::crossing(&ray.between(0.0, x), &triangle);
+                let from = scalar::crossing(&ray.between(x, f32::INFINITY), &triangle);
+                let until = scalar::crossing(&ray.between(0.0, x), &triangle);
                 assert_eq!(from.is_some(), exact >= x_exact, "{t} {x}");
                 assert_eq!(until.is_some(), exact < x_exact, "{t} {x}");
             }
@@ -146,7 +146,7 @@ fn t_is_rounded_once_and_compared_exactly() {
 
         // Half-open: t itself is within where it begins the interval, not where it ends it.
         if f64::from(near) == t && rational(t) == exact {
-            let within = |lo, hi| twin::crossing(&ray.between(lo, hi), &triangle).is_some();
+            let within = |lo, hi| scalar::crossing(&ray.between(lo, hi), &triangle).is_some();
             assert!(within(near, near.next_up()) && !within(near.next_down(), near));
         }
     }

@@ -1,17 +1,18 @@
 //! One ray against a block of triangles: the leaf of a hierarchy.
 
+use super::determinants::Determinants;
 use super::edges::{Edges, cross, i64s, load, load_f32, splat, splat_f32, volume};
 use super::filter::maybe;
-use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
-use crate::lanes::{Ints, Lanes, Simd};
-use crate::mode::{Lane, Width, lanes_of};
+use super::{Crossing, IntWidth, Prepared, Ray, Triangle};
+use crate::simd::{Lane, Width, lanes_of};
+use crate::simd::{Lanes, Simd};
 
 /// N prepared triangles side by side, 4 or 8, each with its index. Lanes beyond the given triangles
 /// are points, which nothing hits.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Block, Grid, RayLanes};
-/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
 /// /// The triangles of a block that a ray crosses, in a walk of one's own.
 /// struct Leaf<'a>(&'a Block<8>, &'a intertri::fixed::Ray);
@@ -127,7 +128,7 @@ type I<S, const N: usize> = <Lane<N> as IntWidth>::I<S>;
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, RayLanes};
-/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
 /// struct Prepare<'a>(&'a intertri::fixed::Ray);
 /// impl WithSimd for Prepare<'_> {
@@ -166,50 +167,5 @@ where
             d: splat_f32(ray.to_f32().dir),
             longest: Lanes::splat(ray.longest()),
         }
-    }
-}
-
-/// The determinants as plain numbers, for the few lanes that cross.
-pub(super) struct Determinants {
-    u: [i64; 8],
-    v: [i64; 8],
-    w: [i64; 8],
-}
-
-impl Determinants {
-    #[inline(always)]
-    fn of<I: Ints>(edges: &Edges<I>) -> Self {
-        Self::new(edges.u, edges.v, edges.w)
-    }
-
-    /// The determinants of up to eight lanes.
-    #[inline(always)]
-    pub(super) fn new<I: Ints>(u: I, v: I, w: I) -> Self {
-        let mut at = Self { u: [0; 8], v: [0; 8], w: [0; 8] };
-        u.store(&mut at.u);
-        v.store(&mut at.v);
-        w.store(&mut at.w);
-        at
-    }
-
-    /// The crossing of a lane whose determinants have one sign, if it lies in front and within the
-    /// ray's interval.
-    #[inline(always)]
-    pub(super) fn crossing(
-        &self,
-        lane: usize,
-        num: i128,
-        leaves: bool,
-        ray: &Ray,
-    ) -> Option<Crossing> {
-        if num == 0 || (num > 0) != leaves {
-            return None;
-        }
-        // All three have one sign or are 0, and not all are 0: for `num` is not.
-        let u = self.u[lane].unsigned_abs();
-        let v = self.v[lane].unsigned_abs();
-        let w = self.w[lane].unsigned_abs();
-        let t = Ratio { num: num.unsigned_abs(), den: u + v + w };
-        t.within(ray.to_f32()).then_some(Crossing { t, v, w, leaves })
     }
 }

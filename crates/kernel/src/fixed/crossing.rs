@@ -1,22 +1,19 @@
 //! One crossing of a ray and a triangle, and the best of many.
 
-use super::block::Determinants;
-use super::edges::{Edges, cross_i64, i64s, splat, volume};
 use super::numbers::pow2;
-use super::prepared::minus;
 use super::quotient::{parts, quotient};
-use super::{Ratio, Ray, Triangle};
+use super::ratio::Ratio;
+use super::snapped::Ray;
 use crate::Hit;
-use crate::lanes::One;
 
 /// Where a ray crosses a triangle.
 ///
 /// ```
-/// use intertri::fixed::{Bits, Grid, twin};
+/// use intertri::fixed::{Bits, Grid, scalar};
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
 /// let ray = grid.ray_of([1, 2, 0], [0, 0, 3])?;
-/// let crossing = twin::crossing(&ray, &wall).unwrap();
+/// let crossing = scalar::crossing(&ray, &wall).unwrap();
 /// assert_eq!(crossing.t.num() * 3, 5 * u128::from(crossing.t.den()));
 /// assert!(crossing.leaves);
 /// let hit = crossing.to_hit(&ray, 7);
@@ -37,62 +34,39 @@ pub struct Crossing {
 }
 
 impl Crossing {
-    /// Whether and where a ray crosses one triangle: the test of the lanes in a single one.
-    ///
-    /// ```
-    /// use intertri::fixed::{Bits, Crossing, Grid, twin};
-    /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-    /// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
-    /// let ray = grid.ray_of([1, 1, 0], [0, 0, 1])?;
-    /// assert_eq!(Crossing::of(&ray, &wall), twin::crossing(&ray, &wall));
-    /// # Ok::<_, intertri::fixed::GridError>(())
-    /// ```
-    pub fn of(ray: &Ray, &Triangle([c1, c2, c3]): &Triangle) -> Option<Self> {
-        let (a, h4, h5) = (minus(c1, ray.origin()), minus(c2, c1), minus(c3, c1));
-        let (a, h4, h5) = (i64s(a), i64s(h4), i64s(h5));
-        let triangle = [splat(a), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
-        let edges = Edges::<One>::new(splat([0; 3]), splat(i64s(ray.dir())), triangle);
-        let (with, against) = edges.sides(1);
-        if with | against == 0 {
-            return None;
-        }
-        let at = Determinants::new(edges.u, edges.v, edges.w);
-        at.crossing(0, volume(a, h4, h5), with != 0, ray)
-    }
-
     /// The crossing in f64, `t` in multiples of the direction that was snapped. All three numbers
     /// are rounded once.
     #[inline(always)]
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
-        let triangle = u64::from(triangle);
+        let geometry = 0;
         if let Ok(num) = i64::try_from(t.num) {
             // The others are below 2^62.
             let den = parts(t.den as i64);
             let over = |num: i64| quotient(parts(num), den);
             let ((t, a), (u, b), (v, c)) = (over(num), over(v as i64), over(w as i64));
             if a & b & c {
-                return Hit { t: t * pow2(ray.exponent()), u, v, triangle };
+                return Hit { t: t * pow2(ray.exponent()), u, v, triangle, geometry };
             }
         }
         let weight = |num: u64| Ratio { num: num.into(), den: t.den }.to_f64(0);
-        Hit { t: t.to_f64(ray.exponent()), u: weight(v), v: weight(w), triangle }
+        Hit { t: t.to_f64(ray.exponent()), u: weight(v), v: weight(w), triangle, geometry }
     }
 }
 
 /// The closest crossing so far of one ray; of equal t, the one with the lowest index.
 ///
 /// ```
-/// use intertri::fixed::{Best, Bits, Grid, twin};
+/// use intertri::fixed::{Best, Bits, Grid, scalar};
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let ray = grid.ray_of([1, 1, 0], [0, 0, 1])?;
 /// let mut best = Best::default();
 /// assert_eq!(best.t_hi(), f32::INFINITY);
 /// for (index, z) in [5, 3, 3].into_iter().enumerate() {
 ///     let wall = grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]])?;
-///     best.offer(twin::crossing(&ray, &wall).unwrap(), index as u32);
+///     best.offer(scalar::crossing(&ray, &wall).unwrap(), index as u32);
 /// }
-/// assert_eq!((best.get().unwrap().1, best.to_hit(&ray).t), (1, 3.0));
+/// assert_eq!((best.get().unwrap().1, best.to_hit(&ray).unwrap().t), (1, 3.0));
 /// assert!(3.0 <= best.t_hi() && best.t_hi() < 3.001);
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
@@ -123,8 +97,8 @@ impl Best {
         })
     }
 
-    /// The hit in f64, or [`Hit::MISS`].
-    pub fn to_hit(&self, ray: &Ray) -> Hit {
-        self.0.map_or(Hit::MISS, |(crossing, triangle)| crossing.to_hit(ray, triangle))
+    /// The hit in f64.
+    pub fn to_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.0.map(|(crossing, triangle)| crossing.to_hit(ray, triangle))
     }
 }

@@ -10,7 +10,7 @@
 //! ```
 
 use super::numbers::round;
-use crate::lanes::{Ints, Lanes};
+use crate::simd::{Ints, Lanes};
 
 /// N integer vectors.
 pub(super) type V3<I> = [I; 3];

@@ -11,7 +11,7 @@
 //! A lane with a value surely positive and one surely negative is a miss. No other is decided here.
 
 use super::edges::{V3, splat_f32};
-use crate::lanes::{Lanes, Mask};
+use crate::simd::{Lanes, Mask};
 
 const U: f32 = f32::EPSILON / 2.0;
 

@@ -21,37 +21,38 @@
 
 mod block;
 mod crossing;
+mod determinants;
 mod edges;
 mod filter;
 mod grid;
+mod hit_coefficients;
 mod numbers;
 mod packet;
 mod prepared;
+mod queries;
 mod quotient;
 mod ratio;
-mod sight;
+pub mod scalar;
 mod snapped;
-pub mod twin;
-mod verbs;
 
-use crate::lanes::{Ints, Simd};
-use crate::mode::{Lane, Width};
+use crate::simd::{Ints, Simd};
+use crate::simd::{Lane, Width};
 
 pub use block::{Block, RayLanes};
 pub use crossing::{Best, Crossing};
 pub use grid::{Bits, Grid, GridError};
+pub use hit_coefficients::HitCoefficients;
 pub use packet::{Packet, Seen, Sides};
 pub use prepared::Prepared;
+pub use queries::{Crossings, Fixed, blocks};
 pub use ratio::Ratio;
-pub use sight::Sight;
 pub use snapped::{Ray, Triangle};
-pub use verbs::{Crossings, Fixed, blocks};
 
 /// The widths that have integer lanes too: `Lane<4>` and `Lane<8>`.
 ///
 /// ```
 /// use intertri::fixed::{IntWidth, Packet, Prepared};
-/// use intertri::{Lane, lanes::Simd};
+/// use intertri::simd::{Lane, Simd};
 /// // Generic over the number of lanes.
 /// #[inline(always)]
 /// fn crossed<S: Simd, const N: usize>(rays: &Packet<N>, triangle: &Prepared) -> usize

@@ -1,18 +1,18 @@
 //! Rays in packets against one triangle, with any origins or with one that they share.
 
-use super::block::Determinants;
+use super::determinants::Determinants;
 use super::edges::{Edges, cross_i64, i64s, load, load_f32, product, splat, splat_f32, volume};
 use super::filter::{SEEN, maybe, maybe_seen};
 use super::prepared::minus;
 use super::{Crossing, IntWidth, Prepared, Ratio, Ray, Triangle};
-use crate::lanes::{Ints, Lanes, Simd};
-use crate::mode::{Lane, Width, lanes_of};
+use crate::simd::{Ints, Lanes, Simd};
+use crate::simd::{Lane, Width, lanes_of};
 
 /// N rays side by side, 4 or 8. Lanes beyond the given rays are dead: no answer speaks of them.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, Prepared};
-/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
 /// /// The rays of a packet that cross a triangle, in a walk of one's own.
 /// struct Leaf<'a>(&'a Packet<8>, &'a Prepared);
@@ -131,7 +131,7 @@ impl<const N: usize> Packet<N> {
 ///
 /// ```
 /// use intertri::fixed::{Bits, Grid, Packet, Seen};
-/// use intertri::lanes::{Simd, WithSimd, dispatch};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
 /// /// The rays of a packet that cross a triangle, all from the origin from which it is seen.
 /// struct Leaf<'a>(&'a Packet<8>, &'a Seen);

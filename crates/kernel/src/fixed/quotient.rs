@@ -9,7 +9,7 @@
 //!
 //! Derivation: `docs/fixed-point.md`.
 
-use crate::lanes::Lanes;
+use crate::simd::Lanes;
 
 /// A number in two parts: the f64 nearest to it, and what that lacks.
 pub(super) type Parts<F> = [F; 2];
@@ -55,7 +55,7 @@ pub(super) fn parts(x: i64) -> Parts<f64> {
 mod tests {
     use super::*;
     use crate::fixed::Ratio;
-    use crate::lanes::{Level, Mask, Simd, WithSimd};
+    use crate::simd::{Level, Mask, Simd, WithSimd};
 
     /// Four quotients at a level.
     struct Quotients([Ratio; 4]);
@@ -103,9 +103,9 @@ mod tests {
                         assert_eq!(nearest[lane], exact, "{ratio:?} {level:?}");
                     } else {
                         // Only where the ratio lies half-way, as nearly as can be told.
-                        unsure += u32::from(level == Level::SCALAR);
+                        unsure += u32::from(level == Level::PORTABLE);
                     }
-                    all += u32::from(level == Level::SCALAR);
+                    all += u32::from(level == Level::PORTABLE);
                 }
             }
         }

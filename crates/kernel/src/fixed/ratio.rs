@@ -10,11 +10,11 @@ use super::numbers::pow2;
 /// other's denominator fits 128 bits.
 ///
 /// ```
-/// use intertri::fixed::{Bits, Grid, twin};
+/// use intertri::fixed::{Bits, Grid, scalar};
 /// use std::cmp::Ordering;
 /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
 /// let wall = grid.triangle_of([[0, 0, 1], [4, 0, 1], [0, 4, 1]])?;
-/// let t = twin::crossing(&grid.ray_of([1, 1, 0], [0, 0, 3])?, &wall).unwrap().t;
+/// let t = scalar::crossing(&grid.ray_of([1, 1, 0], [0, 0, 3])?, &wall).unwrap().t;
 /// assert_eq!(3 * t.num(), t.den().into());
 /// assert_eq!(t.to_f64(0), 1.0 / 3.0);
 /// // No f32 is a third.

@@ -73,6 +73,12 @@ impl Ray {
         Self { line: crate::Ray::new(f32s(origin), f32s(dir)), exponent: 0 }
     }
 
+    /// The ray that [`Ray::to_f32`] gave, in units of the grid.
+    #[inline(always)]
+    pub(crate) fn of_f32(line: &crate::Ray) -> Self {
+        Self { line: *line, exponent: 0 }
+    }
+
     /// The origin.
     #[inline(always)]
     pub fn origin(&self) -> [i32; 3] {
@@ -90,6 +96,21 @@ impl Ray {
     #[inline(always)]
     pub fn exponent(&self) -> i32 {
         self.exponent
+    }
+
+    /// A `t` in multiples of [`Ray::dir`] as one in multiples of the direction that was snapped: exactly, for
+    /// that is a power of two.
+    ///
+    /// ```
+    /// use intertri::fixed::{Bits, Grid};
+    /// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+    /// let ray = grid.ray(&intertri::Ray::new([0.0; 3], [0.0, 0.0, 0.5]))?;
+    /// assert_eq!(ray.t_of_caller(0.75), 0.75 * f64::from(ray.exponent()).exp2());
+    /// # Ok::<_, intertri::fixed::GridError>(())
+    /// ```
+    #[inline(always)]
+    pub fn t_of_caller(&self, t: f64) -> f64 {
+        t * pow2(self.exponent)
     }
 
     /// The same line with the interval `t_min <= t < t_max`, besides `0 < t`, in multiples of the
@@ -112,13 +133,6 @@ impl Ray {
     /// wherever a crossing can be.
     #[inline(always)]
     pub fn to_f32(&self) -> &crate::Ray {
-        &self.line
-    }
-}
-
-impl AsRef<crate::Ray> for Ray {
-    #[inline(always)]
-    fn as_ref(&self) -> &crate::Ray {
         &self.line
     }
 }

@@ -3,8 +3,8 @@
 use intertri::{Hit, Triangle};
 use serde::Serialize;
 
-use super::facet::{length, vector};
-use super::{V, View};
+use super::camera::PinholeCamera;
+use super::vector::{Vec3d, length, vector};
 
 /// Lengths are in units of the scene. What there is none of is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -49,7 +49,12 @@ pub struct Needs {
 ///
 /// # Panics
 /// If `seen` is larger than the picture.
-pub fn needs(triangles: &[Triangle], view: &View<'_>, seen: &[Hit], threshold: f64) -> Needs {
+pub fn needs(
+    triangles: &[Triangle],
+    camera: &PinholeCamera<'_>,
+    seen: &[Hit],
+    threshold: f64,
+) -> Needs {
     let mut needs = Needs {
         triangles: triangles.len(),
         pixels: seen.len() as u64,
@@ -61,7 +66,25 @@ pub fn needs(triangles: &[Triangle], view: &View<'_>, seen: &[Hit], threshold: f
         ..Needs::default()
     };
 
-    // The model.
+    measure_model(&mut needs, triangles);
+    measure_picture(&mut needs, triangles, camera, seen, threshold);
+    needs.threshold = threshold_below(needs.smallest_slope.min(needs.smallest_t), threshold);
+    for number in [
+        &mut needs.shortest_edge,
+        &mut needs.smallest_altitude,
+        &mut needs.nearest,
+        &mut needs.smallest_slope,
+        &mut needs.smallest_t,
+    ] {
+        if number.is_infinite() {
+            *number = 0.0;
+        }
+    }
+    needs
+}
+
+/// The triangles, seen or not.
+fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for Triangle(corners) in triangles {
         let [a, b, c] = corners.map(vector);
@@ -85,14 +108,22 @@ pub fn needs(triangles: &[Triangle], view: &View<'_>, seen: &[Hit], threshold: f
         needs.smallest_altitude = needs.smallest_altitude.min(area / long);
     }
     if low[0] <= high[0] {
-        needs.extent = length(V::splat(high) - V::splat(low));
+        needs.extent = length(Vec3d::splat(high) - Vec3d::splat(low));
     }
+}
 
-    // The picture.
+/// What the pixels show.
+fn measure_picture(
+    needs: &mut Needs,
+    triangles: &[Triangle],
+    camera: &PinholeCamera<'_>,
+    seen: &[Hit],
+    threshold: f64,
+) {
     let mut grazing = 0;
     for (i, hit) in seen.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-        let width = view.size.0 as usize;
-        let dir = vector((view.ray)((i % width) as u32, (i / width) as u32).dir);
+        let width = camera.size.0 as usize;
+        let dir = vector((camera.ray)((i % width) as u32, (i / width) as u32).dir);
         let [a, b, c] = triangles[hit.triangle as usize].0.map(vector);
         let normal = (b - a).cross(c - a);
         let slope = normal.dot(dir).abs() / length(normal);
@@ -106,24 +137,16 @@ pub fn needs(triangles: &[Triangle], view: &View<'_>, seen: &[Hit], threshold: f
         grazing += u64::from(slope < 0.1 * length(dir));
     }
     if needs.hits > 0 {
-        needs.pixel = needs.nearest * view.pixel();
+        needs.pixel = needs.nearest * camera.pixel();
         needs.grazing = grazing as f64 / needs.hits as f64;
     }
-    needs.threshold = match needs.smallest_slope.min(needs.smallest_t) / 1000.0 {
-        most if most >= threshold => threshold,
+}
+
+/// The threshold to take where no slope and no t of a hit is smaller than this.
+fn threshold_below(smallest: f64, default: f64) -> f64 {
+    match smallest / 1000.0 {
+        most if most >= default => default,
         most if most < 1e-300 => 0.0,
         most => 10.0_f64.powi(most.log10().floor() as i32),
-    };
-    for number in [
-        &mut needs.shortest_edge,
-        &mut needs.smallest_altitude,
-        &mut needs.nearest,
-        &mut needs.smallest_slope,
-        &mut needs.smallest_t,
-    ] {
-        if number.is_infinite() {
-            *number = 0.0;
-        }
     }
-    needs
 }

@@ -3,7 +3,7 @@
 use intertri::fixed::{Bits, Fixed, Grid, blocks};
 use intertri::{Certified, Hit, Mode, Ray, Threshold, Triangle};
 
-use super::{Arithmetic, Exact, View, needs, scan};
+use super::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
 use crate::families::FAMILIES;
 use crate::meshes::Mesh;
 use crate::rng::Rng;
@@ -47,7 +47,7 @@ impl Camera {
 /// Predicts and asks; gives for each arithmetic the predicted and the counted wrong pixels.
 fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmetic, u64, u64)> {
     let pixel = |x, y| camera.ray(x, y);
-    let view = View {
+    let camera = PinholeCamera {
         eye: camera.eye,
         axes: camera.axes,
         half_height: camera.half_height,
@@ -60,10 +60,10 @@ fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmet
         .collect();
     let closest = |threshold: f64| -> Vec<Hit> {
         let mode = Certified::new(Threshold::new(threshold).unwrap());
-        rays.iter().map(|ray| mode.closest(triangles, ray)).collect()
+        rays.iter().map(|ray| mode.closest(triangles, ray).unwrap_or(Hit::MISS)).collect()
     };
     let seen = closest(0.0);
-    let threshold = needs(triangles, &view, &seen, 1e-9).threshold;
+    let threshold = needs(triangles, &camera, &seen, 1e-9).threshold;
 
     let mut arithmetics = vec![Arithmetic::Double { threshold }, Arithmetic::Single];
     let mut grids = vec![];
@@ -74,17 +74,17 @@ fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmet
             grids.push(grid);
         }
     }
-    let found = scan(triangles, &view, &seen, &arithmetics, 1, &|_| ());
+    let found = scan(triangles, &camera, &seen, &arithmetics, 1, &|_| ());
     assert_eq!(found.doubtful, found.doubtful_in_sample);
 
-    let wrong = |answers: &mut dyn Iterator<Item = Option<u64>>| {
+    let wrong = |answers: &mut dyn Iterator<Item = Option<u32>>| {
         let pairs = found.sample.iter().zip(answers);
-        pairs.filter(|(exact, answer): &(&Exact, _)| !exact.allows(*answer)).count() as u64
+        pairs.filter(|(exact, answer): &(&SampledPixel, _)| !exact.allows(*answer)).count() as u64
     };
-    let told = |hit: Hit| hit.is_hit().then_some(hit.triangle);
+    let told = |hit: Option<Hit>| hit.map(|hit| hit.triangle);
     let mut counted = vec![
-        wrong(&mut closest(threshold).into_iter().map(told)),
-        wrong(&mut found.sample.iter().map(|e| e.single.map(u64::from))),
+        wrong(&mut closest(threshold).into_iter().map(Hit::some).map(told)),
+        wrong(&mut found.sample.iter().map(|e| e.single)),
     ];
     for grid in grids {
         let facets: Vec<_> = triangles.iter().map(|t| grid.triangle(t).unwrap()).collect();

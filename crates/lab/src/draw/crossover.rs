@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::axis::{Log, power};
-use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
+use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg, width};
 use crate::tables::grouped;
 
 /// What both ways took for one scene at one size.
@@ -34,7 +34,7 @@ const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the sizes of picture, told apart by everybody.
+/// The colours of the sizes of picture, which the colour-blind tell apart, too.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 
@@ -87,7 +87,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2], sizes: &[[u32; 2]]) {
     let mut entry = |text: &str, draw: &mut dyn FnMut(&mut Svg, f64)| {
         draw(svg, at);
         svg.text([at + 38.0, y], text, font);
-        at += 58.0 + super::svg::width(text, 12.5);
+        at += 58.0 + width(text, 12.5);
     };
     for (dashes, text) in [("", "rays"), (RASTER, "z-buffer, volumes")] {
         entry(text, &mut |svg, at| {

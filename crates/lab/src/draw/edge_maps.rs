@@ -1,15 +1,16 @@
 //! Edge maps: rays in single steps of f32 around a shared edge and around a shared vertex, coloured
 //! by what was hit.
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_reference::THRESHOLD;
 
-use super::Svg;
-use super::svg::{Anchor, Font, GREY};
+use super::marks::is_kernel;
+use super::svg::{Anchor, Font, GREY, Svg, width};
+use crate::methods::METHODS;
+use crate::oracle;
 use crate::rng::step;
-use crate::subjects::{Answer, Bundle, SUBJECTS};
-use crate::truth::truth;
+use crate::test_batch::{Answer, TestBatch};
 
 /// Steps on either side.
 const REACH: i32 = 16;
@@ -72,27 +73,28 @@ impl Square {
     }
 
     /// For each ray a set of triangles, as bits.
-    fn truth(&self) -> Vec<u32> {
+    fn by_oracle(&self) -> Vec<u32> {
         let hit = |ray: &Ray| {
-            let bit = |(k, t): (usize, &Triangle)| u32::from(truth(t, ray).is_hit()) << k;
+            let bit = |(k, t): (usize, &Triangle)| u32::from(oracle::answer(t, ray).is_hit()) << k;
             self.triangles.iter().enumerate().map(bit).sum()
         };
         self.rays.iter().map(hit).collect()
     }
 
-    /// The same by a subject. `fixed` snaps all of them to one grid.
-    fn by(&self, subject: usize) -> Vec<u32> {
-        let subject = &SUBJECTS[subject];
+    /// The same by a method. `fixed` snaps all of them to one grid.
+    fn by(&self, method: usize) -> Vec<u32> {
+        let method = &METHODS[method];
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
-            if subject.name == "fixed" {
-                let bundle = Bundle { rays: self.rays.clone(), triangles: self.triangles.clone() };
-                let on_grid = crate::subjects::on_grid(&bundle).unwrap_or(bundle);
+            if method.name == "fixed" {
+                let batch =
+                    TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
+                let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
                 // Of a snapped pair the finest grid is as good as the common one.
-                let to = ask(subject, on_grid.triangles[k], &on_grid.rays);
+                let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {
-                let to = ask(subject, *triangle, &self.rays);
+                let to = ask(method, *triangle, &self.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             }
         }
@@ -100,9 +102,9 @@ impl Square {
     }
 }
 
-fn ask(subject: &crate::subjects::Subject, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
+fn ask(method: &crate::methods::Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
     let mut to = vec![Answer::default(); rays.len()];
-    subject.pairs(Level::best(), THRESHOLD, &vec![triangle; rays.len()], rays, &mut to);
+    method.pairs(Level::best(), THRESHOLD, &vec![triangle; rays.len()], rays, &mut to);
     to
 }
 
@@ -116,13 +118,13 @@ fn colour(set: u32) -> &'static str {
     }
 }
 
-/// A picture of the edge and one of the vertex for the truth and each method.
+/// A picture of the edge and one of the vertex for the oracle and each method.
 pub fn edge_maps(caption: &str) -> Svg {
     let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
-    let mut columns = vec![("the truth", edge.truth(), vertex.truth())];
-    for (k, subject) in SUBJECTS.iter().enumerate() {
-        columns.push((subject.name, edge.by(k), vertex.by(k)));
-        if subject.name == "fixed" {
+    let mut columns = vec![("the oracle", edge.by_oracle(), vertex.by_oracle())];
+    for (k, method) in METHODS.iter().enumerate() {
+        columns.push((method.name, edge.by(k), vertex.by(k)));
+        if method.name == "fixed" {
             // To which the rays above are all the same.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
             columns.push(("fixed, in grid steps", edge.by(k), vertex.by(k)));
@@ -142,14 +144,14 @@ pub fn edge_maps(caption: &str) -> Svg {
         svg.rect([x, 44.0], [13.0, 13.0], colour(set));
         svg.frame([x, 44.0], [13.0, 13.0], "#888888");
         svg.text([x + 19.0, 55.0], text, Font::new(12.5, Anchor::Start));
-        x += 50.0 + super::svg::width(text, 12.5);
+        x += 50.0 + width(text, 12.5);
     }
     let numbers = "below each: leaks / counted twice, of 1,089 rays";
     svg.text([x, 55.0], numbers, Font::new(12.5, Anchor::Start).fill(GREY));
 
     for (k, (name, edge, vertex)) in columns.iter().enumerate() {
         let [x, y] = [20.0 + w * (k % COLUMNS) as f64, 74.0 + h * (k / COLUMNS) as f64];
-        let bold = super::is_kernel(name) || k == 0;
+        let bold = is_kernel(name) || k == 0;
         let font = Font { bold, ..Font::new(12.0, Anchor::Start) };
         svg.text([x, y + 12.0], name, font);
         for (row, sets) in [edge, vertex].into_iter().enumerate() {
@@ -187,17 +189,17 @@ fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
 #[cfg(test)]
 mod tests {
     use super::{Square, Step, edge_maps};
-    use crate::subjects::SUBJECTS;
+    use crate::methods::METHODS;
 
     #[test]
     fn the_squares_lie_across_an_edge_and_a_vertex() {
         for by in [Step::Single, Step::Grid] {
-            let (edge, vertex) = (Square::edge(by).truth(), Square::vertex(by).truth());
+            let (edge, vertex) = (Square::edge(by).by_oracle(), Square::vertex(by).by_oracle());
             let seen = |sets: &[u32], k: u32| sets.iter().filter(|&&set| set & 1 << k != 0).count();
             assert!((0..2).all(|k| seen(&edge, k) > 200));
             assert!((0..6).all(|k| seen(&vertex, k) > 20));
-            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "no leak in truth");
-            let fixed = SUBJECTS.iter().position(|subject| subject.name == "fixed").unwrap();
+            assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle sees no leak");
+            let fixed = METHODS.iter().position(|method| method.name == "fixed").unwrap();
             for sets in [Square::edge(by).by(fixed), Square::vertex(by).by(fixed)] {
                 assert!(sets.iter().all(|set| set.is_power_of_two()), "exactly once");
             }

@@ -1,9 +1,9 @@
 //! The table of onsets: methods against sweeps.
 
-use super::Svg;
-use super::svg::{Anchor, Font, GREY};
+use super::marks::is_kernel;
+use super::svg::{Anchor, Font, GREY, Svg};
+use crate::methods::METHODS;
 use crate::stress::{Onset, SWEEPS, first};
-use crate::subjects::SUBJECTS;
 
 const CELL: [f64; 2] = [58.0, 25.0];
 const LEFT: f64 = 190.0;
@@ -13,7 +13,7 @@ const TOP: f64 = 190.0;
 /// the sooner; an empty field where none was.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
-    let (columns, rows) = (SWEEPS.len() as f64, SUBJECTS.len() as f64);
+    let (columns, rows) = (SWEEPS.len() as f64, METHODS.len() as f64);
     let mut svg = Svg::new(LEFT + columns * w + 60.0, TOP + rows * h + 70.0);
     let title = "The parameter at which one answer in 1,000 is first wrong";
     svg.text([16.0, 28.0], title, Font::new(18.0, Anchor::Start).bold());
@@ -24,15 +24,15 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
         let x = LEFT + w * (k as f64 + 0.5) + 4.0;
         svg.text([x, TOP - 8.0], sweep.name, Font::new(11.5, Anchor::Start).upright());
     }
-    for (i, subject) in SUBJECTS.iter().enumerate() {
+    for (i, method) in METHODS.iter().enumerate() {
         let y = TOP + h * i as f64;
-        let bold = super::is_kernel(subject.name);
+        let bold = is_kernel(method.name);
         let font = Font { bold, ..Font::new(12.0, Anchor::End) };
-        svg.text([LEFT - 8.0, y + 17.0], subject.name, font);
+        svg.text([LEFT - 8.0, y + 17.0], method.name, font);
         for (k, sweep) in SWEEPS.iter().enumerate() {
             let at = [LEFT + w * k as f64, y];
-            let known = onsets.iter().any(|o| o.sweep == sweep.name && o.method == subject.name);
-            let value = first(onsets, sweep.name, subject.name);
+            let known = onsets.iter().any(|o| o.sweep == sweep.name && o.method == method.name);
+            let value = first(onsets, sweep.name, method.name);
             let share = value.map(|x| (x / sweep.from).ln() / (sweep.to / sweep.from).ln());
             let (fill, ink) = match share {
                 Some(share) => shade(share),

@@ -150,8 +150,8 @@ fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2], d: [f64; 2]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::width;
     use super::{Area, Wanted, place};
-    use crate::draw::svg::width;
 
     #[test]
     fn labels_of_a_crowd_stay_apart_and_inside() {

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::Svg;
 use super::axis::{Log, power, superscript};
-use super::svg::{Anchor, FAINT, Font, GREY, INK};
+use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
+use crate::methods::METHODS;
 use crate::stress::{Onset, SWEEPS};
-use crate::subjects::SUBJECTS;
 
 const COLUMNS: usize = 4;
 const CELL: [f64; 2] = [345.0, 262.0];
@@ -22,8 +21,8 @@ fn styles() -> BTreeMap<&'static str, (&'static str, &'static str)> {
         ["#0072B2", "#56B4E9", "#CC79A7", "#000000", "#E69F00", "#8A6FB0", "#999999"];
     let mut styles = BTreeMap::new();
     let (mut single, mut double) = (0, 0);
-    for subject in SUBJECTS {
-        let style = match subject.name {
+    for method in METHODS {
+        let style = match method.name {
             "certified" => ("#D55E00", ""),
             "certified, one origin" => ("#D55E00", "4 2"),
             "double" => ("#D55E00", "2 3"),
@@ -37,7 +36,7 @@ fn styles() -> BTreeMap<&'static str, (&'static str, &'static str)> {
                 (COLOURS[(single - 1) % 7], if single > 7 { "5 3" } else { "" })
             }
         };
-        styles.insert(subject.name, style);
+        styles.insert(method.name, style);
     }
     styles
 }
@@ -109,14 +108,14 @@ fn picture(svg: &mut Svg, [ox, oy]: [f64; 2], name: &str, from: f64, to: f64, on
 
 fn legend(svg: &mut Svg, [ox, oy]: [f64; 2], cells: usize) {
     let styles = styles();
-    let mut rows = SUBJECTS.len();
+    let mut rows = METHODS.len();
     let columns = if cells > 1 { 2 } else { 1 };
     rows = rows.div_ceil(columns);
     let step = (CELL[1] - 30.0) / rows as f64;
-    for (k, subject) in SUBJECTS.iter().enumerate() {
+    for (k, method) in METHODS.iter().enumerate() {
         let (x, y) = (ox + 60.0 + 300.0 * (k / rows) as f64, oy + 24.0 + step * (k % rows) as f64);
-        let Some((colour, dashes)) = styles.get(subject.name) else { continue };
+        let Some((colour, dashes)) = styles.get(method.name) else { continue };
         svg.path(&[[x, y - 4.0], [x + 42.0, y - 4.0]], colour, 2.2, dashes);
-        svg.text([x + 50.0, y], subject.name, Font::new(11.5, Anchor::Start));
+        svg.text([x + 50.0, y], method.name, Font::new(11.5, Anchor::Start));
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::Svg;
-use crate::subjects::SUBJECTS;
+use super::svg::Svg;
+use crate::methods::METHODS;
 
 /// Paper and ink by daylight and at night. The pictures are drawn on white; at night their lightness
 /// is turned over, and their colours stay.
@@ -51,10 +51,9 @@ pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     }
     page += "<section>\n<h2>The methods</h2>\n<table>\n\
              <tr><th>method</th><th>bits</th><th>source</th></tr>\n";
-    for subject in SUBJECTS {
-        let (name, source) = (escape(subject.name), escape(subject.source));
-        let _ =
-            writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{source}</td></tr>", subject.bits);
+    for method in METHODS {
+        let (name, source) = (escape(method.name), escape(method.source));
+        let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{source}</td></tr>", method.bits);
     }
     page + "</table>\n</section>\n</body>\n</html>\n"
 }
@@ -65,8 +64,7 @@ fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Section, page};
-    use crate::draw::Svg;
+    use super::{Section, Svg, page};
 
     #[test]
     fn a_page_needs_nothing_else() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
-use super::Svg;
+use super::svg::Svg;
 
 /// So many pixels to a unit of the picture.
 const SCALE: f32 = 2.0;

@@ -3,7 +3,7 @@
 use intertri::{Ray, Triangle};
 use intertri_reference::inter_tri::THRESHOLD;
 
-use super::Scene;
+use super::scene::Scene;
 use crate::rng::{Rng, step};
 
 /// A point or direction while it is being made; rounded to f32 at the end.

@@ -3,8 +3,8 @@
 use intertri::{Ray, Triangle};
 use intertri_reference::THRESHOLD;
 
-use super::Scene;
 use super::aim::{add, around, round, shoot, target, weigh};
+use super::scene::Scene;
 use crate::meshes::Mesh;
 use crate::rng::Rng;
 

@@ -3,8 +3,8 @@
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
 
-use super::Scene;
 use super::aim::{Point, Turn, add, aim, inside, nudge, round, soup, weigh};
+use super::scene::Scene;
 use super::shapes::{random, triangle};
 use crate::rng::{Rng, step, step64};
 

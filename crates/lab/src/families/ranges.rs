@@ -2,10 +2,10 @@
 
 use intertri::{Ray, Triangle};
 
-use super::Scene;
 use super::aim::{
     Point, add, aim, aimed, around, inside, nudge, round, shoot, soup, target, weigh, wide,
 };
+use super::scene::Scene;
 use super::shapes::triangle;
 use crate::rng::Rng;
 

@@ -2,11 +2,11 @@
 
 use intertri::{Ray, Triangle};
 
-use super::Scene;
 use super::aim::{
     Point, Turn, add, aim, aimed, around, inside, nudge, round, shoot, size, soup, target, weigh,
     wide,
 };
+use super::scene::Scene;
 use crate::rng::{Rng, step};
 
 /// Three points of a cube of side 2.

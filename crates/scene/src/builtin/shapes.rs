@@ -1,8 +1,7 @@
-//! Shapes by code: grids, lathed bodies, wedges and spheres.
+//! Procedural shapes: grids, surfaces of revolution, wedges and spheres.
 //!
-//! Every shape shares the positions of its common corners, also across its seams, so that whoever
-//! looks for neighbors finds them. Texture coordinates belong to the corners of triangles and may
-//! differ from one triangle to the next.
+//! Triangles of a shape share their vertices, also across its seams: adjacency is in the indices.
+//! Texture coordinates belong to the corners of triangles and may differ between neighbors.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -11,28 +10,28 @@ use glam::DVec3;
 
 use crate::mesh::{Mesh, Part, single};
 
-/// A circle of a lathed body: its radius (0 for a tip), its height, and by which part of a side it is
-/// turned against the others.
+/// A circle of a surface of revolution: its radius (0 for a pole), its height, and by which part of a
+/// side it is turned against the others.
 pub(super) struct Ring {
     pub(super) radius: f64,
     pub(super) y: f64,
     pub(super) turn: f64,
 }
 
-/// A mesh in the making.
+/// The mesh, shape by shape.
 #[derive(Default)]
 pub(super) struct Shapes {
     pub(super) mesh: Mesh,
 }
 
 impl Shapes {
-    /// What follows has that color, and the texture or not.
+    /// Begins a part: what follows has that albedo, and the texture or not.
     pub(super) fn part(&mut self, tint: [f32; 3], textured: bool) {
         self.mesh.parts.push(Part { first: self.mesh.triangles.len() as u32, tint, textured });
     }
 
-    /// A surface of `cells` quads, `place` of u and v in `0..=1`; `closed` says which of the two comes
-    /// back to its beginning. `repeat` is how often the texture repeats along u and, for quads that
+    /// A surface of `cells` quads, `place` of u and v in `0..=1`; `closed` says which of the two
+    /// wraps around. `repeat` is how often the texture repeats along u and, for quads that
     /// are about square, in proportion along v.
     pub(super) fn grid(
         &mut self,
@@ -62,8 +61,8 @@ impl Shapes {
         }
     }
 
-    /// A body of `sides` sides around the y axis through `rings`, moved by `place`. The first and the
-    /// last ring may be tips, others not.
+    /// A surface of revolution: `sides` sides around the y axis through `rings`, moved by `place`. The
+    /// first and the last ring may be poles, others not.
     pub(super) fn lathe(&mut self, sides: u32, rings: &[Ring], place: impl Fn(DVec3) -> DVec3) {
         // The positions, and where each ring's begin.
         let starts: Vec<u32> = rings
@@ -106,7 +105,7 @@ impl Shapes {
         }
     }
 
-    /// A piece of a flat ring around the y axis: between two radii, from `y` up by `height`, between
+    /// A sector of a flat ring around the y axis: between two radii, from `y` up by `height`, between
     /// two angles.
     pub(super) fn wedge(&mut self, radii: [f64; 2], y: f64, height: f64, angles: [f64; 2]) {
         let first = self.mesh.positions.len() as u32;
@@ -124,9 +123,9 @@ impl Shapes {
         }
     }
 
-    /// The unit sphere as an icosahedron whose triangles were cut in four `cuts` times, moved by
-    /// `place`.
-    pub(super) fn icosphere(&mut self, cuts: u32, place: impl Fn(DVec3) -> DVec3) {
+    /// The unit sphere as an icosahedron of which each triangle is subdivided in four, `levels` times,
+    /// moved by `place`.
+    pub(super) fn icosphere(&mut self, levels: u32, place: impl Fn(DVec3) -> DVec3) {
         // The corners of an icosahedron are those of three golden rectangles.
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let mut points: Vec<DVec3> = Vec::new();
@@ -151,19 +150,19 @@ impl Shapes {
             }
         }
 
-        for _ in 0..cuts {
-            let mut middles = HashMap::new();
-            let mut middle = |a: usize, b: usize| {
-                *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+        for _ in 0..levels {
+            let mut midpoints = HashMap::new();
+            let mut midpoint = |a: usize, b: usize| {
+                *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
                     points.push((points[a] + points[b]).normalize());
                     points.len() - 1
                 })
             };
-            let cut = faces.iter().flat_map(|&[a, b, c]| {
-                let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            let finer = faces.iter().flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = (midpoint(a, b), midpoint(b, c), midpoint(c, a));
                 [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
             });
-            faces = cut.collect();
+            faces = finer.collect();
         }
 
         let first = self.mesh.positions.len() as u32;
@@ -171,7 +170,7 @@ impl Shapes {
             self.position(place(p));
         }
         for face in faces {
-            // Longitude and latitude; a triangle across the seam goes on beyond 1.
+            // Longitude and latitude; a triangle across the seam continues beyond 1.
             let mut uvs = face.map(|i| {
                 let p = points[i];
                 [p.z.atan2(p.x) / TAU + 0.5, p.y.clamp(-1.0, 1.0).asin() * 2.0 / TAU + 0.5]

@@ -1,9 +1,9 @@
-//! Lines of text with their numbers, none of them without end.
+//! Lines of text, numbered and of bounded length.
 
 use std::borrow::Cow;
 use std::io::{BufRead, Read};
 
-use super::{Fault, fault};
+use super::error::{Fault, fault};
 
 /// No line is longer: a face of a million corners takes half of it.
 const LONGEST: usize = 1 << 24;
@@ -22,7 +22,7 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), number }
     }
 
-    /// What is not lines.
+    /// The input behind the lines that were read.
     pub(super) fn input(&mut self) -> &mut R {
         &mut self.input
     }

@@ -1,5 +1,7 @@
 //! Models from files: Wavefront OBJ, PLY and STL.
 
+mod builder;
+mod error;
 mod lines;
 mod obj;
 mod ply;
@@ -7,9 +9,10 @@ mod stl;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
-use std::{fmt, io};
+use std::path::Path;
 
+pub use self::error::LoadError;
+use self::error::{Fault, fault};
 use crate::mesh::Mesh;
 
 /// Reads a model.
@@ -17,8 +20,8 @@ use crate::mesh::Mesh;
 /// The format is that of the name's ending (`.obj`, `.ply` or `.stl`, in upper or lower case) and,
 /// for any other ending, that which the file's beginning looks like.
 ///
-/// - Polygons become fans in their own order, [`Mesh`] says how. A fan fills a concave polygon
-///   wrongly; it is not cut into ears, because the numbers of its triangles must be plain to see.
+/// - Polygons become triangle fans in their own order, [`Mesh`] says how. A fan fills a concave polygon
+///   wrongly; there is no ear clipping, so that triangle indices follow from the file.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points and lines are skipped,
 ///   materials not looked for, a fourth coordinate and colors ignored.
@@ -110,115 +113,3 @@ fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Form
         fault("is neither OBJ nor PLY nor STL; give such a model, or the right ending to its name")
     }
 }
-
-/// Takes positions and polygons as a reader finds them, and refuses what no mesh may hold.
-#[derive(Default)]
-struct Builder {
-    mesh: Mesh,
-}
-
-impl Builder {
-    /// Adds a position.
-    fn position(&mut self, position: [f32; 3]) -> Result<(), Fault> {
-        if position.iter().any(|x| !x.is_finite()) {
-            let [x, y, z] = position;
-            return fault(format!(
-                "the vertex ({x}, {y}, {z}) is not finite in f32; repair the model or scale it down"
-            ));
-        }
-        if self.mesh.positions.len() >= u32::MAX as usize {
-            return fault("more than 4294967295 vertices; cut the model into parts");
-        }
-        self.mesh.positions.push(position);
-        Ok(())
-    }
-
-    /// Adds a polygon of at least three corners as a fan; `uvs` is empty or has one per corner.
-    fn polygon(&mut self, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
-        if corners.len() < 3 {
-            return fault(format!("a face of {} corners; a face needs three", corners.len()));
-        }
-        let count = self.mesh.positions.len();
-        if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
-            return fault(format!(
-                "a face names vertex {corner}, but there are {count}, from 0 on"
-            ));
-        }
-        if uvs.as_flattened().iter().any(|x| !x.is_finite()) {
-            return fault("a face has a texture coordinate that is not finite in f32");
-        }
-        let first = self.mesh.triangles.len();
-        self.mesh
-            .triangles
-            .extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
-        if self.mesh.triangles.len() > u32::MAX as usize {
-            return fault("more than 4294967295 triangles; cut the model into parts");
-        }
-
-        // Texture coordinates are kept from the first face that has some; what came before has zeros.
-        if !uvs.is_empty() || self.mesh.corner_uvs.is_some() {
-            let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
-            kept.resize(first, [[0.0; 2]; 3]);
-            kept.extend((2..uvs.len()).map(|i| [uvs[0], uvs[i - 1], uvs[i]]));
-            kept.resize(self.mesh.triangles.len(), [[0.0; 2]; 3]);
-        }
-        Ok(())
-    }
-}
-
-/// What is wrong with a file, and in which line where it has lines.
-struct Fault {
-    line: Option<u64>,
-    cause: String,
-}
-
-impl Fault {
-    /// The same, in that line.
-    fn at(self, line: u64) -> Self {
-        Self { line: Some(line), ..self }
-    }
-
-    /// The same, in that file.
-    fn of(self, path: &Path) -> LoadError {
-        LoadError { path: path.into(), line: self.line, cause: self.cause }
-    }
-}
-
-impl From<io::Error> for Fault {
-    fn from(error: io::Error) -> Self {
-        Self { line: None, cause: format!("cannot read it: {error}") }
-    }
-}
-
-fn fault<T>(cause: impl Into<String>) -> Result<T, Fault> {
-    Err(Fault { line: None, cause: cause.into() })
-}
-
-/// A word of a file for an error message: quoted, its control characters escaped, not too long.
-fn quote(word: &str) -> String {
-    let short: String = word.chars().take(32).collect();
-    format!("{short:?}{}", if short.len() < word.len() { "..." } else { "" })
-}
-
-/// Why a model could not be read: `file:line: cause`, in one line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LoadError {
-    /// The file.
-    pub path: PathBuf,
-    /// The line where it is wrong, counted from 1, in a file of text.
-    pub line: Option<u64>,
-    /// What is wrong, and what to do where that is not plain.
-    pub cause: String,
-}
-
-impl fmt::Display for LoadError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:", self.path.display())?;
-        if let Some(line) = self.line {
-            write!(f, "{line}:")?;
-        }
-        write!(f, " {}", self.cause)
-    }
-}
-
-impl std::error::Error for LoadError {}

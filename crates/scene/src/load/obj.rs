@@ -7,8 +7,9 @@
 
 use std::io::BufRead;
 
+use super::builder::MeshBuilder;
+use super::error::{Fault, fault, quote};
 use super::lines::Lines;
-use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
 /// Reads all objects and groups into one mesh, faces in the order of the file.
@@ -33,7 +34,7 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
 /// where it stands.
 #[derive(Default)]
 struct Model {
-    builder: Builder,
+    builder: MeshBuilder,
     uvs: Vec<[f32; 2]>,
     /// The corners of the current face, kept here to spare allocations.
     corners: Vec<u32>,
@@ -41,7 +42,7 @@ struct Model {
 }
 
 impl Model {
-    /// One statement; everything but vertices, texture coordinates and faces is passed over.
+    /// One statement; all but vertices, texture coordinates and faces is skipped.
     fn statement(&mut self, text: &str) -> Result<(), Fault> {
         // A comment may follow a statement; some editors put a byte order mark at the beginning.
         let text = text.split('#').next().unwrap_or_default().trim_start_matches('\u{feff}');

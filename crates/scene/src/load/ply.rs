@@ -7,8 +7,9 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
 };
 
+use super::builder::MeshBuilder;
+use super::error::{Fault, fault, quote};
 use super::lines::Lines;
-use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
 /// The names under which texture coordinates are found.
@@ -19,7 +20,7 @@ const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// No header is longer; the usual ones have some hundred bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
 
-/// Reads vertices and faces; other elements are read over.
+/// Reads vertices and faces; other elements are skipped.
 pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(input.take(LONGEST_HEADER));
@@ -37,7 +38,7 @@ pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
 
     // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
     let mut lines = Lines::after(line - 1, input.into_inner());
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     let mut uvs = Vec::new();
     for def in header.elements.values() {
         for i in 0..def.count {
@@ -129,7 +130,7 @@ fn first_line(error: &ParseError) -> String {
     quote(message.lines().next().unwrap_or_default().trim_end_matches('.'))
 }
 
-fn face(builder: &mut Builder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
+fn face(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
     let Some(corners) = &element.corners else {
         return fault("a face has an index that is negative or no whole number");
     };

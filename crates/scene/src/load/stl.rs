@@ -6,8 +6,9 @@
 
 use std::io::{BufRead, Read, Seek};
 
+use super::builder::MeshBuilder;
+use super::error::{Fault, fault, quote};
 use super::lines::Lines;
-use super::{Builder, Fault, fault, quote};
 use crate::mesh::Mesh;
 
 /// Bytes before the first triangle of a binary file: a free text, then the number of triangles.
@@ -19,7 +20,7 @@ const TRIANGLE: usize = 50;
 pub(super) fn read(mut input: impl BufRead + Seek, size: u64) -> Result<Mesh, Fault> {
     let mut start = Vec::new();
     input.by_ref().take(HEADER as u64).read_to_end(&mut start)?;
-    let mut builder = Builder::default();
+    let mut builder = MeshBuilder::default();
     if is_ascii(&start, size) {
         input.rewind()?;
         ascii(Lines::after(0, input), &mut builder)?;
@@ -69,7 +70,7 @@ fn promised(bytes: &[u8]) -> Option<u64> {
 const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
 
 /// Solids of facets; words in upper or lower case, names and normals unread.
-fn ascii(mut lines: Lines<impl BufRead>, builder: &mut Builder) -> Result<(), Fault> {
+fn ascii(mut lines: Lines<impl BufRead>, builder: &mut MeshBuilder) -> Result<(), Fault> {
     // Which statement of a facet is the next, or `None` between solids.
     let mut next = None;
     let mut corners = [[0.0; 3]; 3];
@@ -107,7 +108,7 @@ fn ascii(mut lines: Lines<impl BufRead>, builder: &mut Builder) -> Result<(), Fa
     }
 }
 
-fn add(corners: [[f32; 3]; 3], builder: &mut Builder) -> Result<(), Fault> {
+fn add(corners: [[f32; 3]; 3], builder: &mut MeshBuilder) -> Result<(), Fault> {
     let first = builder.mesh.positions.len() as u32;
     for corner in corners {
         builder.position(corner)?;

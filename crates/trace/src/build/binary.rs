@@ -8,13 +8,14 @@
 //!   nodes  [ itself | left: l - 1 ... | right: n - l - 1 ]
 //! ```
 
-use super::plan::{Costs, Plan};
-use super::refs::Ref;
-use super::sides::{Centres, Sides};
+use super::collapse::{Costs, Plan};
+use super::layout::MAX_DEPTH;
+use super::prim_refs::PrimRef;
+use super::simd_aabb::{Centres, SimdAabb};
 use super::split::{self, Binning, Bins};
-use super::{BLOCK, MAX_DEPTH, join};
-use crate::bounds::Bounds;
-use intertri::lanes::{Lanes, Level, Simd, WithSimd};
+use crate::threads::join;
+use crate::tree::{Aabb, BLOCK};
+use intertri::simd::{Lanes, Level, Simd, WithSimd};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// From so many triangles on, two sides are built side by side, and progress is told.
@@ -25,7 +26,7 @@ const CHUNK: usize = 1 << 15;
 
 /// The whole: at least one reference, and one node fewer.
 pub(super) struct Binary {
-    pub refs: Vec<Ref>,
+    pub refs: Vec<PrimRef>,
     /// Of each node its box, and as words, where it is no block, the number of triangles of its left side
     /// and its plan. Plain numbers, so that their memory comes as zeros and is not touched before it is used.
     inner: Vec<[f32; 8]>,
@@ -52,16 +53,16 @@ impl Binary {
     }
 
     /// The box around a subtree.
-    pub(super) fn bounds(&self, part: Subtree) -> Bounds {
+    pub(super) fn bounds(&self, part: Subtree) -> Aabb {
         match part.count {
             1 => self.refs[part.first].0.bounds(),
-            _ => Sides(self.inner[part.node]).bounds(),
+            _ => SimdAabb(self.inner[part.node]).bounds(),
         }
     }
 
     /// The two sides of a subtree that is no block.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
-        let left = Sides(self.inner[part.node]).word(0) as usize;
+        let left = SimdAabb(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
             Subtree { node: node + 1, first, count: left },
@@ -71,13 +72,13 @@ impl Binary {
 
     /// What is planned for a subtree; `None` for a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
-        (!part.is_block()).then(|| Plan(Sides(self.inner[part.node]).word(1)))
+        (!part.is_block()).then(|| Plan(SimdAabb(self.inner[part.node]).word(1)))
     }
 }
 
 /// Builds the tree over at least one triangle. It does not depend on the level.
 pub(super) fn build(
-    mut refs: Vec<Ref>,
+    mut refs: Vec<PrimRef>,
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Binary {
@@ -90,7 +91,7 @@ pub(super) fn build(
 
 struct Builder<'a> {
     level: Level,
-    /// See [`Bounds::scale`].
+    /// See [`Aabb::scale`].
     scale: f32,
     total: usize,
     done: AtomicUsize,
@@ -98,15 +99,15 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(refs: &[Ref], level: Level, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
-        let around = |refs: &[Ref]| {
-            let mut all = Sides::EMPTY;
+    fn new(refs: &[PrimRef], level: Level, progress: &'a (dyn Fn(usize, usize) + Sync)) -> Self {
+        let around = |refs: &[PrimRef]| {
+            let mut all = SimdAabb::EMPTY;
             for r in refs {
                 all.join(&r.0);
             }
             all
         };
-        let both = |mut a: Sides, b| {
+        let both = |mut a: SimdAabb, b| {
             a.join(&b);
             a
         };
@@ -115,15 +116,15 @@ impl<'a> Builder<'a> {
         Self { level, scale: all.bounds().scale(), total, done, progress }
     }
 
-    fn centres(&self, refs: &[Ref]) -> Centres {
-        let one = |refs: &[Ref]| self.level.run(CentresOf { refs, scale: self.scale });
+    fn centres(&self, refs: &[PrimRef]) -> Centres {
+        let one = |refs: &[PrimRef]| self.level.run(CentresOf { refs, scale: self.scale });
         gather(refs, &one, &Centres::join)
     }
 
     /// A subtree whose sides may be built side by side. Its depth is bounded by [`MAX_DEPTH`].
     fn large(
         &self,
-        refs: &mut [Ref],
+        refs: &mut [PrimRef],
         inner: &mut [[f32; 8]],
         centres: &Centres,
         depth: usize,
@@ -146,7 +147,7 @@ impl<'a> Builder<'a> {
     /// What a subtree's area costs, with a trifle more, so that among boxes without area the fewer nodes
     /// win.
     #[inline(always)]
-    fn area<S: Simd>(&self, sides: &Sides) -> f32 {
+    fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
         let [x, y, z, _] = size;
@@ -157,7 +158,7 @@ impl<'a> Builder<'a> {
 /// A subtree built by one thread.
 struct Small<'a> {
     builder: &'a Builder<'a>,
-    refs: &'a mut [Ref],
+    refs: &'a mut [PrimRef],
     inner: &'a mut [[f32; 8]],
     centres: &'a Centres,
     depth: usize,
@@ -196,7 +197,7 @@ impl WithSimd for Small<'_> {
 /// boxes around the centres of both sides.
 struct Cut<'a> {
     builder: &'a Builder<'a>,
-    refs: &'a mut [Ref],
+    refs: &'a mut [PrimRef],
     centres: &'a Centres,
     depth: usize,
 }
@@ -251,13 +252,13 @@ impl WithSimd for Finish<'_> {
 
 /// What a subtree tells the node above.
 struct Built {
-    sides: Sides,
+    sides: SimdAabb,
     costs: Costs,
 }
 
 /// A node with two sides.
 #[inline(always)]
-fn node(sides: &Sides, left: usize, plan: Plan) -> [f32; 8] {
+fn node(sides: &SimdAabb, left: usize, plan: Plan) -> [f32; 8] {
     let mut node = *sides;
     node.set_word(0, left as u32);
     node.set_word(1, plan.0);
@@ -277,7 +278,7 @@ fn nodes_of(
 
 /// The box around the centres of references.
 struct CentresOf<'a> {
-    refs: &'a [Ref],
+    refs: &'a [PrimRef],
     scale: f32,
 }
 
@@ -291,7 +292,7 @@ impl WithSimd for CentresOf<'_> {
 
 /// References in their bins.
 struct BinsOf<'a> {
-    refs: &'a [Ref],
+    refs: &'a [PrimRef],
     binning: &'a Binning,
 }
 
@@ -305,15 +306,15 @@ impl WithSimd for BinsOf<'_> {
 
 /// Many references in their bins, on all threads.
 #[inline(never)]
-fn bins(level: Level, refs: &[Ref], binning: &Binning) -> Bins {
-    let one = |refs: &[Ref]| level.run(BinsOf { refs, binning });
+fn bins(level: Level, refs: &[PrimRef], binning: &Binning) -> Bins {
+    let one = |refs: &[PrimRef]| level.run(BinsOf { refs, binning });
     gather(refs, &one, &|a, b| a.join(&b))
 }
 
 /// Does chunks side by side and joins their results, always in the same order.
 fn gather<T: Send>(
-    refs: &[Ref],
-    one: &(impl Fn(&[Ref]) -> T + Sync),
+    refs: &[PrimRef],
+    one: &(impl Fn(&[PrimRef]) -> T + Sync),
     both: &(impl Fn(T, T) -> T + Sync),
 ) -> T {
     if refs.len() <= CHUNK {
@@ -327,7 +328,7 @@ fn gather<T: Send>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::refs;
+    use crate::build::prim_refs;
     use intertri::Triangle;
 
     fn depth(binary: &Binary, part: Subtree) -> usize {
@@ -348,7 +349,7 @@ mod tests {
         };
         let triangles: Vec<_> = (-120..120).flat_map(|i| [at(i); 40]).collect();
         let depth_from = |start| {
-            let (mut refs, _) = refs::collect(&triangles);
+            let (mut refs, _) = prim_refs::collect(&triangles);
             let mut inner = vec![[0.0; 8]; refs.len() - 1];
             let builder = Builder::new(&refs, Level::best(), &|_, _| ());
             let centres = builder.centres(&refs);

@@ -1,12 +1,10 @@
 //! Whether a tree is one: for tests, and slow.
 
-use super::{BLOCK, MAX_DEPTH, Tree};
-use crate::bounds::Bounds;
-use crate::node::{EMPTY, LEAF, NONE};
-use crate::sliver::{Extent, extent};
+use super::layout::{Layout, MAX_DEPTH};
+use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
-impl Tree {
+impl Layout {
     /// Walks the whole tree. Fails with a sentence where a triangle that has a box is not in
     /// exactly one block, or another is in any; where a box is not exactly that of what is below;
     /// where a node or block has not exactly one parent; where the depth is not the one told.
@@ -20,7 +18,7 @@ impl Tree {
             depth: 0,
         };
         walk.node(0, 1)?;
-        let expected = |t: &Triangle| u32::from(matches!(extent(t), Extent::Box(_)));
+        let expected = |t: &Triangle| u32::from(matches!(hit_bounds(t), HitBounds::Box(_)));
         for (i, (&seen, t)) in walk.seen.iter().zip(triangles).enumerate() {
             if seen != expected(t) {
                 return Err(format!("triangle {i} is in {seen} blocks"));
@@ -37,7 +35,7 @@ impl Tree {
 }
 
 struct Walk<'a> {
-    tree: &'a Tree,
+    tree: &'a Layout,
     triangles: &'a [Triangle],
     seen: Vec<u32>,
     blocks: Vec<u32>,
@@ -46,17 +44,17 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn node(&mut self, index: usize, depth: usize) -> Result<Bounds, String> {
+    fn node(&mut self, index: usize, depth: usize) -> Result<Aabb, String> {
         self.nodes[index] += 1;
         self.depth = self.depth.max(depth);
         if depth > MAX_DEPTH {
             return Err(format!("node {index} is {depth} deep"));
         }
         let node = &self.tree.nodes[index];
-        let (mut all, mut next) = (Bounds::EMPTY, None);
+        let (mut all, mut next) = (Aabb::EMPTY, None);
         for slot in 0..8 {
             let content = match node.children()[slot] {
-                EMPTY => Bounds { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] },
+                EMPTY => Aabb { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] },
                 leaf if leaf & LEAF != 0 => self.block((leaf & !LEAF) as usize)?,
                 child => {
                     // Children are adjacent: none is farther than seven from another.
@@ -76,7 +74,7 @@ impl Walk<'_> {
         Ok(all)
     }
 
-    fn block(&mut self, index: usize) -> Result<Bounds, String> {
+    fn block(&mut self, index: usize) -> Result<Aabb, String> {
         self.blocks[index] += 1;
         let block: &[u32; BLOCK] = &self.tree.blocks[index];
         let full = block.iter().take_while(|&&i| i != NONE).count();
@@ -84,10 +82,10 @@ impl Walk<'_> {
         if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
             return Err(format!("block {index} is {block:?}"));
         }
-        let mut all = Bounds::EMPTY;
+        let mut all = Aabb::EMPTY;
         for &i in &block[..full] {
             self.seen[i as usize] += 1;
-            if let Extent::Box(bounds) = extent(&self.triangles[i as usize]) {
+            if let HitBounds::Box(bounds) = hit_bounds(&self.triangles[i as usize]) {
                 all.join(&bounds);
             }
         }

@@ -1,13 +1,13 @@
 //! The builder: triangles in, wide nodes and blocks of triangles out.
 //!
 //! ```text
-//! triangles ── refs ──> boxes ── binary ──> two-way tree ── wide ──> nodes of 8, blocks of 8
+//! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── wide ──> nodes of 8, blocks of 8
 //! ```
 //!
-//! 1. [`refs`]: the box of each triangle, as one row of lanes ([`sides`]); those that are never hit are
+//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); those that are never hit are
 //!    left out.
 //! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`]
-//!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`plan`]
+//!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`collapse`]
 //!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
 //!    least cost.
 //! 3. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
@@ -19,138 +19,123 @@
 mod binary;
 #[cfg(test)]
 mod check;
-mod plan;
-mod refs;
-mod sides;
+mod collapse;
+mod error;
+mod layout;
+mod prim_refs;
+mod simd_aabb;
 mod split;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod wide;
 
-#[cfg(test)]
-use crate::bounds::Bounds;
-#[cfg(test)]
-use crate::node::EMPTY;
-use crate::node::{LEAF, Node};
-use intertri::Triangle;
-use intertri::lanes::Level;
-use std::fmt;
+pub use error::BuildError;
 
-/// Triangles in a block.
-pub(crate) const BLOCK: usize = 8;
+use intertri::simd::{Level, Simd, WithSimd};
+use intertri::{Triangle, TriangleBlock};
 
-/// No path from the root passes more nodes than this, whatever the triangles.
-pub(crate) const MAX_DEPTH: usize = 64;
+use crate::threads;
+use crate::tree::{BLOCK, Bvh, LEAF, Leaf, NONE, Node};
+use layout::Layout;
 
-/// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.
-#[derive(Debug)]
-pub(crate) struct Tree {
-    /// The root is the first. The node children of a node lie side by side.
-    pub nodes: Vec<Node>,
-    /// Triangle indices, ascending; [`crate::node::NONE`] fills up behind them.
-    pub blocks: Vec<[u32; BLOCK]>,
-    /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
-    pub depth: usize,
-    /// The triangles that may be hit outside of any box, ascending.
-    pub unbounded: Vec<u32>,
-}
+impl Bvh {
+    /// Builds a hierarchy over triangles, which keep their indices.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
+        Self::with_progress(triangles, &|_, _| ())
+    }
 
-/// Why there is no hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BuildError {
-    /// Triangles are numbered with 31 bits.
-    TooManyTriangles {
-        /// How many there were.
-        count: usize,
-    },
-}
+    /// A hierarchy over triangles that share vertices: three indices a triangle.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    ///
+    /// # Panics
+    /// If an index is beyond the positions.
+    pub fn indexed(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
+        let corners = |t: &[u32; 3]| Triangle(t.map(|i| positions[i as usize]));
+        Self::new(&triangles.iter().map(corners).collect::<Vec<_>>())
+    }
 
-impl fmt::Display for BuildError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::TooManyTriangles { count } = self;
-        write!(
-            f,
-            "{count} triangles are too many for one hierarchy: split them into parts of at most 2147483647"
-        )
+    /// [`Bvh::new`], telling from time to time how many triangles are done, of how many. The calls
+    /// come from any thread and may overtake each other.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn with_progress(
+        triangles: &[Triangle],
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, BuildError> {
+        let Layout { nodes, mut blocks, depth, unbounded } =
+            layout_at(triangles, Level::best(), progress)?;
+        let boxed = blocks.len();
+
+        // No coordinate is larger than those of the root's boxes, and of triangles without a box.
+        let none = |side: &&f32| side.is_finite();
+        let sides =
+            (0..3).flat_map(|axis| [nodes[0].sides(axis, false), nodes[0].sides(axis, true)]);
+        let corners = unbounded.iter().flat_map(|&i| triangles[i as usize].0.as_flattened());
+        let reach = |reach: f32, x: &f32| reach.max(x.abs());
+        let reach = sides.flatten().filter(none).chain(corners).fold(0.0, reach);
+
+        // Triangles of which no box is known follow the leaves, in blocks of their own.
+        blocks.extend(unbounded.chunks(8).map(|chunk| {
+            let mut block = [NONE; 8];
+            block[..chunk.len()].copy_from_slice(chunk);
+            block
+        }));
+        let level = Level::best();
+        let leaf = |i: usize| {
+            let indices = blocks[i];
+            Leaf { block: level.run(SideBySide { triangles, indices: &indices }), indices }
+        };
+        Ok(Self {
+            leaves: threads::each(blocks.len(), leaf),
+            nodes,
+            boxed,
+            reach,
+            stack: 8 * depth + 8,
+            triangles: triangles.len(),
+        })
     }
 }
 
-impl std::error::Error for BuildError {}
-
-/// Builds the hierarchy.
-#[cfg(test)]
-pub(crate) fn build(triangles: &[Triangle], level: Level) -> Result<Tree, BuildError> {
-    build_at(triangles, level, &|_, _| ())
+/// The triangles of a leaf side by side.
+struct SideBySide<'a> {
+    triangles: &'a [Triangle],
+    indices: &'a [u32; BLOCK],
 }
 
-/// Builds the hierarchy and tells from time to time how many triangles are done, of how many.
-/// The calls come from any thread and may overtake each other.
-pub(crate) fn build_with_progress(
-    triangles: &[Triangle],
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Tree, BuildError> {
-    build_at(triangles, Level::best(), progress)
+impl WithSimd for SideBySide<'_> {
+    type Output = TriangleBlock<8>;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> TriangleBlock<8> {
+        let mut corners = [Triangle([[0.0; 3]; 3]); 8];
+        let mut count = 0;
+        for &i in self.indices.iter().take_while(|&&i| i != NONE) {
+            corners[count] = self.triangles[i as usize];
+            count += 1;
+        }
+        TriangleBlock::new_in::<S>(&corners[..count])
+    }
 }
 
-fn build_at(
+/// Lays out the nodes and leaves.
+fn layout_at(
     triangles: &[Triangle],
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Tree, BuildError> {
+) -> Result<Layout, BuildError> {
     if triangles.len() >= LEAF as usize {
         return Err(BuildError::TooManyTriangles { count: triangles.len() });
     }
-    let (refs, unbounded) = refs::collect(triangles);
+    let (refs, unbounded) = prim_refs::collect(triangles);
     if refs.is_empty() {
-        return Ok(Tree { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
+        return Ok(Layout { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
     }
     let binary = binary::build(refs, level, progress);
-    Ok(Tree { unbounded, ..wide::write(&binary) })
-}
-
-#[cfg(test)]
-impl Tree {
-    /// The surface-area cost: what a random line through the root's box is expected to pay, in
-    /// units of one node's visit.
-    pub(crate) fn cost(&self) -> f64 {
-        let mut root = Bounds::EMPTY;
-        let children =
-            |node: &Node| (0..8).filter(|&i| node.children()[i] != EMPTY).collect::<Vec<_>>();
-        for i in children(&self.nodes[0]) {
-            root.join(&self.nodes[0].bounds(i));
-        }
-        let scale = root.scale();
-        let mut sum = root.half_area(scale) as f64 * plan::NODE as f64;
-        for node in &self.nodes {
-            for i in children(node) {
-                let price = if node.children()[i] & LEAF == 0 { plan::NODE } else { plan::LEAF };
-                sum += node.bounds(i).half_area(scale) as f64 * price as f64;
-            }
-        }
-        sum / root.half_area(scale) as f64
-    }
-}
-
-/// What a function gives for 0 to `count`, on all threads where there are threads.
-#[cfg(feature = "parallel")]
-pub(crate) fn each<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    use rayon::prelude::*;
-    (0..count).into_par_iter().with_min_len(1 << 9).map(of).collect()
-}
-
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn each<T>(count: usize, of: impl Fn(usize) -> T) -> Vec<T> {
-    (0..count).map(of).collect()
-}
-
-/// Runs both, side by side where there are threads.
-#[cfg(feature = "parallel")]
-fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    rayon::join(a, b)
-}
-
-#[cfg(not(feature = "parallel"))]
-fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
-    (a(), b())
+    Ok(Layout { unbounded, ..wide::write(&binary) })
 }

@@ -8,10 +8,10 @@
 //!   bins     [0] [1] [2] [3] ... | ... [14] [15]      cuts only between two bins
 //! ```
 
-use super::refs::Ref;
-use super::sides::{CentreLanes, Centres, Sides};
+use super::prim_refs::PrimRef;
+use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
-use intertri::lanes::{Lanes, Mask, Simd};
+use intertri::simd::{Lanes, Mask, Simd};
 
 /// Up to so many boxes have half the bins: to look at the bins would take longer than to fill them.
 const SOME: usize = 32;
@@ -60,7 +60,7 @@ impl Binning {
 
     /// The bin along one axis: the same operations.
     #[inline(always)]
-    fn bin(&self, sides: &Sides, axis: usize) -> f32 {
+    fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
@@ -68,15 +68,15 @@ impl Binning {
 
 /// How many boxes fell into each bin of each axis, and the box around them.
 pub(super) struct Bins {
-    sides: [[Sides; BINS]; 3],
+    sides: [[SimdAabb; BINS]; 3],
     count: [[u32; BINS]; 3],
 }
 
 impl Bins {
-    const EMPTY: Self = Self { sides: [[Sides::EMPTY; BINS]; 3], count: [[0; BINS]; 3] };
+    const EMPTY: Self = Self { sides: [[SimdAabb::EMPTY; BINS]; 3], count: [[0; BINS]; 3] };
 
     #[inline(always)]
-    pub(super) fn of<S: Simd>(refs: &[Ref], binning: &Binning) -> Self {
+    pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
         // Neighbours often go to the same bin, and each would have to wait for the one before: many take
         // turns between two sets.
         let mut all = Self::EMPTY;
@@ -96,7 +96,7 @@ impl Bins {
     }
 
     #[inline(always)]
-    fn add<S: Simd>(&mut self, Ref(sides): &Ref, binning: &Binning) {
+    fn add<S: Simd>(&mut self, PrimRef(sides): &PrimRef, binning: &Binning) {
         let scale = S::F32x4::splat(binning.scale);
         let at = binning.bins::<S>(sides.centre::<S>(scale));
         let row = S::F32x8::load(&sides.0);
@@ -133,10 +133,10 @@ impl Bins {
 
 /// The box around the centres of some boxes.
 #[inline(always)]
-pub(super) fn centres<S: Simd>(refs: &[Ref], scale: f32) -> Centres {
+pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
-    for Ref(sides) in refs {
+    for PrimRef(sides) in refs {
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()
@@ -146,7 +146,7 @@ pub(super) fn centres<S: Simd>(refs: &[Ref], scale: f32) -> Centres {
 /// around the centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(
-    refs: &mut [Ref],
+    refs: &mut [PrimRef],
     binning: &Binning,
     (axis, first_right): (usize, usize),
 ) -> (usize, [Centres; 2]) {

@@ -6,8 +6,9 @@
 //!   cut 3   └─ left ──┘ └───── right ───┘
 //! ```
 
-use super::sides::Sides;
-use intertri::lanes::{Lanes, Mask, Simd};
+use super::simd_aabb::SimdAabb;
+use crate::across::smallest;
+use intertri::simd::{Lanes, Mask, Simd};
 
 /// Boxes in a row, at most.
 pub(super) const ROW: usize = 16;
@@ -26,7 +27,7 @@ impl Cuts {
     pub(super) fn sweep<S: Simd>(
         &mut self,
         axis: usize,
-        boxes: &[Sides],
+        boxes: &[SimdAabb],
         counts: &[u32],
         scale: f32,
     ) {
@@ -69,7 +70,7 @@ impl Cuts {
     pub(super) fn best<S: Simd>(&self) -> Option<(usize, usize)> {
         let [x, y, z] = &self.0;
         let (x, y, z) = (S::F32x16::load(x), S::F32x16::load(y), S::F32x16::load(z));
-        let least = crate::screen::smallest::<S>(x.min(y).min(z));
+        let least = smallest::<S>(x.min(y).min(z));
         let least = S::F32x16::splat(least);
         let bits = [x.le(least).bits(), y.le(least).bits(), z.le(least).bits()];
         let axis = (0..3).find(|&axis| bits[axis] != 0)?;
@@ -81,7 +82,7 @@ impl Cuts {
 /// The lengths of a box and the number of triangles in it.
 #[inline(always)]
 fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
-    let (mut sides, mut size) = (Sides::EMPTY, [0.0; 4]);
+    let (mut sides, mut size) = (SimdAabb::EMPTY, [0.0; 4]);
     side.store(&mut sides.0);
     sides.size::<S>(scale).store(&mut size);
     size[3] = number as f32;
@@ -90,12 +91,12 @@ fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cuts, ROW, Sides};
-    use crate::bounds::Bounds;
-    use crate::random::random;
-    use intertri::lanes::{Level, Simd, WithSimd};
+    use super::{Cuts, ROW, SimdAabb};
+    use crate::test_numbers::random;
+    use crate::tree::Aabb;
+    use intertri::simd::{Level, Simd, WithSimd};
 
-    struct Sweep<'a>(&'a [Sides], &'a [u32]);
+    struct Sweep<'a>(&'a [SimdAabb], &'a [u32]);
     impl WithSimd for Sweep<'_> {
         type Output = ([f32; ROW], Option<(usize, usize)>);
         #[inline(always)]
@@ -114,12 +115,12 @@ mod tests {
             let (mut boxes, mut counts) = (vec![], vec![]);
             for _ in 0..n {
                 let (lo, count) = ([(); 4].map(|()| random()), (random() * 5.0) as u32);
-                let around = Bounds { lo, hi: lo.map(|x| x + random()) };
-                boxes.push(if count > 0 { Sides::of(&around) } else { Sides::EMPTY });
+                let around = Aabb { lo, hi: lo.map(|x| x + random()) };
+                boxes.push(if count > 0 { SimdAabb::of(&around) } else { SimdAabb::EMPTY });
                 counts.push(count);
             }
             let cost = |range: std::ops::Range<usize>| {
-                let mut all = Bounds::EMPTY;
+                let mut all = Aabb::EMPTY;
                 boxes[range.clone()].iter().for_each(|sides| all.join(&sides.bounds()));
                 let count = counts[range].iter().sum::<u32>();
                 (count > 0).then(|| all.half_area(0.5) * count as f32)

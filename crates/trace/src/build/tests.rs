@@ -1,7 +1,8 @@
-use super::{BuildError, MAX_DEPTH, Tree, build, build_with_progress};
-use crate::node::EMPTY;
+use super::layout::{Layout, MAX_DEPTH};
+use super::{BuildError, layout_at};
+use crate::tree::EMPTY;
 use intertri::Triangle;
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A small generator of its own: the same numbers everywhere.
@@ -29,8 +30,8 @@ fn soup(count: usize, size: f32, scale: f32) -> Vec<Triangle> {
     (0..count).map(triangle).collect()
 }
 
-fn checked(triangles: &[Triangle]) -> Tree {
-    let tree = build(triangles, Level::best()).expect("few enough");
+fn checked(triangles: &[Triangle]) -> Layout {
+    let tree = layout_at(triangles, Level::best(), &|_, _| ()).expect("few enough");
     if let Err(why) = tree.check(triangles) {
         panic!("{} triangles: {why}", triangles.len());
     }
@@ -129,7 +130,8 @@ fn same_tree_on_any_number_of_threads() {
     #[cfg(feature = "parallel")]
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let other = pool.install(|| build(&triangles, Level::best())).expect("few enough");
+        let other =
+            pool.install(|| layout_at(&triangles, Level::best(), &|_, _| ())).expect("few enough");
         assert_eq!(one.blocks, other.blocks);
         assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
     }
@@ -141,7 +143,7 @@ fn same_tree_at_every_level() {
     let triangles = soup(30_000, 0.05, 3.0);
     let best = checked(&triangles);
     for level in Level::all() {
-        let other = build(&triangles, level).expect("few enough");
+        let other = layout_at(&triangles, level, &|_, _| ()).expect("few enough");
         assert_eq!(best.blocks, other.blocks, "{}", level.name());
         assert_eq!(format!("{:?}", best.nodes), format!("{:?}", other.nodes), "{}", level.name());
     }
@@ -156,7 +158,7 @@ fn progress_reaches_the_end() {
         most.fetch_max(done, Ordering::Relaxed);
         calls.fetch_add(1, Ordering::Relaxed);
     };
-    build_with_progress(&triangles, &tell).expect("few enough");
+    layout_at(&triangles, Level::best(), &tell).expect("few enough");
     assert_eq!(most.into_inner(), 50_000);
     assert!((10..1000).contains(&calls.into_inner()));
 }

@@ -1,9 +1,9 @@
 //! The nodes and blocks of the plan, written from the root down.
 
 use super::binary::{Binary, Subtree};
-use super::{BLOCK, Tree, join};
-use crate::bounds::Bounds;
-use crate::node::{EMPTY, LEAF, NONE, Node};
+use super::layout::Layout;
+use crate::threads::join;
+use crate::tree::{Aabb, BLOCK, EMPTY, LEAF, NONE, Node};
 
 /// Subtrees of fewer triangles than this are written by one thread each.
 const PART: usize = 1 << 14;
@@ -17,7 +17,7 @@ struct Task {
 }
 
 /// Writes the wide tree.
-pub(super) fn write(binary: &Binary) -> Tree {
+pub(super) fn write(binary: &Binary) -> Layout {
     // The top; then what is below it, side by side, each a tree of its own.
     let mut below = Vec::new();
     let mut tree = write_part(binary, binary.root(), Some(&mut below));
@@ -43,7 +43,7 @@ pub(super) fn write(binary: &Binary) -> Tree {
 }
 
 /// The trees of several parts.
-fn in_parts(binary: &Binary, tasks: &[Task]) -> Vec<Tree> {
+fn in_parts(binary: &Binary, tasks: &[Task]) -> Vec<Layout> {
     if let [] | [_] = tasks {
         return tasks.iter().map(|task| write_part(binary, task.part, None)).collect();
     }
@@ -54,9 +54,9 @@ fn in_parts(binary: &Binary, tasks: &[Task]) -> Vec<Tree> {
 }
 
 /// Writes the wide tree of a subtree; what is smaller than a [`PART`] goes to `below`, if there is one.
-fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>) -> Tree {
+fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>) -> Layout {
     let (nodes, unbounded) = (vec![Node::NO_CHILDREN], vec![]);
-    let mut tree = Tree { nodes, blocks: vec![], depth: 1, unbounded };
+    let mut tree = Layout { nodes, blocks: vec![], depth: 1, unbounded };
     let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
     while let Some(task) = tasks.pop() {
         if let Some(below) = &mut below
@@ -68,8 +68,8 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
         tree.depth = tree.depth.max(task.depth);
         let (children, count) = children(binary, task.part);
         let children = &children[..count];
-        let boxes: [Bounds; 8] =
-            std::array::from_fn(|i| children.get(i).map_or(Bounds::EMPTY, |c| binary.bounds(*c)));
+        let boxes: [Aabb; 8] =
+            std::array::from_fn(|i| children.get(i).map_or(Aabb::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
         // Blocks are written at once, side by side; nodes get their places side by side and are
         // filled later, the first of them next.
@@ -151,8 +151,8 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
 /// A slot for each child, by octant: slot `s` is the first that rays of octant `s` look at, so it
 /// gets the child that lies farthest towards where those rays come from. The most telling pair of
 /// child and slot is chosen first, as Ylitie, Karras and Laine do (2017, section 3.3).
-fn slots(boxes: &[Bounds]) -> [usize; 8] {
-    let mut all = Bounds::EMPTY;
+fn slots(boxes: &[Aabb]) -> [usize; 8] {
+    let mut all = Aabb::EMPTY;
     for b in boxes {
         all.join(b);
     }

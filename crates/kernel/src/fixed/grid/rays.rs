@@ -8,7 +8,7 @@ use super::{Grid, GridError};
 use crate::fixed::Ray;
 use crate::fixed::edges::f32s;
 use crate::fixed::numbers::{exponent, pow2, round};
-use crate::lanes::{Lanes, Mask, Simd, WithSimd, dispatch};
+use crate::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
 
 impl Grid {
     /// A ray with its origin snapped, and its direction by a power of two of its own, so that its

@@ -3,7 +3,7 @@
 use super::rays::Snap;
 use super::{Bits, Grid, GridError};
 use crate::Ray;
-use crate::lanes::Level;
+use crate::simd::Level;
 
 #[test]
 fn the_budgets_are_kept() {

@@ -1,0 +1,255 @@
+//! `intertri advise`: the coarsest grid or the arithmetic that a model needs.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use intertri::fixed::{Bits, Grid};
+use intertri::{Certified, Double, Hit, Ray, Threshold, Triangle};
+use intertri_lab::advise::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
+use intertri_scene::load;
+
+use crate::commands::options::CameraOptions;
+use crate::engine::engines::Engines;
+use crate::engine::frame::{Frame, Shadows};
+use crate::engine::name::EngineName;
+use crate::engine::raster::Raster;
+use crate::engine::ray_engine::RayEngine;
+use crate::error::{Error, Result};
+use crate::io::numbers;
+use crate::io::progress::Progress;
+use crate::report::advise::{AdviseReport, Choice};
+use crate::report::print::print;
+
+/// How many pixels the sample has, at most.
+const SAMPLE: usize = 1 << 16;
+
+/// The grids that are tried, by the bits of a coordinate.
+const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
+
+/// Say what a model needs: the coarsest grid, or else f64 answers
+///
+/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, checks
+/// that on a sample against exact arithmetic, and names the choice that takes the fewest bits a vertex
+/// of those that meet the tolerance. A pixel is wrong if it shows another triangle than it would
+/// without any rounding or snapping. Plain f32, which no engine offers, is told for comparison.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file [default: the built-in scene]
+    model: Option<PathBuf>,
+
+    /// How many pixels may be wrong: a number, or a share such as 0.1%
+    #[arg(long, value_name = "PIXELS", value_parser = tolerance, default_value = "0", allow_hyphen_values = true)]
+    tolerance: Tolerance,
+
+    /// Pixels in a row, and rows
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
+    size: (u32, u32),
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    camera: CameraOptions,
+}
+
+/// How many pixels may be wrong.
+#[derive(Clone, Copy)]
+enum Tolerance {
+    Pixels(u64),
+    /// Of all pixels.
+    Share(f64),
+}
+
+impl Tolerance {
+    /// The number of pixels, of so many.
+    fn of(self, total: usize) -> u64 {
+        match self {
+            Self::Pixels(pixels) => pixels,
+            Self::Share(share) => (share * total as f64) as u64,
+        }
+    }
+}
+
+fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
+    let what = || "give a number of pixels, or a share such as 0.1%".to_owned();
+    match text.strip_suffix('%') {
+        None => text.parse().map(Tolerance::Pixels).map_err(|_| what()),
+        Some(share) => match share.parse::<f64>() {
+            Ok(share) if (0.0..=100.0).contains(&share) => Ok(Tolerance::Share(share / 100.0)),
+            _ => Err(what()),
+        },
+    }
+}
+
+/// Predicts, tries and advises.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
+    let (width, height) = options.size;
+    let model = options.model.as_deref().map(load).transpose()?;
+    let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    let triangles = scene.mesh.to_triangles();
+
+    // What is seen, whatever the threshold.
+    let zero = Threshold::new(0.0).unwrap_or_default();
+    let raster = Raster::new(&scene, &triangles, options.size, zero);
+    let mut engines = Engines::new(&triangles, zero);
+    let frame = Frame::draw(&scene, &raster, &mut engines, EngineName::Certified, Shadows::None)?;
+    let pixel = |x, y| scene.camera.ray(x, y, width, height);
+    let camera = PinholeCamera {
+        eye: scene.camera.eye(),
+        axes: scene.camera.axes(),
+        half_height: scene.camera.half_height(),
+        size: options.size,
+        ray: &pixel,
+    };
+    let needs = needs(&triangles, &camera, &frame.hits, Threshold::DEFAULT.get());
+    let threshold = Threshold::new(needs.threshold).unwrap_or(zero);
+
+    // What each choice can do at worst.
+    let candidates = candidates(&triangles, camera.eye, threshold);
+    let arithmetics: Vec<Arithmetic> = candidates.iter().map(|c| c.arithmetic).collect();
+    let every = frame.hits.len().div_ceil(SAMPLE);
+    let bar = Progress::new("predict", Some(u64::from(height)));
+    let found = scan(&triangles, &camera, &frame.hits, &arithmetics, every, &|rows| bar.add(rows));
+    drop(bar);
+
+    // What it does on the sample.
+    let bar = Progress::new("sample", Some(candidates.len() as u64));
+    let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
+    let tolerance = options.tolerance.of(frame.hits.len());
+    let (sample, eye) = (&found.sample[..], camera.eye);
+    let mut trials = Trials { triangles: &triangles, threshold, eye, engines, rays: &rays, sample };
+    let mut choices = vec![];
+    for (k, candidate) in candidates.into_iter().enumerate() {
+        let (wrong, speed) = trials.run(&candidate)?;
+        choices.push(Choice {
+            name: candidate.name,
+            bits_a_vertex: candidate.bits,
+            pixels: found.shift[k],
+            wrong_at_most: found.doubtful[k],
+            wrong_in_sample_at_most: found.doubtful_in_sample[k],
+            wrong_in_sample: wrong as u64,
+            speed,
+            enough: found.doubtful[k] <= tolerance,
+        });
+        bar.add(1);
+    }
+    drop(bar);
+
+    let take = choices.iter().find(|choice| choice.enough && choice.speed.is_some());
+    let report = AdviseReport {
+        model: options.model.clone(),
+        size: [width, height],
+        tolerance,
+        sample: rays.len(),
+        take: take.map(|choice| choice.name.clone()),
+        threshold: threshold.get(),
+        needs,
+        choices,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    print(&report, options.json)?;
+    match &report.take {
+        Some(_) => Ok(()),
+        None => Err(Error::new(format!(
+            "no choice is sure to keep within {tolerance} wrong pixels; allow more by --tolerance"
+        ))),
+    }
+}
+
+/// What could be chosen.
+struct Candidate {
+    name: String,
+    /// Of the three coordinates of a vertex.
+    bits: u32,
+    arithmetic: Arithmetic,
+    /// None where no engine offers it.
+    engine: Option<(EngineName, Bits)>,
+}
+
+/// All choices, the cheapest first.
+fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Vec<Candidate> {
+    let mut candidates = vec![];
+    for b in GRIDS {
+        let points = triangles.iter().flat_map(|t| t.0).chain([eye]);
+        // A model with corners that are not finite fits no grid.
+        let grid = Bits::of_grid(b).and_then(|bits| Grid::around(points, bits));
+        let Ok(grid) = grid else { continue };
+        let q = grid.bits().q();
+        candidates.push(Candidate {
+            name: format!("fixed --grid {b}"),
+            bits: 3 * (b + 1),
+            arithmetic: Arithmetic::Grid { step: grid.step(), q },
+            engine: Some((EngineName::Fixed, grid.bits())),
+        });
+    }
+    let floating = |name: &str, arithmetic, engine: Option<EngineName>| Candidate {
+        name: name.to_owned(),
+        bits: 96,
+        arithmetic,
+        engine: engine.map(|name| (name, Bits::FINE)),
+    };
+    let double = Arithmetic::Double { threshold: threshold.get() };
+    candidates.push(floating("certified", double, Some(EngineName::Certified)));
+    candidates.push(floating("double", double, Some(EngineName::Double)));
+    candidates.push(floating("plain f32", Arithmetic::Single, None));
+    candidates
+}
+
+/// All that it takes to try candidates on the sample.
+struct Trials<'a> {
+    triangles: &'a [Triangle],
+    threshold: Threshold,
+    eye: [f32; 3],
+    /// Those that have the hierarchy of the triangles already.
+    engines: Engines<'a>,
+    /// The rays of the sample, and their exact answers.
+    rays: &'a [Ray],
+    sample: &'a [SampledPixel],
+}
+
+impl Trials<'_> {
+    /// How many answers are wrong, and how many millions a second there are, if an engine offers them.
+    fn run(&mut self, candidate: &Candidate) -> Result<(usize, Option<f64>)> {
+        let Some((name, bits)) = candidate.engine else {
+            let wrong = |e: &&SampledPixel| !e.allows(e.single);
+            return Ok((self.sample.iter().filter(wrong).count(), None));
+        };
+        let engine = self.engine(name, bits)?;
+        let (wrong, speed) = ask(&engine, self.rays, self.sample);
+        Ok((wrong, Some(speed)))
+    }
+
+    /// Makes an engine. Those that do not snap the triangles share one hierarchy.
+    fn engine(&mut self, name: EngineName, bits: Bits) -> Result<RayEngine> {
+        let threshold = self.threshold;
+        Ok(match self.engines.engine(EngineName::Certified)? {
+            RayEngine::Certified(bvh, _) if name == EngineName::Certified => {
+                RayEngine::Certified(bvh, Certified::new(threshold))
+            }
+            RayEngine::Certified(bvh, _) if name == EngineName::Double => {
+                RayEngine::Double(bvh, Double::new(threshold))
+            }
+            _ => {
+                let engines = Engines::new(self.triangles, threshold);
+                engines.on_grid(bits, vec![self.eye]).engine(name)?
+            }
+        })
+    }
+}
+
+/// How many answers of an engine are wrong, and how many millions it gives in a second.
+fn ask(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> (usize, f64) {
+    let mut hits = vec![Hit::MISS; rays.len()];
+    // The first time warms the caches.
+    engine.closest(rays, &mut hits);
+    let start = Instant::now();
+    engine.closest(rays, &mut hits);
+    let seconds = start.elapsed().as_secs_f64();
+    let right =
+        |(exact, hit): (&SampledPixel, &Hit)| exact.allows(hit.is_hit().then_some(hit.triangle));
+    let wrong = sample.iter().zip(&hits).filter(|&(exact, hit)| !right((exact, hit))).count();
+    (wrong, rays.len() as f64 / seconds.max(1e-9) * 1e-6)
+}

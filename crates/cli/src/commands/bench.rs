@@ -1,0 +1,229 @@
+//! `intertri bench`: how many rays a second, by engine and kind of ray.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use intertri::fixed::Bits;
+use intertri::{Hit, Ray, Threshold, Triangle};
+use intertri_lab::rng::Rng;
+use intertri_scene::{Rays, Scene, hit_point, load};
+
+use crate::commands::options::CameraOptions;
+use crate::engine::engines::Engines;
+use crate::engine::name::EngineName;
+use crate::engine::pixels::tiled;
+use crate::engine::ray_engine::RayEngine;
+use crate::error::{Error, Result};
+use crate::io::numbers;
+use crate::io::progress::Progress;
+use crate::report::bench::{BenchReport, Rate};
+use crate::report::print::print;
+
+/// How many rays of a file are measured, at most.
+const MAX_RAYS: usize = 1 << 20;
+
+/// Ray/triangle tests of the reference in a turn, about: it is slow.
+const REFERENCE_TESTS: usize = 20_000_000;
+
+/// Say how many million rays a second each engine answers, of each kind
+///
+/// Primary rays are the camera's, tile by tile; shadow rays go from the light to what they hit and ask
+/// for any hit; diffuse rays leave from there in all directions of the open side. All engines run in
+/// turn, on all threads, and what is told is the median of the turns. The scalar reference, which asks
+/// all triangles, gets fewer rays. Run it on a quiet machine.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file [default: the built-in scene]
+    model: Option<PathBuf>,
+
+    /// Pixels in a row, and rows
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
+    size: (u32, u32),
+
+    /// Measure the first million rays of this file, too, as trace reads it
+    #[arg(long, value_name = "FILE")]
+    rays: Option<PathBuf>,
+
+    /// How often each engine gets its turn
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    turns: u32,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    camera: CameraOptions,
+}
+
+/// Rays of one kind.
+struct Kind {
+    name: &'static str,
+    rays: Vec<Ray>,
+    /// Whether they ask for any hit, not the closest.
+    any: bool,
+}
+
+/// Measures all engines.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let (width, height) = options.size;
+    let model = options.model.as_deref().map(load).transpose()?;
+    let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    let triangles = scene.mesh.to_triangles();
+    let mut engines = Engines::new(&triangles, Threshold::default());
+
+    // The rays.
+    let certified = engines.engine(EngineName::Certified)?;
+    let mut kinds = kinds(&scene, &triangles, options.size, &certified);
+    if let Some(path) = &options.rays {
+        let mut rays = vec![];
+        Rays::open(path)?.read(&mut rays, MAX_RAYS)?;
+        kinds.push(Kind { name: "file", rays, any: false });
+    }
+    kinds.retain(|kind| !kind.rays.is_empty());
+
+    // The grid must hold all origins.
+    let origins = kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)).collect();
+    let mut engines = Engines::new(&triangles, Threshold::default()).on_grid(Bits::FINE, origins);
+    let names =
+        [EngineName::Certified, EngineName::Double, EngineName::Fixed, EngineName::Reference];
+    let contenders: Vec<RayEngine> =
+        names.into_iter().map(|name| engines.engine(name)).collect::<Result<_>>()?;
+
+    let bar = Progress::new("bench", Some(kinds.len() as u64 * u64::from(options.turns + 1)));
+    let mut rates = vec![];
+    for kind in &kinds {
+        rates.extend(measure(kind, &names, &contenders, triangles.len(), options.turns, &bar)?);
+    }
+    drop(bar);
+    let report = BenchReport {
+        model: options.model.clone(),
+        triangles: triangles.len(),
+        threads: rayon::current_num_threads(),
+        turns: options.turns,
+        rates,
+    };
+    print(&report, options.json)
+}
+
+/// Camera rays, shadow rays to what they hit, and diffuse rays from there.
+fn kinds(
+    scene: &Scene,
+    triangles: &[Triangle],
+    (width, height): (u32, u32),
+    engine: &RayEngine,
+) -> Vec<Kind> {
+    let camera = |(x, y)| scene.camera.ray(x, y, width, height);
+    let primary: Vec<Ray> = tiled(width, height).map(camera).collect();
+    let mut hits = vec![Hit::MISS; primary.len()];
+    engine.closest(&primary, &mut hits);
+
+    let mut rng = Rng::new(1);
+    let (mut shadow, mut diffuse) = (vec![], vec![]);
+    for (ray, hit) in primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
+        let point = hit_point(ray, hit);
+        shadow.push(scene.light.shadow_ray(point));
+        let way = rng.direction();
+        let normal = normal(&triangles[hit.triangle as usize]);
+        let dot = |v: [f64; 3]| (0..3).map(|k| normal[k] * v[k]).sum::<f64>();
+        // It leaves on the side from which the camera looks, and starts a little above the surface.
+        let side = if dot(way) * dot(ray.dir.map(f64::from)) > 0.0 { -1.0 } else { 1.0 };
+        let dir = way.map(|x| (side * x) as f32);
+        let near = (hit.t * 1e-4) as f32;
+        diffuse.push(Ray::new(point.map(|x| x as f32), dir).between(near, f32::INFINITY));
+    }
+    vec![
+        Kind { name: "primary", rays: primary, any: false },
+        Kind { name: "shadow", rays: shadow, any: true },
+        Kind { name: "diffuse", rays: diffuse, any: false },
+    ]
+}
+
+/// A normal, not of unit length.
+fn normal(&Triangle([a, b, c]): &Triangle) -> [f64; 3] {
+    let side = |p: [f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
+    let ([x, y, z], [p, q, r]) = (side(b), side(c));
+    [y * r - z * q, z * p - x * r, x * q - y * p]
+}
+
+/// Times all engines in turn, and compares their answers. All but `fixed` must agree.
+fn measure(
+    kind: &Kind,
+    names: &[EngineName],
+    contenders: &[RayEngine],
+    triangles: usize,
+    turns: u32,
+    bar: &Progress,
+) -> Result<Vec<Rate>> {
+    let few = (REFERENCE_TESTS / triangles.max(1)).clamp(1, kind.rays.len());
+    let mut seconds = vec![vec![]; names.len()];
+    let mut answers = vec![Answers::default(); names.len()];
+    // The first turn warms up.
+    for turn in 0..=turns {
+        for (k, engine) in contenders.iter().enumerate() {
+            let rays =
+                if names[k] == EngineName::Reference { &kind.rays[..few] } else { &kind.rays[..] };
+            let start = Instant::now();
+            answers[k].ask(engine, rays, kind.any);
+            if turn > 0 {
+                seconds[k].push(start.elapsed().as_secs_f64() / rays.len() as f64);
+            }
+        }
+        bar.add(1);
+    }
+
+    for (k, &name) in names.iter().enumerate() {
+        if name != EngineName::Fixed && !answers[k].start_as(&answers[0]) {
+            return Err(Error::new(format!(
+                "{} rays: engines {:?} and {name:?} differ; please report that",
+                kind.name, names[0]
+            )));
+        }
+    }
+    let median = |seconds: &mut Vec<f64>| {
+        seconds.sort_by(f64::total_cmp);
+        seconds[seconds.len() / 2]
+    };
+    let seconds: Vec<f64> = seconds.iter_mut().map(median).collect();
+    let slow = seconds[names.len() - 1];
+    let rate = |k: usize| Rate {
+        rays: kind.name,
+        engine: names[k],
+        million_a_second: 1e-6 / seconds[k],
+        times_the_reference: slow / seconds[k],
+        hits: answers[k].hits(),
+    };
+    Ok((0..names.len()).map(rate).collect())
+}
+
+/// What an engine answered.
+#[derive(Clone, Default)]
+struct Answers {
+    closest: Vec<Hit>,
+    any: Vec<bool>,
+}
+
+impl Answers {
+    fn ask(&mut self, engine: &RayEngine, rays: &[Ray], any: bool) {
+        if any {
+            self.any.resize(rays.len(), false);
+            engine.any(rays, &mut self.any);
+        } else {
+            self.closest.resize(rays.len(), Hit::MISS);
+            engine.closest(rays, &mut self.closest);
+        }
+    }
+
+    /// Whether the answers of another engine begin with these.
+    fn start_as(&self, other: &Self) -> bool {
+        let same = |(a, b): (&Hit, &Hit)| (a.triangle, a.t) == (b.triangle, b.t);
+        self.any.iter().zip(&other.any).all(|(a, b)| a == b)
+            && self.closest.iter().zip(&other.closest).all(same)
+    }
+
+    fn hits(&self) -> u64 {
+        let closest = self.closest.iter().filter(|hit| hit.is_hit()).count();
+        (closest + self.any.iter().filter(|&&hit| hit).count()) as u64
+    }
+}

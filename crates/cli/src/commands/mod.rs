@@ -1,0 +1,10 @@
+//! The commands of the program: one file each, and the options that several share.
+
+pub(crate) mod advise;
+pub(crate) mod bench;
+pub(crate) mod chart;
+pub(crate) mod crossover;
+mod options;
+pub(crate) mod render;
+pub(crate) mod stress;
+pub(crate) mod trace;

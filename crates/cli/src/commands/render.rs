@@ -1,0 +1,223 @@
+//! `intertri render`: a model, or the built-in scene, as a picture.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use intertri::Threshold;
+use intertri::fixed::Bits;
+use intertri_scene::{Image, Scene, Texture, check_output, load, shade};
+
+use crate::commands::options::{CameraOptions, grid_bits};
+use crate::engine::engines::Engines;
+use crate::engine::frame::{Frame, Shadows};
+use crate::engine::name::EngineName;
+use crate::engine::raster::{Raster, Wire};
+use crate::error::{Error, Result};
+use crate::io::numbers;
+use crate::io::progress::{Progress, timed};
+use crate::report::check::Difference;
+use crate::report::print::print;
+use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
+
+/// Draw a model, or the built-in scene, to a PNG file
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY or STL file [default: the built-in scene]
+    model: Option<PathBuf>,
+
+    /// Where the picture goes
+    #[arg(short, long, value_name = "FILE", default_value = "intertri.png")]
+    output: PathBuf,
+
+    /// Pixels in a row, and rows
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
+    size: (u32, u32),
+
+    /// What finds the hits
+    #[arg(long, value_enum, default_value_t = EngineName::Certified)]
+    engine: EngineName,
+
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
+    #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
+    grid: Option<Bits>,
+
+    /// How to find what is in shadow
+    #[arg(long, value_enum, default_value_t = Shadows::Rays)]
+    shadows: Shadows,
+
+    /// Cover the model, by its texture coordinates, with a PNG or JPEG file, or with the pattern xor;
+    /// of the built-in scene, the floor and the sphere
+    #[arg(long, value_name = "FILE")]
+    texture: Option<PathBuf>,
+
+    /// Draw edges over the picture where nothing hides them: of all triangles, or where the mesh turns
+    /// away from the eye
+    #[arg(long, value_enum, value_name = "EDGES", num_args = 0..=1, require_equals = true, default_missing_value = "mesh")]
+    wire: Option<Wire>,
+
+    /// Draw with this engine too, which finds shadows in its own way: raster by volumes, others by
+    /// rays. Write a picture of where the two differ beside the output (NAME.diff.png), and fail if
+    /// any pixel does that should not. Of engines that trace, every pixel must have the same triangle,
+    /// bits of t, and shadow. With raster or volumes on one side, a pixel may differ where an edge, a
+    /// tie, or the border of a shadow passes within a rounding of it (light blue in the picture, not
+    /// red), as docs/raster.md derives. With fixed on one side, any pixel may show another triangle or
+    /// shadow, for its scene is snapped: how many do, and how far the hits are apart, is reported
+    #[arg(long, value_name = "ENGINE")]
+    check: Option<EngineName>,
+
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
+    threshold: Threshold,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+
+    #[command(flatten)]
+    camera: CameraOptions,
+}
+
+/// Draws the picture, and checks it if asked.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    check_output(&options.output)?;
+    let mut seconds = RenderSeconds::default();
+    let scene = timed(&mut seconds.load, || load_scene(options))?;
+    let triangles = scene.mesh.to_triangles();
+
+    // What is seen, and what is lit.
+    refuse_unused_grid(options)?;
+    let raster = Raster::new(&scene, &triangles, options.size, options.threshold);
+    let origins = vec![scene.camera.eye(), scene.light.position];
+    let mut engines = Engines::new(&triangles, options.threshold)
+        .on_grid(options.grid.unwrap_or(Bits::FINE), origins);
+    let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
+    seconds.build = engines.seconds;
+    (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
+
+    // The picture.
+    let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
+    timed(&mut seconds.write, || image.write_png(&options.output))?;
+
+    // The second engine.
+    let check = options.check.map(|name| -> Result<CheckReport> {
+        let shadows = check_shadows(options.shadows, name);
+        let other = Frame::draw(&scene, &raster, &mut engines, name, shadows)?;
+        let differs = compare(options, &raster, &frame, (name, shadows), &other)?;
+        let picture = options.output.with_extension("diff.png");
+        differs.picture(&image).write_png(&picture)?;
+        let distance = frame.largest_distance(&other, &scene, options.size);
+        let seconds = other.trace_seconds + other.shadow_seconds;
+        Ok(CheckReport::new(name, shadows, &differs, distance, picture, seconds))
+    });
+    let check = check.transpose()?;
+
+    let report = RenderReport {
+        model: options.model.clone(),
+        output: options.output.clone(),
+        triangles: triangles.len(),
+        size: options.size.into(),
+        engine: options.engine,
+        shadows: options.shadows,
+        threshold: options.threshold.get(),
+        rays: frame.hits.len() as u64,
+        hits: frame.hits.iter().filter(|hit| hit.is_hit()).count() as u64,
+        dark: frame.lit.iter().filter(|lit| !**lit).count() as u64,
+        shadow_rays: frame.shadow_rays,
+        tests: frame.counts.tests,
+        undecided: frame.counts.undecided,
+        grid: engines.grid(),
+        seconds,
+        check,
+    };
+    print(&report, options.json)?;
+    report.check.as_ref().map_or(Ok(()), refuse_differences)
+}
+
+/// The model or the built-in scene, with its camera and texture.
+fn load_scene(options: &Options) -> Result<Scene> {
+    let _bar = Progress::new("load", None);
+    let (width, height) = options.size;
+    let model = options.model.as_deref().map(load).transpose()?;
+    let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    if let Some(path) = &options.texture {
+        scene.texture = Some(texture(path)?);
+        if scene.mesh.corner_uvs.is_none() {
+            let model = options.model.as_deref().unwrap_or(Path::new("")).display();
+            return Err(Error::at(model, "has no texture coordinates; leave out --texture"));
+        }
+    }
+    Ok(scene)
+}
+
+/// A picture, or the document's pattern.
+fn texture(path: &Path) -> Result<Texture> {
+    if path == Path::new("xor") {
+        return Ok(Texture::Xor { texels: 256 });
+    }
+    Ok(Texture::load(path)?)
+}
+
+/// A grid that no engine would use is a mistake.
+fn refuse_unused_grid(options: &Options) -> Result<()> {
+    let is_fixed = |name| name == EngineName::Fixed;
+    if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {
+        return Err(Error::new("--grid is for engine fixed; add --engine fixed or --check fixed"));
+    }
+    Ok(())
+}
+
+/// The frame shaded, with edges over it if asked.
+fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame) -> Result<Image> {
+    let (width, height) = options.size;
+    let mut image = shade(scene, width, height, &frame.hits, &frame.lit)?;
+    if let Some(edges) = options.wire {
+        raster.draw_wire(&mut image, &frame.hits, edges)?;
+    }
+    Ok(image)
+}
+
+/// How the second engine finds shadows, if there are any: in its own way.
+fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
+    match (shadows, check) {
+        (Shadows::None, _) => Shadows::None,
+        (_, EngineName::Raster) => Shadows::Volumes,
+        _ => Shadows::Rays,
+    }
+}
+
+/// Compares the two frames as strictly as the ways in which they were drawn allow.
+fn compare(
+    options: &Options,
+    raster: &Raster<'_>,
+    frame: &Frame,
+    (name, shadows): (EngineName, Shadows),
+    other: &Frame,
+) -> Result<Difference> {
+    let is_fixed = |name| name == EngineName::Fixed;
+    let traced = |name, shadows| name != EngineName::Raster && shadows != Shadows::Volumes;
+    // The same grid gives the same bits; a snapped scene is another than the one as loaded.
+    let snapped =
+        is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
+    if snapped {
+        Ok(Difference::snapped(frame, other))
+    } else if traced(options.engine, options.shadows) && traced(name, shadows) {
+        Ok(Difference::bits(frame, other))
+    } else {
+        let _bar = Progress::new("check", None);
+        Difference::by_rule(raster, frame, other)
+    }
+}
+
+/// A difference that nothing excuses is an error.
+fn refuse_differences(check: &CheckReport) -> Result<()> {
+    if check.differing_pixels > check.excused_pixels {
+        return Err(Error::at(
+            check.picture.display(),
+            format!(
+                "{} pixels differ between the two engines",
+                check.differing_pixels - check.excused_pixels
+            ),
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,95 @@
+//! `intertri stress`: the adversarial input at which each method begins to fail.
+
+use std::fmt;
+
+use clap::Args;
+use intertri_lab::draw;
+use intertri_lab::methods::METHODS;
+use intertri_lab::stress::{Onset, SWEEPS, first, sweep_all};
+use serde::Serialize;
+
+use crate::commands::options::ChartOptions;
+use crate::error::Result;
+use crate::io::progress::Progress;
+use crate::report::charts::{ChartFolder, Written};
+use crate::report::print::print;
+
+/// Run the adversarial families and draw where each method begins to fail
+///
+/// Writes onset curves, the table of onsets and edge maps (SVG and PNG), the curves as CSV, and all on
+/// one page (HTML).
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Where the random numbers start: the same seed gives the same counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    #[command(flatten)]
+    charts: ChartOptions,
+}
+
+#[derive(Serialize)]
+struct Report {
+    #[serde(flatten)]
+    written: Written,
+    seed: u64,
+    onsets: Vec<Onset>,
+}
+
+/// Sweeps and draws.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let mut charts = ChartFolder::new(&options.charts.output)?;
+    let (points, cases) = if options.charts.quick { (13, 2_000) } else { (37, 20_000) };
+
+    let bar = Progress::new("sweep", Some((SWEEPS.len() * points) as u64));
+    let onsets = sweep_all(options.seed, points, cases, &|| bar.add(1));
+    drop(bar);
+
+    let what = format!("up to {cases} cases a value; seed {}", options.seed);
+    let caption = format!("{}; {what}", charts.machine);
+    let (curves, heat) = (draw::onsets(&onsets, &caption), draw::heat(&onsets, &caption));
+    let maps = draw::edge_maps(&charts.machine.to_string());
+    charts.picture("onsets", &curves)?;
+    charts.picture("heat", &heat)?;
+    charts.picture("edge-maps", &maps)?;
+    charts.table("onsets", &onsets, &what)?;
+    let sections = [
+        draw::Section {
+            title: "Where it begins",
+            text: "For each family of inputs, from harmless on the left to adversarial on the right: \
+                   the share of answers of each method that exact arithmetic says are wrong.",
+            picture: &curves,
+        },
+        draw::Section {
+            title: "All methods, all families",
+            text: "The value of each family's parameter at which one answer in a thousand of a method \
+                   is first wrong.",
+            picture: &heat,
+        },
+        draw::Section {
+            title: "Around an edge",
+            text: "Two triangles that share an edge, seen by rays a few steps of f32 apart: where a \
+                   method sees neither, it leaks; where it sees both, it counts twice.",
+            picture: &maps,
+        },
+    ];
+    charts.page("stress", "Ray/triangle tests: where they break", &sections)?;
+
+    let report = Report { written: charts.finish(), seed: options.seed, onsets };
+    print(&report, options.charts.json)
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}\n\nwhere one answer in 1,000 is first wrong:", self.written.machine)?;
+        for sweep in SWEEPS {
+            writeln!(f, "\n{}, from {:e} to {:e}", sweep.name, sweep.from, sweep.to)?;
+            for method in METHODS {
+                let value = first(&self.onsets, sweep.name, method.name);
+                let value = value.map_or("not reached".to_owned(), |x| format!("{x:.1e}"));
+                writeln!(f, "  {:24} {value}", method.name)?;
+            }
+        }
+        write!(f, "\n{}", self.written)
+    }
+}

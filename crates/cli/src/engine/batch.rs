@@ -1,0 +1,90 @@
+//! A batch of rays and their answers, written down while they are in the cache.
+
+use std::time::Instant;
+
+use intertri::{Hit, Ray};
+
+use crate::engine::ray_engine::RayEngine;
+use crate::io::answers::{Format, Query};
+
+/// What rays are asked, and how the answers are written down.
+pub(crate) struct Question<'a> {
+    pub(crate) engine: &'a RayEngine,
+    pub(crate) query: Query,
+    pub(crate) format: Format,
+}
+
+/// Rays and their answers. A batch is filled again and again, because new memory would take as long as
+/// the rays.
+#[derive(Default)]
+pub(crate) struct Batch {
+    pub(crate) rays: Vec<Ray>,
+    /// The number of the first ray.
+    pub(crate) first: u64,
+    /// How many rays hit something.
+    pub(crate) hits: u64,
+    /// How long the answers took.
+    pub(crate) seconds: f64,
+    answers: Answers,
+}
+
+impl Batch {
+    /// Asks all rays, chunk by chunk.
+    pub(crate) fn answer(&mut self, question: &Question<'_>) {
+        let start = Instant::now();
+        self.answers.bytes.clear();
+        let size = question.engine.chunk_size();
+        let chunks = self.rays.chunks(size).zip((self.first..).step_by(size));
+        self.hits = chunks.map(|(rays, first)| self.answers.add(question, rays, first)).sum();
+        self.seconds = start.elapsed().as_secs_f64();
+    }
+
+    /// The answers as they are to be written.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.answers.bytes
+    }
+}
+
+/// The answers of a chunk, and those of the batch so far, written down.
+#[derive(Default)]
+struct Answers {
+    closest: Vec<Hit>,
+    any: Vec<bool>,
+    bytes: Vec<u8>,
+}
+
+impl Answers {
+    /// Asks the rays from number `first` on, adds their answers, and says how many hit something.
+    fn add(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
+        let Self { closest, any, bytes } = self;
+        let Question { engine, query, format } = *question;
+        let numbers = first..;
+        let mut count = 0;
+        match query {
+            Query::Closest => {
+                closest.resize(rays.len(), Hit::MISS);
+                engine.closest(rays, closest);
+                for (number, hit) in numbers.zip(closest) {
+                    count += u64::from(hit.is_hit());
+                    format.closest(bytes, number, hit);
+                }
+            }
+            Query::Any => {
+                any.resize(rays.len(), false);
+                engine.any(rays, any);
+                for (number, &mut hit) in numbers.zip(any) {
+                    count += u64::from(hit);
+                    format.any(bytes, number, hit);
+                }
+            }
+            Query::All => {
+                for (number, ray) in numbers.zip(rays) {
+                    let hits = engine.all(ray);
+                    count += u64::from(!hits.is_empty());
+                    format.all(bytes, number, &hits);
+                }
+            }
+        }
+        count
+    }
+}

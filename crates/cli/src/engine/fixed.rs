@@ -1,0 +1,111 @@
+//! The engine `fixed`: a scene snapped to an integer grid, and traced there exactly.
+
+use intertri::fixed::{Bits, Fixed, Grid, Ray as Snapped, Triangle as Facet};
+use intertri::{Hit, Ray, Triangle};
+use intertri_trace::FixedBvh;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::io::progress::Progress;
+
+/// How many rays a thread snaps and asks at a time.
+const CHUNK: usize = 4096;
+
+/// A scene on a grid, which holds the origins of its rays, too.
+pub(crate) struct FixedScene {
+    grid: Grid,
+    bvh: FixedBvh,
+    /// A ray with an empty interval: it stands for rays that have no direction.
+    never: Snapped,
+    /// How far the point that snapping moved most is from where it was.
+    moved: f64,
+}
+
+impl FixedScene {
+    /// Snaps triangles, and the origins of the rays to come. An origin that is not finite is left out
+    /// of the grid: its rays hit nothing, as in every engine.
+    pub(crate) fn new(triangles: &[Triangle], origins: &[[f32; 3]], bits: Bits) -> Result<Self> {
+        let origins = origins.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
+        let points = triangles.iter().flat_map(|t| t.0).chain(origins);
+        let grid = Grid::around(points.clone(), bits)?;
+        let facets = triangles.iter().map(|t| grid.triangle(t));
+        let facets = facets.collect::<std::result::Result<Vec<Facet>, _>>()?;
+        let mut moved: f64 = 0.0;
+        for point in points {
+            moved = moved.max(grid.moved(point)?);
+        }
+
+        let bar = Progress::new("build", Some(triangles.len() as u64));
+        let bvh = FixedBvh::with_progress(&facets, &|done, total| bar.set(done, total))?;
+        let never = grid.ray_of([0; 3], [1, 0, 0])?.between(0.0, 0.0);
+        Ok(Self { grid, bvh, never, moved })
+    }
+
+    /// The grid's nearest point, in coordinates of the scene. A point off the grid stays.
+    pub(crate) fn place(&self, p: [f32; 3]) -> [f32; 3] {
+        // A snapped point is an f32 again, without rounding.
+        self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
+    }
+
+    /// The closest hit of each ray.
+    pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
+        self.chunks(rays, hits, |rays, hits| {
+            self.bvh.closest_batch(&Fixed::default(), rays, hits);
+        });
+    }
+
+    /// Whether each ray hits anything.
+    pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) {
+        self.chunks(rays, hits, |rays, hits| {
+            self.bvh.any_batch(&Fixed::default(), rays, hits);
+        });
+    }
+
+    /// Every hit of a ray, in order of t; of equal t, of the triangles.
+    pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
+        let ray = self.grid.ray(ray).unwrap_or(self.never);
+        self.bvh.all(&Fixed::default(), &ray)
+    }
+
+    /// Snaps rays to the grid, which was made around their origins, and asks for their answers, in
+    /// chunks that stay in the cache.
+    fn chunks<T: Send>(
+        &self,
+        rays: &[Ray],
+        answers: &mut [T],
+        ask: impl Fn(&[Snapped], &mut [T]) + Sync,
+    ) {
+        let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
+        let buffer = || vec![self.never; CHUNK];
+        chunks.for_each_init(buffer, |snapped, (rays, answers)| {
+            let snapped = &mut snapped[..rays.len()];
+            self.grid.rays(rays, snapped, |_, _| self.never);
+            ask(snapped, answers);
+        });
+    }
+
+    /// What is told of the grid.
+    pub(crate) fn report(&self) -> GridReport {
+        let (bits, step) = (self.grid.bits(), self.grid.step());
+        // Along the whole grid, snapping a direction puts a component off by less than 2^-q of the
+        // longest.
+        let across = step * f64::from(2_u32 << bits.b());
+        let strays = across / f64::from(1_u32 << bits.q());
+        GridReport { bits: bits.b(), direction_bits: bits.q(), step, moved: self.moved, strays }
+    }
+}
+
+/// A grid, in units of the scene.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct GridReport {
+    pub(crate) bits: u32,
+    pub(crate) direction_bits: u32,
+    /// The distance of neighbouring points of the grid.
+    pub(crate) step: f64,
+    /// The farthest that a corner or an origin moved, along an axis.
+    pub(crate) moved: f64,
+    /// The far end of a ray across the whole grid is off by less than this along each axis, because
+    /// its direction is snapped, too.
+    pub(crate) strays: f64,
+}

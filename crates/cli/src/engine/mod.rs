@@ -1,0 +1,11 @@
+//! What finds hits: the engines that answer rays, the rasterizer, and the frames that either draws.
+
+pub(crate) mod batch;
+pub(crate) mod engines;
+pub(crate) mod fixed;
+pub(crate) mod frame;
+pub(crate) mod name;
+pub(crate) mod pixels;
+pub(crate) mod raster;
+pub(crate) mod ray_engine;
+mod reference;

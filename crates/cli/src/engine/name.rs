@@ -1,0 +1,30 @@
+//! The names of the engines, on the command line and in reports.
+
+use std::fmt;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+/// What finds the hits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum EngineName {
+    /// f32 lanes under a proven bound, f64 where it cannot decide; a hierarchy
+    Certified,
+    /// f64 lanes; a hierarchy
+    Double,
+    /// Integers: exact on a grid that the scene is snapped to (--grid), and so another scene's
+    /// answers by a rounding; a hierarchy
+    Fixed,
+    /// The scalar f64 reference in a plain loop over all triangles: slow
+    Reference,
+    /// The z-buffer: no rays, and so another witness; for pictures alone
+    Raster,
+}
+
+impl fmt::Display for EngineName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // As the command line spells it.
+        f.pad(&format!("{self:?}").to_lowercase())
+    }
+}

@@ -1,0 +1,103 @@
+//! The independent rasterizer: the z-buffer and the shadow volumes for one picture of a scene.
+
+use std::cell::OnceCell;
+
+use clap::ValueEnum;
+use intertri::{Hit, Threshold, Triangle};
+use intertri_raster::{Adjacency, Light, View, Volume, facing, lit, silhouette, triangles, wire};
+use intertri_scene::{Image, Light as Lamp, Scene};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// The most triangles that the shadow volumes can count.
+const MAX_TRIANGLES: usize = (1 << 30) - 1;
+
+/// The colour of edges.
+const INK: [u8; 3] = [24, 26, 32];
+
+/// Which edges are drawn.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Wire {
+    /// Those of all triangles
+    Mesh,
+    /// Those where the mesh turns away from the eye, or ends
+    Silhouette,
+}
+
+/// One picture of a scene. Nothing is computed before it is needed.
+pub(crate) struct Raster<'a> {
+    scene: &'a Scene,
+    pub(crate) triangles: &'a [Triangle],
+    /// The picture's width and height.
+    pub(crate) size: (u32, u32),
+    threshold: Threshold,
+    /// Which triangles share an edge.
+    adjacency: OnceCell<Adjacency>,
+}
+
+impl<'a> Raster<'a> {
+    /// The picture of that size that the scene's camera takes of its triangles.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        triangles: &'a [Triangle],
+        size: (u32, u32),
+        threshold: Threshold,
+    ) -> Self {
+        Self { scene, triangles, size, threshold, adjacency: OnceCell::new() }
+    }
+
+    /// The camera, as the rasterizer takes it.
+    pub(crate) fn view(&self) -> Result<View> {
+        let count = self.triangles.len();
+        if count > MAX_TRIANGLES {
+            return Err(Error::new(format!(
+                "raster: {count} triangles; give at most {MAX_TRIANGLES}"
+            )));
+        }
+        let (camera, (width, height)) = (&self.scene.camera, self.size);
+        Ok(View::new(camera.eye(), camera.axes(), camera.half_height(), width, height)?)
+    }
+
+    /// What each pixel shows.
+    pub(crate) fn hits(&self) -> Result<Vec<Hit>> {
+        Ok(triangles(&self.view()?, self.triangles, self.threshold.get()))
+    }
+
+    /// Whether the light reaches what each pixel shows.
+    pub(crate) fn lit(&self, hits: &[Hit]) -> Result<Vec<bool>> {
+        Ok(lit(&self.view()?, hits, &self.volume()?))
+    }
+
+    /// The shadow volumes, as far as shadow rays reach.
+    pub(crate) fn volume(&self) -> Result<Volume<'_>> {
+        let position = self.scene.light.position;
+        let light = Light::Point { position, reach: f64::from(Lamp::REACH) };
+        Ok(Volume::new(self.adjacency(), light)?)
+    }
+
+    fn adjacency(&self) -> &Adjacency {
+        self.adjacency.get_or_init(|| Adjacency::new(self.triangles))
+    }
+
+    /// Draws edges over a picture; `hits`, what its pixels show, hide the edges behind them.
+    pub(crate) fn draw_wire(&self, image: &mut Image, hits: &[Hit], edges: Wire) -> Result<()> {
+        let view = self.view()?;
+        let adjacency = self.adjacency();
+        let edges: Vec<[u32; 2]> = match edges {
+            Wire::Mesh => adjacency.edges().map(|edge| edge.ends).collect(),
+            Wire::Silhouette => {
+                // The outline is the silhouette that a light at the eye would cast.
+                let eye = self.scene.camera.eye();
+                let facing = facing(adjacency, &Light::Point { position: eye, reach: 1.0 });
+                silhouette(adjacency, &facing).iter().map(|edge| edge.ends).collect()
+            }
+        };
+        let drawn = wire(&view, hits, adjacency, edges);
+        for (pixel, _) in image.pixels_mut().iter_mut().zip(drawn).filter(|(_, drawn)| *drawn) {
+            *pixel = INK;
+        }
+        Ok(())
+    }
+}

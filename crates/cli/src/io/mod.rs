@@ -1,0 +1,8 @@
+//! How bytes come and go: the formats of answers, the pipeline around them, outputs and progress bars.
+
+pub(crate) mod answers;
+pub(crate) mod numbers;
+pub(crate) mod output;
+pub(crate) mod pipeline;
+pub(crate) mod pipes;
+pub(crate) mod progress;

@@ -1,0 +1,178 @@
+//! A pipeline for data of any length: one batch is read, one a thread is worked on and one is written, all
+//! at the same time.
+//!
+//! ```text
+//!              ┌──► work ──┐
+//!     ┌──► read ──► work ──┴► in order ──► write ──┐
+//!     └────────────────────────────────────────────┘
+//! ```
+//!
+//! A few batches go round and keep their memory, so that any length needs the same amount.
+
+use std::collections::BTreeMap;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, ScopedJoinHandle};
+
+use crate::error::Result;
+
+/// Sends `batches` round until `read`, which fills a batch, says that there is nothing more. A thread of the
+/// pool lets `work` answer it, and `write` gets all batches in the order in which they were read.
+///
+/// The first error ends the run; what was read before is still written.
+pub(crate) fn run<B: Send>(
+    batches: impl IntoIterator<Item = B>,
+    read: impl FnMut(&mut B) -> Result<bool> + Send,
+    work: impl Fn(&mut B) + Sync,
+    write: impl FnMut(&B) -> Result<()> + Send,
+) -> Result<()> {
+    let (free, to_read) = channel();
+    let (full, to_work) = channel();
+    let (done, to_write) = channel();
+    for batch in batches {
+        // The receiver exists, so this cannot fail.
+        let _ = free.send(batch);
+    }
+    // A stage that ends drops its ends of the channels, and so its neighbours end, too.
+    thread::scope(|scope| {
+        let reader = scope.spawn(move || read_all(to_read, &full, read));
+        let writer = scope.spawn(move || write_in_order(to_write, &free, write));
+        work_on_all(to_work, &done, &work);
+        // Nothing more is done, and the writer may end.
+        drop(done);
+        let end = |thread: ScopedJoinHandle<'_, Result<()>>| unpanicked(thread.join());
+        end(reader).and(end(writer))
+    })
+}
+
+/// Fills free batches and hands them to the workers.
+fn read_all<B>(
+    free: Receiver<B>,
+    full: &Sender<B>,
+    mut read: impl FnMut(&mut B) -> Result<bool>,
+) -> Result<()> {
+    for mut batch in free {
+        if !read(&mut batch)? || full.send(batch).is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// A batch with its number, or the panic of its worker.
+type Worked<B> = (usize, thread::Result<B>);
+
+/// Lets the thread pool work on the batches until there are no more, or nobody takes them.
+fn work_on_all<B: Send>(
+    full: Receiver<B>,
+    done: &Sender<Worked<B>>,
+    work: &(impl Fn(&mut B) + Sync),
+) {
+    let refused = AtomicBool::new(false);
+    rayon::in_place_scope(|threads| {
+        for (number, mut batch) in full.into_iter().enumerate() {
+            if refused.load(Relaxed) {
+                break;
+            }
+            let (done, refused) = (done.clone(), &refused);
+            threads.spawn(move |_| {
+                // The writer waits for this batch, and so must hear of a panic.
+                let worked = panic::catch_unwind(AssertUnwindSafe(|| work(&mut batch)));
+                if done.send((number, worked.map(|()| batch))).is_err() {
+                    refused.store(true, Relaxed);
+                }
+            });
+        }
+    });
+}
+
+/// Writes batches in the order of their numbers and sets them free.
+fn write_in_order<B>(
+    done: Receiver<Worked<B>>,
+    free: &Sender<B>,
+    mut write: impl FnMut(&B) -> Result<()>,
+) -> Result<()> {
+    // What is done before its turn waits.
+    let (mut early, mut next) = (BTreeMap::new(), 0);
+    for (number, worked) in done {
+        early.insert(number, worked);
+        while let Some(worked) = early.remove(&next) {
+            let batch: B = unpanicked(worked);
+            write(&batch)?;
+            // At the end the reader is gone.
+            let _ = free.send(batch);
+            next += 1;
+        }
+    }
+    Ok(())
+}
+
+/// The result of a thread; its panic goes on here.
+fn unpanicked<T>(made: thread::Result<T>) -> T {
+    made.unwrap_or_else(|panic| panic::resume_unwind(panic))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+    use crate::error::Error;
+
+    /// Numbers from 0 are doubled.
+    fn doubled(count: u32, fails: u32, refused: u32) -> (Result<()>, Vec<u32>) {
+        let (mut next, mut out) = (0..count, vec![]);
+        let result = run(
+            [0; 8],
+            |number| {
+                let Some(some) = next.next() else { return Ok(false) };
+                *number = some;
+                if some == fails { Err(Error::new("cannot read")) } else { Ok(true) }
+            },
+            |number| {
+                // Some take longer than those behind them.
+                if *number % 7 == 0 {
+                    thread::sleep(Duration::from_micros(200));
+                }
+                *number *= 2;
+            },
+            |&number| {
+                if number == refused {
+                    return Err(Error::new("cannot write"));
+                }
+                out.push(number);
+                Ok(())
+            },
+        );
+        (result, out)
+    }
+
+    #[test]
+    fn batches_keep_their_order_and_errors_end_it() {
+        let evens = |count: u32| (0..count).map(|i| 2 * i).collect::<Vec<_>>();
+        let (result, out) = doubled(1000, u32::MAX, u32::MAX);
+        assert!(result.is_ok() && out == evens(1000));
+        let (result, out) = doubled(0, u32::MAX, u32::MAX);
+        assert!(result.is_ok() && out.is_empty());
+
+        // What was read before an error is written.
+        let (result, out) = doubled(1000, 700, u32::MAX);
+        assert!(format!("{result:?}").contains("cannot read") && out == evens(700));
+        let (result, out) = doubled(1000, u32::MAX, 1400);
+        assert!(format!("{result:?}").contains("cannot write") && out == evens(700));
+    }
+
+    #[test]
+    fn a_panic_at_work_ends_it() {
+        let mut left = 1000;
+        let read = |number: &mut u32| {
+            left -= 1;
+            *number = left;
+            Ok(left > 0)
+        };
+        let work = |number: &mut u32| assert_ne!(*number, 700, "is not to be liked");
+        let whole = AssertUnwindSafe(|| run([0; 8], read, work, |_| Ok(())));
+        assert!(panic::catch_unwind(whole).is_err());
+    }
+}

@@ -1,0 +1,144 @@
+//! What `advise` found out, and what it advises.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use intertri::Threshold;
+use intertri_lab::advise::Needs;
+use serde::Serialize;
+
+use crate::report::phrases::model;
+
+/// The report of `advise`.
+#[derive(Serialize)]
+pub(crate) struct AdviseReport {
+    pub(crate) model: Option<PathBuf>,
+    pub(crate) size: [u32; 2],
+    /// Pixels that may be wrong.
+    pub(crate) tolerance: u64,
+    pub(crate) needs: Needs,
+    /// Rays of the sample.
+    pub(crate) sample: usize,
+    pub(crate) choices: Vec<Choice>,
+    /// The name of the one to take, if one meets the tolerance.
+    pub(crate) take: Option<String>,
+    /// The `Threshold` to take.
+    pub(crate) threshold: f64,
+    pub(crate) seconds: f64,
+}
+
+/// What can be chosen, and what it would do.
+#[derive(Clone, Serialize)]
+pub(crate) struct Choice {
+    pub(crate) name: String,
+    /// Of the three coordinates of a vertex.
+    pub(crate) bits_a_vertex: u32,
+    /// How far what is seen moves at most, in pixels.
+    pub(crate) pixels: f64,
+    /// How many pixels of the frame can be wrong at most.
+    pub(crate) wrong_at_most: u64,
+    /// How many pixels of the sample can be wrong at most.
+    pub(crate) wrong_in_sample_at_most: u64,
+    /// How many pixels of the sample are wrong.
+    pub(crate) wrong_in_sample: u64,
+    /// Measured on the sample, in millions of rays a second; null where no engine offers this choice.
+    pub(crate) speed: Option<f64>,
+    /// Whether it meets the tolerance.
+    pub(crate) enough: bool,
+}
+
+impl fmt::Display for AdviseReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_needs(f)?;
+        self.write_choices(f)?;
+        self.write_advice(f)
+    }
+}
+
+impl AdviseReport {
+    /// What the model and the picture are like.
+    fn write_needs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { needs, size: [width, height], .. } = self;
+        writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
+        let lines = [
+            ("triangles", format!("{}, {} without area", needs.triangles, needs.degenerate)),
+            ("extent", format!("{:.2e}, farthest coordinate {:.2e}", needs.extent, needs.offset)),
+            (
+                "smallest",
+                format!(
+                    "edge {:.1e}, altitude {:.1e}",
+                    needs.shortest_edge, needs.smallest_altitude
+                ),
+            ),
+            (
+                "seen",
+                format!(
+                    "from {:.2e} to {:.2e} away, in {} pixels; a pixel is {:.1e} wide there",
+                    needs.nearest, needs.farthest, needs.hits, needs.pixel
+                ),
+            ),
+            ("grazing", format!("{:.2} % of these, under six degrees", needs.grazing * 100.0)),
+        ];
+        for (what, text) in lines {
+            writeln!(f, "{what:>10}  {text}")?;
+        }
+        Ok(())
+    }
+
+    /// The table of choices, the one to take marked.
+    fn write_choices(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sample = format!("of {} asked", self.sample);
+        writeln!(
+            f,
+            "\n{:16} {:>8} {:>9} {:>21} {:>27} {:>8}",
+            "", "bits a", "moves by", "wrong pixels", sample, "million"
+        )?;
+        writeln!(
+            f,
+            "{:16} {:>8} {:>9} {:>21} {:>13} {:>13} {:>8}",
+            "", "vertex", "pixels", "at most", "at most", "were wrong", "rays/s"
+        )?;
+        for choice in &self.choices {
+            let speed = choice.speed.map_or(String::new(), |speed| format!("{speed:.1}"));
+            let mark = if Some(&choice.name) == self.take.as_ref() { "  <" } else { "" };
+            writeln!(
+                f,
+                "{:16} {:>8} {:>9.1e} {:>21} {:>13} {:>13} {:>8}{mark}",
+                choice.name,
+                choice.bits_a_vertex,
+                choice.pixels,
+                choice.wrong_at_most,
+                choice.wrong_in_sample_at_most,
+                choice.wrong_in_sample,
+                speed
+            )?;
+        }
+        Ok(())
+    }
+
+    /// What to take, and with which threshold.
+    fn write_advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tolerance = match self.tolerance {
+            0 => "no pixel may be wrong".to_owned(),
+            pixels => format!("{pixels} pixels may be wrong"),
+        };
+        match &self.take {
+            Some(name) => writeln!(
+                f,
+                "\ntake {name}: {tolerance}, and nothing with fewer bits is sure to keep to that"
+            )?,
+            None => writeln!(f, "\n{tolerance}: nothing is sure to keep to that")?,
+        }
+        let needs = &self.needs;
+        let default = Threshold::DEFAULT.get();
+        write!(
+            f,
+            "threshold {:e}: no hit has |normal . direction| below {:.1e} or t below {:.1e}",
+            self.threshold, needs.smallest_slope, needs.smallest_t
+        )?;
+        if needs.lost > 0 {
+            write!(f, "; the default, {default:e}, would lose {} of them", needs.lost)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,54 @@
+//! What `bench` measured.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::engine::name::EngineName;
+use crate::report::phrases::model;
+
+/// The report of `bench`.
+#[derive(Serialize)]
+pub(crate) struct BenchReport {
+    pub(crate) model: Option<PathBuf>,
+    pub(crate) triangles: usize,
+    pub(crate) threads: usize,
+    pub(crate) turns: u32,
+    pub(crate) rates: Vec<Rate>,
+}
+
+/// How fast an engine answers one kind of rays: the median of all turns.
+#[derive(Serialize)]
+pub(crate) struct Rate {
+    pub(crate) rays: &'static str,
+    pub(crate) engine: EngineName,
+    pub(crate) million_a_second: f64,
+    pub(crate) times_the_reference: f64,
+    pub(crate) hits: u64,
+}
+
+impl fmt::Display for BenchReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "{}, {} triangles, {} threads, median of {} turns",
+            model(self.model.as_deref()),
+            self.triangles,
+            self.threads,
+            self.turns
+        )?;
+        write!(
+            f,
+            "{:10} {:10} {:>20} {:>20}",
+            "rays", "engine", "million a second", "times reference"
+        )?;
+        for Rate { rays, engine, million_a_second, times_the_reference, .. } in &self.rates {
+            write!(
+                f,
+                "\n{rays:10} {engine:10} {million_a_second:>20.3} {times_the_reference:>20.0}"
+            )?;
+        }
+        Ok(())
+    }
+}

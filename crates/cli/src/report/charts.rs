@@ -1,0 +1,104 @@
+//! The folder of charts: pictures and tables with their date and machine.
+
+use std::fmt;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use intertri_lab::draw::{Section, Svg, page, png};
+use intertri_lab::{machine, tables};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::io::output::Output;
+
+/// When and on what machine the numbers were measured.
+#[derive(Clone, Serialize)]
+pub(crate) struct Machine {
+    date: String,
+    cpu: String,
+    rustc: String,
+}
+
+impl fmt::Display for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { date, cpu, rustc } = self;
+        write!(f, "{date}; {cpu}; {rustc}")
+    }
+}
+
+/// A folder that gets files.
+pub(crate) struct ChartFolder {
+    folder: PathBuf,
+    pub(crate) machine: Machine,
+    files: Vec<PathBuf>,
+    start: Instant,
+}
+
+/// What was written, on which machine, and how long it took.
+#[derive(Serialize)]
+pub(crate) struct Written {
+    pub(crate) machine: Machine,
+    seconds: f64,
+    files: Vec<PathBuf>,
+}
+
+impl fmt::Display for Written {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for file in &self.files {
+            writeln!(f, "{}", file.display())?;
+        }
+        write!(f, "{:.1} seconds", self.seconds)
+    }
+}
+
+impl ChartFolder {
+    /// Makes the folder if there is none.
+    pub(crate) fn new(folder: &Path) -> Result<Self> {
+        let start = Instant::now();
+        fs::create_dir_all(folder).map_err(|cause| {
+            Error::at(folder.display(), format!("cannot make this folder: {cause}"))
+        })?;
+        let machine = Machine {
+            date: machine::date(),
+            cpu: machine::cpu(),
+            rustc: machine::rustc().to_owned(),
+        };
+        Ok(Self { folder: folder.to_owned(), machine, files: Vec::new(), start })
+    }
+
+    /// Writes a picture as SVG and as PNG.
+    pub(crate) fn picture(&mut self, name: &str, svg: &Svg) -> Result<()> {
+        self.write(&format!("{name}.svg"), svg.to_string().as_bytes())?;
+        let pixels = png(svg).map_err(|cause| Error::at(format!("{name}.png"), cause))?;
+        self.write(&format!("{name}.png"), &pixels)
+    }
+
+    /// Writes a table as CSV; its first line names the machine and says of what the table is.
+    pub(crate) fn table<T: Serialize>(&mut self, name: &str, rows: &[T], what: &str) -> Result<()> {
+        let table = tables::csv(rows).map_err(|cause| Error::at(name, cause))?;
+        let text = format!("# {}; {what}\n{table}", self.machine);
+        self.write(&format!("{name}.csv"), text.as_bytes())
+    }
+
+    /// Writes all on one page of HTML.
+    pub(crate) fn page(&mut self, name: &str, title: &str, sections: &[Section<'_>]) -> Result<()> {
+        let text = page(title, &self.machine.to_string(), sections);
+        self.write(&format!("{name}.html"), text.as_bytes())
+    }
+
+    fn write(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.folder.join(format!("{}-{name}", self.machine.date));
+        let mut output = Output::open(Some(&path))?;
+        output.write(bytes)?;
+        output.finish()?;
+        self.files.push(path);
+        Ok(())
+    }
+
+    /// Ends the run, and gives what was written.
+    pub(crate) fn finish(self) -> Written {
+        let Self { machine, files, start, .. } = self;
+        Written { machine, files, seconds: start.elapsed().as_secs_f64() }
+    }
+}

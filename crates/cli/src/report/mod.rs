@@ -1,0 +1,10 @@
+//! What is told when the work is done: reports as text and JSON, comparisons of frames, folders of charts.
+
+pub(crate) mod advise;
+pub(crate) mod bench;
+pub(crate) mod charts;
+pub(crate) mod check;
+mod phrases;
+pub(crate) mod print;
+pub(crate) mod render;
+pub(crate) mod trace;

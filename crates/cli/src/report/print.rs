@@ -1,0 +1,19 @@
+//! How every report reaches the standard output.
+
+use std::fmt;
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+
+/// Prints a report on the standard output: a few lines, or JSON and nothing else.
+pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
+    let text = if json {
+        serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
+    } else {
+        report.to_string()
+    };
+    writeln!(io::stdout(), "{text}")
+        .map_err(|cause| Error::at("standard output", format!("cannot write the report: {cause}")))
+}

@@ -1,0 +1,171 @@
+//! What `render` did, and what its `--check` found.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use intertri_lab::tables::grouped;
+use serde::Serialize;
+
+use crate::engine::fixed::GridReport;
+use crate::engine::frame::Shadows;
+use crate::engine::name::EngineName;
+use crate::report::check::{Count, Difference};
+use crate::report::phrases::{model, rate, write_grid};
+
+/// The report of `render`.
+#[derive(Serialize)]
+pub(crate) struct RenderReport {
+    /// Null for the built-in scene.
+    pub(crate) model: Option<PathBuf>,
+    pub(crate) output: PathBuf,
+    pub(crate) triangles: usize,
+    pub(crate) size: [u32; 2],
+    pub(crate) engine: EngineName,
+    pub(crate) shadows: Shadows,
+    pub(crate) threshold: f64,
+    /// Pixels; each has a camera ray, unless the z-buffer drew them.
+    pub(crate) rays: u64,
+    /// Pixels that show a triangle.
+    pub(crate) hits: u64,
+    /// Pixels in shadow.
+    pub(crate) dark: u64,
+    pub(crate) shadow_rays: u64,
+    /// Ray/triangle tests of all rays; the reference and `fixed` count none.
+    pub(crate) tests: u64,
+    /// Tests that f32 lanes left to f64.
+    pub(crate) undecided: u64,
+    /// The grid, if one of the two engines is `fixed`.
+    pub(crate) grid: Option<GridReport>,
+    pub(crate) seconds: RenderSeconds,
+    pub(crate) check: Option<CheckReport>,
+}
+
+/// How long each step took.
+#[derive(Default, Serialize)]
+pub(crate) struct RenderSeconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    /// Camera rays, or the z-buffer.
+    pub(crate) trace: f64,
+    /// Shadow rays, or shadow volumes.
+    pub(crate) shadow: f64,
+    pub(crate) shade: f64,
+    pub(crate) write: f64,
+}
+
+/// What `--check` found.
+#[derive(Serialize)]
+pub(crate) struct CheckReport {
+    pub(crate) engine: EngineName,
+    pub(crate) shadows: Shadows,
+    /// Pixels that differ in triangle, t or shadow.
+    pub(crate) differing_pixels: usize,
+    /// How many of these may.
+    pub(crate) excused_pixels: usize,
+    pub(crate) differing_hits: usize,
+    pub(crate) excused_hits: usize,
+    pub(crate) differing_shadows: usize,
+    pub(crate) excused_shadows: usize,
+    /// How far apart the two hits of one triangle are at most, along a pixel's ray and in units of the
+    /// scene.
+    pub(crate) largest_distance: f64,
+    /// The picture of the differences.
+    pub(crate) picture: PathBuf,
+    /// The time of the second engine, without building.
+    pub(crate) seconds: f64,
+}
+
+impl CheckReport {
+    pub(crate) fn new(
+        engine: EngineName,
+        shadows: Shadows,
+        differs: &Difference,
+        largest_distance: f64,
+        picture: PathBuf,
+        seconds: f64,
+    ) -> Self {
+        let pixels = differs.count();
+        let [hits, dark] =
+            [&differs.hits, &differs.shadows].map(|all| Count::of(all.iter().copied()));
+        Self {
+            engine,
+            shadows,
+            differing_pixels: pixels.differ,
+            excused_pixels: pixels.excused,
+            differing_hits: hits.differ,
+            excused_hits: hits.excused,
+            differing_shadows: dark.differ,
+            excused_shadows: dark.excused,
+            largest_distance,
+            picture,
+            seconds,
+        }
+    }
+}
+
+impl fmt::Display for RenderReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size;
+        writeln!(f, "{}: {width}x{height} pixels", self.output.display())?;
+        let model = model(self.model.as_deref());
+        writeln!(f, "{:>12} triangles of {model}", grouped(self.triangles as u64))?;
+        self.write_rays(f)?;
+        write_grid(f, self.grid)?;
+        self.seconds.fmt(f)?;
+        if let Some(check) = &self.check {
+            check.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+impl RenderReport {
+    /// Lines about the rays and their tests.
+    fn write_rays(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = if self.engine == EngineName::Raster { "pixels" } else { "rays" };
+        let speed = rate(self.rays, self.seconds.trace);
+        writeln!(f, "{:>12} {what}, {speed}, engine {}", grouped(self.rays), self.engine)?;
+        if self.shadow_rays > 0 {
+            let speed = rate(self.shadow_rays, self.seconds.shadow);
+            writeln!(f, "{:>12} shadow rays, {speed}", grouped(self.shadow_rays))?;
+        }
+        if self.tests > 0 {
+            let share = self.undecided as f64 / self.tests as f64 * 100.0;
+            writeln!(f, "{:>12} tests, {share:.4} % settled in f64", grouped(self.tests))?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for RenderSeconds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { load, build, trace, shadow, shade, write } = self;
+        let steps = [
+            ("load", load),
+            ("build", build),
+            ("trace", trace),
+            ("shadows", shadow),
+            ("shade", shade),
+            ("write", write),
+        ];
+        let steps = steps.map(|(step, seconds)| format!("{step} {seconds:.3}"));
+        write!(f, "     seconds: {}", steps.join(", "))
+    }
+}
+
+/// Further lines, each after a line end.
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (pixels, seconds) = (grouped(self.differing_pixels as u64), self.seconds);
+        let engine = self.engine;
+        write!(f, "\n{pixels:>12} pixels differ from engine {engine} ({seconds:.3} seconds)")?;
+        if self.differing_pixels > 0 {
+            write!(f, "\n{:>12} of them may", grouped(self.excused_pixels as u64))?;
+        }
+        if self.largest_distance > 0.0 {
+            let far = self.largest_distance;
+            write!(f, "\n{far:>12.1e} between the two hits of a triangle, at most")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,56 @@
+//! What `trace` did.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use intertri_lab::tables::grouped;
+use serde::Serialize;
+
+use crate::engine::fixed::GridReport;
+use crate::engine::name::EngineName;
+use crate::report::phrases::{rate, write_grid};
+
+/// The report of `trace`.
+#[derive(Serialize)]
+pub(crate) struct TraceReport {
+    pub(crate) model: PathBuf,
+    /// Null for the standard output.
+    pub(crate) output: Option<PathBuf>,
+    pub(crate) triangles: usize,
+    pub(crate) engine: EngineName,
+    pub(crate) threshold: f64,
+    pub(crate) rays: u64,
+    /// Rays that hit something.
+    pub(crate) hits: u64,
+    /// The grid of engine `fixed`.
+    pub(crate) grid: Option<GridReport>,
+    pub(crate) seconds: TraceSeconds,
+}
+
+/// How long each step took; of `trace`, how long each thread worked. The last three go on at the same time.
+#[derive(Default, Serialize)]
+pub(crate) struct TraceSeconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    pub(crate) read: f64,
+    pub(crate) trace: f64,
+    pub(crate) write: f64,
+}
+
+impl fmt::Display for TraceReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (rays, hits) = (grouped(self.rays), grouped(self.hits));
+        let triangles = grouped(self.triangles as u64);
+        writeln!(f, "{triangles:>12} triangles of {}", self.model.display())?;
+        let rate = rate(self.rays, self.seconds.trace);
+        writeln!(f, "{rays:>12} rays, {rate}, engine {}", self.engine)?;
+        writeln!(f, "{hits:>12} of them hit something")?;
+        write_grid(f, self.grid)?;
+        let TraceSeconds { load, build, read, trace, write } = self.seconds;
+        write!(
+            f,
+            "     seconds: load {load:.3}, build {build:.3}, read {read:.3}, trace {trace:.3}, \
+             write {write:.3}"
+        )
+    }
+}

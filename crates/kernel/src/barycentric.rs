@@ -1,0 +1,84 @@
+//! Document D: what a triangle and the origin of many rays have in common, by Cramer's rule.
+//!
+//! ```text
+//!   A = c1 - o      n = h4 × h5       D = n·d             each a dot product with the direction;
+//!   h4 = c2 - c1    V = h5 × A        u = V·d / D         what stands left of it is computed once
+//!   h5 = c3 - c1    W = A × h4        v = W·d / D         a triangle and origin
+//!                                     t = n·A / D
+//! ```
+//!
+//! The filter for rays of one origin, the weights of every hit, and the z-buffer's all take their
+//! coefficients from here.
+
+use crate::Triangle;
+use crate::simd::Lanes;
+use crate::simd::Vec3;
+
+/// The coefficients of one triangle as it is seen from one origin, in f64; or of several, in lanes.
+///
+/// ```
+/// use intertri::internal::Coefficients;
+/// use intertri::Triangle;
+/// // Seen from the middle of a side, straight ahead.
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let seen = Coefficients::new(&triangle, [0.5, 0.5, 0.0]);
+/// assert_eq!(seen.weights([0.0, 0.0, 1.0]), (0.5, 0.5));
+/// // Where it passes by, a weight is negative.
+/// assert!(seen.weights([0.0, -2.0, 1.0]).1 < 0.0);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficients<D = f64> {
+    /// `c1 - o`
+    pub(crate) a: Vec3<D>,
+    /// `c2 - c1`
+    pub(crate) h4: Vec3<D>,
+    /// `c3 - c1`
+    pub(crate) h5: Vec3<D>,
+    /// Those of the common denominator, which are the triangle's normal.
+    pub(crate) n: Vec3<D>,
+    /// Those of u, the weight of c2.
+    pub(crate) v: Vec3<D>,
+    /// Those of v, the weight of c3.
+    pub(crate) w: Vec3<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> Coefficients<D> {
+    /// What depends on the triangles and the origin.
+    #[inline(always)]
+    pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
+        Self::along(c1 - origin, c2 - c1, c3 - c1)
+    }
+
+    /// From the way to c1 and the edges, in any axes.
+    #[inline(always)]
+    pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
+        Self { a, h4, h5, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
+    }
+}
+
+impl Coefficients {
+    /// What depends on the triangle and the origin.
+    #[inline]
+    pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
+        let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
+        Self::of(triangle.0.map(vec3), vec3(origin))
+    }
+
+    /// The weights u of c2 and v of c3 where the line through the origin along `dir`, of any length,
+    /// meets the triangle's plane, inside of the triangle or not. Not finite where the line is
+    /// parallel to the plane or an input is not finite.
+    ///
+    /// ```
+    /// use intertri::internal::Coefficients;
+    /// use intertri::Triangle;
+    /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let seen = Coefficients::new(&triangle, [0.25, 0.5, 0.0]);
+    /// assert_eq!(seen.weights([0.0, 0.0, 2.0]), (0.25, 0.5));
+    /// ```
+    #[inline]
+    pub fn weights(&self, dir: [f64; 3]) -> (f64, f64) {
+        let dir = Vec3::splat(dir);
+        let den = self.n.dot(dir);
+        (self.v.dot(dir) / den, self.w.dot(dir) / den)
+    }
+}

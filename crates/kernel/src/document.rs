@@ -1,0 +1,150 @@
+//! `InterTri` (document A) in f64 lanes, its operations in its order.
+//!
+//! ```text
+//!              c3
+//!              /\            h4 = c2 - c1     h2 = h1 - c1
+//!          h5 /  \ h6        h5 = c3 - c1     h3 = h1 - c2
+//!            /  . \          h6 = c3 - c2
+//!           /  h1  \         nrm = h4 ^ h5, of unit length
+//!         c1 ------ c2
+//!              h4            h1 = org + dir * t, the point of the ray in the plane
+//! ```
+//!
+//! No operation here is fused, approximated or reordered, so every lane gives the bits that the
+//! scalar listing gives. The mode `double` is made of this, and the resolver of `certified`.
+
+use crate::packet::{RayLanes, TriangleBlock};
+use crate::simd::Lanes;
+use crate::simd::Vec3;
+use crate::{Ray, Triangle};
+
+/// A triangle as the document initialises it, in every lane the same or in every lane another.
+#[derive(Clone, Copy)]
+pub struct Tri<D> {
+    c1: Vec3<D>,
+    c2: Vec3<D>,
+    pub(crate) nrm: Vec3<D>,
+    h4: Vec3<D>,
+    h5: Vec3<D>,
+    h6: Vec3<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> Tri<D> {
+    /// The edges and the normal from the corners.
+    #[inline(always)]
+    pub(crate) fn new([c1, c2, c3]: [Vec3<D>; 3]) -> Self {
+        let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
+
+        // A triangle without area keeps the zero vector, which is parallel to every ray.
+        let normal = h4.cross(h5);
+        let length = normal.dot(normal).sqrt();
+        let length = D::select(length.le(D::splat(0.0)), D::splat(1.0), length);
+        let nrm = Vec3 { x: normal.x / length, y: normal.y / length, z: normal.z / length };
+        Self { c1, c2, nrm, h4, h5, h6 }
+    }
+
+    /// N triangles.
+    #[inline(always)]
+    pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>) -> Self {
+        // Not by `map`, which would be compiled without the level's instructions.
+        let [c1, c2, c3] = block.corners();
+        Self::new([Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)])
+    }
+
+    /// One triangle for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(one: &Tri<f64>) -> Self {
+        let vec3 = |v: Vec3<f64>| Vec3::splat([v.x, v.y, v.z]);
+        Self {
+            c1: vec3(one.c1),
+            c2: vec3(one.c2),
+            nrm: vec3(one.nrm),
+            h4: vec3(one.h4),
+            h5: vec3(one.h5),
+            h6: vec3(one.h6),
+        }
+    }
+
+    /// `nrm & dir`, and the `t` of the plane.
+    #[inline(always)]
+    fn plane(&self, org: Vec3<D>, dir: Vec3<D>) -> (D, D) {
+        let vd = self.nrm.dot(dir);
+        (vd, self.nrm.dot(self.c1 - org) / vd)
+    }
+
+    /// The `t` that [`Tri::inter_tri`] gives, without asking whether it is a hit.
+    #[inline(always)]
+    pub(crate) fn t(&self, org: Vec3<D>, dir: Vec3<D>) -> D {
+        self.plane(org, dir).1
+    }
+
+    /// The document's test: where the line of sight meets the triangle, and at which `t`.
+    #[inline(always)]
+    pub(crate) fn inter_tri(&self, org: Vec3<D>, dir: Vec3<D>, threshold: f64) -> (D::Mask, D) {
+        let zero = D::splat(0.0);
+        let threshold = D::splat(threshold);
+
+        // Parallel to the plane?
+        let (vd, t) = self.plane(org, dir);
+        let parallel = (-threshold).lt(vd) & vd.lt(threshold);
+
+        // Outside of an edge? A point on it is inside, and a NaN is not `< 0`.
+        let h1 = org + dir * t;
+        let h2 = h1 - self.c1;
+        let outside = self.nrm.dot(self.h4.cross(h2)).lt(zero)
+            | self.nrm.dot(h2.cross(self.h5)).lt(zero)
+            | self.nrm.dot(self.h6.cross(h1 - self.c2)).lt(zero);
+
+        (!(parallel | outside) & t.gt(threshold), t)
+    }
+
+    /// [`Tri::inter_tri`] within the rays' intervals: `t_min <= t < t_max`.
+    #[inline(always)]
+    pub(crate) fn hit(&self, rays: &RayLanes<D>, threshold: f64) -> (D::Mask, D) {
+        let (hit, t) = self.inter_tri(rays.org, rays.dir, threshold);
+        (hit & t.ge(rays.t_min) & t.lt(rays.t_max), t)
+    }
+}
+
+impl Tri<f64> {
+    /// One triangle.
+    #[inline(always)]
+    pub(crate) fn one(&Triangle(corners): &Triangle) -> Self {
+        Self::new(corners.map(|c| Vec3::splat(c.map(f64::from))))
+    }
+}
+
+/// One ray against one triangle: t, if it is a hit.
+#[inline(always)]
+pub(crate) fn hit(ray: &Ray, triangle: &Triangle, threshold: f64) -> Option<f64> {
+    let (hit, t) = Tri::one(triangle).hit(&RayLanes::of_ray(ray), threshold);
+    hit.then_some(t)
+}
+
+/// The reference's t of a triangle that is known to be hit.
+#[inline(always)]
+pub(crate) fn t(ray: &Ray, triangle: &Triangle) -> f64 {
+    let rays = RayLanes::of_ray(ray);
+    Tri::one(triangle).t(rays.org, rays.dir)
+}
+
+/// A triangle's plane as it is seen from an origin.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenPlane {
+    nrm: Vec3<f64>,
+    num: f64,
+}
+
+impl SeenPlane {
+    #[inline(never)]
+    pub(crate) fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
+        let Tri { nrm, c1, .. } = Tri::one(triangle);
+        Self { nrm, num: nrm.dot(c1 - Vec3::splat(origin.map(f64::from))) }
+    }
+
+    /// The reference's t of a ray from there that is known to hit the triangle.
+    #[inline(always)]
+    pub(crate) fn t(&self, dir: [f32; 3]) -> f64 {
+        self.num / self.nrm.dot(Vec3::splat(dir.map(f64::from)))
+    }
+}

@@ -1,0 +1,370 @@
+//! The f32 filter: what the bound decides, for rays and triangles of any origin.
+//!
+//! ```text
+//!   A = c1 - o      R = A × d                     c3
+//!   n = h4 × h5     den = n·d     num = n·A       /\       V > 0 inside of h5
+//!   V = h5·R        W = -h4·R                h5  /  \ h6   W > 0 inside of h4
+//!   U = den - V - W                             /____\     U > 0 inside of h6
+//!   t = num / den                             c1  h4  c2
+//! ```
+//!
+//! V, W, U over den are the weights of c2, c3, c1. The translation comes first, so large offsets
+//! cost nothing. Bounds and proof: `docs/numerics/certified.md`.
+
+use crate::packet::{RayLanes, RayPacket, TriangleBlock};
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Mask};
+use crate::{Ray, Threshold, Triangle};
+
+use super::bound;
+use super::decided::Decided;
+
+/// Triangles as lanes, with what the filter asks of them.
+#[derive(Clone, Copy)]
+pub struct Triangles<F> {
+    pub(super) c1: Vec3<F>,
+    /// `-h4`, which saves a change of sign.
+    pub(super) minus_h4: Vec3<F>,
+    pub(super) h5: Vec3<F>,
+    pub(super) n: Vec3<F>,
+    /// The longest edge, rounded up; NaN where the filter must not decide.
+    pub(super) h: F,
+    /// h²
+    hh: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Triangles<F> {
+    /// N triangles.
+    #[inline(always)]
+    pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>) -> Self {
+        // Not by `map`, which would be compiled without the level's instructions.
+        let [c1, c2, c3] = block.corners();
+        let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
+        Self::new(corners, F::load(block.longest_edges()))
+    }
+
+    /// One triangle for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(Triangle([c1, c2, c3]): &Triangle, h: f32) -> Self {
+        Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(h))
+    }
+
+    /// From the corners and the longest edge.
+    #[inline(always)]
+    pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
+        let (minus_h4, h5) = (c1 - c2, c3 - c1);
+        Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
+    }
+}
+
+/// Rays as lanes, with what the filter asks of them.
+#[derive(Clone, Copy)]
+pub struct Rays<F> {
+    rays: RayLanes<F>,
+    /// |d|₂, rounded up; NaN where the filter must not decide.
+    len: F,
+    /// `EDGE |d|₂`
+    edge: F,
+    /// The part of the bound that is the origin's.
+    off: F,
+    /// `GRAZING |d|₂`
+    grazing: F,
+    /// `GRAZING_ADD |d|₂`
+    grazing_add: F,
+    /// `SLACK DEN |d|₂`
+    den_err: F,
+    /// A t beyond this is large enough, a t under that is not.
+    above: F,
+    below: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Rays<F> {
+    /// Computes a ray's constants, lane by lane.
+    #[inline(always)]
+    pub(crate) fn new(rays: RayLanes<F>, threshold: Threshold) -> Self {
+        let splat = F::splat;
+        let (dir, org) = (rays.dir, rays.org.norm1());
+        let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
+
+        // Within these limits nothing overflows, and what underflows is in the bound.
+        let sane = org.le(splat(bound::LARGEST))
+            & len.le(splat(bound::LARGEST))
+            & len.ge(splat(bound::SHORTEST_DIR));
+        let len = F::select(sane, len, splat(f32::NAN));
+        let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
+        let off = len.mul_add(off, splat(bound::OFF_ADD));
+
+        // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
+        Self {
+            rays,
+            len,
+            edge: len * splat(bound::EDGE),
+            off,
+            grazing: len * splat(bound::GRAZING),
+            grazing_add: len * splat(bound::GRAZING_ADD),
+            den_err: len * splat(bound::SLACK * bound::DEN),
+            above: at_least(rays.t_min, threshold.above),
+            below: at_least(rays.t_min, threshold.below),
+        }
+    }
+
+    /// N different rays.
+    #[inline(always)]
+    pub(crate) fn of_packet<const N: usize>(packet: &RayPacket<N>, threshold: Threshold) -> Self {
+        Self::new(RayLanes::of_packet(packet), threshold)
+    }
+
+    /// One ray for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(one: &Rays<f32>) -> Self {
+        Self {
+            rays: RayLanes::splat(&one.rays),
+            len: F::splat(one.len),
+            edge: F::splat(one.edge),
+            off: F::splat(one.off),
+            grazing: F::splat(one.grazing),
+            grazing_add: F::splat(one.grazing_add),
+            den_err: F::splat(one.den_err),
+            above: F::splat(one.above),
+            below: F::splat(one.below),
+        }
+    }
+}
+
+impl Rays<f32> {
+    /// One ray.
+    #[inline(always)]
+    pub(crate) fn of_ray(ray: &Ray, threshold: Threshold) -> Self {
+        Self::new(RayLanes::of_ray(ray), threshold)
+    }
+}
+
+/// The larger of lanes and a number; where a lane is NaN, NaN.
+#[inline(always)]
+pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
+    F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
+}
+
+impl<F: Copy> Rays<F> {
+    #[inline(always)]
+    pub(super) fn org(&self) -> Vec3<F> {
+        self.rays.org
+    }
+    #[inline(always)]
+    pub(super) fn dir(&self) -> Vec3<F> {
+        self.rays.dir
+    }
+    #[inline(always)]
+    pub(super) fn len(&self) -> F {
+        self.len
+    }
+    #[inline(always)]
+    pub(super) fn off(&self) -> F {
+        self.off
+    }
+    #[inline(always)]
+    pub(super) fn above(&self) -> F {
+        self.above
+    }
+    #[inline(always)]
+    pub(super) fn below(&self) -> F {
+        self.below
+    }
+}
+
+/// The edge functions.
+#[derive(Clone, Copy)]
+pub(super) struct Edges<F> {
+    a: Vec3<F>,
+    pub(super) den: F,
+    pub(super) v: F,
+    pub(super) w: F,
+    pub(super) u: F,
+    /// What `den` must exceed for anything to be decided; NaN, which it never does, where the ray's
+    /// `len` or the triangle's `h` is.
+    least: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Edges<F> {
+    #[inline(always)]
+    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
+        let a = tri.c1 - of.rays.org;
+        let r = a.cross_fused(of.rays.dir);
+        let den = tri.n.dot_fused(of.rays.dir);
+        let v = tri.h5.dot_fused(r);
+        let w = tri.minus_h4.dot_fused(r);
+        Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
+    }
+
+    /// Far enough from grazing for the sign of `den` to be sure and the reference's noise small?
+    #[inline(always)]
+    pub(super) fn sure(&self) -> F::Mask {
+        self.den.abs().gt(self.least)
+    }
+
+    /// The weights, positive inside whichever side the ray comes from.
+    #[inline(always)]
+    fn weights(&self) -> [F; 3] {
+        [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
+    }
+
+    /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
+    #[inline(always)]
+    pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
+        tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
+    }
+
+    /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
+    #[inline(always)]
+    pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>) -> [F; 3] {
+        let splat = F::splat;
+
+        // The sums of the sizes of all products.
+        let (a, d) = (self.a.abs(), of.rays.dir.abs());
+        let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
+        let q = a.permanents(d);
+        let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
+        let u = v + w + h4.permanents(h5).dot_fused(d);
+
+        // What the reference's noise adds.
+        let noise = of.len * splat(bound::NOISE);
+        let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
+        let sharp = splat(bound::SHARP);
+        [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(splat(bound::SHARP_U), noise)]
+    }
+
+    /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`], by the sharp
+    /// bounds.
+    #[inline(always)]
+    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>) -> (F::Mask, F::Mask) {
+        let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of);
+        let [v, w, u] = self.weights();
+        let outside = v.lt(-v_bound) | w.lt(-w_bound) | u.lt(-u_bound);
+        let inside = v.gt(v_bound) & w.gt(w_bound) & u.gt(u_bound);
+        (!(self.sure() & outside), inside)
+    }
+}
+
+/// Where the ray meets the plane, as a quotient, with what bounds it.
+#[derive(Clone, Copy)]
+pub(super) struct PlaneHit<F> {
+    /// The numerator, with the sign of `den` in it.
+    pub(super) num: F,
+    /// `SLACK` times its bound.
+    pub(super) num_err: F,
+    /// The size of the denominator.
+    den: F,
+    /// `SLACK` times its bound.
+    pub(super) den_err: F,
+}
+
+impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
+    #[inline(always)]
+    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>) -> Self {
+        const NUM: f32 = bound::SLACK * bound::NUM;
+        let splat = F::splat;
+        let share = edges.a.norm1().mul_add(splat(NUM), splat(NUM * bound::SMALL));
+        Self {
+            num: tri.n.dot_fused(edges.a).flip(edges.den),
+            num_err: tri.hh.mul_add(share, splat(bound::TINY)),
+            den: edges.den.abs(),
+            den_err: tri.hh.mul_add(of.den_err, splat(bound::TINY)),
+        }
+    }
+
+    /// Where t surely exceeds `far`, or is surely below what counts. Most lanes need no more, and no division.
+    #[inline(always)]
+    pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
+        let Self { num, num_err, den, den_err } = *self;
+        let beyond = num.gt(far.mul_add(den + den_err, num_err));
+        let before = num.lt(of.below.mul_add(den - den_err, -num_err));
+        beyond | before
+    }
+
+    /// The enclosure of t.
+    #[inline(always)]
+    pub(super) fn enclosure(&self) -> (F, F) {
+        enclose(self.num, self.num_err, self.den, self.den_err)
+    }
+
+    /// A bound of the numerator's error that takes a few times as long.
+    #[inline(always)]
+    pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>) -> F {
+        let splat = F::splat;
+        let (a1, hh) = (edges.a.norm1(), tri.hh);
+        let perm = tri.minus_h4.abs().permanents(tri.h5.abs()).dot_fused(edges.a.abs());
+        let noise = (hh * a1).mul_add(splat(bound::NUM_NOISE), (hh + a1) * splat(bound::TINY));
+        perm.mul_add(splat(bound::SHARP_NUM), noise + splat(bound::TINY))
+    }
+
+    /// The enclosure of t under it.
+    #[inline(always)]
+    pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>) -> (F, F) {
+        let num_err = Self::sharp_num_err(tri, edges) * F::splat(bound::SLACK);
+        enclose(self.num, num_err, self.den, self.den_err)
+    }
+}
+
+/// The enclosure of t from its numerator and its denominator, which is positive, each with `SLACK` times its
+/// bound. The products with the reciprocal come first, so that t waits for no more than one of them.
+#[inline(always)]
+pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
+    let recip = F::splat(1.0) / den;
+    let t = num * recip;
+    let share = den_err.mul_add(recip, F::splat(bound::ROUND));
+    let rest = num_err.mul_add(recip, F::splat(bound::TINY));
+    let err = t.abs().mul_add(share, rest);
+    (t - err, t + err)
+}
+
+impl<F: Lanes<Scalar = f32>> Edges<F> {
+    /// Decides what the bound lets it decide. A lane whose t surely exceeds `far` is a miss, too.
+    #[inline(always)]
+    pub(super) fn decide(
+        &self,
+        tri: &Triangles<F>,
+        of: &Rays<F>,
+        far: F,
+        live: u32,
+        threshold: Threshold,
+    ) -> Decided<F> {
+        let splat = F::splat;
+        let Self { den, least, .. } = *self;
+        let sure = self.sure();
+
+        // Is the plane where hits count?
+        let plane = PlaneHit::new(tri, of, self);
+        let out_of_range = plane.out_of_range(of, far);
+
+        // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
+        // rounds to something of its own sign: the sign bit is the comparison.
+        let bound = self.bound(tri, of);
+        let [v, w, u] = self.weights();
+        let edge = v.min(w).min(u * splat(0.5));
+        let outside = (edge + bound).negative();
+        let maybe = (!(sure & (outside | out_of_range))).bits() & live;
+        if maybe == 0 {
+            let nothing = splat(0.0);
+            return Decided { hit: 0, undecided: 0, t_lo: nothing, t_hi: nothing };
+        }
+
+        // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
+        let (t_lo, t_hi) = plane.enclosure();
+        let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
+        let parallel = tri.hh.mul_add(parallel, least);
+        let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));
+        let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
+        let mut undecided = maybe & !hit;
+        if undecided != 0 {
+            // A ray that starts on the triangle, for one, is in doubt as to its t.
+            let (t_lo, t_hi) = plane.sharper(tri, self);
+            let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
+            let clear = slanted & in_range & t_lo.gt(of.above);
+            let (maybe, inside) = self.sharper(tri, of);
+            let maybe = maybe & in_range;
+            hit |= (maybe & clear & inside).bits() & undecided;
+            undecided &= maybe.bits() & !hit;
+        }
+        Decided { hit, undecided, t_lo, t_hi }
+    }
+}

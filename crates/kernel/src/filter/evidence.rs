@@ -1,0 +1,137 @@
+//! What the filter goes by, laid open, so that its bounds can be held against exact arithmetic.
+
+use crate::packet::TriangleBlock;
+use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
+use crate::{Ray, Threshold, Triangle};
+
+use super::bound;
+use super::edges::{Edges, PlaneHit, Rays, Triangles};
+use super::precheck::{Constants, Precheck};
+
+/// The numbers by which the mode `certified` decides one test, as its level computes them, each with
+/// the most that it may be off by.
+///
+/// In the words of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
+/// the denominator, `t` is `num / den`. NaN and infinities come in and out as they are.
+///
+/// ```
+/// use intertri::internal::Evidence;
+/// use intertri::{Ray, Threshold, Triangle, simd::Level};
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let evidence = |x| {
+///     let ray = Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]);
+///     Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best())
+/// };
+/// // Inside beyond doubt; and on an edge, where f32 does not decide.
+/// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
+/// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Evidence {
+    /// V, the weight of the second corner times the denominator.
+    pub v: f32,
+    /// W, the weight of the third corner times the denominator.
+    pub w: f32,
+    /// U, the weight of the first corner times the denominator.
+    pub u: f32,
+    /// The bound of V and of W.
+    pub edge: f32,
+    /// The bound of U.
+    pub u_edge: f32,
+    /// The sharp bounds of V, W and U, for what the others leave undecided.
+    pub sharp: [f32; 3],
+    /// D, the normal (not of unit length) times the direction.
+    pub den: f32,
+    /// The bound of D.
+    pub den_err: f32,
+    /// T, the normal times the way from the origin to the first corner.
+    pub num: f32,
+    /// The bound of T.
+    pub num_err: f32,
+    /// The sharp bound of T, for what the other leaves undecided.
+    pub sharp_num: f32,
+    /// The enclosure of t under it, valid if [`Evidence::sure`].
+    pub sharp_t: [f32; 2],
+    /// The enclosure of t, valid if [`Evidence::sure`].
+    pub t_lo: f32,
+    /// See [`Evidence::t_lo`].
+    pub t_hi: f32,
+    /// V, W, U and D over `h`, as the precheck computes them.
+    pub precheck: [f32; 4],
+    /// The bound of each of these.
+    pub precheck_bound: f32,
+    /// The longest edge.
+    pub h: f32,
+    /// Whether t is surely outside of the ray's interval, or not beyond the threshold; valid if
+    /// [`Evidence::sure`].
+    pub out_of_range: bool,
+    /// Whether the ray is far enough from grazing for anything to be decided.
+    pub sure: bool,
+}
+
+impl Evidence {
+    /// What the filter goes by for a ray and a triangle, at a level of instructions.
+    ///
+    /// ```
+    /// use intertri::internal::Evidence;
+    /// use intertri::{Ray, Threshold, Triangle, simd::Level};
+    /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// let ray = Ray::new([0.25; 3], [0.0, 0.0, 1.0]);
+    /// let seen = Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best());
+    /// assert!(seen.sure && seen.v > seen.edge && seen.t_lo < 4.75 && 4.75 < seen.t_hi);
+    /// ```
+    pub fn of(ray: &Ray, triangle: &Triangle, threshold: Threshold, level: Level) -> Self {
+        level.run(Seen { threshold, ray, triangle })
+    }
+}
+
+struct Seen<'a> {
+    threshold: Threshold,
+    ray: &'a Ray,
+    triangle: &'a Triangle,
+}
+
+impl WithSimd for Seen<'_> {
+    type Output = Evidence;
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Evidence {
+        let block = TriangleBlock::<8>::new(core::slice::from_ref(self.triangle));
+        let triangles = Triangles::<S::F32x8>::of_block(&block);
+        let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold));
+        let edges = Edges::new(&triangles, &rays);
+        let plane = PlaneHit::new(&triangles, &rays, &edges);
+        let lane = |x: S::F32x8| {
+            let mut lanes = [0.0; 8];
+            x.store(&mut lanes);
+            lanes[0]
+        };
+        let (t_lo, t_hi) = plane.enclosure();
+        let far = Lanes::splat(self.ray.t_max);
+        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges);
+        let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
+        let edge = lane(edges.bound(&triangles, &rays));
+        let at = Constants::new(self.triangle);
+        let ([v, w, u, den], bound) = Precheck::new(&rays).values(&at);
+        Evidence {
+            v: lane(edges.v),
+            w: lane(edges.w),
+            u: lane(edges.u),
+            edge,
+            u_edge: 2.0 * edge,
+            sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
+            den: lane(edges.den),
+            den_err: lane(plane.den_err) / bound::SLACK,
+            num: lane(plane.num.flip(edges.den)),
+            num_err: lane(plane.num_err) / bound::SLACK,
+            sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &edges)),
+            sharp_t: [lane(sharp_lo), lane(sharp_hi)],
+            t_lo: lane(t_lo),
+            t_hi: lane(t_hi),
+            precheck: [lane(v), lane(w), lane(u), lane(den)],
+            precheck_bound: lane(bound),
+            h: at.h,
+            out_of_range: plane.out_of_range(&rays, far).bits() & 1 != 0,
+            sure: edges.sure().bits() & 1 != 0,
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The precheck: do rays of any origin surely miss a triangle?
+//!
+//! ```text
+//!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge
+//!   W/h = w·d - h4/h·m                        w = c1 × h4 / h
+//!   D/h = n·d / h                             m = d × o               of a ray
+//!   U = D - V - W          a miss: two of them have different signs
+//! ```
+//!
+//! No translation, and all that is asked of a triangle are sixteen numbers. The price is an error that
+//! goes with the distances from the world's origin. A precheck may afford that: what it lets through,
+//! the filter decides. Bound and proof: `docs/numerics/certified.md`.
+
+use crate::Triangle;
+use crate::packet::TriangleBlock;
+use crate::simd::Lanes;
+use crate::simd::Vec3;
+
+use super::bound;
+use super::edges::{Rays, Triangles};
+
+/// What is computed from a triangle once.
+//
+// What every precheck needs fills one cache line.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Constants {
+    v: Vec3<f32>,
+    w: Vec3<f32>,
+    /// The edges and the normal, over h.
+    h5: Vec3<f32>,
+    minus_h4: Vec3<f32>,
+    n: Vec3<f32>,
+    /// `PRECHECK (|c1|₁ + h)`
+    reach: f32,
+    /// The longest edge, rounded up; NaN where f32 must not decide.
+    pub(super) h: f32,
+}
+
+impl Constants {
+    /// From a triangle.
+    pub(super) fn new(triangle: &Triangle) -> Self {
+        let one = TriangleBlock::<1>::new(core::slice::from_ref(triangle));
+        let Triangles { c1, minus_h4, h5, n, h, .. } = Triangles::<f32>::of_block(&one);
+        let scale = 1.0 / h;
+        Self {
+            v: h5.cross_fused(c1) * scale,
+            w: minus_h4.cross_fused(c1) * scale,
+            h5: h5 * scale,
+            minus_h4: minus_h4 * scale,
+            n: n * scale,
+            reach: bound::PRECHECK * (c1.norm1() + h),
+            h,
+        }
+    }
+}
+
+/// What the precheck asks of rays.
+#[derive(Clone, Copy)]
+pub struct Precheck<F> {
+    dir: Vec3<F>,
+    moment: Vec3<F>,
+    len: F,
+    /// The part of the bound that is the origin's.
+    away: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Precheck<F> {
+    /// Of these rays.
+    #[inline(always)]
+    pub(super) fn new(rays: &Rays<F>) -> Self {
+        let (org, dir, len) = (rays.org(), rays.dir(), rays.len());
+        let away = (len * F::splat(bound::PRECHECK)).mul_add(org.norm1(), rays.off());
+        Self { dir, moment: dir.cross_fused(org), len, away }
+    }
+
+    /// V, W, U and the denominator, over h, and what they may be off by.
+    #[inline(always)]
+    pub(super) fn values(&self, at: &Constants) -> ([F; 4], F) {
+        let splat = |x: Vec3<f32>| Vec3::<F>::splat([x.x, x.y, x.z]);
+
+        // Two short sums take less time than a long one.
+        let v = self.moment.dot_fused(splat(at.h5)) + self.dir.dot_fused(splat(at.v));
+        let w = self.moment.dot_fused(splat(at.minus_h4)) + self.dir.dot_fused(splat(at.w));
+        let den = self.dir.dot_fused(splat(at.n));
+        ([v, w, (den - v) - w, den], self.len.mul_add(F::splat(at.reach), self.away))
+    }
+
+    /// Where a ray surely misses: two edge functions surely have different signs, and the ray does not
+    /// graze.
+    #[inline(always)]
+    pub(super) fn sure_miss(&self, at: &Constants) -> F::Mask {
+        let ([v, w, u, den], bound) = self.values(at);
+        let (least, most) = (v.min(w).min(u), v.max(w).max(u));
+        // The bound is NaN where f32 must not decide; nothing else is.
+        den.abs().min(most).min(-least).gt(bound)
+    }
+}

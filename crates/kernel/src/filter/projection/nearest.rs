@@ -1,0 +1,252 @@
+//! The nearest hits of rays from one origin, and the test that finds them.
+
+use super::frame::{Points, at};
+use super::outline::Outline;
+use super::settle::Settle;
+use super::starts::Ranges;
+use crate::Triangle;
+use crate::intersect::Counts;
+use crate::simd::{Lanes, Mask, lanes_of};
+
+/// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
+///
+/// ```
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::internal::{Filter, Frame, Nearest, Outlines, Settle, Starts, Test};
+/// use intertri::{Certified, Counts, Mode, Ray};
+/// use intertri::{Triangle, TriangleBlock};
+/// use intertri::simd::Vec3;
+///
+/// struct Leaf<'a>(Filter, &'a TriangleBlock<8>, &'a Frame);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Outlines;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Outlines {
+///         self.0.outlines_in::<S>(self.1, None, self.2, 1.0)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (filter, triangles) = (Certified::default().test(), [at(5.0), at(3.0)]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let outlines = dispatch(Leaf(filter, &TriangleBlock::new(&triangles), &frame));
+///
+/// // One ray; one f32 is a lane, too.
+/// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
+/// let points = frame.points(Vec3::<f32>::splat(ray.dir));
+/// let ranges = filter.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
+/// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
+/// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
+/// let find = |triangle| triangles[triangle as usize];
+/// let (rays, resolver) = ([ray], filter.resolver());
+/// let settle = Settle { resolver, rays: &rays, find, index: |number| number, reversed: false };
+/// for lane in 0..2 {
+///     let outline = outlines.lane(lane);
+///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
+///     let numbers = (lane as u32, [0, 1].as_slice());
+///     let counts = &mut Counts::default();
+///     nearest.take((&points, &ranges), &outline, numbers, (0, &settle), 0b1, counts);
+/// }
+/// assert_eq!((nearest.hits(), nearest.triangles()), (0b1, [1]));
+/// assert!((1.0 / nearest.least() - 3.0).abs() < 1e-3);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest<F, const N: usize> {
+    /// No hit with a smaller inverse depth can become the nearest.
+    s_lo: F,
+    s_hi: F,
+    /// The caller's number of the triangle, as bits.
+    triangle: F,
+    /// Bit i is set where lane i has a hit.
+    hits: u32,
+}
+
+/// What is seen of a triangle at each point.
+struct Sample<F: Lanes> {
+    /// The least of the weights, in units of their bound.
+    weight: F,
+    /// The inverse depth, and its enclosure.
+    s: F,
+    s_lo: F,
+    s_hi: F,
+    /// Whether the sign of D is sure.
+    sure: F::Mask,
+    /// Whether it may be a hit that is nearer.
+    maybe: F::Mask,
+}
+
+/// What the bound says of each lane. A lane that is in neither mask is a miss.
+#[derive(Clone, Copy)]
+struct InverseDepths<F> {
+    hit: u32,
+    undecided: u32,
+    s_lo: F,
+    s_hi: F,
+}
+
+impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
+    /// The number that stands for no triangle.
+    pub const NOTHING: u32 = u32::MAX;
+
+    /// No hits yet: whatever is closer than `t_max` is nearer.
+    #[inline(always)]
+    pub fn new(points: &Points<F>, t_max: F) -> Self {
+        let (s_lo, s_hi) = points.inverse(t_max);
+        Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
+    }
+
+    /// The least inverse depth at which a hit still counts.
+    #[inline(always)]
+    pub fn least(&self) -> F {
+        self.s_lo
+    }
+
+    /// Bit i is set where lane i has a hit.
+    #[inline(always)]
+    pub fn hits(&self) -> u32 {
+        self.hits
+    }
+
+    /// The caller's numbers of the triangles; [`Nearest::NOTHING`] where nothing is hit.
+    #[inline(always)]
+    pub fn triangles(&self) -> [u32; N] {
+        // Not by `map`, which would not be inlined.
+        let (mut lanes, mut numbers) = ([0.0; N], [0; N]);
+        self.triangle.store(&mut lanes);
+        for (number, lane) in numbers.iter_mut().zip(&lanes) {
+            *number = lane.to_bits();
+        }
+        numbers
+    }
+
+    /// Takes the hits of N rays with the triangle `seen[number]`, where they are nearer. Only the lanes
+    /// in `live` take part, which must be on the projection and have no NaN in their interval. `settle`, who
+    /// knows lane i as the ray `first + i`, is asked about what the bound leaves open. Only undecided tests are
+    /// counted: the caller knows how many its windows decided. Whether anything may have changed.
+    #[inline(always)]
+    pub fn take<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+        &mut self,
+        (points, ranges): (&Points<F>, &Ranges<F>),
+        outline: &Outline,
+        (number, seen): (u32, &[u32]),
+        (first, settle): (usize, &Settle<'_, T, I>),
+        live: u32,
+        counts: &mut Counts,
+    ) -> bool {
+        // Without a branch on whether there is anything: it would mispredict.
+        let found = self.test(outline, points, ranges, live);
+        counts.undecided += u64::from(found.undecided.count_ones());
+        self.offer(&found, (number, seen), points, (first, settle));
+        (found.hit | found.undecided) != 0
+    }
+
+    /// Whether a live ray may hit a triangle where that is nearer: a first look without a branch, after
+    /// which [`Nearest::take`] is asked.
+    #[inline(always)]
+    pub fn maybe(
+        &self,
+        outline: &Outline,
+        points: &Points<F>,
+        ranges: &Ranges<F>,
+        live: u32,
+    ) -> bool {
+        self.sample(outline, points, ranges).maybe.bits() & live != 0
+    }
+
+    /// Which of the live rays hit a triangle surely, and which perhaps.
+    #[inline(always)]
+    fn test(
+        &self,
+        outline: &Outline,
+        points: &Points<F>,
+        ranges: &Ranges<F>,
+        live: u32,
+    ) -> InverseDepths<F> {
+        let Sample { weight, s, s_lo, s_hi, sure, maybe } = self.sample(outline, points, ranges);
+
+        // A hit, if nothing is in doubt.
+        let inside = weight.gt(F::splat(1.0))
+            & s.gt(F::splat(outline.parallel))
+            & s_hi.lt(ranges.near_lo)
+            & s_lo.gt(F::splat(0.0));
+        let hit = (sure & maybe & inside).bits() & live;
+        InverseDepths { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi }
+    }
+
+    /// Where the rays may hit a triangle.
+    #[inline(always)]
+    fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
+        // The least of the weights; below -1 a sure miss, if the sign of D is sure.
+        let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
+        let outside = weight.lt(F::splat(-1.0));
+
+        // The plane's inverse depth, negative where the ray goes away from it.
+        let s = at(outline.s, points);
+        let sure = s.abs().gt(F::splat(outline.least));
+        let err = F::splat(outline.err);
+        let (s_lo, s_hi) = (s - err, s + err);
+        let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
+        let maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
+        Sample { weight, s, s_lo, s_hi, sure, maybe }
+    }
+
+    /// Offers what a test found of the triangle `seen[number]`.
+    #[inline(always)]
+    fn offer<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+        &mut self,
+        found: &InverseDepths<F>,
+        (number, seen): (u32, &[u32]),
+        points: &Points<F>,
+        (first, settle): (usize, &Settle<'_, T, I>),
+    ) {
+        // Where the enclosures tell, all lanes at once.
+        let bits = f32::from_bits(number);
+        let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
+        self.s_lo = F::select(wins, found.s_lo, self.s_lo);
+        self.s_hi = F::select(wins, found.s_hi, self.s_hi);
+        self.triangle = F::select(wins, F::splat(bits), self.triangle);
+        self.hits |= wins.bits();
+
+        // The others one by one, by their exact t.
+        let rest = (found.hit & !wins.bits()) | found.undecided;
+        if rest == 0 {
+            return;
+        }
+        let (mut lo, mut hi, mut numbers) = ([0.0; N], [0.0; N], [0.0; N]);
+        let (mut new_lo, mut new_hi, mut z) = ([0.0; N], [0.0; N], [0.0; N]);
+        self.s_lo.store(&mut lo);
+        self.s_hi.store(&mut hi);
+        self.triangle.store(&mut numbers);
+        found.s_lo.store(&mut new_lo);
+        found.s_hi.store(&mut new_hi);
+        points.z.store(&mut z);
+        let triangle = seen[number as usize];
+        let mut kept = [None; 2];
+        for lane in lanes_of(rest) {
+            let ray = first + lane;
+            // A ray without a hit may have its far end here; one with a hit only has to compare.
+            let is_hit = self.hits >> lane & 1 != 0;
+            let sure = found.hit >> lane & 1 != 0;
+            let t = if sure && is_hit { None } else { settle.hit(triangle, ray) };
+            if t.is_none() && !(sure && is_hit) {
+                continue;
+            }
+            if is_hit {
+                let other = seen[numbers[lane].to_bits() as usize];
+                if !settle.is_before(ray, (triangle, t), other, &mut kept) {
+                    continue;
+                }
+            }
+            let one = Points { x: 0.0, y: 0.0, z: z[lane] };
+            (lo[lane], hi[lane]) = match t {
+                Some(t) if !sure => one.inverse(t as f32),
+                _ => (new_lo[lane], new_hi[lane]),
+            };
+            numbers[lane] = bits;
+            self.hits |= 1 << lane;
+        }
+        self.s_lo = F::load(&lo);
+        self.s_hi = F::load(&hi);
+        self.triangle = F::load(&numbers);
+    }
+}

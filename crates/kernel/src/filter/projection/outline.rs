@@ -1,0 +1,446 @@
+//! Triangles as they are projected.
+
+use super::super::bound;
+use super::frame::{Frame, Points, at};
+use super::windows::Windows;
+use crate::packet::TriangleBlock;
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Mask, Simd};
+
+/// Sixteen triangles as they are projected, side by side.
+///
+/// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is sure.
+///
+/// ```
+/// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+/// use intertri::internal::{Frame, Windows};
+/// use intertri::{Certified, Mode, Triangle, TriangleBlock};
+///
+/// /// Which triangles of a block may be hit through a window of the projection?
+/// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Frame, [[f32; 2]; 2]);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = u32;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> u32 {
+///         let Self(block, frame, [lo, hi]) = self;
+///         let splat = |[x, y]: [f32; 2]| [S::F32x16::splat(x), S::F32x16::splat(y)];
+///         let outlines = Certified::default().test().outlines_in::<S>(block, None, frame, 1.0);
+///         assert_eq!(outlines.larger::<S::F32x16>([0.1, 0.1]), 0b11);
+///         assert_eq!(outlines.sizes::<S::F32x16>().1, 0b11);
+///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
+///     }
+/// }
+///
+/// // One to the left and one to the right, five in front of the origin.
+/// let at = |x| Triangle::new([x, 0.0, 5.0], [x + 1.0, 0.0, 5.0], [x, 1.0, 5.0]);
+/// let block = TriangleBlock::new(&[at(-3.0), at(2.0)]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// assert_eq!(dispatch(Leaf(&block, &frame, [[-0.6, 0.0], [0.0, 0.2]])), 0b01);
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct Outlines {
+    u: [[f32; 16]; 3],
+    v: [[f32; 16]; 3],
+    w: [[f32; 16]; 3],
+    /// The inverse depth of the plane, positive in front; NaN where T is not known well enough.
+    s: [[f32; 16]; 3],
+    /// What s may be off by.
+    err: [f32; 16],
+    /// Up to this, in size, s tells nothing: a grazing ray.
+    least: [f32; 16],
+    /// Beyond this it is not parallel, either.
+    parallel: [f32; 16],
+    /// The rectangle that holds the triangle.
+    lo: [[f32; 16]; 2],
+    hi: [[f32; 16]; 2],
+    /// What the edges are in units of.
+    unit: [f32; 16],
+    /// Those that there are.
+    live: u32,
+}
+
+/// A triangle as it is projected.
+///
+/// ```
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::internal::{Frame, Outline, Points, Windows};
+/// use intertri::{Certified, Mode, Triangle, TriangleBlock};
+///
+/// struct Lane<'a>(&'a TriangleBlock<8>, &'a Frame, usize);
+/// impl WithSimd for Lane<'_> {
+///     type Output = Outline;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Outline {
+///         Certified::default().test().outlines_in::<S>(self.0, None, self.1, 1.0).lane(self.2)
+///     }
+/// }
+///
+/// let wall = Triangle::new([0.0, 0.0, 4.0], [1.0, 0.0, 4.0], [0.0, 1.0, 4.0]);
+/// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+/// let outline = dispatch(Lane(&TriangleBlock::new(&[wall]), &frame, 0));
+///
+/// // Windows, one in each lane: one f32 is a lane, too.
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.0, 0.0], [0.1, 0.1]), 0.0), 1);
+/// assert_eq!(outline.within(&Windows::<f32>::new([0.5, 0.5], [0.6, 0.6]), 0.0), 0);
+/// // The rectangle around the triangle says less: this window lies beyond the slanted edge.
+/// let beyond = Windows::<f32>::new([0.2, 0.2], [0.24, 0.24]);
+/// assert_eq!((outline.near(&beyond), outline.within(&beyond, 0.0)), (1, 0));
+///
+/// // Beyond 1 the three edges are sure; the last number is one by the depth.
+/// let point = Points { x: 0.05_f32, y: 0.05, z: 1.0 };
+/// let ([u, v, w, inverse], off) = outline.at(&point);
+/// assert!(u > 1.0 && v > 1.0 && w > 1.0 && (inverse - 0.25).abs() <= off);
+/// // V grows to the right.
+/// assert!(outline.unit() > 0.0);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Outline {
+    pub(super) u: [f32; 3],
+    pub(super) v: [f32; 3],
+    pub(super) w: [f32; 3],
+    pub(super) s: [f32; 3],
+    pub(super) err: f32,
+    pub(super) least: f32,
+    pub(super) parallel: f32,
+    unit: f32,
+    lo: [f32; 2],
+    hi: [f32; 2],
+}
+
+impl Outlines {
+    /// The triangles of one block or two; `parallel` is the document's threshold over the smallest z of the
+    /// rays, rounded up.
+    #[inline(always)]
+    pub(in super::super) fn new<S: Simd>(
+        first: &TriangleBlock<8>,
+        second: Option<&TriangleBlock<8>>,
+        frame: &Frame,
+        parallel: f32,
+    ) -> Self {
+        let live = first.live() | second.map_or(0, |block| block.live() << 8);
+        let blocks = [first, second.unwrap_or(first)];
+        let planes = Planes::new::<S>(blocks, frame);
+        let corners = Corners::new::<S>(blocks, frame);
+        let sizes = Sizes::of(&planes, frame, parallel);
+        let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame);
+        let ([u, v, w], unit) = corners.edges(frame);
+
+        // In front of the triangle or behind, T has the same sign as D wherever it is hit.
+        let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
+        let nothing = S::F32x16::splat(f32::NAN);
+        let one = S::F32x16::splat(1.0);
+        let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), nothing);
+        let [inverse, along_x, along_y] = planes.s;
+        let inverse = S::F32x16::select(sure, inverse, nothing);
+        Self {
+            u: three(u * turn),
+            v: three(v * turn),
+            w: three(w * turn),
+            s: three(Vec3 { x: inverse, y: along_x, z: along_y }),
+            err: sixteen(sizes.err),
+            least: sixteen(sizes.least),
+            parallel: sixteen(sizes.parallel),
+            lo: [sixteen(left), sixteen(down)],
+            hi: [sixteen(right), sixteen(up)],
+            unit: sixteen(unit),
+            live,
+        }
+    }
+
+    /// Which of the triangles some ray through the window may hit that still looks for hits of at
+    /// least this inverse depth.
+    #[inline(always)]
+    pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
+        let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
+        let hi = [F::load(&self.hi[0]), F::load(&self.hi[1])];
+        let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
+        let missed = depths.missed(F::splat(nearest))
+            | depths.plain & outside(window, [load(&self.u), load(&self.v), load(&self.w)]);
+        (window.reached(lo, hi) & !missed).bits() & self.live
+    }
+
+    /// Which of the triangles have a rectangle that is larger than this along x or y.
+    #[inline(always)]
+    pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
+        let ([x, y], _) = self.sizes::<F>();
+        (x.gt(F::splat(size[0])) | y.gt(F::splat(size[1]))).bits() & self.live
+    }
+
+    /// The widths and heights of the rectangles around the triangles, 0 in lanes without one, and which
+    /// triangles there are. Infinite where the rectangle is not known.
+    #[inline(always)]
+    pub fn sizes<F: Lanes<Scalar = f32>>(&self) -> ([F; 2], u32) {
+        let (live, none) = (F::Mask::from_bits(self.live), F::splat(0.0));
+        let (x, y) = (F::load(&self.hi[0]), F::load(&self.hi[1]));
+        let (x, y) = (x - F::load(&self.lo[0]), y - F::load(&self.lo[1]));
+        ([F::select(live, x, none), F::select(live, y, none)], self.live)
+    }
+
+    /// The outline in a lane.
+    #[inline(always)]
+    pub fn lane(&self, i: usize) -> Outline {
+        Outline {
+            u: [self.u[0][i], self.u[1][i], self.u[2][i]],
+            v: [self.v[0][i], self.v[1][i], self.v[2][i]],
+            w: [self.w[0][i], self.w[1][i], self.w[2][i]],
+            s: [self.s[0][i], self.s[1][i], self.s[2][i]],
+            err: self.err[i],
+            least: self.least[i],
+            parallel: self.parallel[i],
+            unit: self.unit[i],
+            lo: [self.lo[0][i], self.lo[1][i]],
+            hi: [self.hi[0][i], self.hi[1][i]],
+        }
+    }
+}
+
+impl Outline {
+    /// What the test computes at points: U, V, W in units of their bound, the inverse depth, and what
+    /// that may be off by. For who wants to check the bounds.
+    #[inline(always)]
+    pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
+        let values = [self.u, self.v, self.w, self.s];
+        (
+            [
+                at(values[0], points),
+                at(values[1], points),
+                at(values[2], points),
+                at(values[3], points),
+            ],
+            self.err,
+        )
+    }
+
+    /// The bound of the edges, which is their unit.
+    pub fn unit(&self) -> f32 {
+        self.unit
+    }
+
+    /// The windows that the rectangle around the triangle reaches.
+    #[inline(always)]
+    pub fn near<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>) -> u32 {
+        let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
+        let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
+        windows.reached(lo, hi).bits()
+    }
+
+    /// The windows through which some ray may hit the triangle that still looks for hits of at least
+    /// the window's inverse depth.
+    #[inline(always)]
+    pub fn within<F: Lanes<Scalar = f32>>(&self, windows: &Windows<F>, nearest: F) -> u32 {
+        let lo = [F::splat(self.lo[0]), F::splat(self.lo[1])];
+        let hi = [F::splat(self.hi[0]), F::splat(self.hi[1])];
+        let reached = windows.reached(lo, hi);
+
+        let (err, least) = (F::splat(self.err), F::splat(self.least));
+        let depths = Depths::new(windows, splat(self.s), err, least);
+        let edges = [splat(self.u), splat(self.v), splat(self.w)];
+        let missed = depths.missed(nearest) | depths.plain & outside(windows, edges);
+        (reached & !missed).bits()
+    }
+}
+
+/// Triangles against windows, either of them the same in all lanes: the inverse depths.
+struct Depths<F: Lanes> {
+    /// No ray has a larger one.
+    most: F,
+    /// For no ray is it sure and positive.
+    behind: F::Mask,
+    /// For every ray it is sure and positive.
+    plain: F::Mask,
+}
+
+impl<F: Lanes<Scalar = f32>> Depths<F> {
+    #[inline(always)]
+    fn new(windows: &Windows<F>, s: [F; 3], err: F, least: F) -> Self {
+        let ((lo, hi), twice) = (windows.range(s), least + least);
+        Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
+    }
+
+    /// Where the plane lies behind every ray, or too far away.
+    #[inline(always)]
+    fn missed(&self, nearest: F) -> F::Mask {
+        self.behind | self.most.lt(nearest)
+    }
+}
+
+/// Where some edge has all of the window on its outer side, if D is sure and positive.
+#[inline(always)]
+fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
+    let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
+    highest.lt(F::splat(-2.0))
+}
+
+/// The planes of sixteen triangles, computed in f64.
+struct Planes<F> {
+    /// The inverse depth, 1 / depth = D / T, as a form.
+    s: [F; 3],
+    /// `h^2 / |T|`
+    q: F,
+    /// `|N|` with the sign of T.
+    turn: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Planes<F> {
+    #[inline(always)]
+    fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
+        let (mut s, mut q, mut normal) = ([[0.0; 16]; 3], [0.0; 16], [0.0; 16]);
+        for (half, block) in blocks.into_iter().enumerate() {
+            let [c1, c2, c3] = block.corners();
+            let c1 = Vec3::<S::F64x8>::load_f32(c1);
+            let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
+            let n = (c2 - c1).cross_fused(c3 - c1);
+            let [x, y, z] = frame.origin;
+            let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
+            let recip = S::F64x8::splat(1.0) / t;
+            let n = into(n, &frame.dual);
+            let to = 8 * half;
+            (n.x * recip).store_f32(&mut s[0][to..]);
+            (n.y * recip).store_f32(&mut s[1][to..]);
+            (n.z * recip).store_f32(&mut s[2][to..]);
+            let h = S::F64x8::load_f32(block.longest_edges());
+            (h * h * recip.abs()).store_f32(&mut q[to..]);
+            n.norm1().flip(t).store_f32(&mut normal[to..]);
+        }
+        Self { s: load(&s), q: F::load(&q), turn: F::load(&normal) }
+    }
+
+    /// Where the sign of T is known, for triangles `away` from the origin.
+    #[inline(always)]
+    fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
+        let off = size * F::splat(frame.off * bound::OFF_PLANE);
+        (self.q * away).mul_add(F::splat(bound::NOISE), off).lt(F::splat(0.99))
+    }
+}
+
+/// What the inverse depth may be off by, and what follows from its size.
+struct Sizes<F> {
+    size: F,
+    err: F,
+    least: F,
+    parallel: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Sizes<F> {
+    #[inline(always)]
+    fn of(Planes { s, q, .. }: &Planes<F>, frame: &Frame, parallel: f32) -> Self {
+        let (splat, q) = (F::splat, *q);
+        let size = s[0].abs() + s[1].abs() + s[2].abs();
+        let off = frame.off;
+        let [x, y] = frame.reach;
+        let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
+        let share = most.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
+        let err = size.mul_add(share, q * splat(bound::LOST));
+        let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
+        let parallel = size.mul_add(splat(parallel), least);
+        Self { size, err, least, parallel }
+    }
+}
+
+/// The corners of sixteen triangles and their edges in the axes of a frame.
+struct Corners<F> {
+    a: Vec3<F>,
+    b: Vec3<F>,
+    c: Vec3<F>,
+    h4: Vec3<F>,
+    h5: Vec3<F>,
+    h6: Vec3<F>,
+    /// The longest edge.
+    h: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Corners<F> {
+    #[inline(always)]
+    fn new<S: Simd<F32x16 = F>>(blocks: [&TriangleBlock<8>; 2], frame: &Frame) -> Self {
+        let ([a1, a2, a3], [b1, b2, b3]) = (blocks[0].corners(), blocks[1].corners());
+        let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
+        let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
+        let axes = [frame.depth, frame.right, frame.up];
+        let (a, h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2 - c1, &axes));
+        let (h5, h6) = (into(c3 - c1, &axes), into(c3 - c2, &axes));
+        Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
+    }
+
+    /// The rectangle: from corners in front, with room for what they and the reference may be off by.
+    #[inline(always)]
+    fn rectangle(&self, turn: F, frame: &Frame) -> [(F, F); 2] {
+        let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
+        let away = a.norm1();
+        let nearest = a.x.min(b.x).min(c.x);
+        let apart = splat(distance(frame) * bound::ROOM_AWAY + frame.off * bound::OFF_ROOM);
+        let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
+        let known = (h * h).lt(turn.abs() * splat(bound::THIN))
+            & nearest.gt(room * splat(8.0))
+            & nearest.gt(splat(bound::SHORTEST_DIR))
+            & away.lt(splat(bound::LARGEST));
+        let one = splat(1.0);
+        let (ra, rb, rc) = (one / a.x, one / b.x, one / c.x);
+        let room = room.mul_add(ra.max(rb).max(rc), splat(bound::ROOM_SCREEN));
+        let (x, y) = ([a.y * ra, b.y * rb, c.y * rc], [a.z * ra, b.z * rb, c.z * rc]);
+        [around(x, room, known), around(y, room, known)]
+    }
+
+    /// The edges as forms, and their bound.
+    #[inline(always)]
+    fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
+        let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
+        let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
+        let form = u.norm1().max(v.norm1()).max(w.norm1());
+        let apart = distance(frame) * bound::ORIGIN * bound::LEAN + frame.off * bound::OFF_EDGE;
+        let noise = (a.norm1() + h).mul_add(splat(bound::EDGES), splat(apart));
+        ([u, v, w], form.mul_add(splat(bound::SCREEN), noise * h))
+    }
+}
+
+/// How far a frame's origin is from the world's.
+fn distance(frame: &Frame) -> f32 {
+    frame.origin.iter().fold(0.0, |sum, x| sum + x.abs())
+}
+
+/// Vectors in other axes.
+#[inline(always)]
+fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec3<L> {
+    Vec3 {
+        x: v.dot_fused(Vec3::splat(*a)),
+        y: v.dot_fused(Vec3::splat(*b)),
+        z: v.dot_fused(Vec3::splat(*c)),
+    }
+}
+
+/// The smallest and largest of three, with room; everything where they are not known.
+#[inline(always)]
+fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
+    let everywhere = F::splat(f32::INFINITY);
+    let lo = F::select(known, a.min(b).min(c) - room, -everywhere);
+    (lo, F::select(known, a.max(b).max(c) + room, everywhere))
+}
+
+#[inline(always)]
+fn sixteen<F: Lanes<Scalar = f32>>(lanes: F) -> [f32; 16] {
+    let mut numbers = [0.0; 16];
+    lanes.store(&mut numbers);
+    numbers
+}
+
+#[inline(always)]
+fn three<F: Lanes<Scalar = f32>>(v: Vec3<F>) -> [[f32; 16]; 3] {
+    [sixteen(v.x), sixteen(v.y), sixteen(v.z)]
+}
+
+/// The corners of two blocks.
+#[inline(always)]
+fn halves<S: Simd>(first: &[[f32; 8]; 3], last: &[[f32; 8]; 3]) -> Vec3<S::F32x16> {
+    let ([x, y, z], [u, v, w]) = (first, last);
+    Vec3 { x: S::halves(x, u), y: S::halves(y, v), z: S::halves(z, w) }
+}
+
+#[inline(always)]
+fn load<F: Lanes<Scalar = f32>>(form: &[[f32; 16]; 3]) -> [F; 3] {
+    [F::load(&form[0]), F::load(&form[1]), F::load(&form[2])]
+}
+
+#[inline(always)]
+fn splat<F: Lanes<Scalar = f32>>(form: [f32; 3]) -> [F; 3] {
+    [F::splat(form[0]), F::splat(form[1]), F::splat(form[2])]
+}

@@ -1,0 +1,79 @@
+//! Who settles what the bound leaves open of a bundle.
+
+use crate::resolve::{Resolver, SharedOrigin};
+use crate::{Ray, Triangle};
+
+/// What is asked about the rays and triangles of a bundle, both known by the caller's numbers.
+///
+/// ```
+/// use intertri::internal::{Resolver, Settle};
+/// use intertri::{Ray, Triangle};
+/// let triangles = [3.0, 5.0].map(|z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]));
+/// let rays = [Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0])];
+/// let (find, index) = (|number| triangles[number as usize], |number| number);
+/// let settle = Settle { resolver: Resolver::Document(0.0), rays: &rays, find, index, reversed: false };
+/// assert_eq!((settle.hit(0, 0), settle.hit(1, 0)), (Some(3.0), Some(5.0)));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Settle<'a, T, I> {
+    /// What answers.
+    pub resolver: Resolver,
+    /// The rays by number.
+    pub rays: &'a [Ray],
+    /// A triangle by its number.
+    pub find: T,
+    /// The triangle's index.
+    pub index: I,
+    /// Whether the bundle holds the rays in reverse, from their common end: then it is known only whether
+    /// they hit, and every t is 0.
+    pub reversed: bool,
+}
+
+impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
+    /// t of a ray, if it hits the triangle within its interval.
+    #[inline(always)]
+    pub fn hit(&self, triangle: u32, ray: usize) -> Option<f64> {
+        let t = self.resolver.hit(&self.rays[ray], &(self.find)(triangle));
+        if self.reversed { t.map(|_| 0.0) } else { t }
+    }
+
+    /// Whether a ray hits one triangle before another, both of which it is known to hit; `t` is that of the
+    /// one, where it is known. What was seen of both is kept for other rays.
+    #[inline(always)]
+    pub(super) fn is_before(
+        &self,
+        ray: usize,
+        (one, t): (u32, Option<f64>),
+        other: u32,
+        [kept_one, kept_other]: &mut [Kept; 2],
+    ) -> bool {
+        if self.reversed {
+            return false;
+        }
+        let ray = &self.rays[ray];
+        let old = self.seen(other, kept_other);
+        let (t_old, t_new) = (old.t(ray), t.unwrap_or_else(|| self.seen(one, kept_one).t(ray)));
+        if t_new != t_old {
+            return t_new < t_old;
+        }
+        let order = self.seen(one, kept_one).order(&old, ray);
+        order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
+    }
+
+    /// A triangle from where the rays start.
+    #[inline(always)]
+    fn seen(&self, triangle: u32, kept: &mut Kept) -> SharedOrigin {
+        match *kept {
+            Some((number, seen)) if number == triangle => seen,
+            _ => {
+                let origin = self.rays[0].origin;
+                let seen = self.resolver.shared_origin(&(self.find)(triangle), origin);
+                *kept = Some((triangle, seen));
+                seen
+            }
+        }
+    }
+}
+
+/// The triangle that was seen last.
+pub(super) type Kept = Option<(u32, SharedOrigin)>;

@@ -1,0 +1,75 @@
+//! Where rays begin to look for hits.
+
+use super::super::bound;
+use super::super::edges::at_least;
+use super::frame::Points;
+use crate::Threshold;
+use crate::simd::Lanes;
+
+/// Where rays begin to look for hits, as depths: lane by lane of any number of packets.
+///
+/// ```
+/// use intertri::internal::{Points, Ranges, Starts};
+/// use intertri::{Certified, Mode};
+/// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
+/// let starts = Certified::default().test().starts_in(&Starts::none(), &points, 2.0, true);
+/// let from_two_on: Ranges<f32> = starts.ranges();
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Starts<F> {
+    /// Beyond this a hit of any of them is far enough.
+    last: F,
+    /// Before this no hit is.
+    first: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Starts<F> {
+    /// Of no ray.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
+    }
+
+    /// With the live rays of one more packet, which look beyond `Threshold` and `t_min`.
+    #[inline(always)]
+    pub(in super::super) fn with(
+        &self,
+        points: &Points<F>,
+        t_min: F,
+        live: F::Mask,
+        threshold: Threshold,
+    ) -> Self {
+        // Not so small that products are subnormal: those take the CPU a hundred times as long.
+        let above = at_least(t_min, threshold.above.max(bound::SMALL));
+        let below = at_least(t_min, threshold.below.max(0.0));
+        Self {
+            last: F::select(live, self.last.max(above * points.z), self.last),
+            first: F::select(live, self.first.min(below * points.z), self.first),
+        }
+    }
+
+    /// The same as inverse depths.
+    #[inline(always)]
+    pub fn ranges(&self) -> Ranges<F> {
+        let (zero, one) = (F::splat(0.0), F::splat(1.0));
+        let near_hi = one / self.first * F::splat(1.0 + bound::INVERSE);
+        Ranges {
+            near_lo: one / self.last * F::splat(1.0 - bound::INVERSE),
+            near_hi: F::select(self.first.gt(zero), near_hi, F::splat(f32::INFINITY)),
+        }
+    }
+}
+
+/// The near ends of rays, as inverse depths.
+///
+/// ```
+/// use intertri::internal::{Ranges, Starts};
+/// let of_no_ray: Ranges<f32> = Starts::none().ranges();
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Ranges<F> {
+    /// Below this a hit is far enough.
+    pub(super) near_lo: F,
+    /// Above this it is not.
+    pub(super) near_hi: F,
+}

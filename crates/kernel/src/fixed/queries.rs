@@ -1,0 +1,275 @@
+//! Queries over slices of any length.
+
+use alloc::vec::Vec;
+use core::array::from_fn;
+
+use super::{
+    Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, Seen, Triangle,
+};
+use crate::Hit;
+use crate::simd::{Level, Simd, WithSimd};
+
+/// The mode `fixed`, at some level of instructions. The answers are those of every level.
+///
+/// ```
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// // A tetrahedron of integers, its corners counter-clockwise as seen from outside.
+/// let [o, x, y, z] = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]];
+/// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|f| grid.triangle_of(f));
+/// let solid: Vec<_> = blocks(&faces.into_iter().collect::<Result<Vec<_>, _>>()?).collect();
+///
+/// // From inside, out through the face across.
+/// let fixed = Fixed::default();
+/// let ray = grid.ray_of([1, 1, 1], [1, 1, 1])?;
+/// let count = fixed.crossings(&solid, &ray);
+/// assert_eq!((count.signed, count.unsigned), (1, 1));
+/// assert!(fixed.any(&solid, &ray) && fixed.contains(&solid, &grid, [1.0, 1.0, 1.0])?);
+/// let hits = fixed.all(&solid, &ray);
+/// assert_eq!((hits.len(), hits[0].triangle, hits[0].t), (1, 3, 1.0 / 3.0));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+///
+/// ```
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// use intertri::{Hit, simd::Level};
+/// // The closest of many rays, at the portable level: it changes no answer.
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let plain = Fixed::at(Level::PORTABLE);
+/// assert_eq!(plain.level(), Level::PORTABLE);
+/// let walls = [5, 3].map(|z| grid.triangle_of([[0, 0, z], [4, 0, z], [0, 4, z]]).unwrap());
+/// let rays = [1, 9].map(|x| grid.ray_of([x, 1, 0], [0, 0, 1]).unwrap());
+/// let mut hits = [Hit::MISS; 2];
+/// plain.closest_batch(&walls, &rays, &mut hits);
+/// assert_eq!(hits.map(|hit| hit.triangle), [1, Hit::NO_TRIANGLE]);
+/// // A sheet winds around nothing; see above for what does.
+/// assert_eq!(plain.winding(&blocks(&walls).collect::<Vec<_>>(), &grid, [1.0, 1.0, 9.0])?, 0);
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fixed {
+    level: Level,
+}
+
+impl Default for Fixed {
+    fn default() -> Self {
+        Self { level: Level::best() }
+    }
+}
+
+/// How often a ray crosses.
+///
+/// ```
+/// use intertri::fixed::{Bits, Crossings, Fixed, Grid, blocks};
+/// // Through the front of one wall and the back of another.
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
+/// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();
+/// let crossings = Fixed::default().crossings(&walls, &grid.ray_of([1, 1, 0], [0, 0, 1])?);
+/// assert_eq!(crossings, Crossings { signed: 0, unsigned: 2 });
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Crossings {
+    /// Crossings with the normal less crossings against it: of a closed mesh whose corners run
+    /// counter-clockwise as seen from outside, 1 from a point inside and 0 from one outside.
+    pub signed: i64,
+    /// All crossings.
+    pub unsigned: u64,
+}
+
+/// Snapped triangles in blocks of eight, for the queries; each triangle's index is its place.
+///
+/// ```
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// use intertri::{Ray, Triangle};
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 2.0]);
+///
+/// let points = triangle.0.into_iter().chain([ray.origin]);
+/// let grid = Grid::around(points, Bits::FINE)?;
+/// let blocks: Vec<_> = blocks(&[grid.triangle(&triangle)?]).collect();
+/// let hit = Fixed::default().closest(&blocks, &grid.ray(&ray)?).unwrap();
+/// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (0, 2.5, 0.25, 0.25));
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+pub fn blocks(triangles: &[Triangle]) -> impl Iterator<Item = Block<8>> {
+    triangles
+        .chunks(8)
+        .zip((0_u32..).step_by(8))
+        .map(|(chunk, first)| Block::new(chunk.iter().copied().zip(first..)))
+}
+
+impl Fixed {
+    /// The mode at a level of one's own.
+    pub fn at(level: Level) -> Self {
+        Self { level }
+    }
+
+    /// The level of instructions to run on.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
+    /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
+    pub fn closest(&self, blocks: &[Block<8>], ray: &Ray) -> Option<Hit> {
+        let mut best = Best::default();
+        self.each(blocks, ray, |crossing, index| {
+            best.offer(crossing, index);
+            true
+        });
+        best.to_hit(ray)
+    }
+
+    /// Whether anything is hit.
+    pub fn any(&self, blocks: &[Block<8>], ray: &Ray) -> bool {
+        let mut any = false;
+        self.each(blocks, ray, |_, _| {
+            any = true;
+            false
+        });
+        any
+    }
+
+    /// Every hit, in order of the exact t; of equal t, of the index.
+    pub fn all(&self, blocks: &[Block<8>], ray: &Ray) -> Vec<Hit> {
+        let mut crossings = Vec::new();
+        self.each(blocks, ray, |crossing, index| {
+            crossings.push((crossing, index));
+            true
+        });
+        crossings.sort_unstable_by_key(|(crossing, index)| (crossing.t, *index));
+        crossings.iter().map(|(crossing, index)| crossing.to_hit(ray, *index)).collect()
+    }
+
+    /// How often the ray crosses: each shared edge or corner once.
+    pub fn crossings(&self, blocks: &[Block<8>], ray: &Ray) -> Crossings {
+        let mut count = Crossings::default();
+        self.each(blocks, ray, |crossing, _| {
+            count.signed += if crossing.leaves { 1 } else { -1 };
+            count.unsigned += 1;
+            true
+        });
+        count
+    }
+
+    /// How often a closed mesh winds around a point, as seen from outside: by signed crossings of a
+    /// ray from there. 1 inside and 0 outside of a mesh whose corners run counter-clockwise; -1
+    /// inside of one turned inside out. Of a point on the surface, the answer is that of a point next
+    /// to it.
+    ///
+    /// # Errors
+    /// If the point is not on the grid.
+    pub fn winding(
+        &self,
+        blocks: &[Block<8>],
+        grid: &Grid,
+        point: [f32; 3],
+    ) -> Result<i64, GridError> {
+        let ray = grid.ray(&crate::Ray::new(point, [1.0, 0.0, 0.0]))?;
+        Ok(self.crossings(blocks, &ray).signed)
+    }
+
+    /// Whether a closed mesh contains a point: whether it winds around it.
+    ///
+    /// # Errors
+    /// If the point is not on the grid.
+    pub fn contains(
+        &self,
+        blocks: &[Block<8>],
+        grid: &Grid,
+        point: [f32; 3],
+    ) -> Result<bool, GridError> {
+        Ok(self.winding(blocks, grid, point)? != 0)
+    }
+
+    /// [`Fixed::closest`] of many rays, eight at a time: `hits[i]` becomes the answer of `rays[i]`.
+    /// Rays that follow each other and share their origin share its work.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one hit a ray");
+        self.level.run(ClosestBatch { triangles, rays, hits });
+    }
+
+    /// Every crossing, until `go_on` returns false.
+    fn each(self, blocks: &[Block<8>], ray: &Ray, go_on: impl FnMut(Crossing, u32) -> bool) {
+        self.level.run(Each { blocks, ray, go_on });
+    }
+}
+
+struct Each<'a, E> {
+    blocks: &'a [Block<8>],
+    ray: &'a Ray,
+    go_on: E,
+}
+
+impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self) {
+        let ray = RayLanes::<S, 8>::new(self.ray);
+        let mut more = true;
+        for block in self.blocks {
+            block.crossings_in::<S, true>(&ray, |crossing, index| {
+                more = more && (self.go_on)(crossing, index);
+            });
+            if !more {
+                return;
+            }
+        }
+    }
+}
+
+/// So many packets of eight rays share what is computed from a triangle.
+const PACKETS: usize = 8;
+
+struct ClosestBatch<'a> {
+    triangles: &'a [Triangle],
+    rays: &'a [Ray],
+    hits: &'a mut [Hit],
+}
+
+impl WithSimd for ClosestBatch<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let rays = self.rays.chunks(8 * PACKETS);
+        for (rays, hits) in rays.zip(self.hits.chunks_mut(8 * PACKETS)) {
+            let packets: [Packet<8>; PACKETS] =
+                from_fn(|p| Packet::new(rays.get(8 * p..).unwrap_or(&[])));
+            let packets = &packets[..rays.len().div_ceil(8)];
+            let mut bests = [[Best::default(); 8]; PACKETS];
+
+            let origin = rays[0].origin();
+            let shared = rays.iter().all(|ray| ray.origin() == origin);
+            for (index, triangle) in (0..).zip(self.triangles) {
+                if shared {
+                    let Some(seen) = Seen::new(triangle, origin) else { continue };
+                    for (packet, bests) in packets.iter().zip(&mut bests) {
+                        seen.crossings_in::<S, true, 8>(packet, packet.live(), |lane, crossing| {
+                            bests[lane].offer(crossing, index);
+                        });
+                    }
+                } else {
+                    let triangle = Prepared::new(triangle);
+                    for (packet, bests) in packets.iter().zip(&mut bests) {
+                        packet.crossings_in::<S, true>(
+                            &triangle,
+                            packet.live(),
+                            |lane, crossing| {
+                                bests[lane].offer(crossing, index);
+                            },
+                        );
+                    }
+                }
+            }
+            for ((ray, best), hit) in rays.iter().zip(bests.as_flattened()).zip(hits) {
+                *hit = best.to_hit(ray).unwrap_or(Hit::MISS);
+            }
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Where a ray meets a triangle that it is known to hit: t by document A, the weights by document D.
+
+mod pairs;
+mod shared_origin;
+mod shared_origin_hit;
+
+pub use pairs::Pairs;
+pub(crate) use pairs::of_pair;
+pub use shared_origin::HitCoefficients;
+pub use shared_origin_hit::SharedOriginHit;

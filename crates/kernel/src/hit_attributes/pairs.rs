@@ -1,0 +1,119 @@
+//! Where rays meet triangles that they are known to hit, eight pairs side by side.
+//!
+//! The operations and their order are the reference's, so t has its bits; the weights are document
+//! D's.
+
+use crate::barycentric::Coefficients;
+use crate::document::Tri;
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Simd};
+use crate::{Hit, Ray, Triangle};
+
+/// Up to eight rays, each with a triangle that it is known to hit, for a loop at some level of
+/// instructions.
+///
+/// ```
+/// use intertri::internal::Pairs;
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Hit, Ray, Triangle};
+///
+/// struct Meet;
+/// impl WithSimd for Meet {
+///     type Output = [Hit; 8];
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> [Hit; 8] {
+///         let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+///         let mut pairs = Pairs::new();
+///         pairs.set(0, &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]), &triangle, 7);
+///         pairs.hits_in::<S>()
+///     }
+/// }
+/// assert_eq!(dispatch(Meet)[0], Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 7, geometry: 0 });
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pairs {
+    corners: [[[f32; 8]; 3]; 3],
+    origin: [[f32; 8]; 3],
+    dir: [[f32; 8]; 3],
+    index: [u32; 8],
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Pairs {
+    /// No pairs yet.
+    pub fn new() -> Self {
+        let zero = [[0.0; 8]; 3];
+        Self { corners: [zero; 3], origin: zero, dir: zero, index: [0; 8] }
+    }
+
+    /// Puts a ray and its triangle, whose index is `index`, into a lane of eight.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: &Ray, triangle: &Triangle, index: u32) {
+        for axis in 0..3 {
+            for corner in 0..3 {
+                self.corners[corner][axis][lane] = triangle.0[corner][axis];
+            }
+            self.origin[axis][lane] = ray.origin[axis];
+            self.dir[axis][lane] = ray.dir[axis];
+        }
+        self.index[lane] = index;
+    }
+
+    /// The hits of all lanes; those of lanes that were not set mean nothing.
+    #[inline(always)]
+    pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
+        // Four at a time: for one division of eight in a search some CPUs lower their clock.
+        let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        for from in [0, 4] {
+            let [c1, c2, c3] = &self.corners;
+            let corners = [some::<S::F64x4>(c1, from), some(c2, from), some(c3, from)];
+            let (origin, dir) = (some(&self.origin, from), some(&self.dir, from));
+            let [in_t, in_u, in_v] = crossing(corners, origin, dir);
+            in_t.store(&mut t[from..]);
+            in_u.store(&mut u[from..]);
+            in_v.store(&mut v[from..]);
+        }
+
+        let mut hits = [Hit::MISS; 8];
+        for (lane, hit) in hits.iter_mut().enumerate() {
+            let (t, u, v, triangle) = (t[lane], u[lane], v[lane], self.index[lane]);
+            *hit = Hit { t, u, v, triangle, geometry: 0 };
+        }
+        hits
+    }
+}
+
+/// The lanes from a place on.
+#[inline(always)]
+fn some<D: Lanes<Scalar = f64>>(rows: &[[f32; 8]; 3], from: usize) -> Vec3<D> {
+    let [x, y, z] = rows;
+    Vec3 { x: D::load_f32(&x[from..]), y: D::load_f32(&y[from..]), z: D::load_f32(&z[from..]) }
+}
+
+/// The exact t of triangles that are known to be hit, and the weights of their second and third corners.
+#[inline(always)]
+fn crossing<D: Lanes<Scalar = f64>>(
+    corners: [Vec3<D>; 3],
+    origin: Vec3<D>,
+    dir: Vec3<D>,
+) -> [D; 3] {
+    let t = Tri::new(corners).t(origin, dir);
+    let seen = Coefficients::of(corners, origin);
+    let den = seen.n.dot(dir);
+    [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
+}
+
+/// [`Pairs::hits_in`] of one pair.
+#[inline(always)]
+pub(crate) fn of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+    let [c1, c2, c3] = triangle.0;
+    let vec3 = |[x, y, z]: [f32; 3]| Vec3::<f64>::splat([x.into(), y.into(), z.into()]);
+    let corners = [vec3(c1), vec3(c2), vec3(c3)];
+    let [t, u, v] = crossing(corners, vec3(ray.origin), vec3(ray.dir));
+    Hit { t, u, v, triangle: index, geometry: 0 }
+}

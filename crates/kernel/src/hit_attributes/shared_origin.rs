@@ -1,0 +1,94 @@
+//! Where rays from one origin meet the triangles that they are known to hit.
+//!
+//! ```text
+//!   num:  nrm & a   V & dir   W & dir              what does not depend on the direction is
+//!   den:  nrm & dir N & dir   N & dir              computed once for a triangle and an origin;
+//!           = t       = u       = v    triangle    a ray takes a dot product and a division of
+//!                                                  four lanes: nrm, V, W and N
+//! ```
+//!
+//! Document A gives t, document D the weights. The operations and their order are the reference's, so
+//! t has its bits.
+
+use super::shared_origin_hit::SharedOriginHit;
+use crate::Hit;
+use crate::barycentric::Coefficients;
+use crate::document::Tri;
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Mask, Simd, by_triangle};
+
+/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it.
+///
+/// ```
+/// use intertri::internal::{HitCoefficients, SharedOriginHit};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Certified, Hit, Mode, Ray, Triangle, TriangleBlock};
+///
+/// struct Meet<'a>(&'a TriangleBlock<8>, &'a Ray);
+/// impl WithSimd for Meet<'_> {
+///     type Output = Hit;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Hit {
+///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
+///         let (corners, origin) = (self.0.corners(), self.1.origin);
+///         HitCoefficients::eight_in::<S>(corners, &[0; 8], origin, &mut coefficients);
+///         coefficients[3].hit_in::<S>(self.1.dir, &mut hit);
+///         hit
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (eight, ray) = ([at(5.0); 8], Ray::new([0.25, 0.5, 0.0], [-0.05, 0.0, 2.0]));
+/// let hit = dispatch(Meet(&TriangleBlock::new(&eight), &ray));
+/// assert_eq!(Some(hit), Certified::default().closest(&eight, &ray));
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct HitCoefficients {
+    /// By axis, the coefficients of t's denominator, of the numerators of u and v, and of their
+    /// denominator.
+    coefficients: [[f64; 4]; 3],
+    /// The numerator of t, and last the triangle's index and the geometry's, as bits.
+    known: [f64; 4],
+}
+
+impl SharedOriginHit for HitCoefficients {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [f32; 3],
+        to: &mut [Self; 8],
+    ) {
+        let corners = [Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let tri = Tri::new(corners);
+        let [x, y, z] = origin;
+        let origin = Vec3::<S::F64x8>::splat([x.into(), y.into(), z.into()]);
+        let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
+        let rows = [
+            by_triangle::<S>([tri.nrm.x, v.x, w.x, n.x]),
+            by_triangle::<S>([tri.nrm.y, v.y, w.y, n.y]),
+            by_triangle::<S>([tri.nrm.z, v.z, w.z, n.z]),
+        ];
+        let mut num = [0.0; 8];
+        tri.nrm.dot(a).store(&mut num);
+        for (i, seen) in to.iter_mut().enumerate() {
+            for (row, coefficients) in rows.iter().zip(&mut seen.coefficients) {
+                row[i / 4][i % 4].store(coefficients);
+            }
+            seen.known = [num[i], 0.0, 0.0, bytemuck::cast([indices[i], 0])];
+        }
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool {
+        let dir = Vec3::<S::F64x4>::splat([dir[0].into(), dir[1].into(), dir[2].into()]);
+        let lane = |i: u32| <S::F64x4 as Lanes>::Mask::from_bits(1 << i);
+        let known = S::F64x4::load(&self.known);
+        let sums = Vec3::load(&self.coefficients).dot(dir);
+        let hit = S::F64x4::select(lane(0), known, sums) / S::first_and_last(sums);
+        let to: &mut [f64; 4] = bytemuck::cast_mut(to);
+        S::F64x4::select(lane(3), known, hit).store(to);
+        true
+    }
+}

@@ -1,0 +1,364 @@
+//! Packets: N rays, or N triangles, in structure-of-arrays order.
+
+use bytemuck::Zeroable;
+
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Mask, Simd, lanes_of};
+use crate::{Ray, Triangle};
+
+/// N rays side by side: `origin[axis][lane]`.
+///
+/// Lanes beyond the given rays repeat the last one and are dead: no answer speaks of them.
+///
+/// ```
+/// use intertri::{Ray, RayPacket};
+/// let rays = [0.0, 1.0, 2.0].map(|x| Ray::new([x, 0.0, 0.0], [0.0, 0.0, 1.0]));
+/// let packet = RayPacket::<4>::new(&rays);
+/// assert_eq!((packet.live(), packet.origin[0]), (0b111, [0.0, 1.0, 2.0, 2.0]));
+/// assert_eq!(packet.ray(1), rays[1]);
+/// ```
+#[repr(C, align(64))]
+#[derive(Clone, Copy, Debug)]
+pub struct RayPacket<const N: usize> {
+    /// The origins by axis.
+    pub origin: [[f32; N]; 3],
+    /// The directions by axis.
+    pub dir: [[f32; N]; 3],
+    /// The near ends of the intervals.
+    pub t_min: [f32; N],
+    /// The far ends of the intervals.
+    pub t_max: [f32; N],
+    live: u32,
+}
+
+impl<const N: usize> RayPacket<N> {
+    /// A packet of the first N rays of a slice; of fewer where it is shorter, of none where it is
+    /// empty.
+    ///
+    /// ```
+    /// use intertri::{Ray, RayPacket};
+    /// let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 5];
+    /// assert_eq!(RayPacket::<8>::new(&rays).live(), 0b1_1111);
+    /// ```
+    #[inline]
+    pub fn new(rays: &[Ray]) -> Self {
+        let live = rays.len().min(N);
+        let mut packet = Self {
+            origin: [[0.0; N]; 3],
+            dir: [[0.0; N]; 3],
+            t_min: [0.0; N],
+            t_max: [0.0; N],
+            live: mask(live),
+        };
+        let last = rays[..live].last().copied().unwrap_or(Ray::zeroed());
+        for lane in 0..N {
+            let ray = rays.get(lane).unwrap_or(&last);
+            for axis in 0..3 {
+                packet.origin[axis][lane] = ray.origin[axis];
+                packet.dir[axis][lane] = ray.dir[axis];
+            }
+            packet.t_min[lane] = ray.t_min;
+            packet.t_max[lane] = ray.t_max;
+        }
+        packet
+    }
+
+    /// Bit i is set where lane i is a ray that was given.
+    #[inline(always)]
+    pub fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// The ray in a lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray {
+            origin: [0, 1, 2].map(|axis| self.origin[axis][lane]),
+            t_min: self.t_min[lane],
+            dir: [0, 1, 2].map(|axis| self.dir[axis][lane]),
+            t_max: self.t_max[lane],
+        }
+    }
+}
+
+/// N triangles side by side.
+///
+/// Lanes beyond the given triangles repeat the last one and are dead: no answer speaks of them.
+///
+/// ```
+/// use intertri::{Triangle, TriangleBlock};
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let block = TriangleBlock::<8>::new(&[at(5.0), at(7.0)]);
+/// assert_eq!((block.live(), block.triangle(1)), (0b11, at(7.0)));
+/// // The z of the first corners.
+/// assert_eq!(block.corners()[0][2][..3], [5.0, 7.0, 7.0]);
+/// ```
+// A row of eight is 32 bytes, and a block with eight indices then six cache lines.
+#[repr(C, align(32))]
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleBlock<const N: usize> {
+    corners: [[[f32; N]; 3]; 3],
+    longest_edges: [f32; N],
+    live: u32,
+}
+
+impl<const N: usize> TriangleBlock<N> {
+    /// A block of the first N triangles of a slice; of fewer where it is shorter, of none where it is
+    /// empty.
+    ///
+    /// ```
+    /// use intertri::{Triangle, TriangleBlock};
+    /// let triangle = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// let block = TriangleBlock::<4>::new(&[triangle; 3]);
+    /// assert_eq!((block.live(), block.triangle(3)), (0b111, triangle));
+    /// ```
+    #[inline]
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let mut block = Self::of_corners(triangles);
+        for lane in 0..N {
+            let corners = block.triangle(lane).0.map(|c| Vec3::<f64>::splat(c.map(f64::from)));
+            longest_edges(&corners, &mut block.longest_edges[lane..=lane]);
+        }
+        block
+    }
+
+    /// Without the longest edges.
+    #[inline(always)]
+    fn of_corners(triangles: &[Triangle]) -> Self {
+        let live = triangles.len().min(N);
+        let mut block =
+            Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
+        let last = triangles[..live].last().copied().unwrap_or(Triangle::zeroed());
+        for lane in 0..N {
+            let triangle = triangles.get(lane).unwrap_or(&last);
+            for (to, from) in block.corners.iter_mut().zip(&triangle.0) {
+                for axis in 0..3 {
+                    to[axis][lane] = from[axis];
+                }
+            }
+        }
+        block
+    }
+
+    /// The corners: `corners()[k][axis][lane]` is of corner k+1.
+    #[inline(always)]
+    pub fn corners(&self) -> &[[[f32; N]; 3]; 3] {
+        &self.corners
+    }
+
+    /// An upper bound of each lane's longest edge, at least [`SHORTEST`].
+    #[inline(always)]
+    pub(crate) fn longest_edges(&self) -> &[f32; N] {
+        &self.longest_edges
+    }
+
+    /// Bit i is set where lane i is a triangle that was given.
+    #[inline(always)]
+    pub fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// The triangle in a lane.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> Triangle {
+        // Not by `map`, which is not always inlined.
+        let mut triangle = Triangle([[0.0; 3]; 3]);
+        for (to, from) in triangle.0.iter_mut().zip(&self.corners) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from[lane];
+            }
+        }
+        triangle
+    }
+}
+
+impl TriangleBlock<8> {
+    /// [`TriangleBlock::new`] within a loop at some level.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{Triangle, TriangleBlock};
+    ///
+    /// struct Packs<'a>(&'a [Triangle]);
+    /// impl WithSimd for Packs<'_> {
+    ///     type Output = Vec<TriangleBlock<8>>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let mut blocks = vec![];
+    ///         for eight in self.0.chunks(8) {
+    ///             blocks.push(TriangleBlock::new_in::<S>(eight));
+    ///         }
+    ///         blocks
+    ///     }
+    /// }
+    /// let triangle = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// assert_eq!(dispatch(Packs(&[triangle; 11]))[1].live(), 0b111);
+    /// ```
+    #[inline(always)]
+    pub fn new_in<S: Simd>(triangles: &[Triangle]) -> Self {
+        let mut block = Self::of_corners(triangles);
+        let [c1, c2, c3] = &block.corners;
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        longest_edges(&corners, &mut block.longest_edges);
+        block
+    }
+}
+
+/// The answers of a packet of rays or a block of triangles.
+///
+/// ```
+/// use intertri::{Certified, PacketHits, Mode, Ray, Triangle, TriangleBlock};
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let block = TriangleBlock::<4>::new(&[at(5.0), at(-1.0), at(3.0)]);
+/// let hits: PacketHits<4> = Certified::default().block(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &block);
+/// let nearest = hits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+/// assert_eq!(nearest, Some((2, 3.0)));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PacketHits<const N: usize> {
+    /// Bit i is set where lane i is a hit.
+    pub bits: u32,
+    /// The `t` of each lane; meaningful where its bit is set.
+    pub t: [f64; N],
+}
+
+impl<const N: usize> PacketHits<N> {
+    /// The lanes that are hits, from the lowest, each with its `t`.
+    ///
+    /// ```
+    /// let hits = intertri::PacketHits { bits: 0b1010, t: [0.0, 5.0, 0.0, 3.0] };
+    /// assert!(hits.iter().eq([(1, 5.0), (3, 3.0)]));
+    /// ```
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (usize, f64)> + use<N> {
+        let t = self.t;
+        lanes_of(self.bits).map(move |lane| (lane, t[lane]))
+    }
+}
+
+/// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two
+/// stays below what a rounding takes.
+const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
+
+/// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
+const LARGEST: f32 = (1_u64 << 40) as f32;
+
+/// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
+/// out for f32 to decide anything.
+#[inline(always)]
+fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mut [f32]) {
+    let (a, b, c) = (*c1 - *c2, *c2 - *c3, *c3 - *c1);
+    let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
+    a.max(b).max(c).sqrt().store_f32(edges);
+    // A NaN is one in the sum, too.
+    let known = (a + b + c).lt(D::splat(f64::INFINITY));
+    let (a, b, c) = (c1.abs(), c2.abs(), c3.abs());
+    let largest = a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z));
+    let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
+    for (lane, edge) in edges.iter_mut().enumerate() {
+        // The second number above.
+        let above = f32::from_bits((*edge + SHORTEST).to_bits() + 2);
+        *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
+    }
+}
+
+/// The lowest `n` bits.
+fn mask(n: usize) -> u32 {
+    ((1_u64 << n) - 1) as u32
+}
+
+/// Rays as lanes, with what a test asks of them; one ray may be spread over all lanes.
+#[derive(Clone, Copy)]
+pub struct RayLanes<L> {
+    pub(crate) org: Vec3<L>,
+    pub(crate) dir: Vec3<L>,
+    pub(crate) t_min: L,
+    pub(crate) t_max: L,
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// N different rays.
+    #[inline(always)]
+    pub(crate) fn of_packet<const N: usize>(packet: &RayPacket<N>) -> Self {
+        Self {
+            org: Vec3::load_f32(&packet.origin),
+            dir: Vec3::load_f32(&packet.dir),
+            t_min: L::load_f32(&packet.t_min),
+            t_max: L::load_f32(&packet.t_max),
+        }
+    }
+}
+
+impl<L: Lanes> RayLanes<L> {
+    /// One ray for all lanes.
+    #[inline(always)]
+    pub(crate) fn splat(one: &RayLanes<L::Scalar>) -> Self {
+        let vec3 = |v: Vec3<L::Scalar>| Vec3::splat([v.x, v.y, v.z]);
+        Self {
+            org: vec3(one.org),
+            dir: vec3(one.dir),
+            t_min: L::splat(one.t_min),
+            t_max: L::splat(one.t_max),
+        }
+    }
+}
+
+impl<L: Lanes<Scalar: From<f32>>> RayLanes<L> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub(crate) fn of_ray(ray: &Ray) -> Self {
+        Self {
+            org: Vec3::splat(ray.origin.map(Into::into)),
+            dir: Vec3::splat(ray.dir.map(Into::into)),
+            t_min: L::splat(ray.t_min.into()),
+            t_max: L::splat(ray.t_max.into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::LARGEST;
+    use crate::simd::{Level, Simd, WithSimd};
+    use crate::{Triangle, TriangleBlock};
+
+    struct In<'a>(&'a [Triangle]);
+    impl WithSimd for In<'_> {
+        type Output = TriangleBlock<8>;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> TriangleBlock<8> {
+            TriangleBlock::new_in::<S>(self.0)
+        }
+    }
+
+    /// Numbers of every kind in every corner: the same block, and a bound of each longest edge that
+    /// is one, or NaN.
+    #[test]
+    fn longest_edges_are_the_same_at_every_level() {
+        let numbers = [0.0, -0.0, 1e-45, 1.0, -3.7, 1e9, LARGEST, -LARGEST, 2.0 * LARGEST];
+        let wild = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
+        let all: Vec<f32> = numbers.into_iter().chain(wild).collect();
+        for i in 0..9 * all.len() * all.len() {
+            let mut triangle = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
+            triangle.0.as_flattened_mut()[i % 9] = all[i / 9 % all.len()];
+            triangle.0.as_flattened_mut()[(i + 4) % 9] = all[i / 9 / all.len()];
+            let plain = TriangleBlock::<8>::new(&[triangle; 3]);
+            for level in Level::all() {
+                let block = level.run(In(&[triangle; 3]));
+                let bits = |block: &TriangleBlock<8>| block.longest_edges.map(f32::to_bits);
+                assert_eq!(bits(&block), bits(&plain), "{triangle:?}, {}", level.name());
+                assert_eq!(block.live, plain.live);
+            }
+
+            // Against f64, which holds the square of any edge that f32 may decide about.
+            let sane = triangle.0.as_flattened().iter().all(|x| x.abs() <= LARGEST);
+            assert_eq!(plain.longest_edges[0].is_nan(), !sane, "{triangle:?}");
+            for k in 0..3 {
+                let (a, b) = (triangle.0[k], triangle.0[(k + 1) % 3]);
+                let d = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
+                let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                assert!(!sane || f64::from(plain.longest_edges[0]) > length, "{triangle:?}");
+            }
+        }
+    }
+}

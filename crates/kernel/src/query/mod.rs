@@ -1,0 +1,10 @@
+//! What users ask: queries over slices of any length, and the modes that answer them.
+
+mod mode;
+mod modes;
+mod slices;
+mod which;
+
+pub use mode::Mode;
+pub use modes::{Certified, Double};
+pub use which::Which;

@@ -1,0 +1,68 @@
+//! The closed set of modes, and the one place that tells them apart.
+//!
+//! What is generic over modes is compiled again by every crate that calls it, for each level of
+//! instructions. Queries come through here instead, where both tests are compiled once.
+
+use alloc::vec::Vec;
+
+use super::slices::{All, Any, ClosestBatch, SharedOriginBatch, shares_origin};
+use crate::filter::Filter;
+use crate::intersect::Test;
+use crate::lanes64::Lanes64;
+use crate::{Hit, Ray, Triangle};
+
+/// The test of a mode: every mode is one of these, with a resolver of its own.
+#[derive(Clone, Copy, Debug)]
+pub enum Which {
+    /// f32 lanes under a proven bound, and a resolver.
+    Filter(Filter),
+    /// f64 lanes.
+    Lanes64(Lanes64),
+}
+
+impl From<Filter> for Which {
+    #[inline]
+    fn from(test: Filter) -> Self {
+        Self::Filter(test)
+    }
+}
+
+impl From<Lanes64> for Which {
+    #[inline]
+    fn from(test: Lanes64) -> Self {
+        Self::Lanes64(test)
+    }
+}
+
+impl Which {
+    /// See [`Mode::closest_batch`](super::Mode::closest_batch).
+    pub(super) fn closest_batch(self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one hit a ray");
+        match self {
+            Self::Filter(test) if shares_origin(rays) => {
+                test.level().run(SharedOriginBatch { test, triangles, rays, hits });
+            }
+            Self::Filter(test) => test.level().run(ClosestBatch { test, triangles, rays, hits }),
+            Self::Lanes64(test) => test.level().run(ClosestBatch { test, triangles, rays, hits }),
+        }
+    }
+
+    /// See [`Mode::any`](super::Mode::any).
+    pub(super) fn any(self, triangles: &[Triangle], ray: &Ray) -> bool {
+        match self {
+            Self::Filter(test) => test.level().run(Any { test, triangles, ray }),
+            Self::Lanes64(test) => test.level().run(Any { test, triangles, ray }),
+        }
+    }
+
+    /// See [`Mode::all`](super::Mode::all).
+    pub(super) fn all(self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
+        let mut hits = match self {
+            Self::Filter(test) => test.level().run(All { test, triangles, ray }),
+            Self::Lanes64(test) => test.level().run(All { test, triangles, ray }),
+        };
+        // Stable: of equal t the lower index stays first.
+        hits.sort_by(|a, b| a.t.total_cmp(&b.t));
+        hits
+    }
+}

@@ -1,0 +1,87 @@
+//! What settles the pairs of a ray and a triangle that the f32 filter leaves undecided.
+//!
+//! ```text
+//!   filter (f32 lanes) ──► surely a miss      nearly all
+//!                     ├──► surely a hit       its t lies in an f32 interval
+//!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
+//!                                                └──► grid       integers, exact
+//! ```
+//!
+//! A mode is this and nothing else: the filter and the walk through a hierarchy are the same for all.
+//! The set is closed. A resolver is asked rarely and out of line, so that no code is compiled again for
+//! one.
+
+mod grid;
+mod shared_origin;
+
+pub use shared_origin::SharedOrigin;
+
+use core::cmp::Ordering;
+
+use crate::{Hit, Ray, Triangle, document};
+
+/// What settles undecided pairs, one at a time.
+#[derive(Clone, Copy, Debug)]
+pub enum Resolver {
+    /// The operations of document A in f64, with this threshold.
+    Document(f64),
+    /// Integers: for rays and triangles of a grid, in f32, which hold them exactly.
+    Grid,
+}
+
+impl Resolver {
+    /// Whether shadow rays may be asked from where they end: the bounds for that are derived of the
+    /// document's operations (`docs/numerics/projection.md`, section 6).
+    #[inline]
+    pub fn may_reverse(self) -> bool {
+        matches!(self, Self::Document(_))
+    }
+
+    /// t, rounded to f64, if the ray hits the triangle within its interval.
+    #[cold]
+    #[inline(never)]
+    pub fn hit(self, ray: &Ray, triangle: &Triangle) -> Option<f64> {
+        match self {
+            Self::Document(threshold) => document::hit(ray, triangle, threshold),
+            Self::Grid => grid::hit(ray, triangle),
+        }
+    }
+
+    /// t, rounded to f64, of a triangle that the ray is known to hit.
+    #[inline(never)]
+    pub fn t(self, ray: &Ray, triangle: &Triangle) -> f64 {
+        match self {
+            Self::Document(_) => document::t(ray, triangle),
+            Self::Grid => grid::t(ray, triangle),
+        }
+    }
+
+    /// Which of two triangles whose rounded t are equal the ray hits first. The document knows no
+    /// other t.
+    #[cold]
+    #[inline(never)]
+    pub fn order(self, ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
+        match self {
+            Self::Document(_) => Ordering::Equal,
+            Self::Grid => grid::order(ray, a, b),
+        }
+    }
+
+    /// What rays from one origin share in asking for t.
+    #[inline(always)]
+    pub fn shared_origin(self, triangle: &Triangle, origin: [f32; 3]) -> SharedOrigin {
+        match self {
+            Self::Document(_) => SharedOrigin::document(triangle, origin),
+            Self::Grid => SharedOrigin::grid(triangle, origin),
+        }
+    }
+
+    /// Where the ray meets a triangle that it is known to hit.
+    #[inline(always)]
+    pub fn hit_attributes(self, ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+        match self {
+            Self::Document(_) => crate::hit_attributes::of_pair(ray, triangle, index),
+            Self::Grid => grid::hit_attributes(ray, triangle, index),
+        }
+    }
+}

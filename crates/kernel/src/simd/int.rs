@@ -1,0 +1,208 @@
+//! Integer lanes: N i64 side by side, for tests without any rounding.
+
+use core::ops::{Add, Sub};
+
+use super::pair::Pair;
+
+/// N i64. `+` and `-` wrap, as the CPU's do: who uses them proves that nothing does.
+///
+/// A mask is a plain number here: bit i is lane i.
+///
+/// ```
+/// use intertri::simd::{Ints, Simd, WithSimd, dispatch};
+///
+/// /// `3 x - 2^40`, and where that is negative or 0.
+/// struct Line([i64; 4]);
+/// impl WithSimd for Line {
+///     type Output = ([i64; 4], u32, u32);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let x = S::I64x4::load(&self.0);
+///         let three = S::I64x4::load_f32(&[3.0; 4]);
+///         let (million, none) = (S::I64x4::splat(1 << 20), S::I64x4::splat(0));
+///         let y = three.mul_narrow(x) - S::I64x4::dot([million, none, none], [million; 3]);
+///         let mut lanes = [0; 4];
+///         (y + S::I64x4::splat(0)).store(&mut lanes);
+///         (lanes, y.negative(), (y - y).zero())
+///     }
+/// }
+/// let (lanes, negative, zero) = dispatch(Line([0, 1, -7, 9]));
+/// assert_eq!(lanes, [0, 3, -21, 27].map(|x: i64| x - (1 << 40)));
+/// assert_eq!((negative, zero, 4), (0b1111, 0b1111, lanes.len()));
+/// ```
+pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
+    /// How many lanes there are.
+    const N: usize;
+
+    /// The same number in every lane.
+    fn splat(x: i64) -> Self;
+    /// The first N integers of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load(from: &[i64]) -> Self;
+    /// The first N numbers of a slice, f32 that are integers within i32.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load_f32(from: &[f32]) -> Self;
+    /// Writes the lanes to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store(self, to: &mut [i64]);
+
+    /// The product of two lanes that are both within i32: exact.
+    fn mul_narrow(self, b: Self) -> Self;
+    /// The dot product of a vector within i32 and any `b`: exact where it fits, though its parts may
+    /// wrap.
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self;
+
+    /// The lanes below 0.
+    fn negative(self) -> u32;
+    /// The lanes that are 0.
+    fn zero(self) -> u32;
+}
+
+impl<L: Ints> Ints for Pair<L> {
+    const N: usize = 2 * L::N;
+
+    #[inline(always)]
+    fn splat(x: i64) -> Self {
+        Self(L::splat(x), L::splat(x))
+    }
+    #[inline(always)]
+    fn load(from: &[i64]) -> Self {
+        Self(L::load(from), L::load(&from[L::N..]))
+    }
+    #[inline(always)]
+    fn load_f32(from: &[f32]) -> Self {
+        Self(L::load_f32(from), L::load_f32(&from[L::N..]))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [i64]) {
+        self.0.store(to);
+        self.1.store(&mut to[L::N..]);
+    }
+    #[inline(always)]
+    fn mul_narrow(self, b: Self) -> Self {
+        Self(self.0.mul_narrow(b.0), self.1.mul_narrow(b.1))
+    }
+    #[inline(always)]
+    fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
+        Self(
+            L::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]),
+            L::dot([ax.1, ay.1, az.1], [bx.1, by.1, bz.1]),
+        )
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        self.0.negative() | self.1.negative() << L::N
+    }
+    #[inline(always)]
+    fn zero(self) -> u32 {
+        self.0.zero() | self.1.zero() << L::N
+    }
+}
+
+/// One i64 whose `+` and `-` wrap in every build.
+#[derive(Clone, Copy)]
+pub(crate) struct One(i64);
+
+impl Add for One {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self(self.0.wrapping_add(b.0))
+    }
+}
+
+impl Sub for One {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self(self.0.wrapping_sub(b.0))
+    }
+}
+
+impl Ints for One {
+    const N: usize = 1;
+
+    #[inline(always)]
+    fn splat(x: i64) -> Self {
+        Self(x)
+    }
+    #[inline(always)]
+    fn load(from: &[i64]) -> Self {
+        Self(from[0])
+    }
+    #[inline(always)]
+    fn load_f32(from: &[f32]) -> Self {
+        Self(from[0] as i64)
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [i64]) {
+        to[0] = self.0;
+    }
+    #[inline(always)]
+    fn mul_narrow(self, b: Self) -> Self {
+        Self(self.0.wrapping_mul(b.0))
+    }
+    #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        (self.0 < 0) as u32
+    }
+    #[inline(always)]
+    fn zero(self) -> u32 {
+        (self.0 == 0) as u32
+    }
+}
+
+/// The vectors of `wide`.
+macro_rules! wide {
+    ($t:ident, $n:literal) => {
+        impl Ints for ::wide::$t {
+            const N: usize = $n;
+
+            #[inline(always)]
+            fn splat(x: i64) -> Self {
+                Self::new([x; $n])
+            }
+            #[inline(always)]
+            fn load(from: &[i64]) -> Self {
+                Self::new(from[..$n].try_into().expect("N numbers"))
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                Self::new(from.map(|x| i64::from(x as i32)))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [i64]) {
+                to[..$n].copy_from_slice(&self.to_array());
+            }
+            #[inline(always)]
+            fn mul_narrow(self, b: Self) -> Self {
+                self * b
+            }
+            #[inline(always)]
+            fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+                a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+            }
+            #[inline(always)]
+            fn negative(self) -> u32 {
+                self.to_bitmask()
+            }
+            #[inline(always)]
+            fn zero(self) -> u32 {
+                self.simd_eq(Self::new([0; $n])).to_bitmask()
+            }
+        }
+    };
+}
+wide!(i64x4, 4);
+wide!(i64x8, 8);

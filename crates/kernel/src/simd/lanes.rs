@@ -1,0 +1,160 @@
+//! Lanes of numbers, and masks of truths.
+
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// N numbers side by side, f32 or f64.
+///
+/// `+ - * /`, negation, [`Lanes::abs`], [`Lanes::sqrt`] and comparisons are IEEE 754's, lane by lane
+/// and correctly rounded, the same at every level; they are never fused or reassociated. Only
+/// [`Lanes::mul_add`] may round once or twice.
+///
+/// ```
+/// use intertri::simd::{Lanes, Mask};
+///
+/// /// How far numbers are outside of an interval.
+/// fn outside<L: Lanes<Scalar = f32>>(x: L, lo: L, hi: L) -> L {
+///     let out = x.lt(lo) | x.gt(hi);
+///     L::select(out, (lo - x).max(x - hi), L::splat(0.0))
+/// }
+/// // One f32 is a lane, too; f32 has methods of the same names, so the trait's are named here.
+/// assert_eq!([3.0_f32, -1.0, 9.0].map(|x| outside(x, 0.0, 5.0)), [0.0, 1.0, 4.0]);
+/// assert_eq!((Lanes::min(1.0_f32, 2.0), Lanes::max(1.0_f32, 2.0)), (1.0, 2.0));
+/// assert_eq!((Lanes::abs(-3.0_f32), Lanes::sqrt(9.0_f64)), (3.0, 3.0));
+/// let (third, one) = (1.0 / 3.0, 1.0_f64);
+/// assert_eq!(Lanes::mul_error(third, 3.0, one), (third - 0.25) * 3.0 - 0.25);
+/// assert_eq!((Lanes::mul_add(2.0_f64, 3.0, 4.0), Lanes::power(10.0_f64)), (10.0, 8.0));
+/// assert!(Lanes::le(1.0_f32, 1.0) && Lanes::ge(1.0_f32, 1.0) && !Lanes::ge(f32::NAN, 1.0));
+///
+/// // Signs.
+/// assert_eq!((Lanes::flip(2.0_f32, -1.0), Lanes::flip(-2.0_f32, -1.0)), (-2.0, 2.0));
+/// assert!(Lanes::negative(Lanes::or_sign(2.0_f32, -1.0)) && !Lanes::negative(1.0_f32));
+///
+/// // From and to slices.
+/// let mut rounded = [0.0_f32];
+/// <f64 as Lanes>::load_f32(&[0.5]).store_f32(&mut rounded);
+/// let mut kept = [0.0_f64];
+/// <f64 as Lanes>::load(&[0.5]).store(&mut kept);
+/// assert_eq!((rounded, kept, <f64 as Lanes>::N), ([0.5], [0.5], 1));
+/// ```
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// One lane: f32 or f64.
+    type Scalar: Copy;
+    /// One truth a lane.
+    type Mask: Mask;
+    /// How many lanes there are.
+    const N: usize;
+
+    /// The same number in every lane.
+    fn splat(x: Self::Scalar) -> Self;
+    /// The first N numbers of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load(from: &[Self::Scalar]) -> Self;
+    /// The first N f32 of a slice, converted (exactly, for f64 lanes).
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn load_f32(from: &[f32]) -> Self;
+    /// Writes the lanes to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store(self, to: &mut [Self::Scalar]);
+    /// Writes the lanes, rounded to f32, to the first N places of a slice.
+    ///
+    /// # Panics
+    /// Where the slice is shorter than N.
+    fn store_f32(self, to: &mut [f32]);
+
+    /// `self * b + c`, rounded once where the CPU can, else twice.
+    fn mul_add(self, b: Self, c: Self) -> Self;
+    /// What `product`, which is `self * b`, lacks of the exact product: exactly, where no number is too
+    /// large or too small.
+    fn mul_error(self, b: Self, product: Self) -> Self;
+    /// The larger; where one is NaN, either.
+    fn max(self, other: Self) -> Self;
+    /// The smaller; where one is NaN, either.
+    fn min(self, other: Self) -> Self;
+    /// Without its sign.
+    fn abs(self) -> Self;
+    /// The largest power of two that is not larger, of a positive normal number; of others, any number.
+    fn power(self) -> Self;
+    /// With its sign flipped where `of` has the sign bit set.
+    fn flip(self, of: Self) -> Self;
+    /// A number that has its sign bit set where either has it; what else it is does not count.
+    fn or_sign(self, other: Self) -> Self;
+    /// Where the sign bit is set; where a zero's or a NaN's is, either.
+    fn negative(self) -> Self::Mask;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+
+    /// `self < other`; false with NaN, as all comparisons.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `self <= other`.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self > other`.
+    #[inline(always)]
+    fn gt(self, other: Self) -> Self::Mask {
+        other.lt(self)
+    }
+    /// `self >= other`.
+    #[inline(always)]
+    fn ge(self, other: Self) -> Self::Mask {
+        other.le(self)
+    }
+    /// Lane by lane `if mask { yes } else { no }`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+}
+
+/// One truth a lane.
+///
+/// ```
+/// use intertri::simd::Mask;
+/// // One bool is a mask, too.
+/// assert_eq!((bool::from_bits(0b1), true.bits(), <bool as Mask>::N), (true, 0b1, 1));
+/// assert!(!(true & false).any() && (true | false).any());
+/// ```
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// How many lanes there are.
+    const N: usize;
+
+    /// Bit i is lane i; the bits above the last lane are 0.
+    fn bits(self) -> u32;
+    /// Lane i is bit i; the bits above the last lane do not count.
+    fn from_bits(bits: u32) -> Self;
+    /// Whether any lane is true.
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.bits() != 0
+    }
+}
+
+/// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact.
+/// `split` is two to half of a number's digits, rounded up, and one.
+///
+/// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
+#[inline(always)]
+pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
+    let (by_a, by_b) = (a * split, b * split);
+    let (a_high, b_high) = (by_a - (by_a - a), by_b - (by_b - b));
+    let (a_low, b_low) = (a - a_high, b - b_high);
+    a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+}
+
+/// Bits of a mask, from the lowest.
+#[inline(always)]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
+}

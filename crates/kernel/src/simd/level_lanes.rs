@@ -1,0 +1,267 @@
+//! The lane types of one level of instructions.
+
+use super::int::Ints;
+use super::lanes::{Lanes, Mask};
+use super::level::Level;
+
+/// The lane types of one level of instructions.
+///
+/// Only [`dispatch`](super::dispatch) and [`Level::run`] hand one out, on a CPU that has the instructions.
+///
+/// ```
+/// use intertri::simd::{Ints, Lanes, Simd, WithSimd, dispatch};
+/// struct Widths;
+/// impl WithSimd for Widths {
+///     type Output = [usize; 7];
+///     fn run<S: Simd>(self) -> [usize; 7] {
+///         assert!(intertri::simd::Level::all().any(|level| level == S::LEVEL));
+///         let [a, b, c] = [S::F32x4::N, S::F32x8::N, S::F32x16::N];
+///         [a, b, c, S::F64x4::N, S::F64x8::N, S::I64x4::N, S::I64x8::N]
+///     }
+/// }
+/// assert_eq!(dispatch(Widths), [4, 8, 16, 4, 8, 4, 8]);
+/// ```
+pub trait Simd: Copy {
+    /// Four f32.
+    type F32x4: Lanes<Scalar = f32>;
+    /// Eight f32.
+    type F32x8: Lanes<Scalar = f32>;
+    /// Sixteen f32.
+    type F32x16: Lanes<Scalar = f32>;
+    /// Four f64.
+    type F64x4: Lanes<Scalar = f64>;
+    /// Eight f64.
+    type F64x8: Lanes<Scalar = f64>;
+    /// Four i64.
+    type I64x4: Ints;
+    /// Eight i64.
+    type I64x8: Ints;
+    /// Which level this is.
+    const LEVEL: Level;
+
+    /// Does a piece of work by a call, compiled with this level's instructions and with a frame of its own. The
+    /// closure must be `#[inline(always)]`, and what it calls.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Twice(f32);
+    /// impl WithSimd for Twice {
+    ///     type Output = f32;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> f32 {
+    ///         let mut lanes = [self.0; 8];
+    ///         S::vectorize(#[inline(always)] || {
+    ///             let x = S::F32x8::load(&lanes);
+    ///             (x + x).store(&mut lanes);
+    ///         });
+    ///         lanes[7]
+    ///     }
+    /// }
+    /// assert_eq!(dispatch(Twice(21.0)), 42.0);
+    /// ```
+    fn vectorize<R>(work: impl FnOnce() -> R) -> R {
+        work()
+    }
+
+    /// The lanes in another order: lane i becomes what lane number `order`'s byte i, from the lowest, modulo 8, was.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    /// struct Reversed([f32; 8]);
+    /// impl WithSimd for Reversed {
+    ///     type Output = [f32; 8];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(mut self) -> [f32; 8] {
+    ///         S::permute(S::F32x8::load(&self.0), 0x00_01_02_03_04_05_06_07).store(&mut self.0);
+    ///         self.0
+    ///     }
+    /// }
+    /// let reversed = dispatch(Reversed([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]));
+    /// assert_eq!(reversed, [7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0, 0.0]);
+    /// ```
+    #[inline(always)]
+    fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
+        let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
+        lanes.store(&mut from);
+        for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {
+            *to = from[usize::from(lane % 8)];
+        }
+        Lanes::load(&to)
+    }
+
+    /// The lane of the smallest number of a mask; of several that are alike but for their last three bits any, of
+    /// negative ones or of none any of the eight.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    /// struct Below([f32; 8], f32);
+    /// impl WithSimd for Below {
+    ///     type Output = usize;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> usize {
+    ///         let lanes = S::F32x8::load(&self.0);
+    ///         S::lane_of_least(lanes, lanes.gt(Lanes::splat(self.1)))
+    ///     }
+    /// }
+    /// let lanes = [7.0, 0.5, 3.0, 4.0, 2.0, 9.0, 0.0, 1.0];
+    /// assert_eq!([0.2, 0.7, 2.5].map(|x| dispatch(Below(lanes, x))), [1, 7, 2]);
+    /// ```
+    #[inline(always)]
+    fn lane_of_least(lanes: Self::F32x8, mask: <Self::F32x8 as Lanes>::Mask) -> usize {
+        let (mut numbers, bits) = ([0.0; 8], mask.bits());
+        lanes.store(&mut numbers);
+        let mut least = (u32::MAX, 0);
+        for (lane, number) in numbers.iter().enumerate() {
+            if bits >> lane & 1 != 0 {
+                least = least.min((number.to_bits(), lane));
+            }
+        }
+        least.1
+    }
+
+    /// Four rows of four numbers as columns.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f32; 4]; 4]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [f32; 4];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 4] {
+    ///         let [a, b, c, d] = &self.0;
+    ///         let load = S::F32x4::load;
+    ///         let mut first = [0.0; 4];
+    ///         S::transpose([load(a), load(b), load(c), load(d)])[0].store(&mut first);
+    ///         first
+    ///     }
+    /// }
+    /// let row = |x| [x, 0.0, 0.0, 0.0];
+    /// assert_eq!(dispatch(Turn([row(1.0), row(2.0), row(3.0), row(4.0)])), [1.0, 2.0, 3.0, 4.0]);
+    /// ```
+    #[inline(always)]
+    fn transpose(rows: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        let mut numbers = [[0.0; 4]; 4];
+        for (row, to) in rows.into_iter().zip(&mut numbers) {
+            row.store(to);
+        }
+        let [a, b, c, d] = numbers;
+        let column = |k: usize| Self::F32x4::load(&[a[k], b[k], c[k], d[k]]);
+        [column(0), column(1), column(2), column(3)]
+    }
+
+    /// Sixteen rows of four numbers as columns, given by their places.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f32; 4]; 16]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [f32; 16];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 16] {
+    ///         let mut second = [0.0; 16];
+    ///         S::columns(|i| &self.0[i])[1].store(&mut second);
+    ///         second
+    ///     }
+    /// }
+    /// let rows = core::array::from_fn(|i| [0.0, i as f32, 0.0, 0.0]);
+    /// assert_eq!(dispatch(Turn(rows)), core::array::from_fn(|i| i as f32));
+    /// ```
+    #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        let mut columns = [[0.0; 16]; 4];
+        for i in 0..16 {
+            for (column, number) in columns.iter_mut().zip(row(i)) {
+                column[i] = *number;
+            }
+        }
+        let [a, b, c, d] = &columns;
+        [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
+    }
+
+    /// Eight lanes from one place and eight from another.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Both([[f32; 8]; 2]);
+    /// impl WithSimd for Both {
+    ///     type Output = [f32; 16];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> [f32; 16] {
+    ///         let mut both = [0.0; 16];
+    ///         S::halves(&self.0[0], &self.0[1]).store(&mut both);
+    ///         both
+    ///     }
+    /// }
+    /// let both = dispatch(Both([[1.0; 8], [2.0; 8]]));
+    /// assert_eq!((both[..8].iter().sum(), both[8..].iter().sum()), (8.0, 16.0));
+    /// ```
+    #[inline(always)]
+    fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
+        let mut both = [0.0; 16];
+        both[..8].copy_from_slice(first);
+        both[8..].copy_from_slice(last);
+        Lanes::load(&both)
+    }
+
+    /// [`Simd::transpose`] of f64.
+    ///
+    /// ```
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
+    ///
+    /// struct Turn([[f64; 4]; 4]);
+    /// impl WithSimd for Turn {
+    ///     type Output = [[f64; 4]; 2];
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let [a, b, c, d] = &self.0;
+    ///         let load = S::F64x4::load;
+    ///         let [_, second, ..] = S::transpose_f64([load(a), load(b), load(c), load(d)]);
+    ///         let mut out = [[0.0; 4]; 2];
+    ///         second.store(&mut out[0]);
+    ///         S::first_and_last(second).store(&mut out[1]);
+    ///         out
+    ///     }
+    /// }
+    /// let row = |x| [0.0, x, 0.0, 0.0];
+    /// let [second, ends] = dispatch(Turn([row(1.0), row(2.0), row(3.0), row(4.0)]));
+    /// assert_eq!((second, ends), ([1.0, 2.0, 3.0, 4.0], [1.0, 4.0, 4.0, 4.0]));
+    /// ```
+    #[inline(always)]
+    fn transpose_f64(rows: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        let mut numbers = [[0.0; 4]; 4];
+        for (row, to) in rows.into_iter().zip(&mut numbers) {
+            row.store(to);
+        }
+        let [a, b, c, d] = numbers;
+        let column = |k: usize| Self::F64x4::load(&[a[k], b[k], c[k], d[k]]);
+        [column(0), column(1), column(2), column(3)]
+    }
+
+    /// The first lane, and then the last one three times.
+    #[inline(always)]
+    fn first_and_last(lanes: Self::F64x4) -> Self::F64x4 {
+        let mut numbers = [0.0; 4];
+        lanes.store(&mut numbers);
+        let [first, .., last] = numbers;
+        Self::F64x4::load(&[first, last, last, last])
+    }
+}
+
+/// Four numbers of each of eight triangles, those of one together.
+#[inline(always)]
+pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
+    let mut rows = [[0.0; 8]; 4];
+    for (lanes, row) in numbers.into_iter().zip(&mut rows) {
+        lanes.store(row);
+    }
+    let [a, b, c, d] = &rows;
+    let load = S::F64x4::load;
+    [
+        S::transpose_f64([load(a), load(b), load(c), load(d)]),
+        S::transpose_f64([load(&a[4..]), load(&b[4..]), load(&c[4..]), load(&d[4..])]),
+    ]
+}

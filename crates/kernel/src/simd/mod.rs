@@ -1,0 +1,48 @@
+//! Lanes: N numbers side by side, and the one place that knows what the CPU has.
+//!
+//! Every algorithm of the house is written once, generic over [`Lanes`] or [`Simd`], and reaches
+//! the CPU's widest registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
+//!
+//! ```text
+//!   algorithm<S: Simd>  ──►  dispatch ──► Portable the crate `wide`, what the build was compiled for
+//!                                    ├──► Avx2     256 bits, fused multiply-add
+//!                                    └──► Avx512   512 bits, mask registers
+//! ```
+
+/// Calls an intrinsic that a level has, for the files of x86's registers.
+#[cfg(target_arch = "x86_64")]
+macro_rules! cpu {
+    ($call:expr) => {
+        // SAFETY: lanes of this level exist only where the CPU has its instructions.
+        unsafe { $call }
+    };
+}
+
+mod dispatch;
+mod int;
+mod lanes;
+mod level;
+mod level_lanes;
+mod pair;
+mod portable;
+mod prefetch;
+mod scalar;
+#[cfg(test)]
+mod tests;
+mod vec3;
+mod width;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use dispatch::{WithSimd, dispatch};
+pub use int::Ints;
+pub(crate) use int::One;
+pub(crate) use lanes::lanes_of;
+pub use lanes::{Lanes, Mask};
+pub use level::Level;
+pub use level_lanes::Simd;
+pub(crate) use level_lanes::by_triangle;
+pub use pair::Pair;
+pub use prefetch::{prefetch, prefetch_early};
+pub use vec3::Vec3;
+pub use width::{Lane, Width};

@@ -1,0 +1,41 @@
+//! Prefetch: memory asked for before it is used.
+
+/// Asks for the memory of things that will be used soon, where the CPU can be asked.
+///
+/// ```
+/// let far_away = vec![1.0_f32; 1000];
+/// intertri::simd::prefetch(&far_away[500..516]);
+/// ```
+#[inline(always)]
+pub fn prefetch<T>(things: &[T]) {
+    ask::<FIRST_CACHE, T>(things);
+}
+
+/// Asks for the memory of things that will be used some time later: to the second cache, so that they do not
+/// take the place of what is used meanwhile.
+///
+/// ```
+/// let far_away = vec![1.0_f32; 1000];
+/// intertri::simd::prefetch_early(&far_away[500..516]);
+/// ```
+#[inline(always)]
+pub fn prefetch_early<T>(things: &[T]) {
+    ask::<SECOND_CACHE, T>(things);
+}
+
+/// How x86 calls the caches: `_MM_HINT_T0` and `_MM_HINT_T1`.
+const FIRST_CACHE: i32 = 3;
+const SECOND_CACHE: i32 = 2;
+
+#[allow(unsafe_code)]
+#[inline(always)]
+fn ask<const CACHE: i32, T>(things: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    for line in 0..size_of_val(things).div_ceil(64) {
+        let address = things.as_ptr().cast::<i8>().wrapping_add(64 * line);
+        // SAFETY: a hint, of any address; every CPU of this kind has it.
+        unsafe { core::arch::x86_64::_mm_prefetch::<CACHE>(address) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = things;
+}

@@ -1,0 +1,265 @@
+//! Every operation of every lane type against plain numbers, bit for bit.
+
+use super::{Ints, Lanes, Level, Simd, WithSimd};
+
+const NUMBERS: [f64; 16] = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.5,
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    1e-45,
+    3.4e38,
+    -3.4e38,
+    0.1,
+    -0.3,
+    1e-20,
+    7.0,
+    1e20,
+    -1e-42,
+];
+
+/// Checks of the lanes of a type of number. Every pair of numbers meets in some lane.
+macro_rules! check {
+    ($name:ident, $scalar:ty) => {
+        mod $name {
+            use super::super::{Lanes, Level, Mask};
+            use super::NUMBERS;
+
+            type Sixteen = [$scalar; 16];
+
+            pub(super) fn all<L: Lanes<Scalar = $scalar>>(level: Level) {
+                let a = NUMBERS.map(|x| x as $scalar);
+                for turn in 0..16 {
+                    let b: Sixteen = core::array::from_fn(|i| a[(i + turn) % 16]);
+                    arithmetic::<L>(level, &a, &b);
+                    order::<L>(level, &a, &b);
+                    masks::<L>(level, turn as u32);
+                    products::<L>(level, &a, &b);
+                }
+                conversion::<L>(level);
+            }
+
+            fn stored<L: Lanes<Scalar = $scalar>>(lanes: L) -> Sixteen {
+                let mut out = [0.0; 16];
+                lanes.store(&mut out);
+                out
+            }
+
+            fn arithmetic<L: Lanes<Scalar = $scalar>>(level: Level, a: &Sixteen, b: &Sixteen) {
+                let (la, lb) = (L::load(a), L::load(b));
+                let same = |what: &str, lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
+                    for (i, &out) in stored(lanes)[..L::N].iter().enumerate() {
+                        let (x, y) = (a[i], b[i]);
+                        let want = plain(x, y);
+                        let equal =
+                            out.to_bits() == want.to_bits() || (out.is_nan() && want.is_nan());
+                        assert!(equal, "{level:?} {what}({x}, {y}) = {out}, not {want}");
+                    }
+                };
+                same("add", la + lb, &|x, y| x + y);
+                same("sub", la - lb, &|x, y| x - y);
+                same("mul", la * lb, &|x, y| x * y);
+                same("div", la / lb, &|x, y| x / y);
+                same("neg", -la, &|x, _| -x);
+                same("abs", la.abs(), &|x, _| x.abs());
+                same("power", la.power(), &|x, _| x.power());
+                same("sqrt", la.abs().sqrt(), &|x, _| x.abs().sqrt());
+                same("flip", la.flip(lb), &|x, y| if y.is_sign_negative() { -x } else { x });
+                same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
+                let signs = la.or_sign(lb).negative().bits();
+                for i in 0..L::N {
+                    // Of zeros and NaNs either is right.
+                    let (x, y) = (a[i], b[i]);
+                    if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
+                        let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);
+                        assert!(is == want, "{level:?} negative({x} or {y}) = {is}");
+                    }
+                }
+            }
+
+            fn order<L: Lanes<Scalar = $scalar>>(level: Level, a: &Sixteen, b: &Sixteen) {
+                let (la, lb) = (L::load(a), L::load(b));
+                let ordered = |lanes: L, plain: &dyn Fn($scalar, $scalar) -> $scalar| {
+                    let out = stored(lanes);
+                    for i in 0..L::N {
+                        if !a[i].is_nan() && !b[i].is_nan() {
+                            assert!(out[i] == plain(a[i], b[i]), "{level:?}");
+                        }
+                    }
+                };
+                ordered(la.max(lb), &|x, y| x.max(y));
+                ordered(la.min(lb), &|x, y| x.min(y));
+
+                let bits = |plain: &dyn Fn($scalar, $scalar) -> bool| {
+                    (0..L::N).fold(0, |m, i| m | (plain(a[i], b[i]) as u32) << i)
+                };
+                assert_eq!(la.lt(lb).bits(), bits(&|x, y| x < y), "{level:?}");
+                assert_eq!(la.le(lb).bits(), bits(&|x, y| x <= y), "{level:?}");
+                assert_eq!(la.gt(lb).bits(), bits(&|x, y| x > y), "{level:?}");
+                assert_eq!(la.ge(lb).bits(), bits(&|x, y| x >= y), "{level:?}");
+            }
+
+            /// Bits and back, and their algebra.
+            fn masks<L: Lanes<Scalar = $scalar>>(level: Level, turn: u32) {
+                let all = (1u32 << L::N) - 1;
+                let (m, n) = (0b0110_1001_0011_0101 & all, (turn * 0x1357) & all);
+                let (lm, ln) = (L::Mask::from_bits(m), L::Mask::from_bits(n));
+                assert_eq!(lm.bits(), m, "{level:?}");
+                assert_eq!((lm & ln).bits(), m & n, "{level:?}");
+                assert_eq!((lm | ln).bits(), m | n, "{level:?}");
+                assert_eq!((!lm).bits(), !m & all, "{level:?}");
+                assert_eq!(ln.any(), n != 0, "{level:?}");
+                assert_eq!(<L::Mask as Mask>::N, L::N);
+            }
+
+            fn products<L: Lanes<Scalar = $scalar>>(level: Level, a: &Sixteen, b: &Sixteen) {
+                // A multiply-add lies within both roundings.
+                let (la, lb) = (L::load(a), L::load(b));
+                let out = stored(la.mul_add(lb, L::splat(0.25)));
+                for i in 0..L::N {
+                    let (once, twice) = (a[i].mul_add(b[i], 0.25), a[i] * b[i] + 0.25);
+                    let equal = |x: $scalar| out[i] == x || (out[i].is_nan() && x.is_nan());
+                    assert!(equal(once) || equal(twice), "{level:?}");
+                }
+
+                // What a product lacks, where nothing is too large or too small.
+                let out = stored(la.mul_error(lb, la * lb));
+                for i in 0..L::N {
+                    let lacks = a[i].mul_add(b[i], -(a[i] * b[i]));
+                    let fair = |x: $scalar| x == 0.0 || (1e-9..1e9).contains(&x.abs());
+                    if fair(a[i]) && fair(b[i]) {
+                        assert!(out[i] == lacks, "{level:?} {} {} lacks {lacks}", a[i], b[i]);
+                    }
+                }
+            }
+
+            fn conversion<L: Lanes<Scalar = $scalar>>(level: Level) {
+                let from: [f32; 16] = NUMBERS.map(|x| x as f32);
+                let out = stored(L::load_f32(&from));
+                for i in 0..L::N {
+                    let want = from[i] as $scalar;
+                    assert!(out[i] == want || (out[i].is_nan() && want.is_nan()), "{level:?}");
+                }
+            }
+        }
+    };
+}
+check!(check_f32, f32);
+check!(check_f64, f64);
+
+/// Integer lanes against wrapping i64.
+fn check_i64<L: Ints>(level: Level) {
+    let narrow: [i64; 16] = [
+        0,
+        1,
+        -1,
+        2,
+        -3,
+        7,
+        1 << 20,
+        -(1 << 20),
+        0x7fff_ffff,
+        -0x8000_0000,
+        46341,
+        -65536,
+        5,
+        9,
+        -11,
+        13,
+    ];
+    let wide: [i64; 16] = core::array::from_fn(|i| {
+        let x = narrow[i].wrapping_mul(0x1_0000_0001 * (i as i64 + 1)) ^ (i as i64) << 40;
+        if i % 5 == 0 { -x } else { x }
+    });
+    for turn in 0..16 {
+        let a: [i64; 16] = narrow;
+        let b: [i64; 16] = core::array::from_fn(|i| narrow[(i + turn) % 16]);
+        let c: [i64; 16] = core::array::from_fn(|i| wide[(i + turn) % 16]);
+        let (la, lb, lc) = (L::load(&a), L::load(&b), L::load(&c));
+        let same = |lanes: L, plain: &dyn Fn(usize) -> i64| {
+            let mut out = [0; 16];
+            lanes.store(&mut out);
+            for (i, out) in out.into_iter().enumerate().take(L::N) {
+                assert_eq!(out, plain(i), "{level:?}");
+            }
+        };
+        same(la + lc, &|i| a[i].wrapping_add(c[i]));
+        same(la - lc, &|i| a[i].wrapping_sub(c[i]));
+        same(la.mul_narrow(lb), &|i| a[i] * b[i]);
+        same(L::dot([la, lb, la], [lc, lc, lb]), &|i| {
+            let two = a[i].wrapping_mul(c[i]).wrapping_add(b[i].wrapping_mul(c[i]));
+            two.wrapping_add(a[i] * b[i])
+        });
+        same(L::splat(c[0]), &|_| c[0]);
+        let whole = a.map(|x| x as f32);
+        let whole = whole.map(|x| if x > 1e9 { 16_777_216.0 } else { x });
+        same(L::load_f32(&whole), &|i| whole[i] as i64);
+        let bits =
+            |plain: &dyn Fn(i64) -> bool| (0..L::N).fold(0, |m, i| m | (plain(c[i]) as u32) << i);
+        assert_eq!(lc.negative(), bits(&|x| x < 0), "{level:?}");
+        assert_eq!(lc.zero(), bits(&|x| x == 0), "{level:?}");
+    }
+}
+
+struct Check;
+
+impl WithSimd for Check {
+    type Output = ();
+    fn run<S: Simd>(self) {
+        check_f32::all::<S::F32x4>(S::LEVEL);
+        check_f32::all::<S::F32x8>(S::LEVEL);
+        check_f32::all::<S::F32x16>(S::LEVEL);
+        check_f64::all::<S::F64x4>(S::LEVEL);
+        check_f64::all::<S::F64x8>(S::LEVEL);
+        check_i64::<S::I64x4>(S::LEVEL);
+        check_i64::<S::I64x8>(S::LEVEL);
+        check_f32::all::<f32>(S::LEVEL);
+        check_f64::all::<f64>(S::LEVEL);
+
+        let row = |i: usize| S::F32x4::load(&NUMBERS.map(|x| x as f32)[4 * i..]);
+        let columns = S::transpose([row(0), row(1), row(2), row(3)]);
+        for (k, column) in columns.into_iter().enumerate() {
+            let mut numbers = [0.0; 4];
+            column.store(&mut numbers);
+            for (i, x) in numbers.into_iter().enumerate() {
+                assert_eq!(x.to_bits(), (NUMBERS[4 * i + k] as f32).to_bits(), "{:?}", S::LEVEL);
+            }
+        }
+
+        let (first, last) = ([0, 1, 2, 3, 4, 5, 6, 7].map(|i| i as f32), [9.0; 8]);
+        let mut both = [0.0; 16];
+        S::halves(&first, &last).store(&mut both);
+        assert_eq!((&both[..8], &both[8..]), (&first[..], &last[..]));
+
+        let rows: [[f32; 4]; 16] =
+            core::array::from_fn(|i| [0, 1, 2, 3].map(|k| (4 * i + k) as f32));
+        for (k, column) in S::columns(|i| &rows[i]).into_iter().enumerate() {
+            let mut numbers = [0.0; 16];
+            column.store(&mut numbers);
+            assert_eq!(numbers, rows.map(|row| row[k]), "{:?}", S::LEVEL);
+        }
+
+        // Orders of any bytes, of which the lowest three bits count.
+        let from: [f32; 8] = core::array::from_fn(|i| NUMBERS[i] as f32);
+        for turn in 0..1000_u64 {
+            let order = turn.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(turn as u32);
+            let mut numbers = [0.0; 8];
+            S::permute(S::F32x8::load(&from), order).store(&mut numbers);
+            for (x, lane) in numbers.into_iter().zip(order.to_le_bytes()) {
+                let want = from[usize::from(lane & 7)];
+                assert_eq!(x.to_bits(), want.to_bits(), "{:?} {order:#x}", S::LEVEL);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_level_computes_as_plain_numbers_do() {
+    for level in Level::all() {
+        level.run(Check);
+        println!("checked {}", level.name());
+    }
+}

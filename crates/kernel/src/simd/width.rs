@@ -1,0 +1,58 @@
+//! How many lanes a packet may have.
+
+use super::lanes::Lanes;
+use super::level_lanes::Simd;
+use super::pair::Pair;
+
+/// How many lanes a packet may have: the marker `Lane<N>` of a width that there is.
+///
+/// ```
+/// use intertri::simd::{Lane, Width};
+/// use intertri::{Mode, Prepared, RayPacket};
+/// // Generic over the number of lanes.
+/// fn hits<M: Mode, const N: usize>(
+///     mode: &M,
+///     rays: &RayPacket<N>,
+///     triangle: &Prepared<M::Test>,
+/// ) -> u32
+/// where
+///     Lane<N>: Width,
+/// {
+///     mode.packet(rays, triangle).bits
+/// }
+/// ```
+pub trait Width {
+    /// So many f32.
+    type F<S: Simd>: Lanes<Scalar = f32>;
+    /// So many f64.
+    type D<S: Simd>: Lanes<Scalar = f64>;
+}
+
+/// A width of N lanes.
+///
+/// ```
+/// use intertri::simd::{Lane, Lanes, Simd, Width, WithSimd, dispatch};
+/// struct Count;
+/// impl WithSimd for Count {
+///     type Output = (usize, usize);
+///     fn run<S: Simd>(self) -> (usize, usize) {
+///         (<Lane<16> as Width>::F::<S>::N, <Lane<4> as Width>::D::<S>::N)
+///     }
+/// }
+/// assert_eq!(dispatch(Count), (16, 4));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Lane<const N: usize>;
+
+impl Width for Lane<4> {
+    type F<S: Simd> = S::F32x4;
+    type D<S: Simd> = S::F64x4;
+}
+impl Width for Lane<8> {
+    type F<S: Simd> = S::F32x8;
+    type D<S: Simd> = S::F64x8;
+}
+impl Width for Lane<16> {
+    type F<S: Simd> = S::F32x16;
+    type D<S: Simd> = Pair<S::F64x8>;
+}

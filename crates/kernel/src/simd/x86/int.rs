@@ -1,0 +1,104 @@
+//! The integer lanes of AVX2 and AVX-512: `pmuldq` multiplies signed 32 bits to 64.
+//!
+//! What [`super::reg`] says of floating-point registers holds here too, `SAFETY` included.
+#![allow(unsafe_code, clippy::wildcard_imports)]
+
+use core::arch::x86_64::*;
+use core::ops::{Add, Sub};
+
+use super::super::int::Ints;
+use super::reg::Reg;
+
+macro_rules! ints {
+    (
+        $reg:ty, $n:literal, $add:ident $sub:ident $muldq:ident $set1:ident
+        $loadu:ident $storeu:ident, load_f32 $load_f32:expr,
+        {$($dot:tt)*}, negative $negative:expr, zero $zero:expr
+    ) => {
+        impl Add for Reg<$reg> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                Self(cpu!($add(self.0, b.0)))
+            }
+        }
+        impl Sub for Reg<$reg> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                Self(cpu!($sub(self.0, b.0)))
+            }
+        }
+        impl Ints for Reg<$reg> {
+            const N: usize = $n;
+
+            #[inline(always)]
+            fn splat(x: i64) -> Self {
+                Self(cpu!($set1(x)))
+            }
+            #[inline(always)]
+            fn load(from: &[i64]) -> Self {
+                let from = from[..$n].as_ptr().cast();
+                Self(cpu!($loadu(from)))
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                let from: [f32; $n] = from[..$n].try_into().expect("N numbers");
+                Self(cpu!($load_f32(from.as_ptr())))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [i64]) {
+                let to = to[..$n].as_mut_ptr().cast();
+                cpu!($storeu(to, self.0));
+            }
+            #[inline(always)]
+            fn mul_narrow(self, b: Self) -> Self {
+                Self(cpu!($muldq(self.0, b.0)))
+            }
+            $($dot)*
+            #[inline(always)]
+            fn negative(self) -> u32 {
+                cpu!($negative(self.0)) as u32
+            }
+            #[inline(always)]
+            fn zero(self) -> u32 {
+                cpu!($zero(self.0)) as u32
+            }
+        }
+    };
+}
+
+ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1_epi64x
+    _mm256_loadu_si256 _mm256_storeu_si256,
+    load_f32 |from| _mm256_cvtepi32_epi64(_mm_cvttps_epi32(_mm_loadu_ps(from))),
+    {
+        /// Each component of b = low + 2^32 * high with a signed low half, so that both halves are
+        /// factors for `pmuldq`; the two sums meet at the end.
+        #[inline(always)]
+        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
+            let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
+            let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));
+            let z = Self(cpu!(_mm256_srli_epi64::<32>((b[2] + half).0)));
+            let low = a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2]);
+            let high = a[0].mul_narrow(x) + a[1].mul_narrow(y) + a[2].mul_narrow(z);
+            low + Self(cpu!(_mm256_slli_epi64::<32>(high.0)))
+        }
+    },
+    negative |x| _mm256_movemask_pd(_mm256_castsi256_pd(x)),
+    zero |x| _mm256_movemask_pd(_mm256_castsi256_pd(
+        _mm256_cmpeq_epi64(x, _mm256_setzero_si256()))));
+ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1_epi64
+    _mm512_loadu_si512 _mm512_storeu_si512,
+    load_f32 |from| _mm512_cvttps_epi64(_mm256_loadu_ps(from)),
+    {
+        #[inline(always)]
+        fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
+            let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
+            let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));
+            x + y + z
+        }
+    },
+    negative |x| _mm512_movepi64_mask(x),
+    zero |x| _mm512_testn_epi64_mask(x, x));

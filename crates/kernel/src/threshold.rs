@@ -1,0 +1,96 @@
+//! The document's `Threshold`.
+
+use core::fmt;
+
+/// The document's `Threshold`: the smallest `|nrm & dir|` that is not parallel, and the largest t
+/// that is still no hit.
+///
+/// ```
+/// use intertri::{Certified, Mode, Ray, Threshold, Triangle};
+/// let near = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+/// assert!(Certified::new(Threshold::DEFAULT).any(&[near], &ray));
+/// assert!(!Certified::new(Threshold::new(5.0).unwrap()).any(&[near], &ray));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Threshold {
+    exact: f64,
+    /// Rounded to f32, and the f32 below and above that.
+    pub(crate) near: f32,
+    pub(crate) below: f32,
+    pub(crate) above: f32,
+}
+
+impl Threshold {
+    /// The default: far above the rounding of f64 in a scene of unit size, far below its features.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Threshold::DEFAULT.get(), 1e-9);
+    /// ```
+    pub const DEFAULT: Self = Self::of(1e-9);
+
+    /// None: parallel is what is so exactly.
+    ///
+    /// ```
+    /// use intertri::{Certified, Threshold};
+    /// assert_eq!(Threshold::ZERO, Threshold::new(0.0).unwrap());
+    /// let mode = Certified::new(Threshold::ZERO);
+    /// ```
+    pub const ZERO: Self = Self::of(0.0);
+
+    /// A threshold of one's own.
+    ///
+    /// # Errors
+    /// If it is negative, infinite or NaN.
+    ///
+    /// ```
+    /// use intertri::Threshold;
+    /// assert_eq!(Threshold::new(0.0).unwrap().get(), 0.0);
+    /// assert!(Threshold::new(-1.0).is_err());
+    /// ```
+    pub fn new(threshold: f64) -> Result<Self, BadThreshold> {
+        if threshold >= 0.0 && threshold.is_finite() {
+            Ok(Self::of(threshold))
+        } else {
+            Err(BadThreshold(threshold))
+        }
+    }
+
+    const fn of(exact: f64) -> Self {
+        let near = exact as f32;
+        Self { exact, near, below: near.next_down(), above: near.next_up() }
+    }
+
+    /// The number.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Threshold::new(1e-6).unwrap().get(), 1e-6);
+    /// ```
+    #[inline(always)]
+    pub fn get(self) -> f64 {
+        self.exact
+    }
+}
+
+impl Default for Threshold {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// A threshold that is negative, infinite or NaN.
+///
+/// ```
+/// let refused = intertri::Threshold::new(f64::NAN).unwrap_err();
+/// assert!(refused.to_string().contains("finite"));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BadThreshold(pub f64);
+
+impl fmt::Display for BadThreshold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a threshold of {}: it must be finite and not negative", self.0)
+    }
+}
+
+impl core::error::Error for BadThreshold {}

@@ -1,0 +1,174 @@
+//! The types: [`Ray`], [`Triangle`] and [`Hit`], plain data that can be cast from and to bytes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// A half-line with the part of it that counts.
+///
+/// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
+/// unit length. A hit counts where `t_min <= t < t_max`, both compared in f64. The interval is open
+/// at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A
+/// ray with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
+///
+/// The layout is that of a file of raw rays: eight little-endian f32 in the order of the fields.
+///
+/// ```
+/// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
+/// let bytes: [u8; 32] = bytemuck::cast(ray);
+/// assert_eq!(bytemuck::cast::<_, intertri::Ray>(bytes), ray);
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Ray {
+    /// Where `t` is 0.
+    pub origin: [f32; 3],
+    /// The smallest `t` that counts.
+    pub t_min: f32,
+    /// Where the ray goes, and the unit of `t`.
+    pub dir: [f32; 3],
+    /// The smallest `t` that no longer counts.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The whole half-line: `0 <= t < infinity`.
+    ///
+    /// ```
+    /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!(ray.t_max, f32::INFINITY);
+    /// ```
+    pub fn new(origin: impl Into<[f32; 3]>, dir: impl Into<[f32; 3]>) -> Self {
+        Self { origin: origin.into(), t_min: 0.0, dir: dir.into(), t_max: f32::INFINITY }
+    }
+
+    /// The same line with the interval `t_min <= t < t_max`.
+    ///
+    /// ```
+    /// let ray = intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0]).between(1.0, 5.0);
+    /// assert_eq!((ray.t_min, ray.t_max), (1.0, 5.0));
+    /// ```
+    pub fn between(self, t_min: f32, t_max: f32) -> Self {
+        Self { t_min, t_max, ..self }
+    }
+}
+
+/// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
+///
+/// A buffer of vertices, nine f32 a triangle, can be cast to a slice of these by `bytemuck`. A
+/// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area.
+///
+/// ```
+/// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
+/// let triangles: &[intertri::Triangle] = bytemuck::cast_slice(&vertices);
+/// assert_eq!(triangles[0].0[2], [0.0, 1.0, 5.0]);
+/// ```
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Triangle(pub [[f32; 3]; 3]);
+
+impl Triangle {
+    /// A triangle from its corners.
+    ///
+    /// ```
+    /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// assert_eq!(t.0[1], [1.0, 0.0, 5.0]);
+    /// ```
+    pub fn new(c1: impl Into<[f32; 3]>, c2: impl Into<[f32; 3]>, c3: impl Into<[f32; 3]>) -> Self {
+        Self([c1.into(), c2.into(), c3.into()])
+    }
+
+    /// The normal `(c2 - c1) × (c3 - c1)`, in f64: twice the triangle's area long, and toward whom the
+    /// corners run counter-clockwise. Zero for a triangle without area.
+    ///
+    /// ```
+    /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// assert_eq!(t.normal(), [0.0, 0.0, 1.0]);
+    /// ```
+    pub fn normal(&self) -> [f64; 3] {
+        let [c1, c2, c3] = self.0.map(|corner| corner.map(f64::from));
+        let [x, y, z] = [0, 1, 2].map(|k| c2[k] - c1[k]);
+        let [u, v, w] = [0, 1, 2].map(|k| c3[k] - c1[k]);
+        [y * w - z * v, z * u - x * w, x * v - y * u]
+    }
+}
+
+/// Where a ray meets a triangle: 32 bytes.
+///
+/// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u`
+/// and `v` are the same on every CPU but may stand outside of `0..=1` by rounding. Queries about one ray
+/// give an `Option` of it; batches fill slices with plain ones, [`Hit::MISS`] where nothing is hit.
+///
+/// ```
+/// use intertri::{Certified, Hit, Mode, Ray, Triangle};
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]);
+/// let hit = Certified::default().closest(&[wall], &ray).unwrap();
+/// assert_eq!(hit, Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 0, geometry: 0 });
+/// assert_eq!(hit.point(&ray), [0.25, 0.5, 5.0]);
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Hit {
+    /// Distance along the ray in multiples of `|dir|`; infinity for a miss.
+    pub t: f64,
+    /// The weight of the second corner.
+    pub u: f64,
+    /// The weight of the third corner.
+    pub v: f64,
+    /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
+    pub triangle: u32,
+    /// The number of the mesh, where there are several: until then 0.
+    pub geometry: u32,
+}
+
+const _: () = assert!(size_of::<Hit>() == 32);
+
+impl Hit {
+    /// The index that stands for no triangle.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Hit::MISS.triangle, intertri::Hit::NO_TRIANGLE);
+    /// ```
+    pub const NO_TRIANGLE: u32 = u32::MAX;
+
+    /// What a ray that meets nothing gets in a batch.
+    ///
+    /// ```
+    /// use intertri::{Certified, Hit, Mode, Ray};
+    /// let mut hits = [Hit { triangle: 7, ..Hit::MISS }];
+    /// Certified::default().closest_batch(&[], &[Ray::new([0.0; 3], [0.0, 0.0, 1.0])], &mut hits);
+    /// assert_eq!(hits, [Hit::MISS]);
+    /// ```
+    pub const MISS: Self =
+        Self { t: f64::INFINITY, u: 0.0, v: 0.0, triangle: Self::NO_TRIANGLE, geometry: 0 };
+
+    /// Whether there is a triangle.
+    ///
+    /// ```
+    /// assert!(!intertri::Hit::MISS.is_hit());
+    /// ```
+    #[inline]
+    pub fn is_hit(&self) -> bool {
+        self.triangle != Self::NO_TRIANGLE
+    }
+
+    /// The hit, or `None` for a miss.
+    ///
+    /// ```
+    /// assert_eq!(intertri::Hit::MISS.some(), None);
+    /// ```
+    #[inline]
+    pub fn some(self) -> Option<Self> {
+        self.is_hit().then_some(self)
+    }
+
+    /// The point `origin + t * dir`, computed in f64; of a miss, nothing finite.
+    ///
+    /// ```
+    /// use intertri::{Hit, Ray};
+    /// let hit = Hit { t: 2.5, u: 0.0, v: 0.0, triangle: 0, geometry: 0 };
+    /// assert_eq!(hit.point(&Ray::new([1.0, 0.0, 0.0], [0.0, 0.0, 2.0])), [1.0, 0.0, 5.0]);
+    /// ```
+    pub fn point(&self, ray: &Ray) -> [f64; 3] {
+        [0, 1, 2].map(|k| f64::from(ray.origin[k]) + self.t * f64::from(ray.dir[k]))
+    }
+}

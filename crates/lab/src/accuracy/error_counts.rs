@@ -1,0 +1,27 @@
+//! The counts of a method's errors.
+
+use serde::Serialize;
+
+/// How often a method was wrong.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ErrorCounts {
+    /// The workload.
+    pub workload: &'static str,
+    /// The method; [`ON_GRID`] is the mode `fixed` on inputs that it need not snap.
+    pub method: &'static str,
+    /// Rays, or pairs of the mix.
+    pub trials: u64,
+    /// Answers that are not the exact one. For `camera` and `secondary`: another closest triangle, a
+    /// hit that is none, a miss that is none. For `edges`: see the next two. For `mix`: hit or miss.
+    pub wrong: u64,
+    /// Of `edges`: rays that leave the closed mesh without hitting it.
+    pub leaks: u64,
+    /// Of `edges`: rays that leave it once and hit two or more triangles.
+    pub doubles: u64,
+    /// Answers that are not the scalar f64 reference's: another closest triangle, another count of
+    /// hits, another hit or miss.
+    pub not_reference: u64,
+}
+
+/// The name of the mode `fixed` on inputs that were snapped before any method saw them.
+pub const ON_GRID: &str = "fixed, on its grid";

@@ -1,0 +1,102 @@
+//! The errors of every method on a workload.
+
+use rayon::prelude::*;
+
+use super::closed_mesh::leaks_and_doubles;
+use super::closest::closest;
+use super::error_counts::{ErrorCounts, ON_GRID};
+use super::pairs::pairs;
+use crate::methods::METHODS;
+use crate::rng::Rng;
+use crate::workloads::{Model, Workload};
+
+/// So many rays make one piece of work, with a seed of its own.
+const PIECE: u64 = 256;
+
+/// Counts the errors of every method that such rays are for, on at least so many rays. `step` is told how
+/// many more are done. The counts depend on the seed, the number and the model alone.
+pub fn count_errors(
+    workload: Workload,
+    model: &Model,
+    seed: u64,
+    rays: u64,
+    step: &(impl Fn(u64) + Sync),
+) -> Vec<ErrorCounts> {
+    let pieces = rays.div_ceil(PIECE);
+    let none = || {
+        let names = METHODS.iter().map(|method| method.name).chain([ON_GRID]);
+        let errors =
+            |method| ErrorCounts { workload: workload.name(), method, ..ErrorCounts::default() };
+        names.map(errors).collect::<Vec<_>>()
+    };
+    let mut error_counts = (0..pieces)
+        .into_par_iter()
+        .map(|piece| {
+            let mut rng = Rng::new(seed ^ (workload as u64) << 56 ^ piece << 8);
+            let mut error_counts = none();
+            let mut done = 0;
+            while done < PIECE {
+                done += match workload {
+                    Workload::Mix => pairs(&mut rng, &mut error_counts),
+                    Workload::Edges => {
+                        leaks_and_doubles(&workload.batch(&mut rng, model), &mut error_counts)
+                    }
+                    _ => closest(&workload.batch(&mut rng, model), &mut error_counts),
+                };
+            }
+            step(done);
+            error_counts
+        })
+        .reduce(none, |mut sum, more| {
+            for (sum, more) in sum.iter_mut().zip(more) {
+                sum.trials += more.trials;
+                sum.wrong += more.wrong;
+                sum.leaks += more.leaks;
+                sum.doubles += more.doubles;
+                sum.not_reference += more.not_reference;
+            }
+            sum
+        });
+    error_counts.retain(|errors| errors.trials > 0);
+    error_counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ErrorCounts, ON_GRID, count_errors};
+    use crate::methods::OF_THE_REFERENCE;
+    use crate::workloads::{Model, Workload};
+
+    fn of<'a>(error_counts: &'a [ErrorCounts], method: &str) -> &'a ErrorCounts {
+        error_counts.iter().find(|errors| errors.method == method).unwrap()
+    }
+
+    #[test]
+    fn a_seed_gives_the_same_counts_and_promises_are_kept() {
+        let model = Model::built_in();
+        for workload in Workload::ALL {
+            let error_counts = count_errors(workload, &model, 4, 3000, &|_| ());
+            assert_eq!(error_counts, count_errors(workload, &model, 4, 3000, &|_| ()));
+            assert_ne!(
+                error_counts,
+                count_errors(workload, &model, 5, 3000, &|_| ()),
+                "{workload:?}"
+            );
+            assert!(error_counts.iter().all(|errors| errors.trials > 2900), "{error_counts:?}");
+            for method in OF_THE_REFERENCE
+                .iter()
+                .filter(|method| error_counts.iter().any(|v| v.method == **method))
+            {
+                assert_eq!(of(&error_counts, method).not_reference, 0, "{workload:?} {method}");
+            }
+            assert_eq!(of(&error_counts, ON_GRID).wrong, 0, "{workload:?}");
+            // What is no more than f32 is wrong somewhere, at edges most of the time.
+            let plain = of(&error_counts, "Möller–Trumbore f32");
+            match workload {
+                Workload::Edges => assert!(plain.leaks > 30 && plain.doubles > 1000, "{plain:?}"),
+                Workload::Mix => assert!(plain.wrong > 100, "{plain:?}"),
+                _ => assert!(plain.wrong < 10, "{plain:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! The camera and its picture, as the caller describes them.
+
+use intertri::Ray;
+
+/// A camera and its picture.
+#[derive(Clone, Copy)]
+pub struct PinholeCamera<'a> {
+    /// Where all rays start.
+    pub eye: [f32; 3],
+    /// To the right, up, and into the picture; of unit length, at right angles.
+    pub axes: [[f64; 3]; 3],
+    /// Half of the picture's height at distance 1.
+    pub half_height: f64,
+    /// Pixels in a row, and rows.
+    pub size: (u32, u32),
+    /// The ray of a pixel: column and row from the top left.
+    pub ray: &'a (dyn Fn(u32, u32) -> Ray + Sync),
+}
+
+impl PinholeCamera<'_> {
+    /// The angle of a pixel in the middle of the picture.
+    pub(super) fn pixel(&self) -> f64 {
+        2.0 * self.half_height / f64::from(self.size.1)
+    }
+}

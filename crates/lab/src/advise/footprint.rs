@@ -1,0 +1,79 @@
+//! Where in the picture a triangle may matter.
+
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+
+use std::ops::Range;
+
+use intertri::Triangle;
+
+use super::arithmetic::{Arithmetic, moves};
+use super::camera::PinholeCamera;
+use super::facet::Facet;
+use super::vector::Vec3d;
+
+/// What all bands share.
+pub(super) struct ScanInput<'a> {
+    pub(super) triangles: &'a [Triangle],
+    pub(super) camera: &'a PinholeCamera<'a>,
+    pub(super) arithmetics: &'a [Arithmetic],
+    pub(super) forward: Vec3d,
+}
+
+/// The pixels where a triangle may matter.
+pub(super) struct Footprint {
+    pub(super) columns: Range<u32>,
+    pub(super) rows: Range<u32>,
+    /// It is seen so nearly edge-on that f32 can see it beside itself.
+    pub(super) strip: bool,
+}
+
+impl ScanInput<'_> {
+    pub(super) fn facet(&self, index: usize) -> Facet {
+        Facet::new(&self.triangles[index], self.camera.eye, self.forward)
+    }
+
+    /// The box around a triangle in the picture, widened by what the worst arithmetic moves.
+    pub(super) fn footprint(&self, facet: &Facet) -> Footprint {
+        let (width, height) = self.camera.size;
+        let nothing = Footprint { columns: 0..0, rows: 0..0, strip: false };
+        if !facet.is_finite() {
+            return nothing;
+        }
+        let reach = facet.reach();
+        let moves = |&a: &Arithmetic| moves(a, reach);
+        let mut moves = self.arithmetics.iter().map(moves).fold(0.0, f64::max);
+        if facet.depth.1 + moves < 0.0 {
+            return nothing;
+        }
+        let spill = facet.spill();
+        let strip = !(spill < 0.5);
+        if !strip {
+            moves += 2.0 * spill * facet.side;
+        }
+
+        // Too near for a box: everywhere.
+        let nearest = facet.depth.0;
+        if !(moves < nearest / 4.0) {
+            return Footprint { columns: 0..width, rows: 0..height, strip };
+        }
+        let [right, up, _] = self.camera.axes.map(Vec3d::splat);
+        let pixel = self.camera.pixel();
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for corner in facet.corners {
+            let depth = corner.dot(self.forward);
+            let at = [corner.dot(right) / depth, -corner.dot(up) / depth];
+            for axis in 0..2 {
+                let off = moves * (1.0 + at[axis].abs()) / (nearest - moves);
+                low[axis] = low[axis].min(at[axis] - off);
+                high[axis] = high[axis].max(at[axis] + off);
+            }
+        }
+        let range = |axis: usize, size: u32| {
+            let place = |x: f64| x / pixel + 0.5 * f64::from(size) - 0.5;
+            let first = (place(low[axis]).floor() - 1.0).clamp(0.0, f64::from(size)) as u32;
+            let end = (place(high[axis]).ceil() + 2.0).clamp(0.0, f64::from(size)) as u32;
+            first..end.max(first)
+        };
+        Footprint { columns: range(0, width), rows: range(1, height), strip }
+    }
+}

@@ -1,0 +1,189 @@
+//! How far each arithmetic can be from the exact answer about a facet, and so what it can make of it.
+
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+
+use super::arithmetic::{Arithmetic, snap, snap_of_one, turn};
+use super::facet::{Facet, PlaneHit};
+use super::pixel_ray::PixelRay;
+
+/// The rounding of f32 and of f64.
+const U: f64 = 1.0 / (1_u64 << 24) as f64;
+const W: f64 = 1.0 / (1_u64 << 53) as f64;
+
+/// What an arithmetic can make of a facet at a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Outcome {
+    /// No hit.
+    Miss,
+    /// A hit, with its t between these.
+    Hit(f64, f64),
+    /// A hit or not; if it is one, its t is between these.
+    Doubtful(f64, f64),
+}
+
+impl Facet {
+    /// What an f32 test can be off by in an edge value, for directions of unit length.
+    pub(super) fn single_bound(&self) -> f64 {
+        let (small, large) = (2.0_f64.powi(-30), 2.0_f64.powi(30));
+        if self.side.min(self.first) < small || self.side.max(self.reach()) > large {
+            return f64::INFINITY;
+        }
+        U * self.side * (22.6 * self.first + 28.0 * self.side)
+    }
+
+    /// What the reference can be off by in an edge value, for directions of unit length, where the
+    /// ray meets the plane at this `rho = h4 h5 |d| / |n · d|`.
+    fn double_bound(&self, rho: f64) -> f64 {
+        // Beyond, the roundings of the derivation are no longer small.
+        if rho > 2.0_f64.powi(40) {
+            return f64::INFINITY;
+        }
+        let Self { side, first, kappa, off, .. } = *self;
+        2.0 * W * side * ((30.0 * kappa + 68.0 * rho) * first + off + 34.0 * kappa * side)
+    }
+
+    /// Where its plane is seen edge-on, so that rounding can put hits beside the triangle: how far, in
+    /// lengths of its side.
+    pub(super) fn spill(&self) -> f64 {
+        let slope = self.height.abs() / self.reach();
+        let rho = self.side * self.side / slope;
+        8.0 * (self.single_bound() + self.double_bound(rho)) / slope
+    }
+
+    /// What an arithmetic can make of it.
+    pub(super) fn outcome(
+        &self,
+        arithmetic: Arithmetic,
+        plane_hit: &mut PlaneHit,
+        pixel_ray: &PixelRay,
+    ) -> Outcome {
+        let outcome = match arithmetic {
+            Arithmetic::Grid { step, q } => self.on_grid(step, q, plane_hit, pixel_ray),
+            Arithmetic::Single => {
+                let (side, steep) = (self.side, plane_hit.slope.abs());
+                let near = 8.1 * U * side * side * pixel_ray.length;
+                let t = plane_hit.t;
+                let off = (12.2 * U * side * side * self.first + t.abs() * near) / (steep - near);
+                let off = if steep > near { off + 2.0 * U * t.abs() } else { f64::INFINITY };
+                self.by_edges(self.single_bound(), off, plane_hit, pixel_ray)
+            }
+            Arithmetic::Double { threshold } => {
+                // The computed normal of a triangle without area is NaN.
+                if self.area == 0.0 {
+                    return Outcome::Miss;
+                }
+                let noise = 12.0 * W * self.kappa * pixel_ray.length;
+                let slope = plane_hit.slope.abs() / self.area;
+                if slope + noise < threshold {
+                    return Outcome::Miss;
+                }
+                let rho = self.kappa * pixel_ray.length / slope;
+                let (t, far) = (plane_hit.t.abs(), pixel_ray.length);
+                let off = 13.0 * W * rho * (self.first + t * far) / far + 2.0 * W * t;
+                let outcome = self.by_edges(self.double_bound(rho), off, plane_hit, pixel_ray);
+                match outcome {
+                    Outcome::Hit(lo, hi) if slope < threshold + noise || lo <= threshold => {
+                        Outcome::Doubtful(lo, hi)
+                    }
+                    outcome => outcome,
+                }
+            }
+        };
+        // What starts behind or at the eye.
+        match outcome {
+            Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
+            Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
+            outcome => outcome,
+        }
+    }
+
+    /// Edge values off by up to `bound`, for a direction of unit length, and t by up to `off`.
+    fn by_edges(
+        &self,
+        bound: f64,
+        off: f64,
+        plane_hit: &PlaneHit,
+        pixel_ray: &PixelRay,
+    ) -> Outcome {
+        // What is computed here is itself rounded.
+        let bound = (bound + 32.0 * W * self.reach() * self.reach()) * pixel_ray.length;
+        let (lo, hi) = if (plane_hit.t - off).is_nan() {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        } else {
+            (plane_hit.t - off, plane_hit.t + off)
+        };
+        if plane_hit.edges.iter().any(|&e| e < -bound) {
+            Outcome::Miss
+        } else if plane_hit.edges.iter().all(|&e| e > bound) {
+            Outcome::Hit(lo, hi)
+        } else {
+            Outcome::Doubtful(lo, hi)
+        }
+    }
+
+    /// Corners and ray moved by snapping. As long as no side crosses the ray on the way, the ray stays
+    /// inside or outside.
+    fn on_grid(
+        &self,
+        step: f64,
+        q: u32,
+        plane_hit: &mut PlaneHit,
+        pixel_ray: &PixelRay,
+    ) -> Outcome {
+        let (snap, turn) = (snap(step), turn(q));
+        let most = snap + turn * self.reach();
+
+        // The distances in the view direction stay within the triangle's.
+        let (front, back) = (self.depth.0 - snap, self.depth.1 + snap);
+        let off = turn * pixel_ray.length;
+        let lo = front / (pixel_ray.depth + if front > 0.0 { off } else { -off });
+        let hi = back / (pixel_ray.depth - off);
+        let doubt = Outcome::Doubtful(lo, hi);
+
+        if plane_hit.margin < -most {
+            return Outcome::Miss;
+        }
+        if !(plane_hit.margin > most) {
+            let sides = plane_hit.sides.get_or_insert_with(|| self.sides(pixel_ray));
+            for (distance, reach) in sides.iter().zip(self.reaches) {
+                if !(*distance > snap + turn * reach) {
+                    return doubt;
+                }
+            }
+            if plane_hit.margin < 0.0 {
+                return Outcome::Miss;
+            }
+        }
+
+        // Inside: the point moves with its corners, and the plane tilts.
+        let apart = 2.0 * snap_of_one(step);
+        let tilt = apart * (2.0 * self.side + apart) / self.area;
+        let cosine = plane_hit.slope.abs() / (self.area * pixel_ray.length);
+        let cosine = (cosine - tilt - turn) / (1.0 + tilt);
+        let off = (snap / pixel_ray.length + turn * plane_hit.t.abs()) / cosine;
+        if cosine > 0.0 {
+            Outcome::Hit(lo.max(plane_hit.t - off), hi.min(plane_hit.t + off))
+        } else {
+            Outcome::Hit(lo, hi)
+        }
+    }
+
+    /// How far the seen triangle moves at this pixel, as an angle, at most.
+    pub(super) fn shift(
+        &self,
+        arithmetic: Arithmetic,
+        plane_hit: &PlaneHit,
+        pixel_ray: &PixelRay,
+    ) -> f64 {
+        let bound = match arithmetic {
+            Arithmetic::Grid { step, q } => {
+                return snap(step) / (plane_hit.t.abs() * pixel_ray.length) + turn(q);
+            }
+            Arithmetic::Single => self.single_bound(),
+            Arithmetic::Double { .. } => {
+                self.double_bound(self.side * self.side * pixel_ray.length / plane_hit.slope.abs())
+            }
+        };
+        bound / self.lengths.iter().fold(f64::INFINITY, |a, &b| a.min(b))
+    }
+}

@@ -1,0 +1,106 @@
+//! A pixel, and which triangles can be seen there.
+
+#![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
+
+use intertri::Ray;
+
+use super::facet::Facet;
+use super::footprint::ScanInput;
+use super::outcome::Outcome;
+use super::pixel_ray::PixelRay;
+use crate::methods::moller_trumbore::MollerTrumbore;
+use crate::methods::{Intersector, PlainRay};
+use crate::oracle::{self, exact_t};
+
+/// A pixel, and what is known of it so far.
+pub(super) struct Pixel {
+    pub(super) ray: Ray,
+    pub(super) pixel_ray: PixelRay,
+    pub(super) seen: Option<u32>,
+    /// A bit for each arithmetic.
+    pub(super) doubtful: u32,
+    /// For each arithmetic, the farthest t at which what is seen may be found.
+    pub(super) far: Vec<f64>,
+    pub(super) sampled: bool,
+    /// The exact closest hits, and a t that is not less than theirs.
+    pub(super) closest: (f64, Vec<u32>),
+    pub(super) single: (f32, Option<u32>),
+}
+
+impl Pixel {
+    pub(super) fn visit(
+        &mut self,
+        index: u32,
+        facet: &Facet,
+        input: &ScanInput<'_>,
+        single: &<MollerTrumbore as Intersector>::Triangle<f32>,
+    ) {
+        let mut plane_hit = facet.plane_hit(&self.pixel_ray);
+        let mut tied = None;
+        let triangle = |index: u32| &input.triangles[index as usize];
+        for (k, &arithmetic) in input.arithmetics.iter().enumerate() {
+            if self.doubtful & 1 << k != 0 {
+                continue;
+            }
+            let outcome = facet.outcome(arithmetic, &mut plane_hit, &self.pixel_ray);
+            let doubt = match outcome {
+                Outcome::Miss => self.seen == Some(index),
+                Outcome::Hit(lo, _) => self.seen != Some(index) && !(lo > self.far[k]),
+                Outcome::Doubtful(lo, _) => !(lo > self.far[k]),
+            };
+            // Where two have the same t, either is right.
+            let sure = matches!(outcome, Outcome::Hit(..));
+            if doubt
+                && !(sure && *tied.get_or_insert_with(|| self.is_tied(index, plane_hit.t, input)))
+            {
+                self.doubtful |= 1 << k;
+            }
+        }
+
+        if !self.sampled {
+            return;
+        }
+        // What f32 says.
+        let ray = PlainRay {
+            origin: intertri::simd::Vec3::<f32>::splat(self.ray.origin),
+            dir: intertri::simd::Vec3::splat(self.ray.dir),
+        };
+        let (hit, t) = MollerTrumbore { epsilon: 0.0 }.test::<f32>(single, &ray);
+        if hit && t < self.single.0 {
+            self.single = (t, Some(index));
+        }
+        // What the oracle says.
+        if facet.is_outside(&plane_hit, &self.pixel_ray)
+            || facet.is_behind(&plane_hit, &self.pixel_ray, self.closest.0)
+        {
+            return;
+        }
+        if oracle::answer(triangle(index), &self.ray).is_hit() {
+            let order = match self.closest.1.first() {
+                None => std::cmp::Ordering::Less,
+                Some(&best) => {
+                    let t = [index, best].map(|i| exact_t(triangle(i), &self.ray));
+                    t[0].cmp(&t[1])
+                }
+            };
+            match order {
+                std::cmp::Ordering::Less => {
+                    self.closest = (facet.latest(&plane_hit, &self.pixel_ray), vec![index]);
+                }
+                std::cmp::Ordering::Equal => self.closest.1.push(index),
+                std::cmp::Ordering::Greater => {}
+            }
+        }
+    }
+
+    /// Whether a triangle has the t of what is seen, exactly.
+    fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
+        let Some(seen) = self.seen else { return false };
+        let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;
+        if !((t - other).abs() <= 1e-9 * other.abs()) {
+            return false;
+        }
+        let t = [index, seen].map(|i| exact_t(&input.triangles[i as usize], &self.ray));
+        t[0].is_some() && t[0] == t[1]
+    }
+}

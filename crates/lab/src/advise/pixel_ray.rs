@@ -1,0 +1,12 @@
+//! The ray of a pixel.
+
+use super::vector::Vec3d;
+
+/// A ray from the eye.
+#[derive(Clone, Copy)]
+pub(super) struct PixelRay {
+    pub(super) dir: Vec3d,
+    pub(super) length: f64,
+    /// The part of the direction that goes into the picture.
+    pub(super) depth: f64,
+}

@@ -1,0 +1,35 @@
+//! What a scan finds: counts, and a sample of pixels with their exact answers.
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct ScanResult {
+    /// For each arithmetic, how many pixels are doubtful.
+    pub doubtful: Vec<u64>,
+    /// The same on the sample.
+    pub doubtful_in_sample: Vec<u64>,
+    /// For each arithmetic, how far what is seen moves at most, in pixels.
+    pub shift: Vec<f64>,
+    /// The sample: every so many pixels, row by row.
+    pub sample: Vec<SampledPixel>,
+}
+
+/// What a pixel of the sample shows, exactly, and what f32 says.
+#[derive(Clone, Debug)]
+pub struct SampledPixel {
+    /// Its column and row.
+    pub pixel: (u32, u32),
+    /// The closest triangle, or several where they have the same t, exactly; none for a miss.
+    pub triangles: Vec<u32>,
+    /// The closest hit of the f32 test.
+    pub single: Option<u32>,
+}
+
+impl SampledPixel {
+    /// Whether an answer is right.
+    pub fn allows(&self, triangle: Option<u32>) -> bool {
+        match triangle {
+            None => self.triangles.is_empty(),
+            Some(triangle) => self.triangles.contains(&triangle),
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Vectors of three f64.
+
+use intertri::simd::Vec3;
+
+/// A vector of one lane.
+pub(super) type Vec3d = Vec3<f64>;
+
+/// An f32 vector in f64.
+pub(super) fn vector(p: [f32; 3]) -> Vec3d {
+    Vec3d::splat(p.map(f64::from))
+}
+
+/// The length of a vector.
+pub(super) fn length(v: Vec3d) -> f64 {
+    v.dot(v).sqrt()
+}
+
+/// The distance of a segment from the origin.
+pub(super) fn distance(p: Vec3d, q: Vec3d) -> f64 {
+    let along = q - p;
+    let square = along.dot(along);
+    let s = if square > 0.0 { (-p.dot(along) / square).clamp(0.0, 1.0) } else { 0.0 };
+    length(p + along * s).min(length(p)).min(length(q))
+}

@@ -1,0 +1,46 @@
+//! How a method looks in every picture: its colour, and the shape of its mark.
+
+use super::svg::Svg;
+
+/// The colours of methods: those of M. Okabe and K. Ito, which the colour-blind tell apart and a
+/// printer in grey prints in different greys.
+mod colour {
+    pub(super) const KERNEL: &str = "#D55E00";
+    pub(super) const DOUBLE: &str = "#009E73";
+    pub(super) const SINGLE: &str = "#0072B2";
+}
+
+/// Whether a method of the table is one of the kernel's modes.
+pub(super) fn is_kernel(method: &str) -> bool {
+    ["double", "certified", "fixed"].iter().any(|mode| method.starts_with(mode))
+}
+
+/// The colour of a method.
+pub(super) fn colour_of(method: &str) -> &'static str {
+    if is_kernel(method) {
+        colour::KERNEL
+    } else if method.ends_with("f64") {
+        colour::DOUBLE
+    } else {
+        colour::SINGLE
+    }
+}
+
+/// A shape for each of the three kinds: diamond, square, disc; hollow where nothing was seen.
+pub(super) fn mark(svg: &mut Svg, method: &str, [x, y]: [f64; 2], r: f64, hollow: bool) {
+    let colour = colour_of(method);
+    let fill = if hollow { "#ffffff" } else { colour };
+    if is_kernel(method) {
+        let r = 1.35 * r;
+        svg.polygon(&[[x - r, y], [x, y - r], [x + r, y], [x, y + r]], fill, colour);
+    } else if method.ends_with("f64") {
+        let r = 0.9 * r;
+        svg.polygon(
+            &[[x - r, y - r], [x + r, y - r], [x + r, y + r], [x - r, y + r]],
+            fill,
+            colour,
+        );
+    } else {
+        svg.circle([x, y], r, fill, colour);
+    }
+}

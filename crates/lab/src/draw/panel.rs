@@ -1,0 +1,214 @@
+//! One panel of the chart: a workload, and all methods on it.
+
+use super::axis::{Log, power};
+use super::labels::{Area, Wanted, place};
+use super::marks::{colour_of, is_kernel, mark};
+use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
+use crate::tables::grouped;
+use crate::workloads::Workload;
+
+/// Within a panel: where the axes cross, where they end, and where the axis of errors breaks.
+const LEFT: f64 = 72.0;
+const RIGHT: f64 = 688.0;
+const TOP: f64 = 46.0;
+const BREAK: f64 = 318.0;
+const BOTTOM: f64 = 425.0;
+
+/// A method in a panel.
+pub(super) struct Point {
+    pub(super) name: String,
+    pub(super) faster: [f64; 3],
+    /// The share of errors; 0 where none were seen.
+    pub(super) share: f64,
+    /// The share of double counts, where they are counted.
+    pub(super) doubles: Option<f64>,
+    pub(super) trials: u64,
+}
+
+fn title(workload: Workload) -> (&'static str, &'static str) {
+    match workload {
+        Workload::Camera => ("Camera rays on a model", "rays with a wrong closest hit"),
+        Workload::Secondary => {
+            ("Secondary rays: one ray × many triangles", "rays with a wrong closest hit")
+        }
+        Workload::Edges => (
+            "Rays exactly at shared edges and vertices",
+            "rays that leak out of a closed mesh; the dash above: that hit two or more triangles",
+        ),
+        Workload::Mix => ("The adversarial mix", "pairs with hit or miss wrong"),
+    }
+}
+
+/// Where the axes of a panel run, and what lies on them.
+struct Axes {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+    /// Below, no errors were seen.
+    broken: f64,
+    fastest: f64,
+    x: Log,
+    y: Log,
+}
+
+impl Axes {
+    fn new([ox, oy]: [f64; 2], points: &[Point]) -> Self {
+        let (left, right, top, bottom) = (ox + LEFT, ox + RIGHT, oy + TOP, oy + BOTTOM);
+        let broken = oy + BREAK;
+        let fastest = points.iter().fold(10.0, |far: f64, p| far.max(p.faster[2]));
+        let slowest = points.iter().fold(0.85, |far: f64, p| far.min(0.9 * p.faster[0]));
+        let x = Log::new(slowest, 1.25 * fastest, [left, right]);
+        let seen = points.iter().flat_map(|p| [p.share, p.doubles.unwrap_or(0.0)]);
+        let least = seen.filter(|&share| share > 0.0).fold(0.1, f64::min);
+        let y = Log::new(1.0, 10_f64.powf(least.log10().floor()), [top, broken - 14.0]);
+        Self { left, right, top, bottom, broken, fastest, x, y }
+    }
+
+    /// The place of a method.
+    fn at(&self, p: &Point) -> [f64; 2] {
+        let height = if p.share > 0.0 { self.y.at(p.share) } else { self.broken + 44.0 };
+        [self.x.at(p.faster[1]), height]
+    }
+}
+
+/// A panel with its upper left corner at a point.
+pub(super) fn panel(
+    svg: &mut Svg,
+    [ox, oy]: [f64; 2],
+    workload: Workload,
+    points: &[Point],
+    front: &[&str],
+) {
+    if points.is_empty() {
+        return;
+    }
+    let axes = Axes::new([ox, oy], points);
+    let (heading, what) = title(workload);
+    svg.text([axes.left, oy + 22.0], heading, Font::new(15.0, Anchor::Start).bold());
+    svg.text([axes.left, oy + 38.0], &format!("share of {what}"), Font::new(12.0, Anchor::Start));
+
+    grid(svg, &axes);
+    broken_axis(svg, &axes, points.iter().map(|p| p.trials).max().unwrap_or(1));
+    let on_front = |p: &Point| front.iter().any(|name| name.trim_end_matches(" f32") == p.name);
+    let steps = staircase(&axes, points.iter().filter(|p| on_front(p)).collect());
+    svg.path(&steps, "#E69F00", 4.0, "");
+    marks(svg, &axes, points);
+    let is_bold = |p: &Point| on_front(p) || is_kernel(&p.name);
+    labels(svg, &axes, points, is_bold, &steps);
+}
+
+/// The ticks and their lines.
+fn grid(svg: &mut Svg, axes: &Axes) {
+    let &Axes { left, right, top, bottom, fastest, x, y, .. } = axes;
+    for tick in [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0] {
+        if tick < 1.25 * fastest {
+            svg.line([x.at(tick), top], [x.at(tick), bottom], FAINT, 0.7);
+            let text = if tick == 1.0 { "1×".to_owned() } else { tick.to_string() };
+            svg.text([x.at(tick), bottom + 15.0], &text, Font::new(11.0, Anchor::Middle));
+        }
+    }
+    for k in y.decades(1) {
+        let at = y.at(10_f64.powi(k));
+        svg.line([left, at], [right, at], FAINT, 0.7);
+        svg.text([left - 6.0, at + 4.0], &power(k), Font::new(11.0, Anchor::End));
+    }
+    let faster = "times faster than the scalar f64 reference, each method as wide as suits it";
+    svg.text([f64::midpoint(left, right), bottom + 31.0], faster, Font::new(12.0, Anchor::Middle));
+    svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
+}
+
+/// The axis of errors with its break, below which nothing was seen.
+fn broken_axis(svg: &mut Svg, axes: &Axes, trials: u64) {
+    let &Axes { left, right, top, bottom, broken, .. } = axes;
+    svg.rect([left, broken], [right - left, bottom - broken], "#f4f4f4");
+    svg.line([left, top], [left, broken - 7.0], INK, 1.2);
+    svg.line([left, broken], [left, bottom], INK, 1.2);
+    for at in [broken - 7.0, broken] {
+        svg.line([left - 5.0, at + 3.0], [left + 5.0, at - 3.0], INK, 1.2);
+    }
+    svg.line([left, bottom], [right, bottom], INK, 1.2);
+    let none = f64::midpoint(broken, bottom);
+    svg.text([left - 6.0, none - 2.0], "none in", Font::new(11.0, Anchor::End));
+    svg.text([left - 6.0, none + 12.0], &short(trials), Font::new(11.0, Anchor::End));
+    let bound = format!("none in {} (< {:.0e} at 95 %)", grouped(trials), 3.0 / trials as f64);
+    svg.text([right - 4.0, bottom - 6.0], &bound, Font::new(10.0, Anchor::End).fill(GREY));
+}
+
+/// The Pareto front as steps, down from the fastest.
+fn staircase(axes: &Axes, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
+    front.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
+    let mut steps: Vec<[f64; 2]> = Vec::new();
+    for p in front {
+        let [px, py] = axes.at(p);
+        if let Some(&[_, last]) = steps.last() {
+            steps.push([px, last]);
+        }
+        steps.push([px, py]);
+    }
+    if let (Some(&[first, _]), Some(&[_, last])) = (steps.first(), steps.last()) {
+        steps.insert(0, [first, axes.top]);
+        steps.push([axes.left, last]);
+    }
+    steps
+}
+
+/// The methods: their spread, their double counts, themselves.
+fn marks(svg: &mut Svg, axes: &Axes, points: &[Point]) {
+    for p in points {
+        let [px, py] = axes.at(p);
+        svg.line([axes.x.at(p.faster[0]), py], [axes.x.at(p.faster[2]), py], GREY, 1.0);
+        if let Some(doubles) = p.doubles.filter(|&share| share > 0.0) {
+            let up = axes.y.at(doubles);
+            svg.path(&[[px, py], [px, up]], "#999999", 0.7, "2 2");
+            svg.line([px - 3.0, up], [px + 3.0, up], GREY, 1.6);
+        }
+    }
+    for p in points {
+        mark(svg, &p.name, axes.at(p), 4.3, p.share == 0.0);
+    }
+}
+
+/// The names of the methods, clear of the marks and of the front.
+fn labels(
+    svg: &mut Svg,
+    axes: &Axes,
+    points: &[Point],
+    is_bold: impl Fn(&Point) -> bool,
+    front: &[[f64; 2]],
+) {
+    let &Axes { left, right, top, bottom, x, y, .. } = axes;
+    let wanted: Vec<_> = points
+        .iter()
+        .map(|p| Wanted { text: p.name.clone(), at: axes.at(p), bold: is_bold(p) })
+        .collect();
+    let bounds = Area { lo: [left + 4.0, top - 2.0], hi: [right + 2.0, bottom - 2.0] };
+    let mut obstacles: Vec<_> = wanted.iter().map(|label| label.at).collect();
+    obstacles.extend(points.iter().filter_map(|p| Some([x.at(p.faster[1]), y.at(p.doubles?)])));
+    for pair in front.windows(2) {
+        let along =
+            |k: i32| [0, 1].map(|c| pair[0][c] + (pair[1][c] - pair[0][c]) * f64::from(k) / 64.0);
+        obstacles.extend((0..=64).map(along));
+    }
+    for (label, placed) in wanted.iter().zip(place(&wanted, 11.0, bounds, &obstacles)) {
+        if let Some(end) = placed.leader {
+            svg.line(label.at, end, "#888888", 0.6);
+        }
+        let font = Font { bold: label.bold, ..Font::new(11.0, Anchor::Start) };
+        svg.text(placed.left, &label.text, font.fill(colour_of(&label_of(&label.text))));
+    }
+}
+
+/// The name of a method in the table, from that on its label.
+fn label_of(text: &str) -> String {
+    if is_kernel(text) || text.ends_with("f64") { text.to_owned() } else { format!("{text} f32") }
+}
+
+/// A count in few characters.
+fn short(n: u64) -> String {
+    match n {
+        0..10_000 => grouped(n),
+        10_000..1_000_000 => format!("{} thousand", n / 1000),
+        _ => format!("{:.1} million", n as f64 * 1e-6),
+    }
+}

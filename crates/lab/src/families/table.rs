@@ -1,0 +1,223 @@
+//! The table of all families, and the adversarial mix of them.
+
+use super::family::{Family, Param};
+use super::scene::Case;
+use super::{closed, limits, ranges, shapes};
+use crate::rng::Rng;
+
+/// The family of a name.
+pub fn find(name: &str) -> Option<&'static Family> {
+    FAMILIES.iter().find(|family| family.name == name)
+}
+
+/// The adversarial mix: every second case is rounding sensitive and otherwise harmless, the others
+/// come from all families alike.
+pub fn adversarial(rng: &mut Rng) -> Case {
+    if rng.one_in(2) {
+        let scene = shapes::random(rng, 1.0, 1, 1);
+        return Case {
+            triangle: scene.triangles[0],
+            ray: scene.rays[0],
+            threshold: scene.threshold,
+        };
+    }
+    let family = rng.pick(FAMILIES);
+    family.case(rng)
+}
+
+/// Every family, the ordinary ones first.
+pub const FAMILIES: &[Family] = &[
+    Family {
+        name: "uniform",
+        what: "random triangles, random rays: nothing aimed",
+        param: None,
+        make: shapes::uniform,
+    },
+    Family {
+        name: "random",
+        what: "random triangles with full mantissas, rays at edges, vertices and insides",
+        param: None,
+        make: shapes::random,
+    },
+    Family {
+        name: "edge-steps",
+        what: "rays at a point of an edge, moved by up to so many f32 steps",
+        param: Some(Param { name: "steps", from: 1_048_576.0, to: 1.0 }),
+        make: shapes::edge_steps,
+    },
+    Family {
+        name: "icosphere",
+        what: "a sphere, rays nearly at its edges and vertices",
+        param: None,
+        make: closed::icosphere,
+    },
+    Family {
+        name: "torus",
+        what: "a torus, rays nearly at its edges and vertices",
+        param: None,
+        make: closed::torus,
+    },
+    Family {
+        name: "icosphere-exact",
+        what: "a sphere on a grid of 2^-18, rays exactly at its edges and vertices",
+        param: None,
+        make: closed::icosphere_exact,
+    },
+    Family {
+        name: "torus-exact",
+        what: "a torus on a grid of 2^-18, rays exactly at its edges and vertices",
+        param: None,
+        make: closed::torus_exact,
+    },
+    Family {
+        name: "cube-exact",
+        what: "a cube of integers, rays exactly at its edges and vertices, many along an axis",
+        param: None,
+        make: closed::cube_exact,
+    },
+    Family {
+        name: "needle",
+        what: "two long sides, one short",
+        param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
+        make: shapes::needle,
+    },
+    Family {
+        name: "cap",
+        what: "one corner on the middle of the far side, but for the ratio",
+        param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
+        make: shapes::cap,
+    },
+    Family {
+        name: "sliver",
+        what: "one corner near the line of the far side, wherever",
+        param: Some(Param { name: "ratio", from: 1.0, to: 1e-12 }),
+        make: shapes::sliver,
+    },
+    Family {
+        name: "zero-area",
+        what: "collinear corners, two or three corners the same",
+        param: None,
+        make: shapes::zero_area,
+    },
+    Family {
+        name: "grazing",
+        what: "rays at a small angle to the plane",
+        param: Some(Param { name: "angle", from: 1.0, to: 1e-12 }),
+        make: shapes::grazing,
+    },
+    Family {
+        name: "coplanar",
+        what: "rays in the plane of the triangle, exactly or but for rounding",
+        param: None,
+        make: shapes::coplanar,
+    },
+    Family {
+        name: "far",
+        what: "origins far away, in multiples of the triangle's size",
+        param: Some(Param { name: "distance / size", from: 1.0, to: 1e9 }),
+        make: shapes::far,
+    },
+    Family {
+        name: "tiny",
+        what: "small triangles near the distance 1 from the origin of the axes",
+        param: Some(Param { name: "size", from: 1.0, to: 1e-7 }),
+        make: shapes::tiny,
+    },
+    Family {
+        name: "on-triangle",
+        what: "rays that start on the triangle: inside, on an edge, at a vertex, or near",
+        param: None,
+        make: shapes::on_triangle,
+    },
+    Family {
+        name: "stack",
+        what: "the same triangle again and again, equal or a few f32 steps apart",
+        param: None,
+        make: shapes::stack,
+    },
+    Family {
+        name: "axis",
+        what: "rays along axes and in coordinate planes, through faces of boxes, small integers",
+        param: None,
+        make: shapes::axis,
+    },
+    Family {
+        name: "threshold-vd",
+        what: "|nrm & dir| within a few f64 steps of the threshold",
+        param: Some(Param { name: "threshold", from: 1e-15, to: 0.5 }),
+        make: limits::threshold_vd,
+    },
+    Family {
+        name: "threshold-t",
+        what: "t within a few f64 steps of the threshold",
+        param: Some(Param { name: "threshold", from: 1e-15, to: 1e3 }),
+        make: limits::threshold_t,
+    },
+    Family {
+        name: "threshold-default",
+        what: "|nrm & dir| or t within a few f64 steps of 1e-9",
+        param: None,
+        make: limits::threshold_default,
+    },
+    Family {
+        name: "threshold-met",
+        what: "random rays, the threshold within two f64 steps of |nrm & dir| or t",
+        param: None,
+        make: limits::threshold_met,
+    },
+    Family {
+        name: "interval",
+        what: "t_min and t_max at t and an f32 step around it, empty, reversed, NaN, infinite",
+        param: None,
+        make: limits::interval,
+    },
+    Family {
+        name: "scale",
+        what: "everything but the direction scaled",
+        param: Some(Param { name: "scale", from: 1e-30, to: 1e30 }),
+        make: ranges::scale,
+    },
+    Family {
+        name: "offset",
+        what: "everything moved away from the origin of the axes, triangles of size 1",
+        param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
+        make: ranges::offset,
+    },
+    Family {
+        name: "offset-large",
+        what: "everything moved away, triangles of a ten-thousandth of the offset",
+        param: Some(Param { name: "offset", from: 1.0, to: 1e9 }),
+        make: ranges::offset_large,
+    },
+    Family {
+        name: "direction",
+        what: "short and long directions",
+        param: Some(Param { name: "|dir|", from: 1e-30, to: 1e30 }),
+        make: ranges::direction,
+    },
+    Family {
+        name: "overflow",
+        what: "coordinates near the largest f32",
+        param: Some(Param { name: "size", from: 1e12, to: 3e38 }),
+        make: ranges::overflow,
+    },
+    Family {
+        name: "underflow",
+        what: "coordinates near the smallest f32, subnormals included",
+        param: Some(Param { name: "size", from: 1e-12, to: 1e-44 }),
+        make: ranges::underflow,
+    },
+    Family {
+        name: "zeros",
+        what: "plus and minus zeros among few other numbers",
+        param: None,
+        make: ranges::zeros,
+    },
+    Family { name: "bits", what: "any finite f32 in any place", param: None, make: ranges::bits },
+    Family {
+        name: "not-finite",
+        what: "NaN and infinities in one to three of the 15 inputs, or in the interval",
+        param: None,
+        make: ranges::not_finite,
+    },
+];

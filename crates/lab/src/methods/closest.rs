@@ -1,0 +1,206 @@
+//! The closest hits of batches by an intersector: N rays against one triangle after another (packets),
+//! or one ray after another against N triangles (blocks).
+//!
+//! What is computed once for a triangle is computed before the clock starts, and stored as one number
+//! a field (packets) or as N (blocks); what is computed once for a ray is on the clock. Both forms keep
+//! the closest hit of each ray without a branch.
+
+use std::time::Instant;
+
+use intertri::simd::Vec3;
+use intertri::simd::{Level, Simd, WithSimd};
+use intertri::{RayPacket, TriangleBlock};
+
+use super::intersector::Intersector;
+use super::real::{Number, Real};
+use crate::layout::{Form, Layout};
+use crate::test_batch::{ClosestHit, TestBatch};
+
+/// The closest hits of batches, to be found in some layout. `nearest` gets one entry a ray, batch by
+/// batch.
+pub(super) struct Closest<'a, M> {
+    pub(super) intersector: M,
+    pub(super) batches: &'a [TestBatch],
+    pub(super) layout: Layout,
+    pub(super) nearest: &'a mut Vec<ClosestHit>,
+}
+
+/// The seconds on the clock.
+pub(super) type Seconds = f64;
+
+/// [`Closest`] in f32 or f64, with four lanes or more.
+struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
+
+impl<M: Intersector> Closest<'_, M> {
+    /// Does it, in f32 or f64. `None` for 16 lanes that are not one register.
+    pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
+        match (self.layout.lanes, self.layout.form, DOUBLE) {
+            (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
+            (1, Form::Packets, true) => Some(packets::<M, f64, 1>(self)),
+            (1, Form::Blocks, false) => Some(blocks::<M, f32, 1>(self)),
+            (1, Form::Blocks, true) => Some(blocks::<M, f64, 1>(self)),
+            _ => level.run(Run::<M, DOUBLE>(self)),
+        }
+    }
+}
+
+/// Whether sixteen f32 are one register at a level, aligned as such. Where they are not, no code is
+/// made for them.
+pub(super) const fn one_register<S: Simd>() -> bool {
+    align_of::<S::F32x16>() == 16 * size_of::<f32>()
+}
+
+impl<M: Intersector, const DOUBLE: bool> WithSimd for Run<'_, M, DOUBLE> {
+    type Output = Option<Seconds>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Seconds> {
+        let Self(work) = self;
+        let Layout { form, lanes } = work.layout;
+        if const { DOUBLE } {
+            match (form, lanes) {
+                (Form::Packets, 4) => Some(packets::<M, S::F64x4, 4>(work)),
+                (Form::Packets, 8) => Some(packets::<M, S::F64x8, 8>(work)),
+                (Form::Blocks, 4) => Some(blocks::<M, S::F64x4, 4>(work)),
+                (Form::Blocks, 8) => Some(blocks::<M, S::F64x8, 8>(work)),
+                _ => None,
+            }
+        } else {
+            match (form, lanes) {
+                (Form::Packets, 4) => Some(packets::<M, S::F32x4, 4>(work)),
+                (Form::Packets, 8) => Some(packets::<M, S::F32x8, 8>(work)),
+                (Form::Blocks, 4) => Some(blocks::<M, S::F32x4, 4>(work)),
+                (Form::Blocks, 8) => Some(blocks::<M, S::F32x8, 8>(work)),
+                _ if const { !one_register::<S>() } => None,
+                (Form::Packets, _) => Some(packets::<M, S::F32x16, 16>(work)),
+                (Form::Blocks, _) => Some(blocks::<M, S::F32x16, 16>(work)),
+            }
+        }
+    }
+}
+
+/// The closest hit of each lane so far, and the number of its triangle, as a number.
+#[derive(Clone, Copy)]
+struct Best<L> {
+    t: L,
+    triangle: L,
+}
+
+impl<L: Real> Best<L> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { t: L::of(f64::INFINITY), triangle: L::of(-1.0) }
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, hit: L::Mask, t: L, triangle: L) {
+        let nearer = hit & t.lt(self.t);
+        self.t = L::select(nearer, t, self.t);
+        self.triangle = L::select(nearer, triangle, self.triangle);
+    }
+
+    /// Lane by lane; lanes beyond the last triangle repeat it.
+    #[inline(always)]
+    fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
+        let zero = L::Scalar::nearest(0.0);
+        let (mut t, mut number) = ([zero; N], [zero; N]);
+        self.t.store(&mut t);
+        self.triangle.store(&mut number);
+        std::array::from_fn(|lane| {
+            let number: f64 = number[lane].into();
+            if number < 0.0 {
+                ClosestHit::MISS
+            } else {
+                let triangle = (number as u32).min(triangles as u32 - 1);
+                ClosestHit { t: t[lane].into(), triangle }
+            }
+        })
+    }
+}
+
+/// The packets and the triangles of a batch.
+type Prepared<T, const N: usize> = (Vec<RayPacket<N>>, Vec<T>);
+
+/// Those of each batch. Compiled once for all levels of instructions.
+#[inline(never)]
+fn prepare<M: Intersector, T: Number, const N: usize>(
+    intersector: M,
+    batches: &[TestBatch],
+) -> Vec<Prepared<M::Triangle<T>, N>> {
+    let splat = |p: [f32; 3]| Vec3::<T>::splat(p.map(|x| T::nearest(x.into())));
+    let mut prepared = Vec::with_capacity(batches.len());
+    for batch in batches {
+        let packets = batch.rays.chunks(N).map(RayPacket::<N>::new).collect();
+        let mut triangles = Vec::with_capacity(batch.triangles.len());
+        for triangle in &batch.triangles {
+            triangles.push(intersector.triangle::<T>(triangle.0.map(splat)));
+        }
+        prepared.push((packets, triangles));
+    }
+    prepared
+}
+
+/// N rays against one triangle after another.
+#[inline(always)]
+fn packets<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
+    let Closest { intersector, batches, nearest, .. } = work;
+    let prepared = prepare::<M, L::Scalar, N>(intersector, batches);
+    nearest.clear();
+    nearest.reserve(batches.iter().map(|batch| batch.rays.len() + N).sum());
+
+    let start = Instant::now();
+    for ((packets, triangles), batch) in prepared.iter().zip(batches) {
+        let end = nearest.len() + batch.rays.len();
+        for packet in packets {
+            let ray =
+                intersector.ray::<L>(Vec3::load_f32(&packet.origin), Vec3::load_f32(&packet.dir));
+            let (mut best, mut number) = (Best::new(), L::of(0.0));
+            for triangle in triangles {
+                let (hit, t) = intersector.test(&M::spread::<L>(triangle), &ray);
+                best.offer(hit, t, number);
+                number = number + L::of(1.0);
+            }
+            nearest.extend_from_slice(&best.lanes::<N>(triangles.len()));
+        }
+        nearest.truncate(end);
+    }
+    start.elapsed().as_secs_f64()
+}
+
+/// One ray after another against N triangles at a time.
+#[inline(always)]
+fn blocks<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
+    let Closest { intersector, batches, nearest, .. } = work;
+    let mut prepared: Vec<Vec<M::Triangle<L>>> = Vec::with_capacity(batches.len());
+    for batch in batches {
+        let mut blocks = Vec::with_capacity(batch.triangles.len().div_ceil(N));
+        for chunk in batch.triangles.chunks(N) {
+            let [c1, c2, c3] = *TriangleBlock::<N>::new(chunk).corners();
+            let corners = [Vec3::load_f32(&c1), Vec3::load_f32(&c2), Vec3::load_f32(&c3)];
+            blocks.push(intersector.triangle::<L>(corners));
+        }
+        prepared.push(blocks);
+    }
+    nearest.clear();
+    nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
+    let numbers: [L::Scalar; N] = std::array::from_fn(|lane| L::Scalar::nearest(lane as f64));
+
+    let start = Instant::now();
+    for (blocks, batch) in prepared.iter().zip(batches) {
+        for ray in &batch.rays {
+            let splat = |p: [f32; 3]| Vec3::splat(p.map(|x| L::Scalar::nearest(x.into())));
+            let ray = intersector.ray::<L>(splat(ray.origin), splat(ray.dir));
+            let (mut best, mut number) = (Best::new(), L::load(&numbers));
+            for triangles in blocks {
+                let (hit, t) = intersector.test(triangles, &ray);
+                best.offer(hit, t, number);
+                number = number + L::of(N as f64);
+            }
+            let lanes = best.lanes::<N>(batch.triangles.len());
+            let nearer = |a: &ClosestHit, b: &ClosestHit| (b.t, b.triangle) < (a.t, a.triangle);
+            let closest = lanes.into_iter().reduce(|a, b| if nearer(&a, &b) { b } else { a });
+            nearest.push(closest.unwrap_or(ClosestHit::MISS));
+        }
+    }
+    start.elapsed().as_secs_f64()
+}

@@ -1,0 +1,63 @@
+//! Cramer's rule with coefficient vectors (document D).
+//!
+//! `u AB + v AC - t PN = AP`; `T = AB × AC` and `D = -T` belong to the triangle, `U` and `V` to it and
+//! the origin. The document sees one side of the triangle and leaves the edge `u + v = 1` outside; as
+//! a method it is made two-sided and closed like all others. For `t` the document's sign is
+//! corrected: the numerator must be on the determinant's side of 0.
+
+use intertri::simd::Vec3;
+
+use super::intersector::{Intersector, PlainRay, splat};
+use super::real::Real;
+
+/// The method.
+#[derive(Clone, Copy, Debug)]
+pub struct Cramer;
+
+/// A corner, two sides from it and their product.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangle<L> {
+    a: Vec3<L>,
+    ab: Vec3<L>,
+    ac: Vec3<L>,
+    t: Vec3<L>,
+}
+
+impl Intersector for Cramer {
+    type Ray<L: Real> = PlainRay<L>;
+    type Triangle<L: Real> = Triangle<L>;
+
+    #[inline(always)]
+    fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> PlainRay<L> {
+        PlainRay { origin, dir }
+    }
+
+    #[inline(always)]
+    fn triangle<L: Real>(self, [a, b, c]: [Vec3<L>; 3]) -> Triangle<L> {
+        let (ab, ac) = (b - a, c - a);
+        Triangle { a, ab, ac, t: ab.cross(ac) }
+    }
+
+    #[inline(always)]
+    fn spread<L: Real>(one: &Triangle<L::Scalar>) -> Triangle<L> {
+        let &Triangle { a, ab, ac, t } = one;
+        Triangle { a: splat(a), ab: splat(ab), ac: splat(ac), t: splat(t) }
+    }
+
+    #[inline(always)]
+    fn test<L: Real>(self, triangle: &Triangle<L>, ray: &PlainRay<L>) -> (L::Mask, L) {
+        let &Triangle { a, ab, ac, t } = triangle;
+        let zero = L::of(0.0);
+
+        // What belongs to the origin.
+        let ap = ray.origin - a;
+        let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
+
+        // Three products, their signs turned so that the determinant is positive; no division until
+        // it is a hit.
+        let det = -t.dot(ray.dir);
+        let (d, u, v) = (det.abs(), u.dot(ray.dir).flip(det), v.dot(ray.dir).flip(det));
+        let hit = u.ge(zero) & v.ge(zero) & (u + v).le(d) & t_ap.flip(det).gt(zero) & d.gt(zero);
+        (hit, t_ap / det)
+    }
+}

@@ -1,0 +1,65 @@
+//! What the laboratory asks of every method, published or the kernel's.
+
+use intertri::simd::Level;
+use intertri::{Ray, Triangle};
+
+use super::closest::Seconds;
+use crate::layout::Layout;
+use crate::test_batch::{Answer, ClosestHit, TestBatch};
+
+/// One method in one precision.
+#[derive(Clone, Copy, Debug)]
+pub struct Method {
+    /// The name by which it is called in tables and charts.
+    pub name: &'static str,
+    /// Where it comes from.
+    pub source: &'static str,
+    /// The significant bits of what it computes in: 24 or 53.
+    pub bits: u32,
+    pub(super) pairs: fn(Level, f64, &[Triangle], &[Ray], &mut [Answer]),
+    pub(super) closest: fn(Level, &[TestBatch], Layout, &mut Vec<ClosestHit>) -> Option<Seconds>,
+    pub(super) counts: fn(Level, &TestBatch) -> Vec<u32>,
+}
+
+impl Method {
+    /// Tests ray `i` against triangle `i`, eight pairs at a time, on the lanes of a level.
+    ///
+    /// `threshold` is document A's, finite and at least 0; methods without one ignore it. The
+    /// intervals of the rays do not matter.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn pairs(
+        &self,
+        level: Level,
+        threshold: f64,
+        triangles: &[Triangle],
+        rays: &[Ray],
+        to: &mut [Answer],
+    ) {
+        assert!(triangles.len() == rays.len() && rays.len() == to.len(), "as many of each");
+        (self.pairs)(level, threshold, triangles, rays, to);
+    }
+
+    /// Finds the closest hit of each ray in its batch, batch by batch, and how many seconds that
+    /// took without what is computed once for a triangle. `None`, and `nearest` as it was or empty,
+    /// where the method has no such layout: one lane of the kernel's modes is the reference, rays
+    /// that do not share an origin are nothing for the form that wants it, and 16 lanes there are of
+    /// f32 alone, where they are one register.
+    ///
+    /// `t_min` is 0 and `t_max` infinite for every ray.
+    pub fn closest(
+        &self,
+        level: Level,
+        batches: &[TestBatch],
+        layout: Layout,
+        nearest: &mut Vec<ClosestHit>,
+    ) -> Option<Seconds> {
+        (self.closest)(level, batches, layout, nearest)
+    }
+
+    /// How many triangles of its batch each ray hits; the intervals of the rays do not matter.
+    pub fn counts(&self, level: Level, batch: &TestBatch) -> Vec<u32> {
+        (self.counts)(level, batch)
+    }
+}

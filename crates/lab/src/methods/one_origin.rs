@@ -1,0 +1,132 @@
+//! The mode `certified` for rays that share an origin, as camera rays and hard shadow rays do. Its
+//! coefficients belong to a triangle and the origin, and a ray costs three products.
+//!
+//! The coefficients are computed before the clock starts, like all constants of a triangle: the rays of
+//! a picture share them.
+
+use std::time::Instant;
+
+use intertri::internal::{Filter, SharedOriginBlock};
+use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
+use intertri::{
+    ClosestHits, Counts, LaneQueries, Ray, RayPacket, Threshold, Triangle, TriangleBlock,
+};
+
+use super::closest::{Seconds, one_register};
+use super::kernel::answer;
+use crate::layout::{Form, Layout};
+use crate::test_batch::{Answer, ClosestHit, TestBatch};
+
+/// Pairs: a ray shares its origin with itself.
+pub(super) fn pairs(
+    level: Level,
+    threshold: f64,
+    triangles: &[Triangle],
+    rays: &[Ray],
+    to: &mut [Answer],
+) {
+    let filter = Filter::certified(Threshold::new(threshold).unwrap_or_default(), level);
+    level.run(Pairs { filter, triangles, rays, to });
+}
+
+/// The closest hits of batches; `None` but for packets of rays that share their batch's origin.
+pub(super) fn closest(
+    level: Level,
+    batches: &[TestBatch],
+    layout: Layout,
+    nearest: &mut Vec<ClosestHit>,
+) -> Option<Seconds> {
+    let bits = |ray: &Ray| ray.origin.map(f32::to_bits);
+    let shared =
+        |batch: &TestBatch| batch.rays.windows(2).all(|two| bits(&two[0]) == bits(&two[1]));
+    let has = layout.form == Form::Packets && layout.lanes > 1 && batches.iter().all(shared);
+    has.then(|| level.run(Closest { batches, lanes: layout.lanes, nearest })).flatten()
+}
+
+struct Pairs<'a> {
+    filter: Filter,
+    triangles: &'a [Triangle],
+    rays: &'a [Ray],
+    to: &'a mut [Answer],
+}
+
+impl WithSimd for Pairs<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { filter, triangles, rays, to } = self;
+        for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
+            let packet = RayPacket::<4>::new(&[Ray::new(ray.origin, ray.dir)]);
+            let block = TriangleBlock::new(std::slice::from_ref(triangle));
+            let seen = filter.shared_origin_in::<S>(&block, ray.origin);
+            let lanes = filter.prepare_packet_in::<S, 4>(&packet);
+            let (find, mut closest) = (|_| *triangle, ClosestHits::new(&packet.t_max));
+            let (live, counts) = (packet.live(), &mut Counts::default());
+            filter.shared_origin_closest_in(&lanes, &[seen], 0, find, live, &mut closest, counts);
+            let found = filter.hit(&packet.ray(0), &closest.lane(0), find);
+            *to = found.map_or(Answer::default(), |hit| Answer { hit: true, t: hit.t });
+        }
+    }
+}
+
+struct Closest<'a> {
+    batches: &'a [TestBatch],
+    lanes: usize,
+    nearest: &'a mut Vec<ClosestHit>,
+}
+
+impl WithSimd for Closest<'_> {
+    type Output = Option<Seconds>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Seconds> {
+        let Self { batches, lanes, nearest } = self;
+        let filter = Filter::certified(Threshold::DEFAULT, S::LEVEL);
+        nearest.clear();
+        nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
+        match lanes {
+            4 => Some(packets::<S, 4>(filter, batches, nearest)),
+            8 => Some(packets::<S, 8>(filter, batches, nearest)),
+            _ if const { one_register::<S>() } => Some(packets::<S, 16>(filter, batches, nearest)),
+            _ => None,
+        }
+    }
+}
+
+/// N rays of one origin against one triangle after another.
+#[inline(always)]
+fn packets<S: Simd, const N: usize>(
+    filter: Filter,
+    batches: &[TestBatch],
+    nearest: &mut Vec<ClosestHit>,
+) -> Seconds
+where
+    Lane<N>: Width,
+{
+    let prepared: Vec<(Vec<RayPacket<N>>, Vec<SharedOriginBlock>)> = batches
+        .iter()
+        .map(|batch| {
+            let origin = batch.rays.first().map_or([0.0; 3], |ray| ray.origin);
+            let packets = batch.rays.chunks(N).map(RayPacket::new).collect();
+            let blocks = batch.triangles.chunks(8).map(TriangleBlock::new);
+            (packets, blocks.map(|block| filter.shared_origin_in::<S>(&block, origin)).collect())
+        })
+        .collect();
+    let mut counts = Counts::default();
+
+    let start = Instant::now();
+    for ((packets, seen), batch) in prepared.iter().zip(batches) {
+        let find = |place: u32| batch.triangles[place as usize];
+        for packet in packets {
+            let rays = filter.prepare_packet_in::<S, N>(packet);
+            let (live, mut closest) = (packet.live(), ClosestHits::new(&packet.t_max));
+            let counts = &mut counts;
+            filter.shared_origin_closest_in(&rays, seen, 0, find, live, &mut closest, counts);
+            for lane in 0..live.count_ones() as usize {
+                nearest.push(answer(&filter, &packet.ray(lane), &closest.lane(lane), find));
+            }
+        }
+    }
+    start.elapsed().as_secs_f64()
+}

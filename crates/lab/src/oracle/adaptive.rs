@@ -1,0 +1,115 @@
+//! The oracle's answer by adaptive predicates.
+//!
+//! Only signs and one quotient are needed. Each sign is asked of an adaptive predicate (J. R.
+//! Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
+//! Discrete & Computational Geometry 18, 1997; here the crate `robust`), which is exact as long as its
+//! inputs are. A difference of two f32 is exact in f64 unless they are some 2^29 apart; there the sign
+//! is computed in rationals instead. No product of f32 comes near the ends of f64's range, so neither
+//! underflow nor overflow spoils the predicates.
+
+use std::cmp::Ordering;
+
+use intertri::{Ray, Triangle};
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+use super::exact::{self, is_finite};
+use super::oracle_answer::{OracleAnswer, Place};
+
+/// What is exactly true of a ray and a triangle, by adaptive predicates.
+///
+/// ```
+/// use intertri::{Ray, Triangle};
+/// use intertri_lab::oracle::{Place, answer};
+/// let triangle = Triangle::new([0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [0.0, 4.0, 5.0]);
+/// let at = |x, y| answer(&triangle, &Ray::new([x, y, 0.0], [0.0, 0.0, 1.0]));
+/// assert_eq!(at(1.0, 1.0).place, Place::Inside);
+/// assert_eq!(at(2.0, 2.0).place, Place::Edge(0));
+/// assert_eq!(at(4.0, 0.0).place, Place::Vertex(1));
+/// assert_eq!(at(2.0_f32.next_up(), 2.0).place, Place::Outside);
+/// ```
+pub fn answer(triangle: &Triangle, ray: &Ray) -> OracleAnswer {
+    if !is_finite(triangle, ray) {
+        return OracleAnswer::without_t(Place::NotFinite);
+    }
+    let [c1, c2, c3] = triangle.0;
+
+    // Is there an area? Not if it vanishes in all three coordinate planes.
+    let flat = |x: usize, y: usize| {
+        let point = |p: [f32; 3]| Coord { x: p[x], y: p[y] };
+        orient2d(point(c1), point(c2), point(c3)) == 0.0
+    };
+    if flat(0, 1) && flat(1, 2) && flat(2, 0) {
+        return OracleAnswer::without_t(Place::Degenerate);
+    }
+
+    // Is there one point in which the line meets the plane?
+    let rise = sign(orient3d(point(c1), point(c2), point(c3), point(ray.origin)));
+    let slope = slope(triangle, ray.dir);
+    if slope.is_eq() {
+        return OracleAnswer::without_t(if rise.is_eq() {
+            Place::Coplanar
+        } else {
+            Place::Parallel
+        });
+    }
+
+    // On which hand does the line pass the sides?
+    let edges = [(c2, c3), (c3, c1), (c1, c2)].map(|(p, q)| edge(p, q, ray));
+    OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
+}
+
+/// The sign of `n · d`, `n = (c2 - c1) × (c3 - c1)`.
+fn slope(triangle: &Triangle, d: [f32; 3]) -> Ordering {
+    let [c1, c2, c3] = triangle.0;
+    match (exact_difference(c2, c1), exact_difference(c3, c1)) {
+        (Some(p), Some(q)) => sign(orient3d(point(d), p, q, ZERO)),
+        _ => exact::sign_of(
+            &exact::vector(d),
+            &exact::difference(c2, c1),
+            &exact::difference(c3, c1),
+        ),
+    }
+}
+
+/// The sign of `d · (P × Q)`, `P` and `Q` the ends of a side seen from the origin.
+fn edge(p: [f32; 3], q: [f32; 3], ray: &Ray) -> Ordering {
+    match (exact_difference(p, ray.origin), exact_difference(q, ray.origin)) {
+        (Some(p), Some(q)) => sign(orient3d(point(ray.dir), p, q, ZERO)),
+        _ => exact::sign_of(
+            &exact::vector(ray.dir),
+            &exact::difference(p, ray.origin),
+            &exact::difference(q, ray.origin),
+        ),
+    }
+}
+
+const ZERO: Coord3D<f64> = Coord3D { x: 0.0, y: 0.0, z: 0.0 };
+
+fn point64([x, y, z]: [f64; 3]) -> Coord3D<f64> {
+    Coord3D { x, y, z }
+}
+
+fn point(p: [f32; 3]) -> Coord3D<f64> {
+    point64(p.map(f64::from))
+}
+
+/// `a - b` where f64 holds it exactly: where the tail of the difference (D. E. Knuth's `TwoDiff`) is 0.
+pub(super) fn exact_difference(a: [f32; 3], b: [f32; 3]) -> Option<Coord3D<f64>> {
+    let mut difference = [0.0; 3];
+    for k in 0..3 {
+        let (a, b) = (f64::from(a[k]), f64::from(b[k]));
+        let x = a - b;
+        let b_seen = a - x;
+        let a_seen = x + b_seen;
+        if (a - a_seen) + (b_seen - b) != 0.0 {
+            return None;
+        }
+        difference[k] = x;
+    }
+    Some(point64(difference))
+}
+
+fn sign(x: f64) -> Ordering {
+    // Both zeros are equal to 0; the predicates of finite numbers are never NaN.
+    x.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
+}

@@ -1,0 +1,69 @@
+//! Exact arithmetic on f32 inputs, and the exact `t`.
+
+use std::cmp::Ordering;
+
+use dashu_ratio::Relaxed;
+use intertri::{Ray, Triangle};
+
+/// An exact number.
+pub type Rational = Relaxed;
+
+/// Three exact numbers.
+pub(super) type Vector = [Rational; 3];
+
+/// An f32 vector, exactly; 0 for what is not finite.
+pub(super) fn vector(a: [f32; 3]) -> Vector {
+    a.map(|x| Rational::try_from(x).unwrap_or_default())
+}
+
+/// `a - b`
+pub(super) fn difference(a: [f32; 3], b: [f32; 3]) -> Vector {
+    let ([ax, ay, az], [bx, by, bz]) = (vector(a), vector(b));
+    [ax - bx, ay - by, az - bz]
+}
+
+/// `a · b`
+pub(super) fn dot(a: &Vector, b: &Vector) -> Rational {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+/// `a × b`
+pub(super) fn cross(a: &Vector, b: &Vector) -> Vector {
+    [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
+}
+
+/// The sign of `a · (b × c)`.
+pub(super) fn sign_of(a: &Vector, b: &Vector, c: &Vector) -> Ordering {
+    sign(&dot(a, &cross(b, c)))
+}
+
+pub(super) fn sign(x: &Rational) -> Ordering {
+    x.cmp(&Rational::ZERO)
+}
+
+/// Whether a ray and a triangle are free of NaN and infinities; the interval may have them.
+pub fn is_finite(triangle: &Triangle, ray: &Ray) -> bool {
+    let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
+    numbers.all(|x| x.is_finite())
+}
+
+/// The exact `t` at which the line of a ray meets the plane of a triangle; nothing where the line is
+/// parallel, the triangle has no area, or an input is not finite.
+///
+/// ```
+/// use intertri::{Ray, Triangle};
+/// use intertri_lab::oracle::{Rational, exact_t};
+/// let triangle = Triangle::new([0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 1.0]);
+/// let t = exact_t(&triangle, &Ray::new([1.0, 1.0, 0.0], [0.0, 0.0, 3.0]));
+/// assert_eq!(t, Some(Rational::from(1) / Rational::from(3)));
+/// ```
+pub fn exact_t(triangle: &Triangle, ray: &Ray) -> Option<Rational> {
+    if !is_finite(triangle, ray) {
+        return None;
+    }
+    let [a, b, c] = triangle.0.map(|p| difference(p, ray.origin));
+    let d = vector(ray.dir);
+    let bc = cross(&b, &c);
+    let den = dot(&d, &bc) + dot(&d, &cross(&c, &a)) + dot(&d, &cross(&a, &b));
+    (!den.is_zero()).then(|| dot(&a, &bc) / den)
+}

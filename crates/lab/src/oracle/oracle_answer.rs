@@ -1,0 +1,67 @@
+//! What the oracle answers: where the line of a ray meets a triangle, and on which side of its origin.
+
+use std::cmp::Ordering;
+
+/// Where the *line* of a ray meets a triangle. Of several that hold, the first in this list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Place {
+    /// Not asked: an input is NaN or infinite.
+    NotFinite,
+    /// Nowhere: the triangle has no area.
+    Degenerate,
+    /// The line lies in the plane of the triangle, or the direction is 0 and the origin lies in it.
+    Coplanar,
+    /// The line is parallel to the plane, or the direction is 0.
+    Parallel,
+    /// Outside of the triangle.
+    Outside,
+    /// At the corner of this number (0, 1, 2).
+    Vertex(u8),
+    /// On the side across from the corner of this number, between its ends.
+    Edge(u8),
+    /// Inside of all three sides.
+    Inside,
+}
+
+/// What is exactly true of a ray and a triangle; the interval of the ray does not matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OracleAnswer {
+    /// Where the line meets the triangle.
+    pub place: Place,
+    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. `Equal`, too,
+    /// where the place says that there is no `t`.
+    pub t: Ordering,
+}
+
+impl OracleAnswer {
+    /// Whether the open half-line `t > 0` meets the triangle, whose sides and corners belong to it.
+    ///
+    /// A ray in the triangle's plane does not; this is what the document's parallel test means.
+    pub fn is_hit(self) -> bool {
+        self.t == Ordering::Greater
+            && matches!(self.place, Place::Inside | Place::Edge(_) | Place::Vertex(_))
+    }
+
+    /// The place of three edge values by their signs, `U` first; the plane is met in one point.
+    pub(super) fn classify(signs: [Ordering; 3], t: Ordering) -> Self {
+        let count = |sign| signs.iter().filter(|&&s| s == sign).count();
+        let position = |zero: bool| signs.iter().position(|s| (s.is_eq()) == zero);
+        let place = if count(Ordering::Less) > 0 && count(Ordering::Greater) > 0 {
+            Place::Outside
+        } else {
+            match count(Ordering::Equal) {
+                0 => Place::Inside,
+                // One value is 0: on the side of that name.
+                1 => Place::Edge(position(true).unwrap_or(0) as u8),
+                // One value is not: at the corner of that name.
+                _ => Place::Vertex(position(false).unwrap_or(0) as u8),
+            }
+        };
+        Self { place, t }
+    }
+
+    /// A place without a `t`.
+    pub(super) fn without_t(place: Place) -> Self {
+        Self { place, t: Ordering::Equal }
+    }
+}

@@ -1,0 +1,40 @@
+//! The oracle's second route: rationals alone, and barycentric weights instead of edge values.
+
+use intertri::{Ray, Triangle};
+
+use super::exact::{Rational, cross, difference, dot, is_finite, sign, vector};
+use super::oracle_answer::{OracleAnswer, Place};
+
+/// What is exactly true of a ray and a triangle, in rationals: slow, and independent of
+/// [`super::answer()`].
+///
+/// It solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, divisions and all, and
+/// looks at the signs of the weights `1 - u - v`, `u`, `v`.
+pub fn answer(triangle: &Triangle, ray: &Ray) -> OracleAnswer {
+    if !is_finite(triangle, ray) {
+        return OracleAnswer::without_t(Place::NotFinite);
+    }
+    let [c1, c2, c3] = triangle.0;
+    let (p, q) = (difference(c2, c1), difference(c3, c1));
+    let (d, s) = (vector(ray.dir), difference(ray.origin, c1));
+    let n = cross(&p, &q);
+    if n.iter().all(Rational::is_zero) {
+        return OracleAnswer::without_t(Place::Degenerate);
+    }
+
+    let det = -dot(&n, &d);
+    let height = dot(&n, &s);
+    if det.is_zero() {
+        return OracleAnswer::without_t(if height.is_zero() {
+            Place::Coplanar
+        } else {
+            Place::Parallel
+        });
+    }
+    let across = cross(&s, &d);
+    let u = dot(&q, &across) / &det;
+    let v = -dot(&p, &across) / &det;
+    let t = height / det;
+    let weights = [sign(&(Rational::from(1) - &u - &v)), sign(&u), sign(&v)];
+    OracleAnswer::classify(weights, sign(&t))
+}

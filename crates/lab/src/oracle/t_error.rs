@@ -1,0 +1,42 @@
+//! How far a computed `t` is from the exact one.
+
+use super::exact::Rational;
+
+/// How far a computed `t` is from the exact one, relative to the exact one; `|t|` where that is 0.
+/// Infinite for an infinite `t`, NaN for NaN.
+pub fn t_error(t: f64, exact: &Rational) -> f64 {
+    let Ok(t) = Rational::try_from(t) else { return t.abs() };
+    let off = (t - exact).to_f64().value().abs();
+    let size = exact.to_f64().value().abs();
+    if size == 0.0 { off } else { off / size }
+}
+
+/// How far a computed `t` is from the exact one, in units of the last place of the f64 next to it.
+/// Infinite for an infinite `t`, NaN for NaN. No `t` of f32 inputs leaves f64's normal range.
+///
+/// ```
+/// use intertri_lab::oracle::{Rational, t_error_ulps};
+/// let third = Rational::from(1) / Rational::from(3);
+/// assert!(t_error_ulps(1.0 / 3.0, &third) < 0.5);
+/// assert!((t_error_ulps((1.0_f64 / 3.0).next_up(), &third) - 1.0).abs() < 0.5);
+/// ```
+pub fn t_error_ulps(t: f64, exact: &Rational) -> f64 {
+    let near = exact.to_f64().value().abs();
+    in_steps(t, exact, near.next_up() - near)
+}
+
+/// The same in units of the last place of the f32 next to the exact `t`; infinite where that f32 is.
+pub fn t_error_ulps_f32(t: f32, exact: &Rational) -> f64 {
+    let near = (exact.to_f64().value() as f32).abs();
+    if near.is_infinite() {
+        return if t.is_nan() { f64::NAN } else { f64::INFINITY };
+    }
+    // The largest f32 has its step downward.
+    let step = if near == f32::MAX { near - near.next_down() } else { near.next_up() - near };
+    in_steps(t.into(), exact, step.into())
+}
+
+fn in_steps(t: f64, exact: &Rational, step: f64) -> f64 {
+    let Ok(t) = Rational::try_from(t) else { return t.abs() };
+    (t - exact).to_f64().value().abs() / step
+}

@@ -1,0 +1,127 @@
+//! How often each method is wrong along each sweep, and where that begins.
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::clearance::is_clear;
+use super::sweeps::{SWEEPS, Sweep, parameter};
+use crate::case_answers::CaseAnswers;
+use crate::families::{Case, find};
+use crate::methods::METHODS;
+use crate::rng::Rng;
+
+/// How a method fares at one value of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Onset {
+    /// What is swept.
+    pub sweep: &'static str,
+    /// The value of the parameter.
+    pub parameter: f64,
+    /// The method.
+    pub method: &'static str,
+    /// Cases that counted; may be fewer than asked for where few of the family's are clear.
+    pub trials: u64,
+    /// True hits called a miss.
+    pub false_misses: u64,
+    /// True misses called a hit.
+    pub false_hits: u64,
+    /// Disagreements with the scalar f64 reference.
+    pub not_reference: u64,
+}
+
+impl Onset {
+    /// The share of wrong answers.
+    pub fn share(&self) -> f64 {
+        (self.false_misses + self.false_hits) as f64 / self.trials.max(1) as f64
+    }
+}
+
+/// At least so many of the tries must be clear for a value of the parameter to be shown.
+const ENOUGH: u64 = 100;
+
+/// Sweeps: `points` values in equal ratios, about `cases` cases each. The counts depend on the seed
+/// and these numbers alone. `step` is called after each value.
+pub fn sweep_all(seed: u64, points: usize, cases: u64, step: &(impl Fn() + Sync)) -> Vec<Onset> {
+    let jobs: Vec<_> =
+        SWEEPS.iter().flat_map(|sweep| (0..points).map(move |k| (sweep, k))).collect();
+    let at = |&(sweep, k): &(&'static Sweep, usize)| {
+        let share = k as f64 / (points - 1).max(1) as f64;
+        let onsets = value(sweep, parameter(sweep, share), seed ^ (k as u64) << 32, cases);
+        step();
+        onsets
+    };
+    jobs.par_iter().flat_map_iter(at).collect()
+}
+
+fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<Onset> {
+    let Some(family) = find(sweep.family) else { return Vec::new() };
+    let mut rng = Rng::new(seed);
+    let mut none = Onset {
+        sweep: sweep.name,
+        parameter,
+        method: "",
+        trials: 0,
+        false_misses: 0,
+        false_hits: 0,
+        not_reference: 0,
+    };
+    let mut onsets = vec![none.clone(); METHODS.len()];
+    for (onset, method) in onsets.iter_mut().zip(METHODS) {
+        onset.method = method.name;
+    }
+
+    // Few cases of some families are clear; where hardly any is, there is nothing to see.
+    let mut tries = 0;
+    while none.trials < cases && tries < 16 * cases {
+        tries += 512;
+        let some = (0..512).map(|_| family.case_at(&mut rng, parameter));
+        let some: Vec<Case> = some.filter(|case| !sweep.clear || is_clear(case)).collect();
+        let asked = CaseAnswers::of(&some);
+        none.trials += some.len() as u64;
+        for (onset, answers) in onsets.iter_mut().zip(&asked.answers) {
+            for (i, answer) in answers.iter().enumerate() {
+                let is_hit = asked.oracle[i].is_hit();
+                onset.false_misses += u64::from(is_hit && !answer.hit);
+                onset.false_hits += u64::from(!is_hit && answer.hit);
+                onset.not_reference += u64::from(answer.hit != asked.reference[i]);
+            }
+        }
+    }
+    for onset in &mut onsets {
+        onset.trials = none.trials;
+    }
+    if none.trials < ENOUGH { Vec::new() } else { onsets }
+}
+
+/// The first value, from the harmless end, at which at least one in 1,000 answers of a method is
+/// wrong; `None` if there is none.
+pub fn first(onsets: &[Onset], sweep: &str, method: &str) -> Option<f64> {
+    let mut own = onsets.iter().filter(|onset| onset.sweep == sweep && onset.method == method);
+    own.find(|onset| onset.share() >= 1e-3).map(|onset| onset.parameter)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{first, sweep_all};
+
+    #[test]
+    fn methods_fail_where_theory_says() {
+        let onsets = sweep_all(8, 7, 600, &|| ());
+        assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
+        let at = |sweep, method| first(&onsets, sweep, method);
+        // A fixed epsilon has a scale; the products of f32 under- and overflow; a threshold on t
+        // forbids long directions.
+        assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
+        assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
+        assert!(at("scale, up", "Möller–Trumbore f32").is_some());
+        assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
+        assert!(at("|dir|, long", "certified").is_some());
+        assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
+        // Constants in the axes of the scene do not survive to be moved; differences do.
+        assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
+        assert_eq!(at("offset, size 1", "Embree fast f32"), None);
+        // The kernel fails where the reference fails, and nowhere else.
+        let certified = onsets.iter().filter(|onset| onset.method == "certified");
+        assert!(certified.map(|onset| onset.not_reference).sum::<u64>() == 0);
+    }
+}

@@ -1,0 +1,82 @@
+//! The sweeps: families and the ways their parameters go, from harmless to adversarial.
+
+/// A family and the way its parameter goes, from where it is harmless.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sweep {
+    /// What is swept, for a heading.
+    pub name: &'static str,
+    /// The family.
+    pub family: &'static str,
+    /// The harmless end.
+    pub from: f64,
+    /// The other end.
+    pub to: f64,
+    /// Whether only cases count that pass clear of the sides. Not where closeness is the parameter.
+    pub clear: bool,
+}
+
+/// All sweeps. A family that hurts at both ends is swept twice, from the middle.
+pub const SWEEPS: &[Sweep] = &[
+    sweep("needle, ratio", "needle", 1.0, 1e-12),
+    sweep("cap, ratio", "cap", 1.0, 1e-12),
+    sweep("sliver, ratio", "sliver", 1.0, 1e-12),
+    sweep("grazing angle", "grazing", 1.0, 1e-12),
+    sweep("distance / size", "far", 1.0, 1e9),
+    sweep("size at distance 1", "tiny", 1.0, 1e-7),
+    sweep("offset, size 1", "offset", 1.0, 1e9),
+    sweep("offset, size in step", "offset-large", 1.0, 1e9),
+    sweep("scale, down", "scale", 1.0, 1e-30),
+    sweep("scale, up", "scale", 1.0, 1e30),
+    sweep("|dir|, short", "direction", 1.0, 1e-30),
+    sweep("|dir|, long", "direction", 1.0, 1e30),
+    sweep("near overflow", "overflow", 1e12, 3e38),
+    sweep("near underflow", "underflow", 1e-12, 1e-44),
+    sweep("threshold met by |vd|", "threshold-vd", 1e-15, 0.5),
+    sweep("threshold met by t", "threshold-t", 1e-15, 1e3),
+    Sweep { clear: false, ..sweep("f32 steps off an edge", "edge-steps", 1_048_576.0, 1.0) },
+];
+
+const fn sweep(name: &'static str, family: &'static str, from: f64, to: f64) -> Sweep {
+    Sweep { name, family, from, to, clear: true }
+}
+
+/// The value at a share of the way, by roots alone so that it has the same bits everywhere: bisected
+/// sixteen times.
+pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
+    let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, sweep.from, sweep.to);
+    for _ in 0..16 {
+        if share <= lo {
+            return from;
+        }
+        if share >= hi {
+            return to;
+        }
+        let middle = f64::midpoint(lo, hi);
+        let value = from.sqrt() * to.sqrt();
+        if share < middle {
+            (hi, to) = (middle, value);
+        } else {
+            (lo, from) = (middle, value);
+        }
+    }
+    from
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SWEEPS, parameter};
+    use crate::families::find;
+
+    #[test]
+    fn sweeps_go_from_end_to_end_within_their_families() {
+        for sweep in SWEEPS {
+            let param = find(sweep.family).unwrap().param.unwrap();
+            let (lo, hi) = (param.from.min(param.to), param.from.max(param.to));
+            assert!(sweep.from >= lo && sweep.from <= hi && sweep.to >= lo && sweep.to <= hi);
+            assert_eq!(parameter(sweep, 0.0), sweep.from);
+            assert_eq!(parameter(sweep, 1.0), sweep.to);
+            let middle = sweep.from.sqrt() * sweep.to.sqrt();
+            assert!((parameter(sweep, 0.5) / middle - 1.0).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The input of a method, rays and triangles tested all with all, and its answers.
+
+use intertri::{Ray, Triangle};
+
+/// Rays and triangles that are tested all with all, as at a leaf of a hierarchy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TestBatch {
+    /// The rays.
+    pub rays: Vec<Ray>,
+    /// The triangles; not none.
+    pub triangles: Vec<Triangle>,
+}
+
+impl TestBatch {
+    /// How many triangles each ray hits, all pairs being tested by `pairs`.
+    pub(crate) fn counts(
+        &self,
+        mut pairs: impl FnMut(&[Triangle], &[Ray], &mut [Answer]),
+    ) -> Vec<u32> {
+        let mut to = vec![Answer::default(); self.triangles.len()];
+        let count = |ray: &Ray| {
+            pairs(&self.triangles, &vec![*ray; self.triangles.len()], &mut to);
+            to.iter().filter(|answer| answer.hit).count() as u32
+        };
+        self.rays.iter().map(count).collect()
+    }
+}
+
+/// What a method says of a ray and a triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// Whether there is a hit.
+    pub hit: bool,
+    /// The `t` of the hit; for a miss, whatever the method left there.
+    pub t: f64,
+}
+
+/// The closest hit of a ray in its batch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosestHit {
+    /// Infinity for a miss.
+    pub t: f64,
+    /// The number of the triangle in the batch, [`ClosestHit::MISS`]'s for a miss.
+    pub triangle: u32,
+}
+
+impl ClosestHit {
+    /// No triangle.
+    pub const MISS: Self = Self { t: f64::INFINITY, triangle: u32::MAX };
+}

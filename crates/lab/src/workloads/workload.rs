@@ -1,0 +1,59 @@
+//! The four workloads.
+
+use super::closed_mesh::closed_mesh;
+use super::model::Model;
+use crate::families::{self, FAMILIES};
+use crate::layout::Form;
+use crate::rng::Rng;
+use crate::test_batch::TestBatch;
+
+/// A kind of batch, one panel of the chart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Workload {
+    /// Tiles of 8 by 8 rays of a camera, and the 32 triangles nearest to the tile's middle ray.
+    Camera,
+    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32 triangles
+    /// of that neighbourhood: what a leaf sees of diffuse rays.
+    Secondary,
+    /// 64 rays from within a closed convex mesh, each exactly at a vertex or a point of an edge, and
+    /// all its triangles.
+    Edges,
+    /// The adversarial mix.
+    Mix,
+}
+
+impl Workload {
+    /// All of them, in the order of the panels.
+    pub const ALL: [Self; 4] = [Self::Camera, Self::Secondary, Self::Edges, Self::Mix];
+
+    /// `camera`, `secondary`, `edges` or `mix`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Secondary => "secondary",
+            Self::Edges => "edges",
+            Self::Mix => "mix",
+        }
+    }
+
+    /// The form in which it is measured for the chart: rays that run together share a triangle, a
+    /// ray on its own takes a block of triangles.
+    pub fn form(self) -> Form {
+        if self == Self::Secondary { Form::Blocks } else { Form::Packets }
+    }
+
+    /// A batch of this kind. The model is that of [`Workload::Camera`] and [`Workload::Secondary`].
+    pub fn batch(self, rng: &mut Rng, model: &Model) -> TestBatch {
+        match self {
+            Self::Camera => model.tile(rng),
+            Self::Secondary => model.leaf(rng),
+            Self::Edges => closed_mesh(rng, 18, 64),
+            Self::Mix => {
+                let random = families::find("random").filter(|_| rng.one_in(2));
+                let family = random.copied().unwrap_or_else(|| rng.pick(FAMILIES));
+                let scene = family.scene(rng, 16, 16);
+                TestBatch { rays: scene.rays, triangles: scene.triangles }
+            }
+        }
+    }
+}

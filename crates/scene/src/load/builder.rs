@@ -1,0 +1,59 @@
+//! The mesh in the making, and the checks that all formats share.
+
+use super::error::{Fault, fault};
+use crate::mesh::Mesh;
+
+/// A mesh that grows by the vertices and polygons of a file.
+#[derive(Default)]
+pub(super) struct MeshBuilder {
+    pub(super) mesh: Mesh,
+}
+
+impl MeshBuilder {
+    /// Adds the position of a vertex.
+    pub(super) fn position(&mut self, position: [f32; 3]) -> Result<(), Fault> {
+        if position.iter().any(|x| !x.is_finite()) {
+            let [x, y, z] = position;
+            return fault(format!(
+                "the vertex ({x}, {y}, {z}) is not finite in f32; repair the model or scale it down"
+            ));
+        }
+        if self.mesh.positions.len() >= u32::MAX as usize {
+            return fault("more than 4294967295 vertices; cut the model into parts");
+        }
+        self.mesh.positions.push(position);
+        Ok(())
+    }
+
+    /// Adds a polygon of at least three corners as a triangle fan. `uvs` is empty or has one per corner.
+    pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
+        if corners.len() < 3 {
+            return fault(format!("a face of {} corners; a face needs three", corners.len()));
+        }
+        let count = self.mesh.positions.len();
+        if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
+            return fault(format!(
+                "a face names vertex {corner}, but there are {count}, from 0 on"
+            ));
+        }
+        if uvs.as_flattened().iter().any(|x| !x.is_finite()) {
+            return fault("a face has a texture coordinate that is not finite in f32");
+        }
+        let first = self.mesh.triangles.len();
+        self.mesh
+            .triangles
+            .extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
+        if self.mesh.triangles.len() > u32::MAX as usize {
+            return fault("more than 4294967295 triangles; cut the model into parts");
+        }
+
+        // Texture coordinates are kept from the first face that has some; what came before has zeros.
+        if !uvs.is_empty() || self.mesh.corner_uvs.is_some() {
+            let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
+            kept.resize(first, [[0.0; 2]; 3]);
+            kept.extend((2..uvs.len()).map(|i| [uvs[0], uvs[i - 1], uvs[i]]));
+            kept.resize(self.mesh.triangles.len(), [[0.0; 2]; 3]);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! What can be wrong with a file.
+
+use std::path::{Path, PathBuf};
+use std::{fmt, io};
+
+/// Why a model could not be read: `file:line: cause`, in one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadError {
+    /// The file.
+    pub path: PathBuf,
+    /// The line where it is wrong, counted from 1, in a file of text.
+    pub line: Option<u64>,
+    /// What is wrong, and what to do where that is not plain.
+    pub cause: String,
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, "{line}:")?;
+        }
+        write!(f, " {}", self.cause)
+    }
+}
+
+impl std::error::Error for LoadError {}
+
+/// A [`LoadError`] before the file's name is known.
+pub(super) struct Fault {
+    pub(super) line: Option<u64>,
+    pub(super) cause: String,
+}
+
+impl Fault {
+    /// The same, in that line.
+    pub(super) fn at(self, line: u64) -> Self {
+        Self { line: Some(line), ..self }
+    }
+
+    /// The same, in that file.
+    pub(super) fn of(self, path: &Path) -> LoadError {
+        LoadError { path: path.into(), line: self.line, cause: self.cause }
+    }
+}
+
+impl From<io::Error> for Fault {
+    fn from(error: io::Error) -> Self {
+        Self { line: None, cause: format!("cannot read it: {error}") }
+    }
+}
+
+/// A fault without a line, as an error.
+pub(super) fn fault<T>(cause: impl Into<String>) -> Result<T, Fault> {
+    Err(Fault { line: None, cause: cause.into() })
+}
+
+/// A word of a file for an error message: quoted, its control characters escaped, not too long.
+pub(super) fn quote(word: &str) -> String {
+    let short: String = word.chars().take(32).collect();
+    format!("{short:?}{}", if short.len() < word.len() { "..." } else { "" })
+}

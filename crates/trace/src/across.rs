@@ -1,0 +1,33 @@
+//! Sums and extremes across lanes.
+
+use intertri::simd::{Lanes, Simd};
+
+/// Sixteen lanes as four times four.
+#[inline(always)]
+pub(crate) fn fours<S: Simd>(lanes: S::F32x16) -> [S::F32x4; 4] {
+    let mut n = [0.0; 16];
+    lanes.store(&mut n);
+    [Lanes::load(&n), Lanes::load(&n[4..]), Lanes::load(&n[8..]), Lanes::load(&n[12..])]
+}
+
+/// The smallest lane.
+#[inline(always)]
+pub(crate) fn smallest<S: Simd>(lanes: S::F32x16) -> f32 {
+    let [a, b, c, d] = fours::<S>(lanes);
+    let mut numbers = [0.0; 4];
+    a.min(b).min(c.min(d)).store(&mut numbers);
+    let less = |a: f32, b: f32| if a < b { a } else { b };
+    less(less(numbers[0], numbers[1]), less(numbers[2], numbers[3]))
+}
+
+/// The sum of sixteen lanes, or fewer.
+#[inline(always)]
+pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
+    let mut n = [0.0_f32; 16];
+    lanes.store(&mut n);
+    let mut four = [0.0; 4];
+    for i in 0..4 {
+        four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
+    }
+    (four[0] + four[1]) + (four[2] + four[3])
+}

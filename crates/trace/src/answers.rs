@@ -1,0 +1,68 @@
+//! What may be asked of many rays: their closest hits, their closest triangles, or whether they hit.
+
+use intertri::internal::prefetch;
+use intertri::{ClosestHit, Hit};
+
+/// A slice of answers, one a ray.
+pub(crate) enum Answers<'a> {
+    /// The closest hits.
+    Hits(&'a mut [Hit]),
+    /// The triangles of the closest hits, [`Hit::NO_TRIANGLE`] for a miss.
+    Triangles(&'a mut [u32]),
+    /// Whether anything is hit.
+    Any(&'a mut [bool]),
+}
+
+impl Answers<'_> {
+    /// Whether any hit will do.
+    #[inline(always)]
+    pub(crate) fn any(&self) -> bool {
+        matches!(self, Self::Any(_))
+    }
+
+    /// The answers from one ray to before another.
+    #[inline(always)]
+    pub(crate) fn part(&mut self, from: usize, to: usize) -> Answers<'_> {
+        match self {
+            Self::Hits(hits) => Answers::Hits(&mut hits[from..to]),
+            Self::Triangles(triangles) => Answers::Triangles(&mut triangles[from..to]),
+            Self::Any(any) => Answers::Any(&mut any[from..to]),
+        }
+    }
+
+    /// Asks for the memory of an answer, which is hardly ever in the cache.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, ray: usize) {
+        match self {
+            Self::Hits(hits) => prefetch(&hits[ray..][..1]),
+            Self::Triangles(triangles) => prefetch(&triangles[ray..][..1]),
+            Self::Any(any) => prefetch(&any[ray..][..1]),
+        }
+    }
+
+    /// Writes the answer of a ray, if it is known without its t and weights; whether it was.
+    #[inline(always)]
+    pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
+        match self {
+            Self::Hits(hits) => {
+                if closest.is_hit() {
+                    return false;
+                }
+                hits[ray] = Hit::MISS;
+            }
+            Self::Triangles(triangles) => {
+                triangles[ray] = closest.triangle().map_or(Hit::NO_TRIANGLE, |(index, _)| index);
+            }
+            Self::Any(any) => any[ray] = closest.is_hit(),
+        }
+        true
+    }
+
+    /// Writes the hit of a ray.
+    #[inline(always)]
+    pub(crate) fn write_hit(&mut self, ray: usize, hit: Hit) {
+        if let Self::Hits(hits) = self {
+            hits[ray] = hit;
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! What the builder gives: nodes, and blocks of triangle indices.
+
+use crate::tree::{BLOCK, Node};
+#[cfg(test)]
+use {
+    super::collapse,
+    crate::tree::{Aabb, EMPTY, LEAF},
+};
+
+/// No path from the root passes more nodes than this, whatever the triangles.
+pub(crate) const MAX_DEPTH: usize = 64;
+
+/// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    /// The root is the first. The node children of a node lie side by side.
+    pub nodes: Vec<Node>,
+    /// Triangle indices, ascending; [`crate::tree::NONE`] fills up behind them.
+    pub blocks: Vec<[u32; BLOCK]>,
+    /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
+    pub depth: usize,
+    /// The triangles that may be hit outside of any box, ascending.
+    pub unbounded: Vec<u32>,
+}
+
+#[cfg(test)]
+impl Layout {
+    /// The surface-area cost: what a random line through the root's box is expected to pay, in
+    /// units of one node's visit.
+    pub(crate) fn cost(&self) -> f64 {
+        let mut root = Aabb::EMPTY;
+        let children =
+            |node: &Node| (0..8).filter(|&i| node.children()[i] != EMPTY).collect::<Vec<_>>();
+        for i in children(&self.nodes[0]) {
+            root.join(&self.nodes[0].bounds(i));
+        }
+        let scale = root.scale();
+        let mut sum = root.half_area(scale) as f64 * collapse::NODE as f64;
+        for node in &self.nodes {
+            for i in children(node) {
+                let price =
+                    if node.children()[i] & LEAF == 0 { collapse::NODE } else { collapse::LEAF };
+                sum += node.bounds(i).half_area(scale) as f64 * price as f64;
+            }
+        }
+        sum / root.half_area(scale) as f64
+    }
+}

@@ -1,0 +1,113 @@
+//! A box as one row of lanes.
+//!
+//! ```text
+//!   -lo.x  -lo.y  -lo.z  word   hi.x  hi.y  hi.z  word
+//! ```
+//!
+//! With its lower sides negated, the union of two boxes is one maximum, and their sizes are one sum of
+//! halves. In the lanes that are left go words, which mean nothing to a box.
+
+use crate::tree::Aabb;
+use intertri::simd::{Lanes, Simd};
+
+/// A row: six sides and two words.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(super) struct SimdAabb(pub [f32; 8]);
+
+impl SimdAabb {
+    /// The box around nothing; its union with another is the other.
+    pub(super) const EMPTY: Self = Self([f32::NEG_INFINITY; 8]);
+
+    pub(super) fn of(Aabb { lo, hi }: &Aabb) -> Self {
+        Self([-lo[0], -lo[1], -lo[2], 0.0, hi[0], hi[1], hi[2], 0.0])
+    }
+
+    pub(super) fn bounds(&self) -> Aabb {
+        let [x, y, z, _, hi @ ..] = self.0;
+        Aabb { lo: [-x, -y, -z, 0.0], hi: [hi[0], hi[1], hi[2], 0.0] }
+    }
+
+    /// The first or second word.
+    #[inline(always)]
+    pub(super) fn word(&self, which: usize) -> u32 {
+        self.0[4 * which + 3].to_bits()
+    }
+
+    #[inline(always)]
+    pub(super) fn set_word(&mut self, which: usize, word: u32) {
+        self.0[4 * which + 3] = f32::from_bits(word);
+    }
+
+    /// Makes this the box around both: one instruction, where it is inlined at a level of eight lanes.
+    #[inline(always)]
+    pub(super) fn join(&mut self, other: &Self) {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a = if *a > *b { *a } else { *b };
+        }
+    }
+
+    /// The lengths along the axes, in units of `1 / scale`; the last lane means nothing.
+    #[inline(always)]
+    pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
+        S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
+    }
+
+    /// Twice the middle, likewise.
+    #[inline(always)]
+    pub(super) fn centre<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
+        S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
+    }
+
+    /// [`SimdAabb::centre`] along one axis: the same operations.
+    #[inline(always)]
+    pub(super) fn centre_along(&self, axis: usize, scale: f32) -> f32 {
+        self.0[axis % 4 + 4] * scale - self.0[axis % 4] * scale
+    }
+}
+
+/// The box around centres, in the units of [`SimdAabb::centre`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Centres {
+    pub(super) lo: [f32; 4],
+    pub(super) hi: [f32; 4],
+}
+
+impl Centres {
+    pub(super) fn join(self, other: Self) -> Self {
+        let mut both = self;
+        for k in 0..4 {
+            both.lo[k] = both.lo[k].min(other.lo[k]);
+            both.hi[k] = both.hi[k].max(other.hi[k]);
+        }
+        both
+    }
+}
+
+/// [`Centres`] in lanes.
+pub(super) struct CentreLanes<F> {
+    lo: F,
+    hi: F,
+}
+
+impl<F: Lanes<Scalar = f32>> CentreLanes<F> {
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self { lo: F::splat(f32::INFINITY), hi: F::splat(f32::NEG_INFINITY) }
+    }
+
+    /// Reaches to a centre, too, where the mask is set.
+    #[inline(always)]
+    pub(super) fn reach(&mut self, centre: F, which: F::Mask) {
+        self.lo = F::select(which, self.lo.min(centre), self.lo);
+        self.hi = F::select(which, self.hi.max(centre), self.hi);
+    }
+
+    #[inline(always)]
+    pub(super) fn store(self) -> Centres {
+        let mut centres = Centres { lo: [0.0; 4], hi: [0.0; 4] };
+        self.lo.store(&mut centres.lo);
+        self.hi.store(&mut centres.hi);
+        centres
+    }
+}

@@ -1,0 +1,55 @@
+//! Where a bundle looks: the frame onto which its rays are projected.
+
+use intertri::internal::Frame;
+use intertri::simd::Lanes;
+
+use super::principal_axis::Spread;
+
+/// No coordinate may be larger: 2^30.
+const LARGEST: f32 = (1 << 30) as f32;
+
+/// A frame that looks along `sum`, level with the way in which rays spread most or, if none stands out, with
+/// `step`. `None` where there is no direction, or coordinates are too large.
+#[inline(always)]
+pub(crate) fn frame<F: Lanes<Scalar = f32>>(
+    origin: [f32; 3],
+    sum: [f32; 3],
+    step: [f32; 3],
+    spread: &Spread<F>,
+    reach: f32,
+) -> Option<Frame> {
+    if reach >= LARGEST || origin.iter().any(|x| x.abs() >= LARGEST) {
+        return None;
+    }
+    let depth = unit(sum)?;
+    let mut across = across(depth, step)?;
+    if let Some(axis) = spread.principal_axis(across) {
+        across = self::across(depth, axis)?;
+    }
+    Some(Frame::new(origin, depth, across[0], across[1]))
+}
+
+/// Two axes at right angles to `depth`, the first level with `step`.
+fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
+    let along = dot(step, depth);
+    let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
+        .filter(|right| dot(*right, depth).abs() < 1e-6)
+        .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
+        .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
+    Some([right, cross(depth, right)])
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The vector of length 1, or `None` where the length is nearly nothing or not finite.
+fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
+    let square = dot(v, v);
+    let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;
+    sane.then(|| v.map(|x| x / square.sqrt()))
+}

@@ -1,0 +1,25 @@
+//! Bundles of coherent rays: up to 1024 that share an origin, or end at one point, traced together.
+//!
+//! They are projected onto a frame ([`projection`]), so that a test is that of a rasterizer; nodes are culled
+//! by the frustum around all of them ([`culling`]), and triangles by windows ([`leaf_tests`]).
+
+mod culling;
+mod density;
+mod end_plane;
+mod frustum;
+mod leaf_tests;
+mod look;
+mod parts;
+mod plane;
+mod principal_axis;
+mod projection;
+mod rays;
+mod results;
+mod reversed_shadow;
+mod traverse;
+
+pub(crate) use projection::{Projection, RAYS};
+pub(crate) use rays::{BundleRays, shares_origin};
+pub(crate) use results::Results;
+pub(crate) use reversed_shadow::CommonEnd;
+pub(crate) use traverse::{Bundle, Outcome, Room};

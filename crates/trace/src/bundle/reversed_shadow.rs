@@ -1,0 +1,140 @@
+//! Reversed shadow rays: rays toward one point, such as a light, as rays from there.
+//!
+//! ```text
+//!   o ────────► d          o ◄──────── -d
+//!      o ─────► L     ─►      o ◄───── L      t' = τ - t
+//!   o ────────►            o ◄────────
+//! ```
+//!
+//! Each misses L by rounding, for which `docs/numerics/projection.md`, section 6, widens all bounds. Whether
+//! a ray hits anything is then the reference's answer; where, nobody asks.
+
+use intertri::simd::{Lanes, Mask};
+use intertri::{Ray, Threshold};
+
+/// Rays that miss their common end by more than this share of its distance have none: 2^-20.
+const APART: f32 = 1.0 / (1 << 20) as f32;
+
+/// What rounding adds to the distance at which a ray passes, as a share of its length: 4u.
+const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
+
+/// No ray may be shorter or longer, or start or end farther out: 2^-30 and 2^30.
+const LARGEST: f32 = (1 << 30) as f32;
+
+/// The point toward which rays go.
+#[derive(Clone, Copy)]
+pub(crate) struct CommonEnd {
+    pub(crate) point: [f32; 3],
+    /// Whether they reach it at their far ends; else at t = 1.
+    at_far: bool,
+    /// No t up to this counts.
+    threshold: f32,
+}
+
+impl CommonEnd {
+    /// Where rays seem to go, by three of them.
+    #[inline(always)]
+    pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
+        let [first, second, .., last] = rays else { return None };
+        let threshold = threshold.get() as f32;
+        for at_far in [false, true] {
+            let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
+            let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
+            let point = end(first);
+            let ends_there = |ray: &Ray| {
+                let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
+                ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
+            };
+            if ends_there(first) && ends_there(second) && ends_there(last) {
+                return Some(Self { point, at_far, threshold });
+            }
+        }
+        None
+    }
+}
+
+/// The largest coordinate.
+fn largest([x, y, z]: [f32; 3]) -> f32 {
+    x.abs().max(y.abs()).max(z.abs())
+}
+
+/// How far points are apart along an axis, at most.
+fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
+    largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
+}
+
+/// Sixteen lanes.
+const ALL: u32 = 0xffff;
+
+/// Rays on their way to be reversed, sixteen at a time.
+pub(crate) struct Reversal<F: Lanes> {
+    end: CommonEnd,
+    /// How far they start from the point, and end; by axis the largest, and the sum.
+    way: [F; 3],
+    off: [F; 3],
+    sum: F,
+    shortest: F,
+    sane: F::Mask,
+}
+
+impl<F: Lanes<Scalar = f32>> Reversal<F> {
+    #[inline(always)]
+    pub(crate) fn new(end: CommonEnd) -> Self {
+        let (zero, sane) = (F::splat(0.0), F::Mask::from_bits(ALL));
+        let shortest = F::splat(f32::INFINITY);
+        Self { end, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane }
+    }
+
+    /// Reverses rays: their origins and `t_min`, directions and `t_max`, side by side.
+    #[inline(always)]
+    pub(crate) fn reverse(&mut self, [origin, dir]: [[F; 4]; 2]) -> [[F; 4]; 2] {
+        let CommonEnd { point, at_far, threshold } = self.end;
+        let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
+        let tau = if at_far { t_max } else { F::splat(1.0) };
+
+        // How far they are off. A sum keeps a NaN, which a largest number may lose.
+        for k in 0..3 {
+            let way = origin[k] - F::splat(point[k]);
+            let off = dir[k].mul_add(tau, way).abs();
+            (self.way[k], self.off[k]) = (self.way[k].max(way.abs()), self.off[k].max(off));
+            self.sum = self.sum + off;
+        }
+        self.shortest = self.shortest.min(tau);
+
+        // What lies within the threshold is beyond the far end now. No interval may be lost.
+        let start = F::select(t_min.lt(F::splat(threshold)), F::splat(threshold), t_min);
+        let (near, far) = (tau - t_max, tau - start);
+        let (before, after) = (t_min.lt(t_max), near.lt(far));
+        self.sane = self.sane & t_max.le(tau) & ((before & after) | !(before | after));
+        [[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]]
+    }
+
+    /// At which distance they pass the point, at most; `None` where one goes elsewhere, or looks beyond it,
+    /// or numbers are too large or too small.
+    #[inline(always)]
+    pub(crate) fn off(&self) -> Option<f32> {
+        let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane } = self;
+        let (way, off) = (length(way), length(off));
+        let far_out = largest(*point) + way;
+        let sane = sane.bits() & ALL == ALL
+            && sum.le(F::splat(f32::MAX)).bits() & ALL == ALL
+            && shortest.ge(F::splat(4.0 * threshold)).bits() & ALL == ALL
+            && off <= 2.0 * APART * far_out
+            && way > 1.0 / LARGEST
+            && far_out < LARGEST;
+        sane.then_some(off * 1.001 + ROUNDING * way)
+    }
+}
+
+/// The length of a vector of the largest lane of each axis.
+#[inline(always)]
+fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
+    let mut sum = 0.0;
+    for lanes in v {
+        let mut numbers = [0.0_f32; 16];
+        lanes.store(&mut numbers);
+        let most = numbers.into_iter().fold(0.0, f32::max);
+        sum += most * most;
+    }
+    sum.sqrt()
+}

@@ -1,0 +1,316 @@
+//! Bundles: many rays from one origin at once, of a picture or of what a light sees.
+//!
+//! ```text
+//!   frustum ──► boxes of nodes ──► triangles of a leaf, eight as they are projected
+//!                                    │ in the window of a group?
+//!                                    ▼
+//!                                  sixteen windows of sixteen rays: which does it reach?
+//!                                    │
+//!                                    ▼
+//!                                  sixteen rays: two multiply-adds an edge
+//! ```
+
+use intertri::internal::{Filter, Settle, Test as _};
+use intertri::simd::Simd;
+use intertri::{Counts, Triangle};
+
+use super::culling::{Culling, Pending};
+use super::density::too_dense;
+use super::end_plane::EndPlane;
+use super::frustum::Frustum;
+use super::leaf_tests::{AT_ONCE, Leaves, Listed, PacketTest};
+use super::parts::{WIDTHS, Waiting, budget};
+use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
+use super::rays::BundleRays;
+use super::results::{NOTHING, Results};
+use crate::prefetch::Prefetch;
+use crate::tree::Bvh;
+
+/// How bundles are traced: the closest hit of each ray; with `any`, some hit, as it must be of reversed
+/// rays.
+#[derive(Clone, Copy)]
+pub(crate) struct Bundle<'a> {
+    pub(crate) bvh: &'a Bvh,
+    pub(crate) test: Filter,
+    pub(crate) any: bool,
+}
+
+/// What became of some rays in a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Outcome {
+    /// They make no bundle.
+    NotCoherent,
+    /// They go too far apart for one, or their numbers are too large or too small.
+    TooWide,
+    /// They are traced. Bit p of `left` is set where the rays of packet p are left to be asked one by
+    /// one, because that is less work; `work` counts tests of packets, and what costs about as much.
+    Traced { left: u64, work: usize },
+}
+
+/// What tracing needs and need not make anew for each bundle.
+#[derive(Default)]
+pub(crate) struct Room {
+    stack: Pending,
+    leaves: Leaves,
+    /// What was left of the stack when a bundle was split, and a part of it.
+    split: [Pending; 2],
+}
+
+impl Bundle<'_> {
+    /// Traces some rays. What the filter leaves open the resolver settles.
+    #[inline(always)]
+    pub(crate) fn trace<S: Simd>(
+        self,
+        rays: &BundleRays<'_>,
+        (projection, room, results): (&mut Projection<S>, &mut Room, &mut Results),
+        counts: &mut Counts,
+    ) -> Outcome {
+        let Self { bvh, test, any } = self;
+        let mut prefetch = Prefetch::of(rays.next, RAYS);
+        let Some(window) = projection.project(&test, rays, bvh.reach, &mut prefetch) else {
+            return Outcome::TooWide;
+        };
+        let end_plane = if any { Some(EndPlane::new::<S>(projection, bvh.reach)) } else { None };
+        let frustum = Frustum::new(&projection.frame, window, bvh.reach);
+        let mut culling = Culling { frustum, end_plane: end_plane.as_ref() };
+
+        // Does the frustum meet anything at all?
+        let Room { stack, leaves, split } = room;
+        stack.clear();
+        results.clear();
+        if bvh.boxed > 0 {
+            stack.push((0, f32::NEG_INFINITY));
+        }
+        let count = culling.next_leaves::<S>(bvh, stack, f32::INFINITY, &mut leaves.blocks);
+        if count == 0 && bvh.boxed == bvh.leaves.len() {
+            results.found.resize(rays.rays.len(), NOTHING);
+            return Outcome::Traced { left: 0, work: 0 };
+        }
+
+        let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
+        let (resolver, reversed) = (test.resolver(), rays.reversed.is_some());
+        let settle = Settle { resolver, rays: rays.rays, find, index, reversed };
+        let seen = &mut results.seen;
+        let mut tracing = Tracing {
+            bundle: self,
+            settle,
+            projection,
+            prefetch,
+            seen,
+            work: 0,
+            density_known: false,
+        };
+        let (left, work) = tracing.parts(&mut culling, (stack, split, leaves), count, counts);
+        let used = projection.used;
+        for nearest in &projection.nearest[..used] {
+            results.found.extend_from_slice(&nearest.triangles());
+        }
+        results.found.truncate(rays.rays.len());
+        Outcome::Traced { left, work }
+    }
+}
+
+/// The rays of a bundle on their way.
+struct Tracing<'a, S: Simd, T, I> {
+    bundle: Bundle<'a>,
+    settle: Settle<'a, T, I>,
+    projection: &'a mut Projection<S>,
+    prefetch: Prefetch<'a>,
+    seen: &'a mut Vec<u32>,
+    /// Tests of packets, and what costs about as much.
+    work: usize,
+    /// Whether the first leaves told how dense triangles are.
+    density_known: bool,
+}
+
+impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
+    /// Traces all rays, of whose leaves the first `count` are listed; in parts, where that is too much work.
+    /// Gives the packets that are left, and the work.
+    #[inline(always)]
+    fn parts(
+        &mut self,
+        culling: &mut Culling<'_>,
+        (stack, split, leaves): (&mut Pending, &mut [Pending; 2], &mut Leaves),
+        mut count: usize,
+        counts: &mut Counts,
+    ) -> (u64, usize) {
+        self.visit_unboxed(leaves, counts);
+        let (bvh, used) = (self.bundle.bvh, self.projection.used);
+        let mut level = WIDTHS.iter().rposition(|&width| used <= width).unwrap_or(0);
+        let (mut part, mut left, mut work) = (self.projection.all(), 0, 0);
+        let mut waiting = Waiting::default();
+        loop {
+            let (dense, rest) = self.part(culling, (stack, leaves, count), (part, level), counts);
+            left |= dense;
+            part &= !dense;
+            work += std::mem::take(&mut self.work);
+
+            // What is too much for a part goes on in smaller ones, from where it stands; one of the
+            // smallest for which it is still too much is left.
+            if rest && !stack.is_empty() {
+                match split.get_mut(level) {
+                    None => left |= part,
+                    Some(split) => {
+                        std::mem::swap(stack, split);
+                        waiting.add(part, level + 1);
+                    }
+                }
+            }
+
+            // The next part whose rays still look for hits, with a frustum of its own.
+            let Some(next) = waiting.next(self.alive()) else { return (left, work) };
+            (part, level) = next;
+            self.ask(part, culling);
+            stack.clear();
+            stack.extend_from_slice(&split[level - 1]);
+            let far = self.far();
+            count = culling.next_leaves::<S>(bvh, stack, far, &mut leaves.blocks);
+        }
+    }
+
+    /// The leaves without a box, which every ray may hit.
+    #[inline(always)]
+    fn visit_unboxed(&mut self, leaves: &mut Leaves, counts: &mut Counts) {
+        let bvh = self.bundle.bvh;
+        self.far();
+        let first = leaves.blocks;
+        for leaf in bvh.boxed..bvh.leaves.len() {
+            leaves.blocks[0] = leaf as u32;
+            S::vectorize(
+                #[inline(always)]
+                || self.visit((leaves, 1), counts),
+            );
+        }
+        leaves.blocks = first;
+    }
+
+    /// Visits the leaves that a part meets, front to back, as long as that is not too much work. Gives the
+    /// packets for which there are too many triangles, and whether some leaves are left.
+    #[inline(always)]
+    fn part(
+        &mut self,
+        culling: &mut Culling<'_>,
+        (stack, leaves, mut count): (&mut Pending, &mut Leaves, usize),
+        (part, level): (u64, usize),
+        counts: &mut Counts,
+    ) -> (u64, bool) {
+        let Bundle { bvh, any, .. } = self.bundle;
+        let budget = budget(level, any);
+        let (mut far, mut dense) = (self.far(), 0);
+        while count > 0 {
+            if self.visit((leaves, count), counts) {
+                far = self.far();
+            }
+            if self.work > budget {
+                return (dense, true);
+            }
+
+            // The first leaves tell for which packets there will be too many triangles.
+            if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
+                dense = too_dense(self.projection, leaves.outlines(count)) & part;
+                if dense == part {
+                    stack.clear();
+                    return (dense, true);
+                }
+                if dense != 0 {
+                    self.ask(part & !dense, culling);
+                    far = self.far();
+                }
+            }
+            count = culling.next_leaves::<S>(bvh, stack, far, &mut leaves.blocks);
+        }
+        (dense, false)
+    }
+
+    /// Asks only these packets from now on.
+    #[inline(always)]
+    fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
+        let window = self.projection.ask(packets);
+        culling.frustum = Frustum::new(&self.projection.frame, window, self.bundle.bvh.reach);
+    }
+
+    /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
+    /// the far end of a packet changed.
+    #[inline(always)]
+    fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
+        let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
+            *self;
+        let Bundle { bvh, test, any } = bundle;
+        let first = seen.len();
+        let Listed { pairs, mut tests } =
+            leaves.list((bvh, used), (&test, projection), seen, prefetch);
+        self.work += 8 * used + pairs.iter().sum::<usize>() + tests;
+        for (group, pairs) in pairs.iter().enumerate() {
+            let rays = settle.rays.len().saturating_sub(group * RAYS / GROUPS).min(RAYS / GROUPS);
+            counts.tests += (pairs * rays) as u64;
+        }
+
+        // Rays that end before what they see are near most of what they miss: a precheck of all, without a
+        // branch.
+        if any {
+            let mut left = 0;
+            for i in 0..tests {
+                let test = leaves.test(i);
+                let (points, live) =
+                    (&projection.points[test.packet], projection.live[test.packet]);
+                let nearest = &projection.nearest[test.packet];
+                let outline = leaves.outline(test.number);
+                let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
+                leaves.put(left, test);
+                left += usize::from(maybe);
+            }
+            tests = left;
+        }
+
+        let mut changed = 0_u64;
+        for i in 0..tests {
+            prefetch.lines(1);
+            let PacketTest { packet, number } = leaves.test(i);
+            let may_change = projection.nearest[packet].take(
+                (&projection.points[packet], &projection.ranges),
+                &leaves.outline(number),
+                ((first + number) as u32, seen.as_slice()),
+                (16 * packet, settle),
+                projection.live[packet],
+                counts,
+            );
+            changed |= u64::from(may_change) << packet;
+        }
+        update::<S>(projection, changed, any)
+    }
+
+    /// Bit p is set where rays of packet p still look for a hit.
+    fn alive(&self) -> u64 {
+        let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
+        (0..self.projection.used).map(is_alive).sum()
+    }
+
+    /// No hit of those asked now can count beyond this depth.
+    #[inline(always)]
+    fn far(&mut self) -> f32 {
+        let depth = 1.0 / self.projection.least();
+        depth + depth * (1.0 / (1 << 18) as f32)
+    }
+}
+
+/// What changed for packets that hit something: where any hit will do, their rays are done. Whether a far end
+/// is known better.
+#[inline(always)]
+fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
+    // As long as some ray has hit nothing, little is known.
+    let mut known = false;
+    while changed != 0 {
+        let packet = changed.trailing_zeros() as usize % PACKETS;
+        changed &= changed - 1;
+        let nearest = &projection.nearest[packet];
+        if any {
+            projection.live[packet] &= !nearest.hits();
+        }
+        let live = projection.live[packet];
+        if live & !nearest.hits() == 0 {
+            projection.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
+            known = true;
+        }
+    }
+    known
+}

@@ -1,0 +1,177 @@
+//! The hierarchy over triangles of a grid: the same walk, with integers as the resolver.
+//!
+//! Integers of a grid are exact in f32, so the boxes are, and a crossing lies exactly in its
+//! triangle's box. What the walk itself rounds, its padding covers: `docs/numerics/hierarchy.md`.
+
+use intertri::fixed::{Crossing, Crossings, Fixed, Ray, Sides, Triangle};
+use intertri::internal::Filter;
+use intertri::{Counts, Hit, Triangle as Corners};
+
+use super::{batch, one};
+use crate::answers::Answers;
+use crate::build::BuildError;
+use crate::tree::Bvh;
+
+/// A bounding volume hierarchy over triangles of a grid, for the mode `fixed`.
+///
+/// Its answers are those of [`Fixed`]'s queries over all triangles, whatever the hierarchy and the
+/// number of threads. Rays must be of the triangles' grid.
+///
+/// ```
+/// use intertri_trace::FixedBvh;
+/// use intertri_trace::intertri::fixed::{Bits, Fixed, Grid};
+/// use intertri_trace::intertri::{Ray, Triangle};
+///
+/// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+/// let ray = Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]);
+/// let grid = Grid::around(floor.0.into_iter().chain([ray.origin]), Bits::FINE)?;
+/// let bvh = FixedBvh::new(&[grid.triangle(&floor)?])?;
+/// let hit = bvh.closest(&Fixed::default(), &grid.ray(&ray)?).unwrap();
+/// assert_eq!((hit.triangle, hit.t), (0, 2.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct FixedBvh {
+    tree: Bvh,
+}
+
+impl FixedBvh {
+    /// Builds a hierarchy over triangles, which keep their indices.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
+        Self::with_progress(triangles, &|_, _| ())
+    }
+
+    /// [`FixedBvh::new`], telling from time to time how many triangles are done, of how many. The
+    /// calls come from any thread.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more.
+    pub fn with_progress(
+        triangles: &[Triangle],
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, BuildError> {
+        let corners: Vec<Corners> = triangles.iter().map(Triangle::to_f32).collect();
+        Ok(Self { tree: Bvh::with_progress(&corners, progress)? })
+    }
+
+    /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
+    pub fn closest(&self, mode: &Fixed, ray: &Ray) -> Option<Hit> {
+        one::closest(&self.tree, test(*mode).into(), ray.to_f32()).map(|hit| of_caller(hit, ray))
+    }
+
+    /// Whether anything is hit.
+    pub fn any(&self, mode: &Fixed, ray: &Ray) -> bool {
+        one::any(&self.tree, test(*mode).into(), ray.to_f32())
+    }
+
+    /// Every hit, in order of the exact t; of equal t, of the index.
+    pub fn all(&self, mode: &Fixed, ray: &Ray) -> Vec<Hit> {
+        let mut hits: Vec<_> = self.places(*mode, ray).collect();
+        hits.sort_unstable_by_key(|&(place, crossing)| (crossing.t, self.tree.index_of(place)));
+        let hit =
+            |&(place, crossing): &(u32, Crossing)| crossing.to_hit(ray, self.tree.index_of(place));
+        hits.iter().map(hit).collect()
+    }
+
+    /// How often the ray crosses: each shared edge or corner once.
+    pub fn crossings(&self, mode: &Fixed, ray: &Ray) -> Crossings {
+        let mut count = Crossings::default();
+        for (_, crossing) in self.places(*mode, ray) {
+            count.signed += if crossing.leaves { 1 } else { -1 };
+            count.unsigned += 1;
+        }
+        count
+    }
+
+    /// [`FixedBvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where
+    /// there is none.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_batch(&self, mode: &Fixed, rays: &[Ray], hits: &mut [Hit]) -> Counts {
+        batch::chunks(rays, hits, |rays, hits| {
+            let counts = self.chunk(*mode, rays, Answers::Hits(hits));
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = of_caller(*hit, ray);
+            }
+            counts
+        })
+    }
+
+    /// [`FixedBvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn any_batch(&self, mode: &Fixed, rays: &[Ray], any: &mut [bool]) -> Counts {
+        batch::chunks(rays, any, |rays, any| self.chunk(*mode, rays, Answers::Any(any)))
+    }
+
+    /// The places of the triangles that a ray crosses, and where.
+    fn places(&self, mode: Fixed, ray: &Ray) -> impl Iterator<Item = (u32, Crossing)> {
+        let places = one::places(&self.tree, test(mode).into(), ray.to_f32());
+        places.into_iter().map(|place| {
+            let triangle = Triangle::from_f32(&self.tree.triangle_in(place));
+            (place, Sides::new(&triangle, ray.origin()).crossing(ray))
+        })
+    }
+
+    /// The answers of a chunk of rays, as f32 hold them.
+    fn chunk(&self, mode: Fixed, rays: &[Ray], answers: Answers<'_>) -> Counts {
+        let lines: Vec<_> = rays.iter().map(|ray| *ray.to_f32()).collect();
+        batch::chunk(&self.tree, test(mode), &lines, answers)
+    }
+}
+
+/// The filter at the mode's level, with integers behind it.
+fn test(mode: Fixed) -> Filter {
+    Filter::on_grid(mode.level())
+}
+
+/// A hit in units of the grid, in those of the ray's caller.
+fn of_caller(hit: Hit, ray: &Ray) -> Hit {
+    Hit { t: ray.t_of_caller(hit.t), ..hit }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::Hit;
+    use intertri::fixed::{Bits, Fixed, Grid, Ray};
+
+    use crate::FixedBvh;
+
+    /// A picture of a bumpy sheet, every fourth ray exactly at a corner: bundles are traced, and the
+    /// integers settle few of their pairs.
+    #[test]
+    fn bundles_are_traced_and_change_nothing() {
+        let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+        let corner = |x: i32, y: i32| [1000 * x, 1000 * y, x * y % 5 * 100];
+        let cells = (0..900).map(|i| (i % 30, i / 30));
+        let pair = |(x, y)| {
+            let across = [corner(x + 1, y), corner(x, y + 1)];
+            [[corner(x, y), across[0], across[1]], [corner(x + 1, y + 1), across[0], across[1]]]
+        };
+        let triangles: Vec<_> =
+            cells.flat_map(pair).map(|corners| grid.triangle_of(corners).unwrap()).collect();
+        let bvh = FixedBvh::new(&triangles).unwrap();
+
+        let eye = [14_300, 15_100, 100_000];
+        let ray = |i: i32| {
+            let (x, y) = (i / 256 % 4 * 16 + i % 16, i / 1024 * 16 + i / 16 % 16);
+            let to = if i % 4 == 0 { corner(x / 2, y / 2) } else { [500 * x, 500 * y, 77] };
+            grid.ray_of(eye, [0, 1, 2].map(|k| to[k] - eye[k])).unwrap()
+        };
+        let rays: Vec<Ray> = (0..4096).map(ray).collect();
+        let mode = Fixed::default();
+        let mut hits = vec![Hit::MISS; rays.len()];
+        let counts = bvh.closest_batch(&mode, &rays, &mut hits);
+        for (ray, hit) in rays.iter().zip(&hits) {
+            assert_eq!(hit.some(), bvh.closest(&mode, ray));
+        }
+        assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 3000);
+        let share = counts.undecided as f64 / counts.tests as f64;
+        assert!(counts.tests > 4096 && share < 0.05, "{counts:?}");
+    }
+}

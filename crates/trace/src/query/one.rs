@@ -1,0 +1,46 @@
+//! Queries about one ray, compiled here for both tests: what is generic over modes would be compiled again
+//! by every crate that calls it.
+
+use intertri::internal::{Test, Which};
+use intertri::{Counts, Hit, Ray};
+
+use crate::single::{All, Closest, Hits, Kept};
+use crate::tree::Bvh;
+
+/// The same of either test.
+macro_rules! of_either {
+    ($which:expr, $test:ident => $ask:expr) => {
+        match $which {
+            Which::Filter($test) => $ask,
+            Which::Lanes64($test) => $ask,
+        }
+    };
+}
+
+/// See [`Bvh::closest`].
+pub(super) fn closest(bvh: &Bvh, which: Which, ray: &Ray) -> Option<Hit> {
+    of_either!(which, test => test.level().run(Hits { bvh, test, ray }))
+}
+
+/// See [`Bvh::any`].
+pub(super) fn any(bvh: &Bvh, which: Which, ray: &Ray) -> bool {
+    let (kept, counts) = (&mut *Kept::lend(bvh), &mut Counts::default());
+    let closest = of_either!(which, test => {
+        test.level().run(Closest::<_, true> { bvh, test, ray, kept, counts })
+    });
+    closest.is_hit()
+}
+
+/// See [`Bvh::all`].
+pub(super) fn all(bvh: &Bvh, which: Which, ray: &Ray) -> Vec<Hit> {
+    let resolver = of_either!(which, test => test.resolver());
+    let hit = |place| resolver.hit_attributes(ray, &bvh.triangle_in(place), bvh.index_of(place));
+    let mut hits: Vec<Hit> = places(bvh, which, ray).into_iter().map(hit).collect();
+    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+    hits
+}
+
+/// The places of all triangles that a ray hits, in any order.
+pub(super) fn places(bvh: &Bvh, which: Which, ray: &Ray) -> Vec<u32> {
+    of_either!(which, test => test.level().run(All { bvh, test, ray }))
+}

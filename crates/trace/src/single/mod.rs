@@ -1,0 +1,11 @@
+//! A ray a call: the closest hit, any hit, or all hits of one ray.
+
+mod child_predictor;
+mod queries;
+mod slab;
+mod stack;
+mod traverse;
+
+pub(crate) use queries::{All, Closest, Hits};
+pub(crate) use slab::{SlabLanes, Slabs, octant};
+pub(crate) use stack::{BOTTOM, Kept, Stack};

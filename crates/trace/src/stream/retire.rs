@@ -1,0 +1,65 @@
+//! Rays of a stream that are done: hits wait for the document's t and weights until there are eight of
+//! them.
+
+use intertri::internal::{Pairs, Resolver};
+use intertri::simd::Simd;
+use intertri::{ClosestHit, Ray};
+
+use crate::answers::Answers;
+use crate::tree::Bvh;
+
+/// Hits that wait.
+pub(super) struct Retired {
+    resolver: Resolver,
+    pairs: Pairs,
+    numbers: [u32; 8],
+    len: usize,
+}
+
+impl Retired {
+    /// None yet.
+    pub(super) fn new(resolver: Resolver) -> Self {
+        Self { resolver, pairs: Pairs::new(), numbers: [0; 8], len: 0 }
+    }
+
+    /// Takes the closest hit of a ray, whose number in `answers` is `number`.
+    #[inline(always)]
+    pub(super) fn retire<S: Simd>(
+        &mut self,
+        bvh: &Bvh,
+        ray: &Ray,
+        number: u32,
+        closest: &ClosestHit,
+        answers: &mut Answers<'_>,
+    ) {
+        if answers.write(number as usize, closest) {
+            return;
+        }
+        if let Some((index, place)) = closest.triangle() {
+            let triangle = bvh.triangle_in(place);
+            if let Resolver::Grid = self.resolver {
+                let hit = self.resolver.hit_attributes(ray, &triangle, index);
+                answers.write_hit(number as usize, hit);
+                return;
+            }
+            self.pairs.set(self.len, ray, &triangle, index);
+            self.numbers[self.len] = number;
+            self.len += 1;
+            if self.len == 8 {
+                self.flush::<S>(answers);
+            }
+        }
+    }
+
+    /// Answers those that still wait.
+    #[inline(always)]
+    pub(super) fn flush<S: Simd>(&mut self, answers: &mut Answers<'_>) {
+        if self.len > 0 {
+            let hits = self.pairs.hits_in::<S>();
+            for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {
+                answers.write_hit(number as usize, hit);
+            }
+            self.len = 0;
+        }
+    }
+}

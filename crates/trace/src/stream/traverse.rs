@@ -1,0 +1,282 @@
+//! The traversal of a ray stream.
+//!
+//! A ray alone waits at every step for the one before. Here 64 take turns, and while one waits, the CPU
+//! does the others' steps.
+//!
+//! ```text
+//!   rays of an octant ──► start ◄────────── retire
+//!                           │                  ▲
+//!                           ▼                  │ nothing left, or any hit will do
+//!                    ┌──► leaves ──────► next from the stack
+//!                    │      │                  ▲       │
+//!                    │      ▼                  │       │
+//!                    │    nodes ───────────────┘       │
+//!                    │      │ at a child   nothing met │
+//!                    └──────┴──────────────────────────┘
+//! ```
+//!
+//! Where the hierarchy is larger than caches are, what a ray visits next is prefetched at the end of its
+//! turn. Who goes where is written into lists without a branch, so none mispredicts.
+
+use intertri::internal::{Filter, Test};
+use intertri::simd::{Simd, WithSimd};
+use intertri::{ClosestHit, Counts, LaneQueries, Ray};
+
+use super::active::{ACTIVE, AtLeaves, Set, Way};
+use super::nodes::{prefetch_next, visit_nodes};
+use super::retire::Retired;
+use crate::answers::Answers;
+use crate::prefetch::Prefetch;
+use crate::single::{BOTTOM, Closest, Kept, Slabs, Stack, octant};
+use crate::tree::{Bvh, LEAF, Leaf};
+
+/// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
+/// are to be prefetched, too.
+const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
+
+/// Answers those rays whose numbers are in `numbers`.
+pub(crate) struct Stream<'a, 'b> {
+    pub(crate) bvh: &'a Bvh,
+    pub(crate) test: Filter,
+    pub(crate) rays: &'a [Ray],
+    pub(crate) numbers: &'a [u32],
+    pub(crate) answers: &'a mut Answers<'b>,
+    pub(crate) counts: &'a mut Counts,
+}
+
+impl WithSimd for Stream<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { bvh, test, rays, numbers, answers, counts } = self;
+        let any = answers.any();
+        let Some(first) = rays.first() else { return };
+        let idle =
+            AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0), number: 0 };
+        let next = numbers.last().map_or(0, |&last| last as usize + 1);
+        let mut active = Active {
+            bvh,
+            test,
+            rays,
+            answers,
+            counts,
+            any,
+            all_boxed: bvh.boxed == bvh.leaves.len(),
+            large: size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE,
+            stacks: Stack::for_rays(ACTIVE, bvh),
+            ways: [Way::default(); ACTIVE],
+            at_leaves: [idle; ACTIVE],
+            retired: Retired::new(test.resolver()),
+            prefetch: Prefetch::of(&rays[next..], numbers.len()),
+        };
+        for (octant, waiting) in by_octant(rays, numbers).iter().enumerate() {
+            active.traverse::<S>(octant, waiting);
+        }
+        active.retired.flush::<S>(active.answers);
+    }
+}
+
+/// The numbers of rays by octant.
+fn by_octant(rays: &[Ray], numbers: &[u32]) -> [Vec<u32>; 8] {
+    let mut octants = [const { Vec::new() }; 8];
+    for &number in numbers {
+        octants[octant(&rays[number as usize])].push(number);
+    }
+    octants
+}
+
+/// The rays that take turns.
+struct Active<'a, 'b> {
+    bvh: &'a Bvh,
+    test: Filter,
+    rays: &'a [Ray],
+    answers: &'a mut Answers<'b>,
+    counts: &'a mut Counts,
+    any: bool,
+    all_boxed: bool,
+    large: bool,
+    stacks: Stack,
+    ways: [Way; ACTIVE],
+    at_leaves: [AtLeaves<Filter>; ACTIVE],
+    retired: Retired,
+    prefetch: Prefetch<'a>,
+}
+
+impl Active<'_, '_> {
+    /// All rays of an octant.
+    #[inline(always)]
+    fn traverse<S: Simd>(&mut self, octant: usize, waiting: &[u32]) {
+        let mut waiting = waiting.iter();
+
+        // At first all places are free.
+        let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
+        loop {
+            nodes = nodes.union(self.start::<S>(free, &mut waiting));
+            if nodes.union(leaves).is_empty() {
+                return;
+            }
+            free = self.visit_leaves::<S>(leaves);
+
+            let Self { bvh, test, ways, stacks, .. } = self;
+            let (at_node, met_nothing) =
+                visit_nodes(test.level(), octant, bvh, ways, stacks, nodes);
+            let at_leaf = nodes.without(at_node, met_nothing);
+
+            // The next from the stack.
+            let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
+            let (popped_node, done) = self.pop::<S>(popping);
+            free = free.union(done);
+            leaves = at_leaf.union(popping.without(popped_node, free));
+            nodes = at_node.union(popped_node);
+            if self.large {
+                prefetch_next(&self.bvh.leaves, &self.ways, leaves);
+                prefetch_next(&self.bvh.nodes, &self.ways, nodes);
+            }
+            self.retire::<S>(free);
+        }
+    }
+
+    /// Rays that wait start in free places. The few that must not are asked one by one.
+    #[inline(always)]
+    fn start<'n, S: Simd>(
+        &mut self,
+        free: Set,
+        waiting: &mut impl Iterator<Item = &'n u32>,
+    ) -> Set {
+        let (bvh, test) = (self.bvh, self.test);
+        let mut started = Set::EMPTY;
+        for place in free.places() {
+            for &number in waiting.by_ref() {
+                let ray = &self.rays[number as usize];
+                let starts = self.all_boxed && ray.t_min < ray.t_max;
+                let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| starts) else {
+                    let closest = self.alone(ray);
+                    self.retired.retire::<S>(bvh, ray, number, &closest, self.answers);
+                    continue;
+                };
+                let (t_min, far, top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
+                self.ways[place] = Way { slabs, t_min, far, next: 0, top };
+                let (ray, closest) = (test.prepare_ray(ray), ClosestHit::new(far));
+                self.at_leaves[place] = AtLeaves { ray, closest, number };
+                started.put(place, true);
+                self.answers.prefetch(number as usize);
+                self.prefetch.lines(1);
+                break;
+            }
+        }
+        started
+    }
+
+    /// A ray that must not start is asked by itself.
+    #[cold]
+    fn alone(&mut self, ray: &Ray) -> ClosestHit {
+        let (bvh, test) = (self.bvh, self.test);
+        let (kept, counts) = (&mut *Kept::lend(bvh), &mut *self.counts);
+        if self.any {
+            test.level().run(Closest::<_, true> { bvh, test, ray, kept, counts })
+        } else {
+            test.level().run(Closest::<_, false> { bvh, test, ray, kept, counts })
+        }
+    }
+
+    /// Tests the triangles of the leaves that rays are at. Gives who needs no more.
+    #[inline(always)]
+    fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
+        let Self { bvh, test, any, ways, at_leaves, counts, .. } = self;
+        let mut done = Set::EMPTY;
+        for place in leaves.places() {
+            let (way, at) = (&mut ways[place], &mut at_leaves[place]);
+            let leaf = (way.next ^ LEAF) as usize;
+            let Leaf { block, indices } = &bvh.leaves[leaf];
+            let (ray, closest) = (&at.ray, &mut at.closest);
+            let find = |place| bvh.triangle_in(place);
+            test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
+            way.far = closest.t_hi();
+            done.put(place, *any && closest.is_hit());
+        }
+        done
+    }
+
+    /// What rays visit next, from their stacks. Gives who is at a node, and who has nothing left.
+    #[inline(always)]
+    fn pop<S: Simd>(&mut self, popping: Set) -> (Set, Set) {
+        let (mut at_node, mut done) = (Set::EMPTY, Set::EMPTY);
+        let entries = self.stacks.entries();
+        for place in popping.places() {
+            let way = &mut self.ways[place];
+            let next = entries.pop::<S>(&mut way.top, way.far);
+            way.next = next;
+            at_node.put(place, next & LEAF == 0);
+            done.put(place, next == BOTTOM);
+        }
+        (at_node, done)
+    }
+
+    #[inline(always)]
+    fn retire<S: Simd>(&mut self, done: Set) {
+        for place in done.places() {
+            let AtLeaves { number, closest, .. } = &self.at_leaves[place];
+            let ray = &self.rays[*number as usize];
+            self.retired.retire::<S>(self.bvh, ray, *number, closest, self.answers);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Certified, Double, Hit, Ray, Triangle};
+
+    use crate::Bvh;
+    use crate::test_numbers::random;
+
+    /// Rays of every direction and origin, and a few that must not start, one by one and in a stream.
+    #[test]
+    fn in_a_stream_each_ray_gets_its_own_answer() {
+        let mut random = random();
+        let mut random = || random() - 0.5;
+        let mut point = |size: f32| [random() * size, random() * size, random() * size];
+        let mut triangles: Vec<Triangle> = (0..3000)
+            .map(|_| {
+                let at = point(2.0);
+                Triangle([0; 3].map(|_| {
+                    let d = point(0.2);
+                    [at[0] + d[0], at[1] + d[1], at[2] + d[2]]
+                }))
+            })
+            .collect();
+        let mut rays: Vec<Ray> = (0..5000).map(|_| Ray::new(point(3.0), point(1.0))).collect();
+        rays[17].dir = [0.0; 3];
+        rays[18].origin[1] = f32::NAN;
+        rays[19].t_max = f32::NAN;
+        rays[20].dir = [f32::INFINITY, 0.0, 0.0];
+        rays[21].t_max = -1.0;
+        rays[22].dir = [1e-40, 0.0, -1e-40];
+        rays[23].dir = [0.0, -0.0, -1.0];
+
+        // With a triangle that has no box, none starts.
+        for huge in [false, true] {
+            if huge {
+                triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
+            }
+            let bvh = Bvh::new(&triangles).unwrap();
+            let (mode, double) = (Certified::default(), Double::default());
+            let mut hits = [vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]];
+            let (mut any, mut index) = (vec![false; rays.len()], vec![0; rays.len()]);
+            bvh.closest_batch(&mode, &rays, &mut hits[0]);
+            bvh.closest_batch(&double, &rays, &mut hits[1]);
+            bvh.any_batch(&mode, &rays, &mut any);
+            bvh.triangles_batch(&mode, &rays, &mut index);
+            for (i, ray) in rays.iter().enumerate() {
+                let hit = bvh.closest(&mode, ray);
+                assert_eq!([hits[0][i].some(), hits[1][i].some()], [hit, hit], "ray {i}");
+                assert_eq!(
+                    (any[i], index[i]),
+                    (hit.is_some(), hit.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle)),
+                    "ray {i}"
+                );
+            }
+            assert!(any.iter().filter(|&&any| any).count() > 1000);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The hierarchy.
+
+use intertri::{Triangle, TriangleBlock};
+
+use super::aabb::Aabb;
+use super::node::Node;
+
+/// Up to eight triangles, in six cache lines.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf {
+    pub(crate) block: TriangleBlock<8>,
+    /// Their indices in the order given.
+    pub(crate) indices: [u32; 8],
+}
+
+const _: () = assert!(size_of::<Leaf>() == 384);
+
+/// A bounding volume hierarchy over triangles.
+///
+/// Its answers are those of a plain loop over all triangles, index and bits of t: they depend
+/// neither on the hierarchy nor on the number of threads.
+///
+/// ```
+/// use intertri_trace::Bvh;
+/// use intertri_trace::intertri::{Certified, Ray, Triangle};
+///
+/// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+/// let bvh = Bvh::new(&[floor])?;
+/// let hit = bvh.closest(&Certified::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
+/// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 2.0)));
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// The root is the first; a leaf of a node is the index of a block.
+    pub(crate) nodes: Vec<Node>,
+    /// The triangles, eight by eight.
+    pub(crate) leaves: Vec<Leaf>,
+    /// How many leaves, from the first, are in the nodes; the others are tested with every ray.
+    pub(crate) boxed: usize,
+    /// No coordinate of a triangle is larger.
+    pub(crate) reach: f32,
+    /// A stack of this size always suffices.
+    pub(crate) stack: usize,
+    pub(crate) triangles: usize,
+}
+
+impl Bvh {
+    /// How many triangles it was built over.
+    pub fn len(&self) -> usize {
+        self.triangles
+    }
+
+    /// Whether it was built over no triangle.
+    pub fn is_empty(&self) -> bool {
+        self.triangles == 0
+    }
+
+    /// The smallest and largest corner of the box around all triangles that can be hit; `None` where there
+    /// are none. It looks at each of them.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::Triangle};
+    /// let bvh = Bvh::new(&[Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, -3.0])])?;
+    /// assert_eq!(bvh.bounds(), Some([[0.0, 0.0, -3.0], [1.0, 2.0, 0.0]]));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {
+        let mut all = Aabb::EMPTY;
+        for leaf in &self.leaves {
+            for lane in 0..leaf.block.live().count_ones() {
+                if let Some(bounds) = Aabb::of(&leaf.block.triangle(lane as usize)) {
+                    all.join(&bounds);
+                }
+            }
+        }
+        let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
+        (all.lo[0] <= all.hi[0]).then(|| [corner(all.lo), corner(all.hi)])
+    }
+
+    /// The triangle in a place of the leaves.
+    #[inline(always)]
+    pub(crate) fn triangle_in(&self, place: u32) -> Triangle {
+        self.leaves[place as usize / 8].block.triangle(place as usize % 8)
+    }
+
+    /// The index of the triangle in a place of the leaves.
+    #[inline(always)]
+    pub(crate) fn index_of(&self, place: u32) -> u32 {
+        self.leaves[place as usize / 8].indices[place as usize % 8]
+    }
+}

@@ -1,0 +1,57 @@
+//! Where the reference can find a triangle hit: in its box, but for the thinnest ones.
+//!
+//! The reference computes the normal in f64, relative to the product of two edges. The thinner the
+//! triangle, the further that normal can lean, and the further outside of the triangle a point can
+//! be accepted. `docs/numerics/hierarchy.md` bounds how far.
+
+use intertri::Triangle;
+
+use super::aabb::Aabb;
+
+/// Where a triangle can be hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum HitBounds {
+    /// Nowhere: it is not finite, or has no area in f64.
+    Nowhere,
+    /// In its box; the walk's own padding covers the rest.
+    Box(Aabb),
+    /// The normal is not known well enough to say.
+    Unbounded,
+}
+
+/// Up to this thinness (2^25) the walk's padding covers what the reference can be off by.
+const THIN: f64 = (1_u64 << 25) as f64;
+
+/// Beyond this thinness (2^44) nothing is known of where the reference accepts a point.
+const NEEDLE: f64 = (1_u64 << 44) as f64;
+
+/// How far outside of a triangle of thinness 1 and longest edge 1 a point is accepted: 64 · 2^-53.
+const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
+
+/// Aabb a triangle.
+pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
+    let Some(bounds) = Aabb::of(triangle) else { return HitBounds::Nowhere };
+
+    // The square of the longest edge over the length of the normal.
+    let [c1, c2, c3] = triangle.0.map(|c| c.map(f64::from));
+    let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let (h4, h5, h6) = (sub(c2, c1), sub(c3, c1), sub(c3, c2));
+    let n = [
+        h4[1] * h5[2] - h4[2] * h5[1],
+        h4[2] * h5[0] - h4[0] * h5[2],
+        h4[0] * h5[1] - h4[1] * h5[0],
+    ];
+    let square = dot(h4, h4).max(dot(h5, h5)).max(dot(h6, h6));
+    let thinness = square / dot(n, n).sqrt();
+
+    if n == [0.0; 3] {
+        HitBounds::Nowhere
+    } else if thinness <= THIN {
+        HitBounds::Box(bounds)
+    } else {
+        let padded = bounds.padded((LEAN * thinness * square.sqrt()) as f32);
+        let known = thinness <= NEEDLE && padded.is_finite();
+        if known { HitBounds::Box(padded) } else { HitBounds::Unbounded }
+    }
+}

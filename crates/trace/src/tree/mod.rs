@@ -1,0 +1,14 @@
+//! The hierarchy as data: nodes of eight boxes, and leaves of eight triangles.
+
+mod aabb;
+mod bvh;
+mod hit_bounds;
+mod node;
+mod octant_order;
+
+pub(crate) use aabb::Aabb;
+pub use bvh::Bvh;
+pub(crate) use bvh::Leaf;
+pub(crate) use hit_bounds::{HitBounds, hit_bounds};
+pub(crate) use node::{BLOCK, EMPTY, LEAF, NONE, Node};
+pub(crate) use octant_order::{far_to_near, first_slot};

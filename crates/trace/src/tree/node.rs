@@ -1,0 +1,92 @@
+//! The node: eight boxes side by side.
+
+use super::aabb::Aabb;
+
+/// The child that is not there.
+pub(crate) const EMPTY: u32 = u32::MAX;
+
+/// Marks a child that is a block of triangles; the other bits are the block's index.
+pub(crate) const LEAF: u32 = 1 << 31;
+
+/// Triangles in a block.
+pub(crate) const BLOCK: usize = 8;
+
+/// The index of no triangle, in the empty places of a block.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Eight children in structure-of-arrays order: four cache lines, of which a slab test reads three.
+///
+/// Children sit in slots by octant: for a ray whose octant `o` has bit `k` set where `dir[k] < 0`,
+/// the slots in ascending order of `slot ^ o` go roughly from front to back.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Node {
+    /// Lower sides by axis and slot, infinite where there is no child; upper sides, minus infinity there;
+    /// the children, by their bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a
+    /// node; and [`EMPTY`] again.
+    rows: [[f32; 8]; 8],
+}
+
+/// The row of the upper sides along x, and that of the children.
+const UPPER: usize = 3;
+const CHILDREN: usize = 6;
+
+impl Node {
+    /// No child at all.
+    pub(crate) const NO_CHILDREN: Self = {
+        let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
+        let empty = [f32::from_bits(EMPTY); 8];
+        Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
+    };
+
+    /// The lower sides along an axis, or the upper.
+    #[inline(always)]
+    pub(crate) fn sides(&self, axis: usize, upper: bool) -> &[f32; 8] {
+        // No axis is so large that this could be beyond the rows.
+        &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
+    }
+
+    /// The children by slot.
+    #[inline(always)]
+    pub(crate) fn children(&self) -> &[u32; 8] {
+        bytemuck::cast_ref(&self.rows[CHILDREN])
+    }
+
+    /// The child in a slot; [`EMPTY`] for the slot after the last.
+    #[inline(always)]
+    pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
+        self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
+    }
+
+    /// [`Node::children`] as lanes take them.
+    #[inline(always)]
+    pub(crate) fn child_lanes(&self) -> &[f32; 8] {
+        &self.rows[CHILDREN]
+    }
+
+    /// The children, to be changed.
+    pub(crate) fn children_mut(&mut self) -> &mut [u32; 8] {
+        bytemuck::cast_mut(&mut self.rows[CHILDREN])
+    }
+
+    /// Puts a child into a slot.
+    pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {
+        for k in 0..3 {
+            self.rows[k][slot] = bounds.lo[k];
+            self.rows[k + UPPER][slot] = bounds.hi[k];
+        }
+        self.children_mut()[slot] = child;
+    }
+
+    /// The box of the child in a slot.
+    #[cfg(test)]
+    pub(crate) fn bounds(&self, slot: usize) -> Aabb {
+        let side = |upper| {
+            let of = |axis| self.sides(axis, upper)[slot];
+            [of(0), of(1), of(2), 0.0]
+        };
+        Aabb { lo: side(false), hi: side(true) }
+    }
+}
+
+const _: () = assert!(size_of::<Node>() == 256);

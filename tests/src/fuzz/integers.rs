@@ -1,0 +1,104 @@
+//! The mode `fixed`: against its scalar, and around closed fans.
+
+use std::array::from_fn;
+
+use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
+
+use super::input::Input;
+use crate::{check_crossings, is_on};
+
+/// Eight rays and eight triangles at the limits of the budgets, every form and level.
+pub fn fixed(bytes: &[u8]) {
+    let mut input = Input::new(bytes);
+    let (b, q) = input.one_of(&[(20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
+    let grid = Grid::at(Bits::new(b, q).unwrap(), 0, [0; 3]).unwrap();
+    let (far, long) = (1 << b, 1 << q);
+    let mut number = |limit: i32| match input.below(5) {
+        0 => input.within(limit),
+        1 => limit - input.below(3.min(limit as usize)) as i32,
+        2 => -limit,
+        _ => input.within(limit.min(3)),
+    };
+
+    // Triangles over a few points; rays at those points, along edges, and anywhere.
+    let points: [[i32; 3]; 6] = from_fn(|_| from_fn(|_| number(far)));
+    let dirs: [[i32; 3]; 4] = from_fn(|_| from_fn(|_| number(long)));
+    let triangles: [Triangle; 8] =
+        from_fn(|_| grid.triangle_of(from_fn(|_| input.one_of(&points))).unwrap());
+    let shared = input.below(2) == 0;
+    let rays: [Ray; 8] = from_fn(|_| {
+        let origin = if shared { points[0] } else { input.one_of(&points) };
+        let [from, to] = [input.one_of(&points), input.one_of(&points)];
+        let dir: [i32; 3] = match input.below(4) {
+            0 => from_fn(|i| from[i] - origin[i]),
+            1 => from_fn(|i| from[i] + to[i] - 2 * origin[i]),
+            2 => from_fn(|i| to[i] - from[i]),
+            _ => input.one_of(&dirs),
+        };
+        let fits = dir != [0; 3] && dir.iter().all(|x| x.abs() <= long);
+        let ray = grid.ray_of(origin, if fits { dir } else { [0, -long, 1] }).unwrap();
+        let (near, end) = (input.number(), input.number());
+        if input.below(4) == 0 { ray.between(near, end) } else { ray }
+    });
+    check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
+}
+
+/// Two fans from two tips to one rim, which close whatever their corners are: from a point off the
+/// surface, every ray must leave as many times more than it enters as every other one.
+///
+/// ```text
+///        tip
+///       / | \        (tip, r0, r1), (tip, r1, r2), ...
+///     r0--r1--r2     and with the other tip turned round: every edge is run through both ways
+///       \ | /
+///       other
+/// ```
+pub fn fans(bytes: &[u8]) {
+    let mut input = Input::on_a_grid(bytes);
+    let bits = input.one_of(&[Bits::new(17, 20).unwrap(), Bits::new(4, 8).unwrap()]);
+    let grid = Grid::at(bits, 0, [0; 3]).unwrap();
+    let far = 1 << bits.b();
+    let wide = input.one_of(&[2, 4, far]);
+    let point = |input: &mut Input<'_>| -> [i32; 3] { from_fn(|_| input.within(wide)) };
+
+    let (tip, other) = (point(&mut input), point(&mut input));
+    let rim: Vec<[i32; 3]> = (0..3 + input.below(6)).map(|_| point(&mut input)).collect();
+    let next = rim.iter().cycle().skip(1);
+    let fan = rim.iter().zip(next).flat_map(|(&r, &s)| [[tip, r, s], [other, s, r]]);
+    let corners: Vec<[[i32; 3]; 3]> = fan.collect();
+    let triangles: Vec<Triangle> =
+        corners.iter().map(|&corners| grid.triangle_of(corners).unwrap()).collect();
+    let blocks: Vec<_> = blocks(&triangles).collect();
+
+    let origin = point(&mut input);
+    if corners.iter().any(|&corners| is_on(origin, corners)) {
+        return;
+    }
+    // At every corner, at the middle of every edge, along the axes, and anywhere.
+    let to = |p: [i32; 3]| [0, 1, 2].map(|i| p[i] - origin[i]);
+    let mut dirs = vec![[1, 0, 0], [0, -1, 0], [0, 0, 1], point(&mut input)];
+    for [a, b, _] in &corners {
+        let (a, b) = (to(*a), to(*b));
+        dirs.extend([a, from_fn(|i| a[i] + b[i])]);
+    }
+    let fixed = Fixed::default();
+    let mut winding = None;
+    for dir in dirs.into_iter().filter(|&dir| dir != [0; 3]) {
+        let ray = grid.ray_of(origin, dir).unwrap();
+        let count = fixed.crossings(&blocks, &ray);
+        let expected = *winding.get_or_insert(count.signed);
+        assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
+
+        // The closest is the scalar's, compared as ratios; all are as many as were counted.
+        let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
+        for (triangle, index) in triangles.iter().zip(0..) {
+            if let Some(crossing) = scalar::crossing(&ray, triangle) {
+                best.offer(crossing, index);
+                all += 1;
+            }
+        }
+        assert_eq!(fixed.closest(&blocks, &ray), best.to_hit(&ray), "{ray:?}\n{corners:?}");
+        assert_eq!(fixed.any(&blocks, &ray), all > 0, "{ray:?}\n{corners:?}");
+        assert_eq!(count.unsigned, all, "{ray:?}\n{corners:?}");
+    }
+}

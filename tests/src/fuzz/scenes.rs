@@ -1,0 +1,29 @@
+//! Scenes of triangles and rays, by every way to ask, against the reference.
+
+use intertri::simd::Level;
+
+use super::input::Input;
+use crate::{as_source, check_hierarchy, check_kernel};
+
+/// Packets and packs of every mode, width, form and level.
+pub fn kernel(bytes: &[u8]) {
+    let scene = Input::new(bytes).scene(6, 6);
+    check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
+}
+
+/// The hierarchy, at the CPU's best level and in scalars.
+pub fn hierarchy(bytes: &[u8]) {
+    let mut input = Input::new(bytes);
+    let mut scene = input.scene(40, 10);
+
+    // Every other time all from one origin, to where they went: a bundle.
+    if input.below(2) == 1 {
+        let origin = scene.rays[0].origin;
+        for ray in &mut scene.rays {
+            ray.dir = [0, 1, 2].map(|k| ray.origin[k] - origin[k] + ray.dir[k]);
+            ray.origin = origin;
+        }
+    }
+    check_hierarchy(&scene, &[Level::best(), Level::PORTABLE])
+        .unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
+}

@@ -1,0 +1,111 @@
+//! Files of rays, and the numbers of the command line and the answers.
+
+use intertri::Ray;
+use intertri_scene::{LoadError, MAX_PIXELS, Rays};
+
+use super::input::Input;
+
+// The program is no library, but this file of it needs nothing else of it.
+#[path = "../../../crates/cli/src/io/numbers.rs"]
+mod numbers;
+
+/// A file of rays: the same rays however many are asked for at a time, which are the same again when
+/// they are written raw and as CSV; or one line that says why not.
+pub fn rays(bytes: &[u8]) {
+    let all = read(bytes, 1 << 30, None);
+    assert_eq!(all, read(bytes, 1, None));
+    assert_eq!(all, read(bytes, 7, None));
+    assert_eq!(all, read(bytes, 100, Some(bytes.len() as u64)));
+    let (rays, error) = all;
+    assert!(rays.len() <= bytes.len());
+    if let Some(error) = error {
+        let text = error.to_string();
+        assert!(text.starts_with("rays") && text.len() < 300, "{text}");
+        assert!(!text.contains(char::is_control), "{text:?}");
+    }
+
+    // A raw file is CSV by chance only if all of the first line of bytes is text.
+    let raw: Vec<u8> = rays.iter().flatten().flat_map(|bits| bits.to_le_bytes()).collect();
+    let (again, error) = read(&raw, 100, Some(raw.len() as u64));
+    assert!(error.is_some() || again == rays);
+    let mut csv = String::from("t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
+    for ray in &rays {
+        let cells = ray.map(|bits| f32::from_bits(bits).to_string());
+        csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
+        csv += "\r\n";
+    }
+    // Text keeps no more of a NaN than that it is one.
+    let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
+    let plain = |ray: &[u32; 8]| ray.map(f32::from_bits).map(bits);
+    let (again, error) = read(csv.as_bytes(), 100, None);
+    assert_eq!(error, None);
+    assert!(again.iter().map(plain).eq(rays.iter().map(plain)));
+}
+
+/// The bits of all rays in the order of a raw file, or an error and none.
+fn read(bytes: &[u8], count: usize, size: Option<u64>) -> (Vec<[u32; 8]>, Option<LoadError>) {
+    let mut file = match Rays::new("rays", bytes, size) {
+        Ok(file) => file,
+        Err(error) => return (Vec::new(), Some(error)),
+    };
+    let total = file.total();
+    let (mut all, mut some) = (Vec::new(), Vec::new());
+    let bits = |ray: &Ray| {
+        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin, ray.dir);
+        [ox, oy, oz, ray.t_min, dx, dy, dz, ray.t_max].map(f32::to_bits)
+    };
+    loop {
+        if let Err(error) = file.read(&mut some, count) {
+            return (Vec::new(), Some(error));
+        }
+        if some.is_empty() {
+            assert!(total.is_none_or(|total| total == all.len() as u64));
+            return (all, None);
+        }
+        all.extend(some.iter().map(bits));
+    }
+}
+
+/// The command line's numbers, each as it is judged in a few words here; and an answer's decimals, which
+/// read back to the same bits, and of which none can be spared.
+pub fn numbers(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    let number = text.parse::<f64>().ok();
+    let threshold = numbers::threshold(&text).ok().map(intertri::Threshold::get);
+    assert_eq!(threshold, number.filter(|x| *x >= 0.0 && x.is_finite()), "{text:?}");
+
+    let parts: Vec<&str> = text.split('x').collect();
+    let size = match parts[..] {
+        [width, height] => width.parse::<u32>().ok().zip(height.parse::<u32>().ok()),
+        _ => None,
+    };
+    let good = |&(w, h): &(u32, u32)| w > 0 && h > 0 && u64::from(w) * u64::from(h) <= MAX_PIXELS;
+    assert_eq!(numbers::size(&text).ok(), size.filter(good), "{text:?}");
+
+    let bits = |p: [f32; 3]| p.map(f32::to_bits);
+    let point = match text.split(',').map(str::trim).collect::<Vec<_>>()[..] {
+        [x, y, z] => match [x, y, z].map(str::parse) {
+            [Ok(x), Ok(y), Ok(z)] => Some([x, y, z]),
+            _ => None,
+        },
+        _ => None,
+    };
+    assert_eq!(numbers::point(&text).ok().map(bits), point.map(bits), "{text:?}");
+    for error in [
+        numbers::threshold(&text).map(|_| ()).err(),
+        numbers::size(&text).map(|_| ()).err(),
+        numbers::point(&text).map(|_| ()).err(),
+    ] {
+        assert!(error.is_none_or(|e| !e.contains(char::is_control) && e.len() < 200), "{text:?}");
+    }
+
+    let mut input = Input::new(bytes);
+    for x in [number.unwrap_or(0.0), input.double(), f64::from(input.number())] {
+        let text = numbers::Decimal(x).to_string();
+        let back: f64 = text.parse().unwrap();
+        assert!(back.to_bits() == x.to_bits() || x.is_nan() && back.is_nan(), "{x:e} {text}");
+        assert!(text.len() <= 24, "{text}");
+        let digits = text.split('e').next().unwrap_or_default().bytes().filter(u8::is_ascii_digit);
+        assert!(digits.count() <= 22, "{text}");
+    }
+}

@@ -1,0 +1,62 @@
+//! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
+
+use crate::{Scene, Truth, same_closest};
+use intertri::simd::Level;
+use intertri::{Certified, Double, Hit, Mode, Threshold};
+use intertri_trace::Bvh;
+
+/// Every query of the hierarchy about every ray of a scene, in both modes; how many rays hit.
+///
+/// # Errors
+/// The first difference.
+pub fn check_hierarchy(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
+    let truth = Truth::of(scene);
+    let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;
+    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    let mut hits = 0;
+    for &level in levels {
+        check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
+        hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
+    }
+    Ok(hits)
+}
+
+fn check_mode<M: Mode>(
+    scene: &Scene,
+    truth: &Truth,
+    bvh: &Bvh,
+    mode: &M,
+    name: &str,
+) -> Result<usize, String> {
+    let rays = &scene.rays;
+    let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+    bvh.closest_batch(mode, rays, &mut closest);
+    bvh.any_batch(mode, rays, &mut any);
+    for (i, ray) in rays.iter().enumerate() {
+        let want = truth.closest(ray);
+        let of = |query: &str, e: String| {
+            format!("{name} {} {query}, ray {i}: {e}\n{ray:?}", mode.level().name())
+        };
+        same_closest(want, closest[i].some()).map_err(|e| of("closest batch", e))?;
+        let one = bvh.closest(mode, ray);
+        same_closest(want, one).map_err(|e| of("closest", e))?;
+        if one.map(bits) != closest[i].some().map(bits) {
+            return Err(of("closest batch", format!("{:?} is not {one:?}", closest[i])));
+        }
+        if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
+            return Err(of("any", format!("is not that of {want:?}")));
+        }
+        let listed = truth.all_sorted(i);
+        let all = bvh.all(mode, ray);
+        let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
+        if all != listed {
+            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
+        }
+    }
+    Ok(closest.iter().filter(|hit| hit.is_hit()).count())
+}
+
+/// All of a hit; its weights may be NaN.
+fn bits(hit: Hit) -> [u64; 4] {
+    [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.triangle.into()]
+}

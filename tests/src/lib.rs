@@ -1,0 +1,311 @@
+//! The runner of the differential tests: one question, every way to answer it.
+//!
+//! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
+//! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
+
+mod crossings;
+mod fixture;
+pub mod fuzz;
+mod hierarchy;
+mod solid;
+
+pub use crossings::check_crossings;
+pub use fixture::{as_source, parse};
+pub use hierarchy::check_hierarchy;
+pub use solid::is_on;
+
+/// The examples of the page on fixed point, and of the README, are run.
+#[cfg(doctest)]
+mod pages {
+    #[doc = include_str!("../../docs/fixed-point.md")]
+    struct FixedPoint;
+    #[doc = include_str!("../../README.md")]
+    struct Readme;
+}
+
+use intertri::internal::Filter;
+use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
+use intertri::{
+    Certified, ClosestHits, Counts, Double, Hit, LaneQueries, Mode, PacketHits, Ray, RayPacket,
+    Threshold, Triangle, TriangleBlock,
+};
+use intertri_reference as reference;
+
+/// Triangles and rays, and the threshold of the test: finite and at least 0.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The triangles.
+    pub triangles: Vec<Triangle>,
+    /// The rays.
+    pub rays: Vec<Ray>,
+    /// The document's `Threshold`.
+    pub threshold: f64,
+}
+
+/// What the reference says of a scene: `t[ray][triangle]`, NaN for a miss.
+pub struct Truth {
+    /// The document's tables.
+    pub scene: reference::Scene,
+    t: Vec<Vec<f64>>,
+}
+
+/// The reference's ray.
+pub fn reference_ray(ray: &Ray) -> reference::Ray {
+    reference::Ray::new(ray.origin, ray.dir)
+}
+
+impl Truth {
+    /// Asks the reference about every ray and triangle.
+    pub fn of(scene: &Scene) -> Self {
+        let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
+            .with_threshold(scene.threshold);
+        let t = scene.rays.iter().map(|ray| {
+            let (t_min, t_max) = (f64::from(ray.t_min), f64::from(ray.t_max));
+            let line = reference_ray(ray);
+            let hit = |obj| tables.hit(obj, &line, t_min, t_max).unwrap_or(f64::NAN);
+            (0..scene.triangles.len()).map(hit).collect()
+        });
+        Self { t: t.collect(), scene: tables }
+    }
+
+    /// How many hits there are among all pairs.
+    pub fn hits(&self) -> usize {
+        self.t.iter().flatten().filter(|t| !t.is_nan()).count()
+    }
+
+    /// The number and t of every hit of ray i, in the order of the numbers.
+    pub fn all(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        self.t[i].iter().copied().enumerate().filter(|(_, t)| !t.is_nan())
+    }
+
+    /// The number and bits of t of every hit of ray i, in order of t, then of the numbers.
+    pub fn all_sorted(&self, i: usize) -> Vec<(usize, u64)> {
+        let mut all: Vec<_> = self.all(i).collect();
+        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        all.into_iter().map(|(obj, t)| (obj, t.to_bits())).collect()
+    }
+
+    /// The closest hit of a ray, by the reference's own plain loop.
+    pub fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
+        self.scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
+    }
+}
+
+/// Every pair of a scene through every mode, level, width and form of the kernel.
+///
+/// # Errors
+/// The first difference, with all that is needed to see it again.
+pub fn check_kernel(scene: &Scene) -> Result<(), String> {
+    let truth = Truth::of(scene);
+    let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
+    let (double, certified) = (Double::new(threshold), Certified::new(threshold));
+    check_width::<4>(scene, &truth, &double, &certified)?;
+    check_width::<8>(scene, &truth, &double, &certified)?;
+    check_width::<16>(scene, &truth, &double, &certified)?;
+    check_shared_origin::<8>(scene, &truth, &certified)?;
+    check_shared_origin::<16>(scene, &truth, &certified)?;
+    for level in Level::all() {
+        check_slices(scene, &truth, &double.at(level), "double")?;
+        check_slices(scene, &truth, &certified.at(level), "certified")?;
+    }
+    Ok(())
+}
+
+/// Rays that share an origin: each ray by itself, and packets of neighbours moved to one origin.
+fn check_shared_origin<const N: usize>(
+    scene: &Scene,
+    truth: &Truth,
+    mode: &Certified,
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let alone = scene.rays.iter().map(|ray| vec![*ray]);
+    let moved = |rays: &[Ray]| rays.iter().map(|r| Ray { origin: rays[0].origin, ..*r }).collect();
+    let packets = alone.chain(scene.rays.chunks(N).filter(|rays| rays.len() > 1).map(moved));
+    for rays in packets {
+        let packet = RayPacket::<N>::new(&rays);
+        let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
+        for level in Level::all() {
+            let forms = {
+                let (filter, triangles) = (mode.at(level).test(), &scene.triangles[..]);
+                level.run(SharedOrigin { filter, packet: &packet, triangles })
+            };
+            for (form, found) in ["shared origin", "prepared"].into_iter().zip(forms) {
+                for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
+                    let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+                    if bits(found) != bits(*want) {
+                        let level = level.name();
+                        return Err(format!(
+                            "certified {level}, {N} rays of one origin, {form}: {found:?}, the reference {want:?}\n{ray:?}"
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The closest hits of a packet of rays with one origin, by triangles as they are seen from there and by
+/// triangles prepared for any.
+struct SharedOrigin<'a, const N: usize> {
+    filter: Filter,
+    packet: &'a RayPacket<N>,
+    triangles: &'a [Triangle],
+}
+
+impl<const N: usize> WithSimd for SharedOrigin<'_, N>
+where
+    Lane<N>: Width,
+{
+    type Output = [[Option<(usize, f64)>; N]; 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { filter, packet, triangles } = self;
+        let rays = filter.prepare_packet_in::<S, N>(packet);
+        let mut closest = ClosestHits::new(&packet.t_max);
+        let find = |place: u32| triangles[place as usize];
+        // The first triangle by itself, the others at once.
+        let (live, counts, origin) = (packet.live(), &mut Counts::default(), packet.ray(0).origin);
+        let seen = |eight| filter.shared_origin_in::<S>(&TriangleBlock::new(eight), origin);
+        let (first, others) = triangles.split_at(triangles.len().min(1));
+        for (first, triangles) in [(0, first), (1, others)] {
+            let seen: Vec<_> = triangles.chunks(8).map(seen).collect();
+            filter.shared_origin_closest_in(&rays, &seen, first, find, live, &mut closest, counts);
+        }
+
+        // The same by triangles prepared for any origin.
+        let prepared: Vec<_> = triangles.iter().map(|t| filter.prepare(t)).collect();
+        let mut any = ClosestHits::new(&packet.t_max);
+        filter.packet_closest_of_in(&rays, &prepared, 0, find, live, &mut any, counts);
+        [closest, any].map(|closest| {
+            let hits = filter.hits_in(&rays, &closest, find);
+            std::array::from_fn(|lane| {
+                let (index, _) = closest.lane(lane).triangle()?;
+                assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+                Some((index as usize, hits.t[lane]))
+            })
+        })
+    }
+}
+
+/// Packets of N rays and blocks of N triangles, made once and given to both modes at every level.
+fn check_width<const N: usize>(
+    scene: &Scene,
+    truth: &Truth,
+    double: &Double,
+    certified: &Certified,
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let packets: Vec<RayPacket<N>> = scene.rays.chunks(N).map(RayPacket::new).collect();
+    let blocks: Vec<TriangleBlock<N>> = scene.triangles.chunks(N).map(TriangleBlock::new).collect();
+    for level in Level::all() {
+        check_forms(scene, truth, &double.at(level), "double", &packets, &blocks)?;
+        check_forms(scene, truth, &certified.at(level), "certified", &packets, &blocks)?;
+    }
+    Ok(())
+}
+
+/// Packets of rays against each triangle, and each ray against blocks of triangles.
+fn check_forms<M: Mode, const N: usize>(
+    scene: &Scene,
+    truth: &Truth,
+    mode: &M,
+    name: &str,
+    packets: &[RayPacket<N>],
+    blocks: &[TriangleBlock<N>],
+) -> Result<(), String>
+where
+    Lane<N>: Width,
+{
+    let level = mode.level().name();
+    for (obj, triangle) in scene.triangles.iter().enumerate() {
+        let prepared = mode.prepare(triangle);
+        for (k, (packet, rays)) in packets.iter().zip(scene.rays.chunks(N)).enumerate() {
+            let hits = mode.packet(packet, &prepared);
+            let want = |lane: usize| truth.t[N * k + lane][obj];
+            same(&hits, rays.len(), want).map_err(|(lane, what)| {
+                format!("{name} {level} packet of {N}: {what}\n{:?}\n{triangle:?}", rays[lane])
+            })?;
+        }
+    }
+    for (i, ray) in scene.rays.iter().enumerate() {
+        for (k, (block, triangles)) in blocks.iter().zip(scene.triangles.chunks(N)).enumerate() {
+            let hits = mode.block(ray, block);
+            let want = |lane: usize| truth.t[i][N * k + lane];
+            same(&hits, triangles.len(), want).map_err(|(lane, what)| {
+                format!("{name} {level} block of {N}: {what}\n{ray:?}\n{:?}", triangles[lane])
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Compares the live lanes with what they should be, and that no other lane is a hit.
+fn same<const N: usize>(
+    hits: &PacketHits<N>,
+    live: usize,
+    want: impl Fn(usize) -> f64,
+) -> Result<(), (usize, String)> {
+    if hits.bits >> live != 0 {
+        return Err((0, format!("a dead lane is a hit: {:b} of {live}", hits.bits)));
+    }
+    for lane in 0..live {
+        let (want, hit) = (want(lane), hits.bits >> lane & 1 != 0);
+        if hit == want.is_nan() {
+            return Err((lane, format!("lane {lane} hit {hit}, the reference's t is {want:e}")));
+        }
+        if hit && hits.t[lane].to_bits() != want.to_bits() {
+            let got = hits.t[lane];
+            return Err((lane, format!("lane {lane} t {got:e}, the reference's is {want:e}")));
+        }
+    }
+    Ok(())
+}
+
+/// The queries over slices: closest, any, all.
+fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
+    let level = mode.level().name();
+    let mut hits = vec![Hit::MISS; scene.rays.len()];
+    mode.closest_batch(&scene.triangles, &scene.rays, &mut hits);
+    for (i, (ray, many)) in scene.rays.iter().zip(&hits).enumerate() {
+        let want = truth.closest(ray);
+        let of = |query: &str, e: String| format!("{name} {level} {query}: {e}\n{ray:?}");
+        same_closest(want, many.some()).map_err(|e| of("closest batch", e))?;
+        let one = mode.closest(&scene.triangles, ray);
+        same_closest(want, one).map_err(|e| of("closest", e))?;
+        if let (Some((obj, _)), Some(one)) = (want, one) {
+            let (u, v) = truth.scene.barycentric(obj, &reference_ray(ray));
+            if [one.u, one.v].map(f64::to_bits) != [u, v].map(f64::to_bits) {
+                return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
+            }
+        }
+        if mode.any(&scene.triangles, ray) != want.is_some() {
+            return Err(of("any", format!("is not that of {want:?}")));
+        }
+        let all = mode.all(&scene.triangles, ray);
+        let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
+        let listed = truth.all_sorted(i);
+        if all != listed {
+            return Err(of("all", format!("{all:x?} is not {listed:x?}")));
+        }
+    }
+    Ok(())
+}
+
+/// Compares a closest hit with the reference's.
+///
+/// # Errors
+/// What differs.
+pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), String> {
+    let got = hit.map(|hit| (hit.triangle as usize, hit.t));
+    let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+    if bits(got) == bits(want) {
+        return Ok(());
+    }
+    Err(format!("(triangle, t) is {got:?}, the reference's {want:?}"))
+}

@@ -1,0 +1,74 @@
+//! Many rays from one origin at once, against the reference's plain loop: all families.
+
+mod common;
+
+use intertri::simd::Level;
+use intertri::{Ray, Triangle};
+use intertri_lab::families::FAMILIES;
+use intertri_lab::rng::Rng;
+use intertri_tests::{as_source, check_hierarchy};
+
+/// Rays that start where `ray` does and go about where it goes: spread, on a raster, or aimed at
+/// corners and at edges, where some of them end.
+fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
+    let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+    let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));
+    let sub = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| a[k] - b[k]);
+    let ends = rng.one_in(2);
+    (0..count)
+        .map(|i| {
+            let mut t_max = ray.t_max;
+            let dir = match kind {
+                0 => [0, 1, 2].map(|k| ray.dir[k] + spread * rng.signed() as f32),
+                1 => {
+                    let [x, y] = [i % 16, i / 16].map(|k| k as f32 * spread / 16.0);
+                    [ray.dir[0] + x, ray.dir[1] + y, ray.dir[2]]
+                }
+                _ => {
+                    let [a, b, _] = rng.pick(triangles).0;
+                    let middle = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+                    if ends {
+                        t_max = rng.pick(&[1.0, 1.0_f32.next_down(), 1.0 + f32::EPSILON]);
+                    }
+                    sub(if rng.one_in(2) { a } else { middle }, ray.origin)
+                }
+            };
+            Ray { dir, t_max, ..*ray }
+        })
+        .collect()
+}
+
+fn scenes(each: usize, seed: u64) {
+    let levels: Vec<Level> = Level::all().collect();
+    for family in FAMILIES {
+        let mut rng = Rng::new(seed);
+        for i in 0..each {
+            let mut scene = common::scene(family, &mut rng, size(i), 8);
+            let ray = rng.pick(&scene.rays);
+            let count = 2 + rng.below(if i % 4 == 3 { 1498 } else { 298 });
+            scene.rays = coherent(&ray, &scene.triangles, &mut rng, count);
+            let level = &levels[i % levels.len()..][..1];
+            if let Err(difference) = check_hierarchy(&scene, level) {
+                let small =
+                    if scene.triangles.len() < 20 { as_source(&scene) } else { String::new() };
+                panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
+            }
+        }
+    }
+}
+
+/// From one triangle to some hundreds.
+fn size(i: usize) -> usize {
+    [1, 3, 8, 20, 60, 150, 400][i % 7]
+}
+
+#[test]
+fn every_family_seen_from_one_origin() {
+    scenes(35, 7);
+}
+
+#[test]
+#[ignore = "the long test: some minutes"]
+fn every_family_seen_from_one_origin_at_length() {
+    scenes(1000, 8);
+}
