@@ -91,6 +91,18 @@ impl Api {
         }
         Err(error)
     }
+
+    /// The library's version, as in "Embree 4.4.0".
+    pub fn version(&self) -> String {
+        // SAFETY: a device with the default configuration, released after one question.
+        let version = unsafe {
+            let device = (self.new_device)(std::ptr::null());
+            let version = (self.device_property)(device, VERSION);
+            (self.release_device)(device);
+            version
+        };
+        format!("Embree {}.{}.{}", version / 10_000, version / 100 % 100, version % 100)
+    }
 }
 
 /// How a scene is made.

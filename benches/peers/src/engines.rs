@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 use intertri::{Certified, Double, Triangle};
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;

@@ -71,9 +71,9 @@ impl Engine for Fixed {
         for ((rays, snapped), (hits, seen)) in rays.zip(hits) {
             grid.rays(rays, snapped, |_, why| panic!("the grid has room for every origin: {why}"));
             if self.any {
-                bvh.any_of_each(mode, snapped, seen);
+                bvh.any_batch(mode, snapped, seen);
             } else {
-                bvh.closest_of_each(mode, snapped, hits);
+                bvh.closest_batch(mode, snapped, hits);
             }
         }
     }
@@ -82,7 +82,7 @@ impl Engine for Fixed {
         if self.any {
             self.seen.iter().map(|&hit| if hit { Answer::ANY } else { Answer::MISS }).collect()
         } else {
-            let answer = |hit: &Hit| Answer { triangle: hit.triangle as u32, t: hit.t };
+            let answer = |hit: &Hit| Answer { triangle: hit.triangle, t: hit.t };
             self.hits.iter().map(answer).collect()
         }
     }

@@ -9,6 +9,7 @@ mod embree;
 mod engine;
 mod engines;
 mod fixed;
+mod leaks;
 mod measure;
 mod obvhs;
 mod ours;
@@ -17,6 +18,7 @@ mod rays;
 mod reference;
 mod report;
 mod scenes;
+mod solids;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,6 +49,8 @@ enum Command {
     Rays(Options),
     /// Measure how long the hierarchies take to build.
     Builds(BuildOptions),
+    /// Count rays from inside closed meshes, aimed at vertices and edges, that hit nothing.
+    Leaks(leaks::Options),
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
@@ -124,6 +128,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Rays(options) => rays_of_all(options),
         Command::Builds(options) => builds_of_all(&options),
+        Command::Leaks(options) => leaks::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
         Command::List => {

@@ -50,6 +50,9 @@ const PART: usize = 1 << 16;
 /// Parts that count have so many times.
 const TIMES: usize = 3;
 
+/// The seconds of each part of each repeat; `None` where the clock was another than usual.
+type Rounds = Vec<Vec<Option<f64>>>;
+
 /// Seconds of each part of each repeat of an engine, and the clock meanwhile.
 #[derive(Default)]
 struct Times {
@@ -60,8 +63,17 @@ struct Times {
 }
 
 impl Times {
-    /// The seconds of each part of each repeat; `None` where the clock was another than usual.
-    fn kept(&self) -> Vec<Vec<Option<f64>>> {
+    /// Takes the parts of one more repeat.
+    fn add(&mut self, round: Vec<(f64, f64)>) {
+        for &(seconds, at) in &round {
+            self.clock.add(at);
+            self.spent += seconds;
+        }
+        self.rounds.push(round);
+    }
+
+    /// The seconds of what counts.
+    fn kept(&self) -> Rounds {
         let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
@@ -127,55 +139,71 @@ pub fn measure(
     let mut times: Vec<_> = engines.iter().map(|_| Times::default()).collect();
     while times.iter().any(|times| !times.enough(budget)) {
         for ((_, engine), times) in engines.iter_mut().zip(&mut times) {
-            if times.enough(budget) {
-                continue;
+            if !times.enough(budget) {
+                times.add(pool.install(|| time_parts(engine.as_mut(), parts.clone())));
             }
-            let round: Vec<_> = pool.install(|| {
-                let mut before = Clock::now();
-                let part = |part| {
-                    let start = Instant::now();
-                    engine.trace(part);
-                    let seconds = start.elapsed().as_secs_f64();
-                    let after = Clock::now();
-                    (seconds, std::mem::replace(&mut before, after).min(after))
-                };
-                parts.clone().map(part).collect()
-            });
-            for &(seconds, at) in &round {
-                times.clock.add(at);
-                times.spent += seconds;
-            }
-            times.rounds.push(round);
         }
     }
 
     let kept: Vec<_> = times.iter().map(|times| times.kept()).collect();
-    let row = |((name, engine), rounds): (&Named, &Vec<Vec<Option<f64>>>)| {
-        let answers = engine.answers();
-        let (mut wrong_hits, mut wrong_triangles) = (0, 0);
-        for (answer, truth) in answers.iter().zip(truth) {
-            if answer.is_hit() != truth.is_hit() {
-                wrong_hits += 1;
-            } else if answer.triangle != truth.triangle || engine.exact() && answer.t != truth.t {
-                wrong_triangles += 1;
-            }
-        }
-        let all = rounds.iter().flatten().count();
-        let repeats = rounds.iter().flatten().flatten().count();
-        Row {
-            engine: name.clone(),
-            rays: rays.len(),
-            speed: speed(rounds, parts.clone()),
-            repeats,
-            dips: all - repeats,
-            wrong_hits,
-            wrong_triangles,
-            ..Row::default()
-        }
+    let row = |(engine, rounds): (&Named, &Rounds)| {
+        let speed = speed(rounds, parts.clone());
+        row(engine, rounds, speed, rays.len(), truth)
     };
     let mut rows: Vec<Row> = engines.iter().zip(&kept).map(row).collect();
+    compare(&mut rows, &kept);
+    rows
+}
 
-    // Against the fastest of Embree's fast calls, of those held to AVX2 for who is held to AVX2.
+/// One repeat of an engine: the seconds of each part, and the clock meanwhile.
+fn time_parts(
+    engine: &mut dyn Engine,
+    parts: impl Iterator<Item = Range<usize>>,
+) -> Vec<(f64, f64)> {
+    let mut before = Clock::now();
+    let part = |part| {
+        let start = Instant::now();
+        engine.trace(part);
+        let seconds = start.elapsed().as_secs_f64();
+        let after = Clock::now();
+        (seconds, std::mem::replace(&mut before, after).min(after))
+    };
+    parts.map(part).collect()
+}
+
+/// The row of an engine, but for the comparison with another.
+fn row(
+    (name, engine): &Named,
+    rounds: &Rounds,
+    speed: [f64; 3],
+    rays: usize,
+    truth: &[Answer],
+) -> Row {
+    let (mut wrong_hits, mut wrong_triangles) = (0, 0);
+    for (answer, truth) in engine.answers().iter().zip(truth) {
+        if answer.is_hit() != truth.is_hit() {
+            wrong_hits += 1;
+        } else if answer.triangle != truth.triangle || engine.exact() && answer.t != truth.t {
+            wrong_triangles += 1;
+        }
+    }
+    let all = rounds.iter().flatten().count();
+    let repeats = rounds.iter().flatten().flatten().count();
+    Row {
+        engine: name.clone(),
+        rays,
+        speed,
+        repeats,
+        dips: all - repeats,
+        wrong_hits,
+        wrong_triangles,
+        ..Row::default()
+    }
+}
+
+/// Holds each engine against the fastest of Embree's fast calls, of those held to AVX2 for who is held
+/// to AVX2.
+fn compare(rows: &mut [Row], kept: &[Rounds]) {
     let best = |group: &str| {
         let of = |&i: &usize| {
             rows[i].engine.strip_prefix(group).is_some_and(|rest| !rest.contains("robust"))
@@ -192,7 +220,6 @@ pub fn measure(
         rows[i].ratio = (!ratios.is_empty()).then(|| spread(ratios));
         rows[i].base = rows[base].engine.clone();
     }
-    rows
 }
 
 /// The tenth, the fiftieth and the ninetieth of a hundred; zeros of none.

@@ -34,9 +34,9 @@ impl<M: Mode> Engine for Batch<M> {
 
     fn trace(&mut self, part: Range<usize>) {
         if self.any {
-            self.bvh.any_of_each(&self.mode, &self.rays[part.clone()], &mut self.seen[part]);
+            self.bvh.any_batch(&self.mode, &self.rays[part.clone()], &mut self.seen[part]);
         } else {
-            self.bvh.closest_of_each(&self.mode, &self.rays[part.clone()], &mut self.hits[part]);
+            self.bvh.closest_batch(&self.mode, &self.rays[part.clone()], &mut self.hits[part]);
         }
     }
 
@@ -76,7 +76,7 @@ impl<M: Mode> Engine for Triangles<M> {
         if *any {
             self.batch.trace(part);
         } else {
-            bvh.triangles_of_each(mode, &rays[part.clone()], &mut self.triangles[part]);
+            bvh.triangles_batch(mode, &rays[part.clone()], &mut self.triangles[part]);
         }
     }
 
@@ -110,7 +110,11 @@ impl<M: Mode> Engine for Single<M> {
 
     fn trace(&mut self, part: Range<usize>) {
         let Self { bvh, mode, rays } = self;
-        rays.trace(part, |ray| answer(&bvh.closest(mode, ray)), |ray| bvh.any(mode, ray));
+        rays.trace(
+            part,
+            |ray| bvh.closest(mode, ray).map_or(Answer::MISS, |hit| answer(&hit)),
+            |ray| bvh.any(mode, ray),
+        );
     }
 
     fn answers(&self) -> Vec<Answer> {
@@ -123,5 +127,5 @@ impl<M: Mode> Engine for Single<M> {
 }
 
 fn answer(hit: &Hit) -> Answer {
-    Answer { triangle: hit.triangle as u32, t: hit.t }
+    Answer { triangle: hit.triangle, t: hit.t }
 }

@@ -71,7 +71,7 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
         return primary;
     }
     let mut hits = vec![Hit::MISS; primary.len()];
-    bvh.closest_of_each(&Double::default(), &primary, &mut hits);
+    bvh.closest_batch(&Double::default(), &primary, &mut hits);
 
     // Away from the surface by a hundred thousandth of the scene, so that a ray does not meet at
     // once what it leaves.

@@ -1,10 +1,11 @@
 //! The tables on the terminal.
 
-use intertri::lanes::Level;
+use intertri::simd::Level;
 
 use crate::engines::ENGINES;
+use crate::leaks::Row as Leaks;
 use crate::measure::Row;
-use crate::scenes::SCENES;
+use crate::scenes::{CLOSED, SCENES};
 
 /// The CPU as the system calls it, and the level of instructions that intertri uses.
 pub fn cpu() -> String {
@@ -76,9 +77,38 @@ pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64
     }
 }
 
+/// The leaks at vertices or at edges: engines by meshes, in Markdown.
+pub fn leaks(rows: &[&Leaks]) {
+    let Some(first) = rows.first() else { return };
+    let mut meshes: Vec<&Leaks> = Vec::new();
+    let mut engines: Vec<&str> = Vec::new();
+    for row in rows {
+        if meshes.iter().all(|seen| seen.mesh != row.mesh) {
+            meshes.push(row);
+        }
+        if !engines.contains(&row.engine.as_str()) {
+            engines.push(&row.engine);
+        }
+    }
+    println!("\nLeaks of {} rays aimed at {}:\n", grouped(first.rays), first.target);
+    let line = |head: &str, cell: &dyn Fn(&Leaks) -> String| {
+        let cells: Vec<_> = meshes.iter().map(|mesh| format!("{:>11}", cell(mesh))).collect();
+        println!("| {head:22} | {} |", cells.join(" | "));
+    };
+    line("", &|mesh| mesh.mesh.clone());
+    line("---", &|_| "---".into());
+    line("triangles", &|mesh| grouped(mesh.triangles));
+    line("aimed exactly", &|mesh| grouped(mesh.exact));
+    for engine in engines {
+        let of = |mesh: &str| rows.iter().find(|row| row.mesh == mesh && row.engine == engine);
+        line(engine, &|mesh| of(&mesh.mesh).map_or_else(String::new, |row| grouped(row.leaks)));
+    }
+}
+
 /// The names that the options take.
 pub fn list() {
     println!("scenes: {}, sphere-N, growth, or a path", SCENES.join(", "));
+    println!("closed ones: {}", CLOSED.join(", "));
     println!("engines:");
     for (name, about) in ENGINES {
         println!("  {name:22} {about}");

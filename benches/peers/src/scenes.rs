@@ -5,11 +5,16 @@ use std::path::{Path, PathBuf};
 use intertri_scene::{Camera, Light, Mesh, Scene};
 use rayon::prelude::*;
 
+use crate::solids::solid;
+
 /// Those that are measured unless others are asked for.
 pub const SCENES: [&str; 10] = [
     "bunny", "kitchen", "sphere", "fandisk", "spot", "suzanne", "teapot", "built-in", "box",
     "terrain",
 ];
+
+/// Closed ones made by code.
+pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "sphere"];
 
 /// Triangles of the spheres that show the growth.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
@@ -23,6 +28,9 @@ const TERRAIN: u32 = 2236;
 /// model.
 pub fn scene(name: &str) -> Result<Scene, String> {
     let of = |mesh| Scene::of(mesh, 1.0).map_err(|e| format!("{name}: {e}"));
+    if let Some(mesh) = solid(name) {
+        return of(mesh);
+    }
     let count = name.strip_prefix("sphere-").and_then(|count| count.parse::<f64>().ok());
     match name {
         "built-in" => Ok(Scene::built_in()),
@@ -42,10 +50,34 @@ pub fn scene(name: &str) -> Result<Scene, String> {
 
 /// One of the shared models.
 fn model(file: &str) -> Result<Mesh, String> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
-    let folder = std::env::var_os("INTERTRI_MODELS").map_or(beside, PathBuf::from);
-    intertri_scene::load(&folder.join(file))
+    intertri_scene::load(&folder().join(file))
         .map_err(|e| format!("{e}; INTERTRI_MODELS names the folder"))
+}
+
+/// Where the shared models are.
+fn folder() -> PathBuf {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
+    std::env::var_os("INTERTRI_MODELS").map_or(beside, PathBuf::from)
+}
+
+/// The paths of all shared models, sorted.
+pub fn models() -> Result<Vec<String>, String> {
+    let folder = folder();
+    let failed = |e| format!("{}: {e}; INTERTRI_MODELS names the folder", folder.display());
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(&folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "obj") {
+            paths.push(path.to_string_lossy().into_owned());
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+/// A scene's name in a table: of a path, the name of its file.
+pub fn short(name: &str) -> String {
+    Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The kitchen from within, under a lamp.

@@ -1,0 +1,62 @@
+//! Rays from points inside a mesh toward its vertices and the midpoints of its edges.
+
+use intertri::Ray;
+use intertri_raster::Adjacency;
+use rayon::prelude::*;
+
+use crate::scenes::random;
+
+/// What the rays are aimed at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    Vertices,
+    /// The midpoints.
+    Edges,
+}
+
+impl Target {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vertices => "vertices",
+            Self::Edges => "edges",
+        }
+    }
+}
+
+/// An origin, and the two ends of what is aimed at the middle of: the same vertex twice, or an edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim {
+    pub origin: [f32; 3],
+    pub ends: [[f32; 3]; 2],
+}
+
+impl Aim {
+    /// The ray as a caller makes it: target minus origin, each rounded to f32.
+    pub fn ray(&self) -> Ray {
+        let [a, b] = self.ends;
+        Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
+    }
+
+    /// Whether no rounding turned the ray.
+    pub fn is_exact(&self) -> bool {
+        let [a, b] = self.ends.map(|p| p.map(f64::from));
+        let dir = self.ray().dir.map(f64::from);
+        (0..3).all(|k| dir[k] == f64::midpoint(a[k], b[k]) - f64::from(self.origin[k]))
+    }
+}
+
+/// So many rays, each from one of the points toward a random target, the same on every call.
+pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
+    let points = adjacency.points();
+    let ends: Vec<[u32; 2]> = match target {
+        Target::Vertices => (0..points.len() as u32).map(|i| [i, i]).collect(),
+        Target::Edges => adjacency.edges().map(|edge| edge.ends).collect(),
+    };
+    let aim = |i: usize| {
+        let share = f64::midpoint(random([i as u64, target as u64, 1]), 1.0);
+        let nth = (share * ends.len() as f64) as usize;
+        let ends = ends[nth.min(ends.len() - 1)].map(|end| points[end as usize]);
+        Aim { origin: inside[i % inside.len()], ends }
+    };
+    (0..rays).into_par_iter().map(aim).collect()
+}

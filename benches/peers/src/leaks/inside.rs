@@ -1,0 +1,103 @@
+//! Points inside a closed mesh, for certain.
+//!
+//! A ray along x from such a point crosses the surface an odd number of times. Which triangles it crosses
+//! the signs of exact areas in the plane of y and z tell. All points keep a margin from all triangles:
+//! wide enough to tell what lies ahead in plain f64, and to stay inside when `fixed` moves them and the
+//! mesh onto a grid.
+
+use glam::DVec3;
+use intertri::Triangle;
+use rayon::prelude::*;
+use robust::{Coord, orient2d};
+
+use crate::scenes::random;
+
+/// Tests of a point and a triangle that are spent on points that are found; rays share points then.
+const TESTS: usize = 1 << 31;
+/// The margin, as a part of the longest side of the bounds.
+const MARGIN: f32 = 1.0 / 1024.0;
+/// Origins are multiples of such a part of the longest side, so that f32 hold more of the differences.
+const STEP: f32 = 1.0 / 65536.0;
+/// Candidates in a round, and rounds without enough points.
+const ROUND: usize = 1 << 12;
+const ROUNDS: usize = 4096;
+
+/// A triangle and its bounds, grown by the margin.
+struct Bounded {
+    corners: [[f32; 3]; 3],
+    lo: [f32; 3],
+    hi: [f32; 3],
+    margin: f32,
+}
+
+impl Bounded {
+    fn new(&Triangle(corners): &Triangle, margin: f32) -> Self {
+        let [a, b, c] = corners;
+        let lo = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]) - margin);
+        let hi = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]) + margin);
+        Self { corners, lo, hi, margin }
+    }
+
+    /// Whether a ray along x crosses it; `None` if the point is within the margin or in doubt.
+    fn crosses(&self, p: [f32; 3]) -> Option<bool> {
+        let within = |k: usize| self.lo[k] <= p[k] && p[k] <= self.hi[k];
+        if !within(1) || !within(2) || p[0] > self.hi[0] {
+            return Some(false);
+        }
+        let height = if within(0) { Some(self.height(p)?) } else { None };
+
+        // The sides of the three edges, in the plane of y and z.
+        let coord = |p: [f32; 3]| Coord { x: p[1], y: p[2] };
+        let [a, b, c] = self.corners.map(coord);
+        let p = coord(p);
+        let areas = [orient2d(a, b, p), orient2d(b, c, p), orient2d(c, a, p)];
+        if areas.contains(&0.0) {
+            return None;
+        }
+        let positive = areas[0] > 0.0;
+        if areas.iter().any(|&x| (x > 0.0) != positive) {
+            return Some(false);
+        }
+        // These areas have the sign of the normal's x: ahead is the side that it points away from.
+        Some(height.is_none_or(|height| (height < 0.0) == positive))
+    }
+
+    /// How far a point is above the plane; `None` within the margin.
+    fn height(&self, p: [f32; 3]) -> Option<f64> {
+        let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
+        let p = DVec3::from_array(p.map(f64::from));
+        let normal = (b - a).cross(c - a).normalize();
+        let height = normal.dot(p - a);
+        (height.abs() > f64::from(self.margin)).then_some(height)
+    }
+}
+
+/// Points inside, as many as are asked for or fewer where there are many triangles.
+pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, String> {
+    let count = count.min(TESTS / triangles.len()).max(1);
+    let corners = || triangles.iter().flat_map(|t| t.0);
+    let lo = corners().reduce(|a, b| [0, 1, 2].map(|k| a[k].min(b[k]))).unwrap_or_default();
+    let hi = corners().reduce(|a, b| [0, 1, 2].map(|k| a[k].max(b[k]))).unwrap_or_default();
+    let longest = [0, 1, 2].map(|k| hi[k] - lo[k]).into_iter().fold(0.0, f32::max);
+    let bounded: Vec<_> = triangles.iter().map(|t| Bounded::new(t, MARGIN * longest)).collect();
+    // A power of two.
+    let step = (STEP * longest).log2().floor().exp2();
+    let candidate = |i: usize| {
+        let p = [0, 1, 2].map(|k: usize| {
+            let share = f64::midpoint(random([i as u64, k as u64, 2]), 1.0) as f32;
+            ((lo[k] + share * (hi[k] - lo[k])) / step).round() * step
+        });
+        let odd = bounded.iter().try_fold(false, |odd, t| Some(odd ^ t.crosses(p)?));
+        (odd == Some(true)).then_some(p)
+    };
+    let mut points = Vec::with_capacity(count);
+    for round in 0..ROUNDS {
+        let round = (round * ROUND..(round + 1) * ROUND).into_par_iter();
+        points.par_extend(round.filter_map(candidate));
+        if points.len() >= count {
+            points.truncate(count);
+            return Ok(points);
+        }
+    }
+    Err(format!("only {} of {count} points inside", points.len()))
+}
