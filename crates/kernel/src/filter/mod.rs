@@ -55,7 +55,7 @@ impl Filter {
     }
 
     /// For rays and triangles of one grid, in f32: what these decide of integers that they hold exactly
-    /// is so, and of the rest the integers decide (`docs/numerics/projection.md`, section 5).
+    /// is so, and of the rest the integers decide (`docs/numerics/certified.md`, section 10).
     #[inline]
     pub fn on_grid(level: Level) -> Self {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level }
