@@ -1,6 +1,6 @@
 //! The hierarchy over a grid's triangles: its answers are those of the queries over all of them.
 
-use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks};
+use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri::simd::Level;
 use intertri::{Hit, Ray};
 use intertri_trace::FixedBvh;
@@ -116,4 +116,54 @@ fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
         assert!(!bvh.any(&mode, &ray) && bvh.all(&mode, &ray).is_empty());
         assert_eq!(bvh.crossings(&mode, &ray).unsigned, 0);
     }
+}
+
+/// Two triangles that share an edge, folded onto each other and nearly in one plane, and rays that pass so
+/// near to the edge that both t round to one f64 though they differ: the first hit is told by the ratios.
+#[test]
+fn t_that_round_alike_are_compared_as_ratios() {
+    let mut n = Numbers(7);
+    let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
+    let mode = Fixed::default();
+    let mut found = 0;
+    for _ in 0..200 {
+        let (a, b, c) = (n.vector(1 << 19), n.vector(1 << 19), n.vector(1 << 19));
+        let lifted = [c[0], c[1], c[2] + 1];
+        let origin = n.vector(1 << 19);
+        let pair = [[a, b, c], [a, b, lifted]].map(|corners| grid.triangle_of(corners).unwrap());
+
+        // Of many rays to the edge some nearly meet it.
+        let mut rays = Vec::new();
+        for step in 1..30_000 {
+            let s = f64::from(step) / 30_000.0;
+            let to = [0, 1, 2]
+                .map(|k| f64::from(a[k]) * s + f64::from(b[k]) * (1.0 - s) - f64::from(origin[k]));
+            let longest = to.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let dir = to.map(|x| (x / longest * 262_143.0).round() as i32);
+            let ray = grid.ray_of(origin, dir).unwrap();
+            let t = pair.map(|triangle| scalar::crossing(&ray, &triangle).map(|at| at.t));
+            if let [Some(first), Some(second)] = t
+                && first != second
+                && first.to_f64(0) == second.to_f64(0)
+            {
+                rays.push((ray, usize::from(second < first)));
+            }
+        }
+        found += rays.len();
+
+        // Whichever comes first in the slice, alone and in a batch, which is a bundle: one origin.
+        for turned in [false, true] {
+            let triangles = if turned { [pair[1], pair[0]] } else { pair };
+            let bvh = FixedBvh::new(&triangles).unwrap();
+            let lines: Vec<_> = rays.iter().flat_map(|(ray, _)| [*ray; 4]).collect();
+            let mut hits = vec![Hit::MISS; lines.len()];
+            bvh.closest_batch(&mode, &lines, &mut hits);
+            for ((ray, first), hits) in rays.iter().zip(hits.chunks(4)) {
+                let nearer = (first ^ usize::from(turned)) as u32;
+                assert_eq!(bvh.closest(&mode, ray).map(|hit| hit.triangle), Some(nearer));
+                assert!(hits.iter().all(|hit| hit.triangle == nearer), "{ray:?}");
+            }
+        }
+    }
+    assert!(found > 100, "{found}");
 }
