@@ -40,7 +40,7 @@ fn check_mode<M: Mode>(
         same_closest(want, closest[i].some()).map_err(|e| of("closest batch", e))?;
         let one = bvh.closest(mode, ray);
         same_closest(want, one).map_err(|e| of("closest", e))?;
-        if one.map(bits) != closest[i].some().map(bits) {
+        if bits(one.unwrap_or(Hit::MISS)) != bits(closest[i]) {
             return Err(of("closest batch", format!("{:?} is not {one:?}", closest[i])));
         }
         if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
@@ -57,6 +57,7 @@ fn check_mode<M: Mode>(
 }
 
 /// All of a hit; its weights may be NaN.
-fn bits(hit: Hit) -> [u64; 4] {
-    [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), hit.triangle.into()]
+fn bits(hit: Hit) -> [u64; 5] {
+    let Hit { t, u, v, triangle, geometry } = hit;
+    [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
