@@ -40,11 +40,11 @@ impl Crossing {
     pub fn to_hit(&self, ray: &Ray, triangle: u32) -> Hit {
         let Self { t, v, w, .. } = *self;
         let geometry = 0;
-        if let Ok(num) = i64::try_from(t.num) {
-            // The others are below 2^62.
-            let den = parts(t.den as i64);
-            let over = |num: i64| quotient(parts(num), den);
-            let ((t, a), (u, b), (v, c)) = (over(num), over(v as i64), over(w as i64));
+        // The others are always below that.
+        if t.num < 1 << 62 {
+            let den = parts(t.den);
+            let over = |num: u64| quotient(parts(num), den);
+            let ((t, a), (u, b), (v, c)) = (over(t.num as u64), over(v), over(w));
             if a & b & c {
                 return Hit { t: t * pow2(ray.exponent()), u, v, triangle, geometry };
             }

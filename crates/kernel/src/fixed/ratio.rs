@@ -3,6 +3,7 @@
 use core::cmp::Ordering;
 
 use super::numbers::pow2;
+use super::quotient::{parts, quotient};
 
 /// A positive t in multiples of the snapped direction: `num / den`, exact, not reduced.
 ///
@@ -40,7 +41,21 @@ impl Ratio {
 
     /// `num / den * 2^exponent` rounded once, to the nearest f64, ties to even. The exponent is one
     /// that [`Ray::exponent`](super::Ray::exponent) gives.
+    #[inline]
     pub fn to_f64(self, exponent: i32) -> f64 {
+        if self.num < 1 << 62 {
+            let (nearest, is_sure) = quotient(parts(self.num as u64), parts(self.den));
+            if is_sure {
+                return nearest * pow2(exponent);
+            }
+        }
+        self.divide(exponent)
+    }
+
+    /// [`Ratio::to_f64`] by a division of integers.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn divide(self, exponent: i32) -> f64 {
         // A quotient of 56 bits or more, and a sticky bit for what is left, round as the ratio does.
         let shift = (56 + bits(u128::from(self.den)) - bits(self.num)).max(0);
         let den = u128::from(self.den);
