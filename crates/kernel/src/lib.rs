@@ -25,6 +25,7 @@ extern crate alloc;
 
 mod barycentric;
 mod document;
+mod exact;
 mod filter;
 pub mod fixed;
 mod hit_attributes;
@@ -63,4 +64,9 @@ pub mod internal {
     pub use crate::query::Which;
     pub use crate::resolve::{Resolver, SharedOrigin};
     pub use crate::simd::{Pair, prefetch, prefetch_early};
+
+    /// The arithmetic of the mode `exact`.
+    pub mod exact {
+        pub use crate::exact::*;
+    }
 }

@@ -1,0 +1,124 @@
+//! The first tier: f64 in lanes, each number within a proven bound of the exact one.
+//!
+//! ```text
+//!   U = h6·(d × B)     h6 = c3 - c2           a number beyond its bound has its exact sign;
+//!   V = h5·(A × d)     h5 = c3 - c1           one whose products are all 0 is exactly 0;
+//!   W = h4·(d × A)     h4 = c2 - c1           two of different signs are a miss
+//!   T = A·(h4 × h5)
+//! ```
+//!
+//! Bounds and proof: `docs/numerics/exact.md`, section 3.
+
+use crate::packet::RayLanes;
+use crate::simd::{Lanes, Mask, Vec3};
+
+/// `2^-53`, half an ulp of 1.
+const HALF_ULP: f64 = f64::EPSILON / 2.0;
+
+/// U, V and W are within this times their permanent.
+const EDGE: f64 = 8.0 * HALF_ULP;
+
+/// T is within this times its permanent.
+const VOLUME: f64 = 9.0 * HALF_ULP;
+
+/// T - t D is within this times the permanents of T and, times t, of D.
+const RANGE: f64 = 16.0 * HALF_ULP;
+
+/// What f64 says of lanes. What is in no mask is undecided.
+#[derive(Clone, Copy)]
+pub struct Decided<M> {
+    /// Surely no hit, by either rule.
+    pub miss: M,
+    /// Surely a hit by the closed rule.
+    pub closed: M,
+    /// Surely a hit by both rules: no edge is met.
+    pub inside: M,
+    /// Whether T is positive, where that is a hit.
+    pub leaves: M,
+}
+
+/// A number and the sum of the sizes of all products that it is made of.
+#[derive(Clone, Copy)]
+struct Sum<D> {
+    value: D,
+    permanent: D,
+}
+
+impl<D: Lanes<Scalar = f64>> Sum<D> {
+    /// `x·(y × z)`
+    #[inline(always)]
+    fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
+        let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
+        Self { value: y.cross_fused(z).dot_fused(x), permanent }
+    }
+
+    /// Where it is surely positive, where surely negative, and where surely 0.
+    #[inline(always)]
+    fn signs(&self, bound: f64) -> [D::Mask; 3] {
+        let bound = self.permanent * D::splat(bound);
+        let nothing = self.permanent.le(D::splat(0.0));
+        [self.value.gt(bound), self.value.lt(-bound), nothing]
+    }
+}
+
+/// Decides what the bounds let it decide. No input may be subnormal; what is not finite is never a hit.
+#[inline(always)]
+pub fn decide<D: Lanes<Scalar = f64>>(
+    [c1, c2, c3]: [Vec3<D>; 3],
+    rays: &RayLanes<D>,
+) -> Decided<D::Mask> {
+    let (org, dir) = (rays.org, rays.dir);
+    let (a, b) = (c1 - org, c2 - org);
+    let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
+
+    // Nearly always two edges tell.
+    let u = Sum::volume(h6, dir, b);
+    let v = Sum::volume(h5, a, dir);
+    let w = Sum::volume(h4, dir, a);
+    let ([u_over, u_under, u_zero], [v_over, v_under, v_zero], [w_over, w_under, w_zero]) =
+        (u.signs(EDGE), v.signs(EDGE), w.signs(EDGE));
+    let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
+    let miss = over & under;
+    let none = D::Mask::from_bits(0);
+    if !(!miss).any() {
+        return Decided { miss, closed: none, inside: none, leaves: none };
+    }
+
+    // The plane, behind or through the origin?
+    let t = Sum::volume(a, h4, h5);
+    let [t_over, t_under, t_zero] = t.signs(VOLUME);
+    let miss = miss | t_zero | over & t_under | under & t_over;
+
+    // Inside of all edges, or on one?
+    let sure = (over & t_over | under & t_under) & !miss;
+    let (u_sure, v_sure, w_sure) = (u_over | u_under, v_over | v_under, w_over | w_under);
+    let inside = sure & u_sure & v_sure & w_sure;
+    let closed = sure & (u_sure | u_zero) & (v_sure | v_zero) & (w_sure | w_zero);
+
+    // The interval: T against its ends times D.
+    let den = Sum {
+        value: (u.value + v.value + w.value).abs(),
+        permanent: u.permanent + v.permanent + w.permanent,
+    };
+    let num = Sum { value: t.value.abs(), permanent: t.permanent };
+    let (from, before) = beyond(&num, &den, rays.t_min);
+    let (after, within) = beyond(&num, &den, rays.t_max);
+    let from = from | rays.t_min.le(D::splat(0.0));
+    let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
+    let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
+    let range = from & within & !out;
+    Decided {
+        miss: miss | closed & out,
+        closed: closed & range,
+        inside: inside & range,
+        leaves: t_over,
+    }
+}
+
+/// Where `num / den` is surely beyond an end of the interval, and where surely before.
+#[inline(always)]
+fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
+    let gap = num.value - end * den.value;
+    let bound = end.mul_add(den.permanent, num.permanent) * D::splat(RANGE);
+    (gap.gt(bound), gap.lt(-bound))
+}

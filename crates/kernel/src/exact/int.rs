@@ -1,0 +1,158 @@
+//! Integers of a fixed number of limbs: the exact operations, none of which overflows where the widths
+//! are as `docs/numerics/exact.md` has them.
+
+use core::cmp::Ordering;
+
+/// An integer of N limbs of 64 bits, the lowest first, in two's complement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
+
+impl<const N: usize> Int<N> {
+    /// A mantissa of up to 63 bits and its sign, `shift` places up.
+    #[inline(always)]
+    pub(super) fn new(mantissa: i64, shift: u32) -> Self {
+        if N == 1 {
+            return Self([(mantissa << shift) as u64; N]);
+        }
+        let (limb, shift) = (shift as usize / 64, shift % 64);
+        let mut limbs = [0; N];
+        let size = u128::from(mantissa.unsigned_abs()) << shift;
+        limbs[limb] = size as u64;
+        if let Some(next) = limbs.get_mut(limb + 1) {
+            *next = (size >> 64) as u64;
+        }
+        if mantissa < 0 { Self([0; N]) - Self(limbs) } else { Self(limbs) }
+    }
+
+    #[inline(always)]
+    fn is_negative(&self) -> bool {
+        self.0[N - 1] >> 63 != 0
+    }
+
+    /// Less than 0, 0 or greater.
+    #[inline(always)]
+    pub(super) fn sign(&self) -> Ordering {
+        if self.is_negative() {
+            return Ordering::Less;
+        }
+        let any = self.0.iter().fold(0, |any, limb| any | limb);
+        any.cmp(&0)
+    }
+
+    /// Without its sign.
+    #[inline(always)]
+    pub(super) fn size(&self) -> [u64; N] {
+        if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
+    }
+
+    /// The product, of as many limbs as both factors have together.
+    #[inline(always)]
+    pub(super) fn times<const M: usize, const R: usize>(&self, b: &Int<M>) -> Int<R> {
+        const { assert!(R == N + M) };
+        let mut product = [0; R];
+        for i in 0..N {
+            let mut carry = 0;
+            for j in 0..M {
+                let more = u128::from(product[i + j]) + u128::from(carry);
+                let sum = u128::from(self.0[i]) * u128::from(b.0[j]) + more;
+                product[i + j] = sum as u64;
+                carry = (sum >> 64) as u64;
+            }
+            product[i + M] = carry;
+        }
+
+        // The limbs of a negative factor stand for 2^(64 limbs) more than it is.
+        let mut product = Int(product);
+        product.take(b, N, self.is_negative());
+        product.take(self, M, b.is_negative());
+        product
+    }
+
+    /// Subtracts a number from the limbs from `from` on, if `is` so.
+    #[inline(always)]
+    fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
+        let mask = if is { u64::MAX } else { 0 };
+        let mut borrow = false;
+        for j in 0..M {
+            (self.0[from + j], borrow) = minus(self.0[from + j], b.0[j] & mask, borrow);
+        }
+    }
+}
+
+impl<const N: usize> core::ops::Add for Int<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(mut self, b: Self) -> Self {
+        let mut carry = false;
+        for i in 0..N {
+            (self.0[i], carry) = plus(self.0[i], b.0[i], carry);
+        }
+        self
+    }
+}
+
+impl<const N: usize> core::ops::Sub for Int<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(mut self, b: Self) -> Self {
+        let mut borrow = false;
+        for i in 0..N {
+            (self.0[i], borrow) = minus(self.0[i], b.0[i], borrow);
+        }
+        self
+    }
+}
+
+impl<const N: usize> Ord for Int<N> {
+    #[inline(always)]
+    fn cmp(&self, b: &Self) -> Ordering {
+        b.is_negative()
+            .cmp(&self.is_negative())
+            .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))
+    }
+}
+
+impl<const N: usize> PartialOrd for Int<N> {
+    #[inline(always)]
+    fn partial_cmp(&self, b: &Self) -> Option<Ordering> {
+        Some(self.cmp(b))
+    }
+}
+
+/// The sum of two limbs and a carry, and its carry.
+#[inline(always)]
+pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
+    let (sum, over) = a.overflowing_add(b);
+    let (sum, again) = sum.overflowing_add(carry.into());
+    (sum, over | again)
+}
+
+/// What is left of a limb without another and a borrow, and its borrow.
+#[inline(always)]
+pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
+    let (rest, under) = a.overflowing_sub(b);
+    let (rest, again) = rest.overflowing_sub(borrow.into());
+    (rest, under | again)
+}
+
+/// The dot product of two vectors.
+#[inline(always)]
+pub(super) fn dot<const N: usize, const M: usize, const R: usize>(
+    a: &[Int<N>; 3],
+    b: &[Int<M>; 3],
+) -> Int<R> {
+    a[0].times(&b[0]) + a[1].times(&b[1]) + a[2].times(&b[2])
+}
+
+/// The cross product of two vectors.
+#[inline(always)]
+pub(super) fn cross<const N: usize, const R: usize>(
+    a: &[Int<N>; 3],
+    b: &[Int<N>; 3],
+) -> [Int<R>; 3] {
+    [
+        a[1].times(&b[2]) - a[2].times(&b[1]),
+        a[2].times(&b[0]) - a[0].times(&b[2]),
+        a[0].times(&b[1]) - a[1].times(&b[0]),
+    ]
+}

@@ -1,0 +1,73 @@
+//! Exact: right on the coordinates as given, whatever f32 they are.
+//!
+//! ```text
+//!   A, B, C  the corners from the origin      closed   U, V, W each 0 or of T's sign
+//!   U = d·(B × C)                             once     a 0 has the sign that a direction moved by
+//!   V = d·(C × A)                                      (ε, ε², ε³) gives it
+//!   W = d·(A × B)
+//!   T = A·(B × C)                             t = T / D > 0    u = V / D    v = W / D
+//!   D = U + V + W
+//! ```
+//!
+//! Nothing here rounds but t, u and v, once and at the end. [`float`] decides what a bound lets f64
+//! decide; the rest is done in integers, of the first width that holds the pair ([`tier`]). Definition,
+//! bounds and proofs: `docs/numerics/exact.md`.
+
+mod along;
+mod crossing;
+mod double;
+pub mod float;
+mod input;
+mod int;
+mod interval;
+mod numbers;
+mod quotient;
+pub mod rounded;
+mod scale;
+mod tier;
+
+pub use along::{attributes_from, order_from, t_from};
+pub use crossing::{Rule, Side, crossing_from};
+pub use input::is_plain;
+pub use tier::Tier;
+
+use core::cmp::Ordering;
+
+use crate::{Ray, Triangle};
+
+/// Rays meet closed triangles.
+pub mod closed {
+    use super::{Rule, Tier, crossing_from};
+    use crate::{Ray, Triangle};
+
+    /// Whether a ray meets a triangle within its interval, edges and corners included.
+    pub fn hit(ray: &Ray, triangle: &Triangle) -> bool {
+        crossing_from(Tier::Float, Rule::Closed, ray, triangle).is_some()
+    }
+}
+
+/// Each point of a mesh belongs to one of its triangles.
+pub mod once {
+    use super::{Rule, Side, Tier, crossing_from};
+    use crate::{Ray, Triangle};
+
+    /// The side from which a ray crosses a triangle within its interval, if it does.
+    pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
+        crossing_from(Tier::Float, Rule::Once, ray, triangle)
+    }
+}
+
+/// t, rounded once, of a triangle whose plane the ray's line meets in one point.
+pub fn t(ray: &Ray, triangle: &Triangle) -> f64 {
+    t_from(Tier::Float, ray, triangle)
+}
+
+/// t, u and v, each rounded once, of a triangle whose plane the ray's line meets in one point.
+pub fn attributes(ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
+    attributes_from(Tier::Float, ray, triangle)
+}
+
+/// The order in which a ray meets two triangles whose planes its line meets, exactly.
+pub fn order(ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
+    order_from(Tier::Float, ray, one, other)
+}

@@ -1,0 +1,109 @@
+//! The quotient of two integers: its first 64 bits, and whether there are more. That is enough to round
+//! it once, and to compare it with any float.
+//!
+//! ```text
+//!   1.b₁b₂b₃ ... b₅₂ | b₅₃ ... b₆₃ | more?        rounds to nearest even, whatever follows
+//! ```
+
+use core::cmp::Ordering;
+
+use super::int::{minus, plus};
+use super::scale::Float;
+
+/// A positive quotient: `first * 2^exponent`, and less than a unit of `first` more.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quotient {
+    /// The first 64 bits; the highest is set.
+    first: u64,
+    /// Whether there are more.
+    more: bool,
+    exponent: i32,
+}
+
+impl Quotient {
+    /// `num / den * 2^exponent` of positive integers.
+    #[inline(always)]
+    pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
+        // Both from their highest bit on: their quotient lies between 1/2 and 2.
+        let ((num, up), (den, down)) = (from_the_top(num), from_the_top(den));
+        let less = num.iter().rev().lt(den.iter().rev());
+        let exponent = exponent + down - up - 63 - i32::from(less);
+
+        // The dividend: a limb more, which is below the divisor's highest.
+        let mut rest = [0; V];
+        rest[1..].copy_from_slice(&num[..V - 1]);
+        let mut top = num[V - 1];
+        if !less {
+            for i in 0..V {
+                let above = if i + 1 < V { rest[i + 1] } else { top };
+                rest[i] = rest[i] >> 1 | above << 63;
+            }
+            top >>= 1;
+        }
+
+        // One digit of Knuth's algorithm D: the first two limbs over the divisor's first are at most two too many.
+        let two = u128::from(top) << 64 | u128::from(rest[V - 1]);
+        let mut first = u64::try_from(two / u128::from(den[V - 1])).unwrap_or(u64::MAX);
+        let (mut carry, mut borrow) = (0, false);
+        for i in 0..V {
+            let product = u128::from(first) * u128::from(den[i]) + u128::from(carry);
+            carry = (product >> 64) as u64;
+            (rest[i], borrow) = minus(rest[i], product as u64, borrow);
+        }
+        top = top.wrapping_sub(carry).wrapping_sub(borrow.into());
+        while top != 0 {
+            first -= 1;
+            let mut carry = false;
+            for i in 0..V {
+                (rest[i], carry) = plus(rest[i], den[i], carry);
+            }
+            top = top.wrapping_add(carry.into());
+        }
+        Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
+    }
+
+    /// Rounded once, to the nearest f64, ties to even. The quotient must be within the normal numbers.
+    #[inline(always)]
+    pub(super) fn to_f64(self) -> f64 {
+        // Eleven bits are left beyond those of an f64: what follows may be put into the last of them.
+        (self.first | u64::from(self.more)) as f64 * pow2(self.exponent)
+    }
+
+    /// Compared with a float that is not negative, nor NaN or infinite.
+    #[inline(always)]
+    pub(super) fn cmp_float<S: Float>(self, x: S) -> Ordering {
+        let (m, e) = x.parts();
+        if m == 0 {
+            return Ordering::Greater;
+        }
+        let up = m.leading_zeros();
+        let (first, exponent) = ((m as u64) << up, e - up as i32);
+        (self.exponent, self.first, self.more).cmp(&(exponent, first, false))
+    }
+}
+
+/// The limbs of a positive number from its highest bit on, and how many places up that is.
+#[inline(always)]
+fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
+    // Whole limbs, then bits.
+    let mut all = *limbs;
+    let mut up = 0;
+    while all[V - 1] == 0 {
+        all.copy_within(..V - 1, 1);
+        all[0] = 0;
+        up += 64;
+    }
+    let shift = all[V - 1].leading_zeros();
+    if shift > 0 {
+        for i in (1..V).rev() {
+            all[i] = all[i] << shift | all[i - 1] >> (64 - shift);
+        }
+        all[0] <<= shift;
+    }
+    (all, up + shift as i32)
+}
+
+/// `2^e`, for a normal result.
+fn pow2(e: i32) -> f64 {
+    f64::from_bits(((e + 1023) as u64) << 52)
+}

@@ -1,0 +1,121 @@
+//! Pairs of a ray and a triangle that are hard to answer.
+
+use intertri::{Ray, Triangle};
+use intertri_lab::families::FAMILIES;
+use intertri_lab::rng::Rng;
+
+/// How many kinds of pairs there are.
+pub(crate) const KINDS: usize = 12;
+
+/// A pair of a kind.
+pub(crate) fn case(kind: usize, rng: &mut Rng) -> (Ray, Triangle) {
+    match kind {
+        0 => {
+            let case = rng.pick(FAMILIES).case(rng);
+            (case.ray, case.triangle)
+        }
+        1 => any(rng),
+        2 => aimed(rng, |rng| rng.signed() as f32),
+        3 => aimed(rng, |rng| rng.within(4) as f32),
+        4 => aimed(rng, |rng| (rng.within(1 << 10) as f32 / 1024.0).powi(3)),
+        5 => aimed(rng, |rng| f32::from_bits(rng.below(1 << 24) as u32) * sign(rng)),
+        6 => aimed(rng, |rng| f32::MAX * (rng.signed() as f32)),
+        7 => aimed(rng, |rng| rng.signed() as f32 * 2.0_f32.powi(rng.within(126))),
+        8 => aimed(rng, |rng| rng.signed() as f32 * 2.0_f32.powi(rng.within(3) * 19)),
+        9 => in_plane(rng),
+        10 => sliver(rng),
+        _ => duplicated(rng),
+    }
+}
+
+fn sign(rng: &mut Rng) -> f32 {
+    if rng.one_in(2) { 1.0 } else { -1.0 }
+}
+
+fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
+    [number(rng), number(rng), number(rng)]
+}
+
+/// Any bits at all.
+fn any(rng: &mut Rng) -> (Ray, Triangle) {
+    let mut bits = |rng: &mut Rng| {
+        // Now and then what is not finite.
+        let x = f32::from_bits(rng.bits() as u32);
+        if x.is_finite() || rng.one_in(4) { x } else { rng.within(2) as f32 }
+    };
+    let ray = Ray::new(vector(rng, &mut bits), vector(rng, &mut bits));
+    (ray, Triangle([(); 3].map(|()| vector(rng, &mut bits))))
+}
+
+/// A ray at a corner, at a point near an edge or inside, or anywhere; from nearby, from a corner, or so that
+/// the direction is exact.
+fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f32) -> (Ray, Triangle) {
+    let triangle = Triangle([(); 3].map(|()| vector(rng, &mut number)));
+    let [c1, c2, c3] = triangle.0;
+    let origin = match rng.below(16) {
+        0 => c1,
+        1 => c2,
+        2 => [0.0; 3],
+        _ => vector(rng, &mut number),
+    };
+    let (a, b) = (rng.unit(), rng.unit());
+    let (p, q) = match rng.below(8) {
+        0 => (0.0, 0.0),
+        1 => (1.0, 0.0),
+        2 => (0.5, 0.5),
+        3 => (0.5, 0.0),
+        4 => (a, 0.0),
+        5 => (a, 1.0 - a),
+        _ => (a, b * (1.0 - a)),
+    };
+    let at = |k: usize| {
+        let (x, y, z) = (f64::from(c1[k]), f64::from(c2[k]), f64::from(c3[k]));
+        ((x + p * (y - x) + q * (z - x)) - f64::from(origin[k])) as f32
+    };
+    let to = [at(0), at(1), at(2)].map(|x| if x.is_finite() { x } else { 1.0 });
+    let dir = if rng.one_in(8) { vector(rng, &mut number) } else { to };
+    (Ray::new(origin, dir), triangle)
+}
+
+/// A ray that starts or runs in the triangle's plane.
+fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
+    let (axis, z) = (rng.below(3), rng.within(3) as f32 * 0.1);
+    let flat = |rng: &mut Rng| {
+        let mut v = [rng.within(5) as f32, rng.signed() as f32, rng.within(3) as f32];
+        v[axis] = z;
+        v
+    };
+    let triangle = Triangle([(); 3].map(|()| flat(rng)));
+    let origin = flat(rng);
+    let mut dir = flat(rng);
+    dir[axis] = if rng.one_in(2) { 0.0 } else { 1.0 };
+    (Ray::new(origin, dir), triangle)
+}
+
+/// Nearly on a line: corners that differ from one by a few units in the last place.
+fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
+    let (from, to) = (rng.cube(), rng.cube());
+    let on = |share: f64, rng: &mut Rng| {
+        [0, 1, 2].map(|k| {
+            let x = (from[k] + share * (to[k] - from[k])) as f32;
+            f32::from_bits((x.to_bits() as i32 + rng.within(2)) as u32)
+        })
+    };
+    let share = rng.unit();
+    let triangle = Triangle([on(0.0, rng), on(1.0, rng), on(share, rng)]);
+    let aim = rng.unit();
+    let (target, origin) = (on(aim, rng), rng.cube().map(|x| (4.0 * x) as f32));
+    (Ray::new(origin, [0, 1, 2].map(|k| target[k] - origin[k])), triangle)
+}
+
+/// Two or three corners the same, or an edge along the ray.
+fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
+    let (mut ray, mut triangle) = aimed(rng, |rng| rng.within(3) as f32);
+    match rng.below(4) {
+        0 => triangle.0[2] = triangle.0[1],
+        1 => triangle.0[1] = triangle.0[0],
+        2 => triangle.0 = [triangle.0[0]; 3],
+        _ => ray.dir = [0, 1, 2].map(|k| triangle.0[1][k] - triangle.0[0][k]),
+    }
+    (ray, triangle)
+}

@@ -1,0 +1,148 @@
+//! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
+
+use intertri::internal::exact::{
+    Rule, Side, Tier, attributes, attributes_from, closed, crossing_from, once, order, order_from,
+    t, t_from,
+};
+use intertri::{Ray, Triangle};
+use intertri_lab::rng::Rng;
+
+use crate::cases::{KINDS, case};
+use crate::oracle::{self, Truth, is_rounded, truth};
+
+/// How many of what were compared.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    hits: usize,
+    crossings: usize,
+    ends: usize,
+    rounded: usize,
+    equal: usize,
+    ordered: usize,
+}
+
+/// What is true of a pair, whatever the interval.
+struct Case {
+    triangle: Triangle,
+    truth: Option<Truth>,
+    /// Whether the ray leaves, if it crosses the triangle.
+    once: Option<bool>,
+}
+
+/// Asks at every tier about a ray, which is the pair's but for its interval.
+fn check(ray: &Ray, case: &Case, counts: &mut Counts) {
+    let Case { triangle, truth, once: leaves } = case;
+    let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
+    let is_hit = truth.is_some_and(Truth::is_closed_hit);
+    let crossing = leaves.filter(|_| truth.is_some());
+    let crossing = crossing.map(|leaves| if leaves { Side::Leaves } else { Side::Enters });
+    assert_eq!(closed::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
+    assert_eq!(once::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
+    for tier in Tier::ALL {
+        let of = |rule| crossing_from(tier, rule, ray, triangle);
+        assert_eq!(of(Rule::Closed).is_some(), is_hit, "{tier:?} {ray:?} {triangle:?}");
+        assert_eq!(of(Rule::Once), crossing, "{tier:?} {ray:?} {triangle:?}");
+    }
+    counts.hits += usize::from(is_hit);
+    counts.crossings += usize::from(crossing.is_some());
+}
+
+/// The ends of the interval at t and beside it.
+fn check_ends(ray: &Ray, case: &Case, truth: &Truth, counts: &mut Counts) {
+    let near = truth.t.to_f64().value() as f32;
+    for end in [near.next_down(), near, near.next_up()] {
+        check(&Ray { t_min: end, ..*ray }, case, counts);
+        check(&Ray { t_max: end, ..*ray }, case, counts);
+        counts.ends += 2;
+    }
+    let (nan, infinity) = (f32::NAN, f32::INFINITY);
+    let others = [(nan, 9.0), (0.0, nan), (near, near), (-1.0, -0.0), (-2.0, 1.0), (-nan, 1.0)];
+    for (t_min, t_max) in others.into_iter().chain([(infinity, infinity), (-infinity, infinity)]) {
+        check(&Ray { t_min, t_max, ..*ray }, case, counts);
+    }
+}
+
+/// t, u and v at every tier.
+fn check_rounding(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Counts) {
+    let (t, (first, u, v)) = (t(ray, triangle), attributes(ray, triangle));
+    let right = is_rounded(t, &truth.t) && is_rounded(u, &truth.u) && is_rounded(v, &truth.v);
+    assert!(right && first == t, "{t} {u} {v} {ray:?} {triangle:?}");
+    let bits = |(t, u, v): (f64, f64, f64)| [t, u, v].map(f64::to_bits);
+    for tier in Tier::ALL {
+        assert_eq!(t_from(tier, ray, triangle), t, "{tier:?} {ray:?} {triangle:?}");
+        let all = attributes_from(tier, ray, triangle);
+        assert_eq!(bits(all), bits((t, u, v)), "{tier:?} {ray:?} {triangle:?}");
+    }
+    counts.rounded += 3;
+}
+
+/// One triangle before another, or both at one t: that of the same plane, and one beside it.
+fn check_order(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Counts) {
+    let [c1, c2, c3] = triangle.0;
+    let mut moved = *triangle;
+    let number = &mut moved.0[1][usize::from(ray.dir[0] > 0.0)];
+    *number = number.next_up();
+    for other in [Triangle([c2, c3, c1]), Triangle([c1, c3, c2]), moved] {
+        let Some(of_other) = oracle::truth(ray, &other) else { continue };
+        let want = truth.t.cmp(&of_other.t);
+        assert_eq!(order(ray, triangle, &other), want, "{ray:?} {triangle:?} {other:?}");
+        for tier in Tier::ALL {
+            assert_eq!(order_from(tier, ray, triangle, &other), want, "{ray:?} {triangle:?}");
+            assert_eq!(order_from(tier, ray, &other, triangle), want.reverse());
+        }
+        *if want.is_eq() { &mut counts.equal } else { &mut counts.ordered } += 1;
+    }
+}
+
+/// So many pairs of each kind, from a seed.
+fn run(pairs: usize, seed: u64) -> Counts {
+    let mut counts = Counts::default();
+    let mut rng = Rng::new(seed);
+    for i in 0..pairs * KINDS {
+        let (ray, triangle) = case(i % KINDS, &mut rng);
+        let truth = truth(&ray, &triangle);
+        let case = Case { triangle, once: oracle::once(&ray, &triangle, truth.as_ref()), truth };
+        check(&ray, &case, &mut counts);
+
+        // What a hit is asked for is asked of some planes that are met beside their triangle, too.
+        let Some(truth) = &case.truth else { continue };
+        let is_hit = truth.is_closed_hit();
+        if is_hit && i / KINDS % 4 == 0 || i / KINDS % 16 == 0 {
+            check_ends(&ray, &case, truth, &mut counts);
+            check_order(&ray, &triangle, truth, &mut counts);
+        }
+        if is_hit || i / KINDS % 4 == 0 {
+            check_rounding(&ray, &triangle, truth, &mut counts);
+        }
+    }
+    counts
+}
+
+/// On all threads.
+fn run_on_all(pairs: usize, seed: u64) -> Vec<Counts> {
+    let threads = std::thread::available_parallelism().map_or(1, Into::into);
+    std::thread::scope(|scope| {
+        let one = |i| scope.spawn(move || run(pairs.div_ceil(threads), seed + i as u64));
+        let all: Vec<_> = (0..threads).map(one).collect();
+        all.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+#[test]
+fn every_tier_agrees_with_rationals() {
+    let all = run_on_all(4_000, 1);
+    println!("{all:#?}");
+    for Counts { hits, crossings, ends, rounded, equal, ordered, .. } in all {
+        let least = hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered);
+        assert!(least > 100);
+    }
+}
+
+/// By hand: `cargo test --release -p intertri-tests --test exact -- --ignored --nocapture`; more by
+/// `INTERTRI_EXACT_PAIRS`.
+#[test]
+#[ignore = "takes minutes"]
+fn a_million_of_each_kind_agree_with_rationals() {
+    let pairs = std::env::var("INTERTRI_EXACT_PAIRS").map_or(1_000_000, |n| n.parse().unwrap());
+    println!("{:#?}", run_on_all(pairs, 1_000));
+}
