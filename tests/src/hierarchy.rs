@@ -1,21 +1,24 @@
-//! The hierarchy against the reference's plain loop: index, bits of t, any, all, batches.
+//! The hierarchy against a plain loop: index, bits of t, any, all, batches.
 
-use crate::{Scene, Truth, same_closest};
+use crate::same_closest;
+use crate::scene::Scene;
+use crate::truth::Truth;
 use intertri::simd::Level;
-use intertri::{Certified, Double, Hit, Mode, Threshold};
+use intertri::{Certified, Double, Exact, Hit, Mode, Threshold};
 use intertri_trace::Bvh;
 
-/// Every query of the hierarchy about every ray of a scene, in both modes; how many rays hit.
+/// Every query of the hierarchy about every ray of a scene, in every mode; how many rays hit the reference.
 ///
 /// # Errors
 /// The first difference.
 pub fn check_hierarchy(scene: &Scene, levels: &[Level]) -> Result<usize, String> {
-    let truth = Truth::of(scene);
+    let (truth, exact) = (Truth::of(scene), Truth::exact(scene));
     let bvh = Bvh::new(&scene.triangles).map_err(|e| e.to_string())?;
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let mut hits = 0;
     for &level in levels {
         check_mode(scene, &truth, &bvh, &Double::new(threshold).at(level), "double")?;
+        check_mode(scene, &exact, &bvh, &Exact::at(level), "exact")?;
         hits = check_mode(scene, &truth, &bvh, &Certified::new(threshold).at(level), "certified")?;
     }
     Ok(hits)
@@ -40,6 +43,12 @@ fn check_mode<M: Mode>(
         same_closest(want, closest[i].some()).map_err(|e| of("closest batch", e))?;
         let one = bvh.closest(mode, ray);
         same_closest(want, one).map_err(|e| of("closest", e))?;
+        if let (Some((obj, _)), Some(one)) = (want, one) {
+            let (u, v) = truth.weights(obj, ray);
+            if [one.u, one.v].map(f64::to_bits) != [u, v].map(f64::to_bits) {
+                return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
+            }
+        }
         if bits(one.unwrap_or(Hit::MISS)) != bits(closest[i]) {
             return Err(of("closest batch", format!("{:?} is not {one:?}", closest[i])));
         }

@@ -1,18 +1,22 @@
 //! The runner of the differential tests: one question, every way to answer it.
 //!
-//! The truth is always the scalar f64 reference, triangle by triangle. What is compared is whether
-//! there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
+//! The truth is the scalar f64 reference, triangle by triangle; for the mode `exact`, integers. What is
+//! compared is whether there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
 
 mod crossings;
 mod fixture;
 pub mod fuzz;
 mod hierarchy;
+mod scene;
 mod solid;
+mod truth;
 
 pub use crossings::check_crossings;
 pub use fixture::{as_source, parse};
 pub use hierarchy::check_hierarchy;
+pub use scene::Scene;
 pub use solid::is_on;
+pub use truth::{Truth, reference_ray};
 
 /// The examples of the page on fixed point, and of the README, are run.
 #[cfg(doctest)]
@@ -23,90 +27,36 @@ mod pages {
     struct Readme;
 }
 
-use intertri::internal::Filter;
+use intertri::internal::{Filter, Test};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Certified, ClosestHits, Counts, Double, Hit, LaneQueries, Mode, PacketHits, Ray, RayPacket,
-    Threshold, Triangle, TriangleBlock,
+    Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits, Ray,
+    RayPacket, Threshold, Triangle, TriangleBlock,
 };
-use intertri_reference as reference;
-
-/// Triangles and rays, and the threshold of the test: finite and at least 0.
-#[derive(Clone, Debug)]
-pub struct Scene {
-    /// The triangles.
-    pub triangles: Vec<Triangle>,
-    /// The rays.
-    pub rays: Vec<Ray>,
-    /// The document's `Threshold`.
-    pub threshold: f64,
-}
-
-/// What the reference says of a scene: `t[ray][triangle]`, NaN for a miss.
-pub struct Truth {
-    /// The document's tables.
-    pub scene: reference::Scene,
-    t: Vec<Vec<f64>>,
-}
-
-/// The reference's ray.
-pub fn reference_ray(ray: &Ray) -> reference::Ray {
-    reference::Ray::new(ray.origin, ray.dir)
-}
-
-impl Truth {
-    /// Asks the reference about every ray and triangle.
-    pub fn of(scene: &Scene) -> Self {
-        let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
-            .with_threshold(scene.threshold);
-        let t = scene.rays.iter().map(|ray| {
-            let (t_min, t_max) = (f64::from(ray.t_min), f64::from(ray.t_max));
-            let line = reference_ray(ray);
-            let hit = |obj| tables.hit(obj, &line, t_min, t_max).unwrap_or(f64::NAN);
-            (0..scene.triangles.len()).map(hit).collect()
-        });
-        Self { t: t.collect(), scene: tables }
-    }
-
-    /// How many hits there are among all pairs.
-    pub fn hits(&self) -> usize {
-        self.t.iter().flatten().filter(|t| !t.is_nan()).count()
-    }
-
-    /// The number and t of every hit of ray i, in the order of the numbers.
-    pub fn all(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.t[i].iter().copied().enumerate().filter(|(_, t)| !t.is_nan())
-    }
-
-    /// The number and bits of t of every hit of ray i, in order of t, then of the numbers.
-    pub fn all_sorted(&self, i: usize) -> Vec<(usize, u64)> {
-        let mut all: Vec<_> = self.all(i).collect();
-        all.sort_by(|a, b| a.1.total_cmp(&b.1));
-        all.into_iter().map(|(obj, t)| (obj, t.to_bits())).collect()
-    }
-
-    /// The closest hit of a ray, by the reference's own plain loop.
-    pub fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
-        self.scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
-    }
-}
 
 /// Every pair of a scene through every mode, level, width and form of the kernel.
 ///
 /// # Errors
 /// The first difference, with all that is needed to see it again.
 pub fn check_kernel(scene: &Scene) -> Result<(), String> {
-    let truth = Truth::of(scene);
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let (double, certified) = (Double::new(threshold), Certified::new(threshold));
-    check_width::<4>(scene, &truth, &double, &certified)?;
-    check_width::<8>(scene, &truth, &double, &certified)?;
-    check_width::<16>(scene, &truth, &double, &certified)?;
-    check_shared_origin::<8>(scene, &truth, &certified)?;
-    check_shared_origin::<16>(scene, &truth, &certified)?;
+    let (truth, exact) = (Truth::of(scene), Truth::exact(scene));
+    check_width::<4>(scene, &truth, &double, &certified, &exact)?;
+    check_width::<8>(scene, &truth, &double, &certified, &exact)?;
+    check_width::<16>(scene, &truth, &double, &certified, &exact)?;
     for level in Level::all() {
+        let filters = [
+            (&truth, "certified", certified.at(level).test()),
+            (&exact, "exact", Exact::at(level).test()),
+        ];
+        for (truth, name, filter) in filters {
+            check_shared_origin::<8>(scene, truth, filter, name)?;
+            check_shared_origin::<16>(scene, truth, filter, name)?;
+        }
         check_slices(scene, &truth, &double.at(level), "double")?;
         check_slices(scene, &truth, &certified.at(level), "certified")?;
+        check_slices(scene, &exact, &Exact::at(level), "exact")?;
     }
     Ok(())
 }
@@ -115,7 +65,8 @@ pub fn check_kernel(scene: &Scene) -> Result<(), String> {
 fn check_shared_origin<const N: usize>(
     scene: &Scene,
     truth: &Truth,
-    mode: &Certified,
+    filter: Filter,
+    name: &str,
 ) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -126,20 +77,16 @@ where
     for rays in packets {
         let packet = RayPacket::<N>::new(&rays);
         let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
-        for level in Level::all() {
-            let forms = {
-                let (filter, triangles) = (mode.at(level).test(), &scene.triangles[..]);
-                level.run(SharedOrigin { filter, packet: &packet, triangles })
-            };
-            for (form, found) in ["shared origin", "prepared"].into_iter().zip(forms) {
-                for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
-                    let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
-                    if bits(found) != bits(*want) {
-                        let level = level.name();
-                        return Err(format!(
-                            "certified {level}, {N} rays of one origin, {form}: {found:?}, the reference {want:?}\n{ray:?}"
-                        ));
-                    }
+        let triangles = &scene.triangles[..];
+        let forms = filter.level().run(SharedOrigin { filter, packet: &packet, triangles });
+        for (form, found) in ["shared origin", "prepared"].into_iter().zip(forms) {
+            for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
+                let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
+                if bits(found) != bits(*want) {
+                    let level = filter.level().name();
+                    return Err(format!(
+                        "{name} {level}, {N} rays of one origin, {form}: {found:?}, the truth {want:?}\n{ray:?}"
+                    ));
                 }
             }
         }
@@ -191,12 +138,13 @@ where
     }
 }
 
-/// Packets of N rays and blocks of N triangles, made once and given to both modes at every level.
+/// Packets of N rays and blocks of N triangles, made once and given to all modes at every level.
 fn check_width<const N: usize>(
     scene: &Scene,
     truth: &Truth,
     double: &Double,
     certified: &Certified,
+    exact: &Truth,
 ) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -206,6 +154,7 @@ where
     for level in Level::all() {
         check_forms(scene, truth, &double.at(level), "double", &packets, &blocks)?;
         check_forms(scene, truth, &certified.at(level), "certified", &packets, &blocks)?;
+        check_forms(scene, exact, &Exact::at(level), "exact", &packets, &blocks)?;
     }
     Ok(())
 }
@@ -257,11 +206,11 @@ fn same<const N: usize>(
     for lane in 0..live {
         let (want, hit) = (want(lane), hits.bits >> lane & 1 != 0);
         if hit == want.is_nan() {
-            return Err((lane, format!("lane {lane} hit {hit}, the reference's t is {want:e}")));
+            return Err((lane, format!("lane {lane} hit {hit}, the true t is {want:e}")));
         }
         if hit && hits.t[lane].to_bits() != want.to_bits() {
             let got = hits.t[lane];
-            return Err((lane, format!("lane {lane} t {got:e}, the reference's is {want:e}")));
+            return Err((lane, format!("lane {lane} t {got:e}, the true one is {want:e}")));
         }
     }
     Ok(())
@@ -279,7 +228,7 @@ fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> 
         let one = mode.closest(&scene.triangles, ray);
         same_closest(want, one).map_err(|e| of("closest", e))?;
         if let (Some((obj, _)), Some(one)) = (want, one) {
-            let (u, v) = truth.scene.barycentric(obj, &reference_ray(ray));
+            let (u, v) = truth.weights(obj, ray);
             if [one.u, one.v].map(f64::to_bits) != [u, v].map(f64::to_bits) {
                 return Err(of("weights", format!("{}, {} are not {u}, {v}", one.u, one.v)));
             }
@@ -297,7 +246,7 @@ fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> 
     Ok(())
 }
 
-/// Compares a closest hit with the reference's.
+/// Compares a closest hit with the true one.
 ///
 /// # Errors
 /// What differs.
@@ -307,5 +256,5 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     if bits(got) == bits(want) {
         return Ok(());
     }
-    Err(format!("(triangle, t) is {got:?}, the reference's {want:?}"))
+    Err(format!("(triangle, t) is {got:?}, the truth {want:?}"))
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use intertri::simd::Level;
-use intertri::{Certified, Double, Triangle};
+use intertri::{Certified, Double, Exact, Mode, Triangle};
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
 
@@ -18,12 +18,17 @@ use crate::ours::{Batch, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 23] = [
+pub const ENGINES: [(&str, &str); 28] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
+    ("exact", "batch calls; differs where document A errs"),
+    ("exact-triangles", "batch calls for the triangle alone"),
+    ("exact-avx2", "batch calls held to AVX2"),
+    ("exact-triangles-avx2", ""),
+    ("exact-single", "a call a ray"),
     ("double", "batch calls"),
     ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
     ("embree-fast-1", "a call a ray; default build"),
@@ -62,6 +67,21 @@ fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Bo
     Some(Box::new(engine))
 }
 
+/// A mode of ours, through the calls that a name tells.
+fn ours<M: Mode + 'static>(name: &str, bvh: &Arc<Bvh>, mode: M) -> Box<dyn Engine> {
+    let bvh = bvh.clone();
+    match name.split('-').nth(1) {
+        Some("triangles") => Box::new(Triangles::new(bvh, mode)),
+        Some("single") => Box::new(Single::new(bvh, mode)),
+        _ => Box::new(Batch::new(bvh, mode)),
+    }
+}
+
+/// The level of instructions that a name tells, if this CPU has it.
+fn level(name: &str) -> Option<Level> {
+    if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
+}
+
 /// The engines over a scene. Those that cannot be made are told of and left out.
 pub fn engines(
     filters: &[String],
@@ -77,19 +97,12 @@ pub fn engines(
         if !wanted(name, filters) {
             continue;
         }
+        let has = |word| name.split('-').any(|part| part == word);
         let engine: Option<Box<dyn Engine>> = match name {
-            "certified" => Some(Box::new(Batch::new(bvh.clone(), Certified::default()))),
-            "certified-triangles" => {
-                Some(Box::new(Triangles::new(bvh.clone(), Certified::default())))
+            name if has("certified") => {
+                level(name).map(|level| ours(name, bvh, Certified::default().at(level)))
             }
-            "certified-triangles-avx2" => Level::avx2().map(|level| {
-                let mode = Certified::default().at(level);
-                Box::new(Triangles::new(bvh.clone(), mode)) as Box<dyn Engine>
-            }),
-            "certified-avx2" => Level::avx2().map(|level| {
-                Box::new(Batch::new(bvh.clone(), Certified::default().at(level))) as Box<dyn Engine>
-            }),
-            "certified-single" => Some(Box::new(Single::new(bvh.clone(), Certified::default()))),
+            name if has("exact") => level(name).map(|level| ours(name, bvh, Exact::at(level))),
             "double" => Some(Box::new(Batch::new(bvh.clone(), Double::default()))),
             "obvhs-2" | "obvhs-8" => {
                 let wide = name == "obvhs-8";
@@ -99,7 +112,6 @@ pub fn engines(
             "parry" => made(name, Parry::new(mesh)),
             "fixed" => made(name, Fixed::new(scene)),
             _ => api.and_then(|api| {
-                let has = |word| name.split('-').any(|part| part == word);
                 let build = Build {
                     robust: has("robust"),
                     high: has("high"),

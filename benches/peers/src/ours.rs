@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use intertri::internal::{Resolver, Test};
 use intertri::{Hit, Mode, Ray};
 use intertri_trace::Bvh;
 
@@ -49,7 +50,7 @@ impl<M: Mode> Engine for Batch<M> {
     }
 
     fn exact(&self) -> bool {
-        true
+        as_document(&self.mode)
     }
 }
 
@@ -122,8 +123,13 @@ impl<M: Mode> Engine for Single<M> {
     }
 
     fn exact(&self) -> bool {
-        true
+        as_document(&self.mode)
     }
+}
+
+/// Whether every bit of t is that of document A.
+fn as_document<M: Mode>(mode: &M) -> bool {
+    matches!(mode.test().resolver(), Resolver::Document(_))
 }
 
 fn answer(hit: &Hit) -> Answer {

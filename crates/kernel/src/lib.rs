@@ -24,6 +24,7 @@
 extern crate alloc;
 
 mod barycentric;
+mod crossings;
 mod document;
 mod exact;
 mod filter;
@@ -38,11 +39,12 @@ pub mod simd;
 mod threshold;
 mod types;
 
+pub use crossings::{Crossing, Crossings};
 pub use intersect::{
     ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
 };
 pub use packet::{PacketHits, RayPacket, TriangleBlock};
-pub use query::{Certified, Double, Mode};
+pub use query::{Certified, Double, Exact, Mode};
 pub use threshold::{BadThreshold, Threshold};
 pub use types::{Hit, Ray, Triangle};
 
@@ -67,6 +69,12 @@ pub mod internal {
 
     /// The arithmetic of the mode `exact`.
     pub mod exact {
-        pub use crate::exact::*;
+        pub use crate::exact::float::{self, Decided, decide};
+        pub use crate::exact::rounded::{self, Seen};
+        pub use crate::exact::{
+            HitCoefficients, Rule, SeenPlane, Side, Tier, attributes, attributes_from, closed,
+            crossing_from, has_area, hits_in, is_on, is_plain, once, order, order_from,
+            subnormals_are_read, t, t_from,
+        };
     }
 }

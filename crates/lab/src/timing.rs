@@ -119,8 +119,8 @@ mod tests {
             let own = times.iter().filter(|time| time.method == method.name);
             // With two forms each, 16 lanes apart, which not every CPU has.
             let layouts = match method.name {
-                "certified, one origin" => 0,
-                "double" | "certified" | "fixed" => 4,
+                "certified, one origin" | "exact, one origin" => 0,
+                "double" | "certified" | "exact" | "exact, once" | "fixed" => 4,
                 _ => 6,
             };
             let narrow = own.clone().filter(|time| time.lanes < 16);

@@ -10,6 +10,7 @@ mod bundle;
 mod prefetch;
 mod query;
 mod single;
+mod solid;
 mod stream;
 #[cfg(test)]
 mod test_numbers;
@@ -21,4 +22,5 @@ pub use intertri;
 pub use build::BuildError;
 #[cfg(feature = "fixed")]
 pub use query::FixedBvh;
+pub use solid::{Place, Solid, SolidError};
 pub use tree::Bvh;

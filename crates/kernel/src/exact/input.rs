@@ -20,6 +20,12 @@ pub fn is_plain(ray: &Ray, triangle: &Triangle) -> bool {
     numbers.fold(true, |plain, &x| plain & (size(x).wrapping_sub(1) >= SMALLEST_NORMAL - 1))
 }
 
+/// Whether the CPU reads subnormal numbers as they are, not as 0: so where nothing else is asked of them.
+#[inline]
+pub fn subnormals_are_read() -> bool {
+    f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0
+}
+
 /// Whether no coordinate is NaN or infinite.
 #[inline(always)]
 pub(super) fn is_finite(ray: &Ray, triangle: &Triangle) -> bool {

@@ -14,21 +14,31 @@
 //! bounds and proofs: `docs/numerics/exact.md`.
 
 mod along;
+mod area;
 mod crossing;
 mod double;
 pub mod float;
+mod hit_coefficients;
 mod input;
 mod int;
 mod interval;
 mod numbers;
+mod on_triangle;
+mod pairs;
 mod quotient;
 pub mod rounded;
 mod scale;
+mod seen_plane;
 mod tier;
 
 pub use along::{attributes_from, order_from, t_from};
+pub use area::has_area;
 pub use crossing::{Rule, Side, crossing_from};
-pub use input::is_plain;
+pub use hit_coefficients::HitCoefficients;
+pub use input::{is_plain, subnormals_are_read};
+pub use on_triangle::is_on;
+pub use pairs::hits_in;
+pub use seen_plane::SeenPlane;
 pub use tier::Tier;
 
 use core::cmp::Ordering;
@@ -69,5 +79,16 @@ pub fn attributes(ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
 
 /// The order in which a ray meets two triangles whose planes its line meets, exactly.
 pub fn order(ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
-    order_from(Tier::Float, ray, one, other)
+    // Walls and floors often lie upon each other.
+    if across_an_axis(one, other) {
+        Ordering::Equal
+    } else {
+        order_from(Tier::Float, ray, one, other)
+    }
+}
+
+/// Whether two triangles lie in the same plane, and that across an axis.
+fn across_an_axis(one: &Triangle, other: &Triangle) -> bool {
+    let corners = || one.0.iter().chain(&other.0);
+    (0..3).any(|axis| corners().all(|c| c[axis].to_bits() == one.0[0][axis].to_bits()))
 }

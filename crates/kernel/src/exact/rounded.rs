@@ -8,12 +8,12 @@
 //!
 //! Bounds and proof: `docs/numerics/exact.md`, section 6.
 
-use super::double::{Double, cross, difference, dot, short_sum};
+use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-100`, which is `64w²`: a volume of twice the digits is within this times its permanent, and a
-/// quotient within this of itself besides.
-const DOUBT: f64 = 1.0 / (1_u128 << 100) as f64;
+/// `2^-99`, which is `128w²`: a volume of twice the digits is within half of this times its permanent, and
+/// a quotient by it within half of this of itself besides.
+pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, in numbers that f64 holds exactly.
 #[derive(Clone, Copy)]
@@ -31,9 +31,9 @@ pub struct Seen<D: Lanes> {
 
 /// A number of twice the digits, and what it may be off by.
 #[derive(Clone, Copy)]
-struct Volume<D> {
-    value: Double<D>,
-    err: D,
+pub(super) struct Volume<D> {
+    pub(super) value: Double<D>,
+    pub(super) err: D,
 }
 
 impl<D: Lanes<Scalar = f64>> Volume<D> {
@@ -78,21 +78,31 @@ impl<D: Lanes<Scalar = f64>> Seen<D> {
     /// A quotient by D.
     #[inline(always)]
     fn over(&self, num: &Volume<D>) -> (D, D::Mask) {
-        let Self { den: Volume { value: den, err: den_err }, inverse, exact, .. } = *self;
-        let Volume { value: num, err: num_err } = *num;
-        let q = num.high * inverse;
-
-        // What it lacks: num - q den, which cancels, over den.
-        let p = q * den.high;
-        let lacks = ((num.high - p) - q.mul_error(den.high, p)) + (num.low - q * den.low);
-        let Double { high: q, low: rest } = short_sum(q, lacks * inverse);
-
-        // Roundings keep the order: where both ends of what it may be round alike, so does it.
-        let size = q.abs();
-        let doubt = size.mul_add(den_err, num_err) * inverse.abs();
-        let doubt = size.mul_add(D::splat(DOUBT), doubt);
-        let sure = (q + (rest + doubt)).le(q) & (q + (rest - doubt)).ge(q);
-        // No zero has a sign.
-        (q + D::splat(0.0), exact & sure)
+        let (q, sure) = quotient(num, &self.den, self.inverse);
+        (q, self.exact & sure)
     }
+}
+
+/// The quotient of two volumes, and where it is proven to be rounded right; `inverse` is that of the
+/// denominator's high part. Twice what the denominator may be off by is told.
+#[inline(always)]
+pub(super) fn quotient<D: Lanes<Scalar = f64>>(
+    num: &Volume<D>,
+    den: &Volume<D>,
+    inverse: D,
+) -> (D, D::Mask) {
+    let Volume { value: den, err: den_err } = *den;
+    let Volume { value: num, err: num_err } = *num;
+    let q = num.high * inverse;
+
+    // What it lacks: num - q den, which cancels, over den.
+    let p = q * den.high;
+    let lacks = ((num.high - p) - q.mul_error(den.high, p)) + (num.low - q * den.low);
+    let rest = lacks * inverse;
+
+    // Roundings keep the order: where both ends of what it may be round alike, so does it.
+    let doubt = q.abs().mul_add(den_err, num_err) * inverse.abs();
+    let (least, most) = (q + (rest - doubt), q + (rest + doubt));
+    // No zero has a sign.
+    (most + D::splat(0.0), most.le(least))
 }

@@ -121,6 +121,10 @@ pub(super) const ROOM_SCREEN: f32 = 16.0 * U;
 /// Of a triangle for which `h² / |n|₁` is more than this (2^24) no rectangle is known.
 pub(super) const THIN: f32 = (1_u64 << 24) as f32;
 
+/// On a projection a t below this (2^-80) counts as unknown: its product with a depth could be subnormal, which
+/// rounds by more than `INVERSE`.
+pub(super) const SHORTEST_T: f32 = f32::from_bits((127 - 80) << 23);
+
 /// Where rays pass the origin at a distance of up to `off`, the bound of an edge is `OFF_EDGE h off` more.
 pub(super) const OFF_EDGE: f32 = 1.25;
 /// The inverse depth is `OFF_DEPTH off |s|₁` more uncertain, relative to its largest value on the projection as

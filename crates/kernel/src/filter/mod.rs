@@ -61,6 +61,12 @@ impl Filter {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level }
     }
 
+    /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
+    #[inline]
+    pub fn exact(level: Level) -> Self {
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level }
+    }
+
     /// The document's threshold; zero for a mode that has none.
     #[inline]
     pub fn threshold(&self) -> Threshold {

@@ -12,7 +12,7 @@
 
 use crate::Triangle;
 use crate::barycentric::Coefficients;
-use crate::packet::TriangleBlock;
+use crate::packet::{SHORTEST, TriangleBlock};
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask};
 
@@ -64,7 +64,8 @@ impl SharedOriginTriangle {
         let (h6, t, u) = (corners[2] - corners[1], n.dot(a), n - v - w);
 
         // The bound of the forms, of the reference's noise, and of the origin's rounding.
-        let (h, form) = (longest(h4, h5, h6), longest(u, v, w));
+        let least = D::splat(SHORTEST.into());
+        let (h, form) = (longest(h4, h5, h6).max(least), longest(u, v, w));
         let (away, normal) = (a.dot(a).sqrt(), n.dot(n).sqrt());
         let noise = D::splat(bound::NOISE.into()) * h * (away + h);
         let offset = D::splat(bound::ORIGIN.into()) * h * eye.norm1();
@@ -79,9 +80,9 @@ impl SharedOriginTriangle {
         let least = D::splat(bound::GRAZING.into()) * hh;
         let parallel = D::splat(bound::PARALLEL.into()) * D::splat(threshold) * normal * scale;
 
-        // No area, or not finite.
+        // What is not finite is never hit. What has no area in f64 may have some: the resolver knows.
         let infinity = D::splat(f64::INFINITY);
-        let possible = normal.gt(D::splat(0.0)) & normal.lt(infinity) & away.lt(infinity);
+        let possible = normal.lt(infinity) & away.lt(infinity);
 
         // To f32, and from lanes to triangles.
         let slack = D::splat(bound::SLACK.into());

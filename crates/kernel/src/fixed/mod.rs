@@ -44,7 +44,7 @@ pub use grid::{Bits, Grid, GridError};
 pub use hit_coefficients::HitCoefficients;
 pub use packet::{Packet, Seen, Sides};
 pub use prepared::Prepared;
-pub use queries::{Crossings, Fixed, blocks};
+pub use queries::{Fixed, blocks};
 pub use ratio::Ratio;
 pub use snapped::{Ray, Triangle};
 

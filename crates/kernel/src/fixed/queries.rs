@@ -6,8 +6,8 @@ use core::array::from_fn;
 use super::{
     Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, Seen, Triangle,
 };
-use crate::Hit;
 use crate::simd::{Level, Simd, WithSimd};
+use crate::{Crossings, Hit};
 
 /// The mode `fixed`, at some level of instructions. The answers are those of every level.
 ///
@@ -55,27 +55,6 @@ impl Default for Fixed {
     fn default() -> Self {
         Self { level: Level::best() }
     }
-}
-
-/// How often a ray crosses.
-///
-/// ```
-/// use intertri::fixed::{Bits, Crossings, Fixed, Grid, blocks};
-/// // Through the front of one wall and the back of another.
-/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
-/// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
-/// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();
-/// let crossings = Fixed::default().crossings(&walls, &grid.ray_of([1, 1, 0], [0, 0, 1])?);
-/// assert_eq!(crossings, Crossings { signed: 0, unsigned: 2 });
-/// # Ok::<_, intertri::fixed::GridError>(())
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Crossings {
-    /// Crossings with the normal less crossings against it: of a closed mesh whose corners run
-    /// counter-clockwise as seen from outside, 1 from a point inside and 0 from one outside.
-    pub signed: i64,
-    /// All crossings.
-    pub unsigned: u64,
 }
 
 /// Snapped triangles in blocks of eight, for the queries; each triangle's index is its place.
@@ -146,8 +125,7 @@ impl Fixed {
     pub fn crossings(&self, blocks: &[Block<8>], ray: &Ray) -> Crossings {
         let mut count = Crossings::default();
         self.each(blocks, ray, |crossing, _| {
-            count.signed += if crossing.leaves { 1 } else { -1 };
-            count.unsigned += 1;
+            count.add(crossing.leaves);
             true
         });
         count

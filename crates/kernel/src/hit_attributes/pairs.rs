@@ -64,27 +64,48 @@ impl Pairs {
         self.index[lane] = index;
     }
 
-    /// The hits of all lanes; those of lanes that were not set mean nothing.
+    /// The ray and the triangle in a lane, and the triangle's index.
+    #[inline]
+    pub fn pair(&self, lane: usize) -> (Ray, Triangle, u32) {
+        let vec3 = |rows: &[[f32; 8]; 3]| rows.each_ref().map(|row| row[lane]);
+        let ray = Ray::new(vec3(&self.origin), vec3(&self.dir));
+        (ray, Triangle(self.corners.each_ref().map(vec3)), self.index[lane])
+    }
+
+    /// Corners, origins and directions of the lanes from a place on.
+    #[inline(always)]
+    pub(crate) fn lanes<D: Lanes<Scalar = f64>>(
+        &self,
+        from: usize,
+    ) -> ([Vec3<D>; 3], Vec3<D>, Vec3<D>) {
+        let [c1, c2, c3] = &self.corners;
+        let corners = [some(c1, from), some(c2, from), some(c3, from)];
+        (corners, some(&self.origin, from), some(&self.dir, from))
+    }
+
+    /// The hits of all lanes by the document's operations; those of lanes that were not set mean nothing.
     #[inline(always)]
     pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
         // Four at a time: for one division of eight in a search some CPUs lower their clock.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {
-            let [c1, c2, c3] = &self.corners;
-            let corners = [some::<S::F64x4>(c1, from), some(c2, from), some(c3, from)];
-            let (origin, dir) = (some(&self.origin, from), some(&self.dir, from));
+            let (corners, origin, dir) = self.lanes::<S::F64x4>(from);
             let [in_t, in_u, in_v] = crossing(corners, origin, dir);
             in_t.store(&mut t[from..]);
             in_u.store(&mut u[from..]);
             in_v.store(&mut v[from..]);
         }
 
-        let mut hits = [Hit::MISS; 8];
-        for (lane, hit) in hits.iter_mut().enumerate() {
-            let (t, u, v, triangle) = (t[lane], u[lane], v[lane], self.index[lane]);
-            *hit = Hit { t, u, v, triangle, geometry: 0 };
-        }
-        hits
+        self.hits(&t, &u, &v)
+    }
+
+    /// The hits of all lanes.
+    #[inline(always)]
+    pub(crate) fn hits(&self, t: &[f64; 8], u: &[f64; 8], v: &[f64; 8]) -> [Hit; 8] {
+        core::array::from_fn(|lane| {
+            let triangle = self.index[lane];
+            Hit { t: t[lane], u: u[lane], v: v[lane], triangle, geometry: 0 }
+        })
     }
 }
 

@@ -117,7 +117,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
                     *to = if unknown >> lane & 1 != 0 { t } else { *to };
                 }
             }
-            Resolver::Grid => {
+            Resolver::Grid | Resolver::Exact => {
                 for lane in lanes_of(unknown) {
                     let triangle = find(place[lane].to_bits());
                     hits.t[lane] = resolver.t(&rays.ray(lane), &triangle);

@@ -238,7 +238,7 @@ impl<const N: usize> PacketHits<N> {
 
 /// No edge counts as shorter than this (2^-48), so that what underflow takes from the product of two
 /// stays below what a rounding takes.
-const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
+pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
 /// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
 const LARGEST: f32 = (1_u64 << 40) as f32;

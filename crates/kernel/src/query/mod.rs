@@ -6,5 +6,5 @@ mod slices;
 mod which;
 
 pub use mode::Mode;
-pub use modes::{Certified, Double};
+pub use modes::{Certified, Double, Exact};
 pub use which::Which;

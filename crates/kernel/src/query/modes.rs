@@ -1,10 +1,13 @@
-//! The modes whose answers are document A's.
+//! The modes for f32 as they are: two whose answers are document A's, and one that is exact.
 
-use crate::Threshold;
+use alloc::vec::Vec;
+
+use crate::exact;
 use crate::filter::Filter;
 use crate::lanes64::Lanes64;
 use crate::query::Mode;
 use crate::simd::Level;
+use crate::{Crossing, Hit, Ray, Threshold, Triangle};
 
 /// A mode with a threshold and a level of instructions.
 macro_rules! mode {
@@ -78,4 +81,72 @@ mode! {
     /// assert_eq!(mode.closest(&[triangle], &ray).map(|hit| hit.t), Some(5.0));
     /// ```
     Double, Lanes64, Lanes64::new
+}
+
+/// f32 lanes under a proven bound, and exact arithmetic where it does not decide: right on the coordinates
+/// as given, at the speed of f32.
+///
+/// A ray hits the closed triangle: edges and corners belong to every triangle that has them, so that no
+/// ray slips through a mesh where two of its triangles share an edge. It hits iff `t > 0` and
+/// `t_min <= t < t_max`, all exactly; a ray that starts on a triangle does not hit it there, nor is one hit
+/// that is parallel to the ray or without area. t, u and v are the true numbers, each rounded once. Of
+/// equal t the lower index is closer. Definition and proof: `docs/numerics/exact.md`.
+///
+/// ```
+/// use intertri::{Exact, Mode, Ray, Triangle, simd::Level};
+/// // A square of two triangles, and a ray exactly through their common edge.
+/// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
+/// let square = [Triangle::new(a, b, c), Triangle::new(d, c, b)];
+/// let ray = Ray::new([0.3, 0.7, 0.0], [0.0, 0.0, 3.0]);
+/// let hit = Exact::default().closest(&square, &ray).unwrap();
+/// assert_eq!((hit.triangle, hit.t), (0, 5.0 / 3.0));
+/// assert_eq!(Exact::at(Level::PORTABLE).closest(&square, &ray), Some(hit));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Exact {
+    level: Level,
+}
+
+impl Exact {
+    /// The mode at a level of instructions. The answers do not depend on it.
+    pub fn at(level: Level) -> Self {
+        Self { level }
+    }
+}
+
+impl Exact {
+    /// Where a ray crosses the triangles, in order of the exact t; of equal t, of the index.
+    ///
+    /// A point on an edge or a corner belongs to one of the triangles that have it, as if the ray's
+    /// direction were moved by (ε, ε², ε³): through a closed mesh a ray goes once where it meets an edge,
+    /// and from where it starts the crossings with the normal, less those against it, are what the mesh
+    /// winds around that point. Each crossing is a hit, too.
+    pub fn crossings(&self, triangles: &[Triangle], ray: &Ray) -> Vec<Crossing> {
+        let triangle = |hit: &Hit| &triangles[hit.triangle as usize];
+        let crossing = |hit: Hit| {
+            let leaves = exact::once::crossing(ray, triangle(&hit))? == exact::Side::Leaves;
+            Some(Crossing { hit, leaves })
+        };
+        let mut all: Vec<_> = self.all(triangles, ray).into_iter().filter_map(crossing).collect();
+        all.sort_by(|a, b| {
+            let exactly = || exact::order(ray, triangle(&a.hit), triangle(&b.hit));
+            a.hit.t.total_cmp(&b.hit.t).then_with(exactly)
+        });
+        all
+    }
+}
+
+impl Default for Exact {
+    fn default() -> Self {
+        Self::at(Level::best())
+    }
+}
+
+impl Mode for Exact {
+    type Test = Filter;
+
+    #[inline]
+    fn test(&self) -> Filter {
+        Filter::exact(self.level)
+    }
 }

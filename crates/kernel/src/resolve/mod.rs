@@ -4,13 +4,15 @@
 //!   filter (f32 lanes) ──► surely a miss      nearly all
 //!                     ├──► surely a hit       its t lies in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
-//!                                                └──► grid       integers, exact
+//!                                                ├──► grid       integers of a grid
+//!                                                └──► exact      f64 under a bound, or integers
 //! ```
 //!
 //! A mode is this and nothing else: the filter and the walk through a hierarchy are the same for all.
 //! The set is closed. A resolver is asked rarely and out of line, so that no code is compiled again for
 //! one.
 
+mod exact;
 mod grid;
 mod shared_origin;
 
@@ -27,14 +29,16 @@ pub enum Resolver {
     Document(f64),
     /// Integers: for rays and triangles of a grid, in f32, which hold them exactly.
     Grid,
+    /// Right on the coordinates as given; edges and corners belong to every triangle that has them.
+    Exact,
 }
 
 impl Resolver {
     /// Whether shadow rays may be asked from where they end: the bounds for that are derived of the
-    /// document's operations (`docs/numerics/projection.md`, section 6).
+    /// document's operations and of exact ones (`docs/numerics/projection.md`, section 6).
     #[inline]
     pub fn may_reverse(self) -> bool {
-        matches!(self, Self::Document(_))
+        matches!(self, Self::Document(_) | Self::Exact)
     }
 
     /// t, rounded to f64, if the ray hits the triangle within its interval.
@@ -44,6 +48,7 @@ impl Resolver {
         match self {
             Self::Document(threshold) => document::hit(ray, triangle, threshold),
             Self::Grid => grid::hit(ray, triangle),
+            Self::Exact => exact::hit(ray, triangle),
         }
     }
 
@@ -53,6 +58,7 @@ impl Resolver {
         match self {
             Self::Document(_) => document::t(ray, triangle),
             Self::Grid => grid::t(ray, triangle),
+            Self::Exact => exact::t(ray, triangle),
         }
     }
 
@@ -64,15 +70,17 @@ impl Resolver {
         match self {
             Self::Document(_) => Ordering::Equal,
             Self::Grid => grid::order(ray, a, b),
+            Self::Exact => exact::order(ray, a, b),
         }
     }
 
-    /// What rays from one origin share in asking for t.
+    /// What rays from one origin share in asking which triangle comes first.
     #[inline(always)]
     pub fn shared_origin(self, triangle: &Triangle, origin: [f32; 3]) -> SharedOrigin {
         match self {
             Self::Document(_) => SharedOrigin::document(triangle, origin),
             Self::Grid => SharedOrigin::grid(triangle, origin),
+            Self::Exact => SharedOrigin::Exact(crate::exact::SeenPlane::new(triangle, origin)),
         }
     }
 
@@ -82,6 +90,7 @@ impl Resolver {
         match self {
             Self::Document(_) => crate::hit_attributes::of_pair(ray, triangle, index),
             Self::Grid => grid::hit_attributes(ray, triangle, index),
+            Self::Exact => exact::hit_attributes(ray, triangle, index),
         }
     }
 }

@@ -1,9 +1,11 @@
-//! t of rays that share their origin: what depends on that and the triangle is computed once.
+//! Which of two triangles rays meet first that share their origin: what depends on that and a triangle is
+//! computed once.
 
 use core::cmp::Ordering;
 
 use crate::document::SeenPlane;
-use crate::fixed::{self, Crossing, Sides};
+use crate::exact;
+use crate::fixed::{self, Sides};
 use crate::{Ray, Triangle};
 
 /// A triangle as it is seen from the origin of rays that are known to hit it.
@@ -11,8 +13,10 @@ use crate::{Ray, Triangle};
 pub enum SharedOrigin {
     /// For the document's operations.
     Document(SeenPlane),
-    /// For integers.
+    /// For integers of a grid.
     Grid(Sides),
+    /// For what is exact.
+    Exact(exact::SeenPlane),
 }
 
 impl SharedOrigin {
@@ -28,32 +32,20 @@ impl SharedOrigin {
         Self::Grid(Sides::new(&fixed::Triangle::from_f32(triangle), ray.origin()))
     }
 
-    /// t of a ray, rounded to f64.
+    /// Which of two triangles, of one resolver, a ray hits first.
     #[inline(always)]
-    pub fn t(&self, ray: &Ray) -> f64 {
-        match self {
-            Self::Document(plane) => plane.t(ray.dir),
-            Self::Grid(sides) => grid_t(sides, ray),
-        }
-    }
-
-    /// Which of two triangles whose rounded t are equal a ray hits first.
-    #[cold]
-    #[inline(never)]
     pub fn order(&self, other: &Self, ray: &Ray) -> Ordering {
         match (self, other) {
-            (Self::Grid(a), Self::Grid(b)) => crossing(a, ray).t.cmp(&crossing(b, ray).t),
+            (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
+            (Self::Grid(a), Self::Grid(b)) => grid_order(a, b, ray),
+            (Self::Exact(a), Self::Exact(b)) => a.order(b, ray),
             _ => Ordering::Equal,
         }
     }
 }
 
-#[cold]
 #[inline(never)]
-fn grid_t(sides: &Sides, ray: &Ray) -> f64 {
-    crossing(sides, ray).t.to_f64(0)
-}
-
-fn crossing(sides: &Sides, ray: &Ray) -> Crossing {
-    sides.crossing(&fixed::Ray::of_f32(ray))
+fn grid_order(a: &Sides, b: &Sides, ray: &Ray) -> Ordering {
+    let ray = fixed::Ray::of_f32(ray);
+    a.crossing(&ray).t.cmp(&b.crossing(&ray).t)
 }

@@ -64,7 +64,7 @@ pub fn count_errors(
 #[cfg(test)]
 mod tests {
     use super::{ErrorCounts, ON_GRID, count_errors};
-    use crate::methods::OF_THE_REFERENCE;
+    use crate::methods::{EXACT, OF_THE_REFERENCE};
     use crate::workloads::{Model, Workload};
 
     fn of<'a>(error_counts: &'a [ErrorCounts], method: &str) -> &'a ErrorCounts {
@@ -90,6 +90,15 @@ mod tests {
                 assert_eq!(of(&error_counts, method).not_reference, 0, "{workload:?} {method}");
             }
             assert_eq!(of(&error_counts, ON_GRID).wrong, 0, "{workload:?}");
+            for method in EXACT {
+                let Some(exact) = error_counts.iter().find(|v| v.method == method) else {
+                    continue;
+                };
+                // Where edges are met, the closed rule counts both triangles that share one.
+                let doubles = if method == "exact, once" { exact.doubles } else { 0 };
+                let wrong = exact.wrong - exact.doubles + doubles;
+                assert_eq!((wrong, exact.leaks), (0, 0), "{workload:?} {method}");
+            }
             // What is no more than f32 is wrong somewhere, at edges most of the time.
             let plain = of(&error_counts, "Möller–Trumbore f32");
             match workload {

@@ -12,7 +12,7 @@ mod colour {
 
 /// Whether a method of the table is one of the kernel's modes.
 pub(super) fn is_kernel(method: &str) -> bool {
-    ["double", "certified", "fixed"].iter().any(|mode| method.starts_with(mode))
+    ["double", "certified", "exact", "fixed"].iter().any(|mode| method.starts_with(mode))
 }
 
 /// The colour of a method.

@@ -35,7 +35,7 @@ pub use intersector::{Intersector, PlainRay};
 pub use method::Method;
 pub use real::{Number, Real};
 pub use reference::reference_closest;
-pub use table::{METHODS, OF_THE_REFERENCE};
+pub use table::{EXACT, METHODS, OF_THE_REFERENCE};
 
 #[cfg(test)]
 mod tests;

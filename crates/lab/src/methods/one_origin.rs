@@ -1,16 +1,14 @@
-//! The mode `certified` for rays that share an origin, as camera rays and hard shadow rays do. Its
-//! coefficients belong to a triangle and the origin, and a ray costs three products.
+//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow rays do.
+//! Coefficients belong to a triangle and the origin, and a ray costs three products.
 //!
 //! The coefficients are computed before the clock starts, like all constants of a triangle: the rays of
 //! a picture share them.
 
 use std::time::Instant;
 
-use intertri::internal::{Filter, SharedOriginBlock};
-use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
-use intertri::{
-    ClosestHits, Counts, LaneQueries, Ray, RayPacket, Threshold, Triangle, TriangleBlock,
-};
+use intertri::internal::{Filter, SharedOriginBlock, Test};
+use intertri::simd::{Lane, Simd, Width, WithSimd};
+use intertri::{ClosestHits, Counts, LaneQueries, Ray, RayPacket, Triangle, TriangleBlock};
 
 use super::closest::{Seconds, one_register};
 use super::kernel::answer;
@@ -18,20 +16,13 @@ use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
 /// Pairs: a ray shares its origin with itself.
-pub(super) fn pairs(
-    level: Level,
-    threshold: f64,
-    triangles: &[Triangle],
-    rays: &[Ray],
-    to: &mut [Answer],
-) {
-    let filter = Filter::certified(Threshold::new(threshold).unwrap_or_default(), level);
-    level.run(Pairs { filter, triangles, rays, to });
+pub(super) fn pairs(filter: Filter, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
+    filter.level().run(Pairs { filter, triangles, rays, to });
 }
 
 /// The closest hits of batches; `None` but for packets of rays that share their batch's origin.
 pub(super) fn closest(
-    level: Level,
+    filter: Filter,
     batches: &[TestBatch],
     layout: Layout,
     nearest: &mut Vec<ClosestHit>,
@@ -40,7 +31,8 @@ pub(super) fn closest(
     let shared =
         |batch: &TestBatch| batch.rays.windows(2).all(|two| bits(&two[0]) == bits(&two[1]));
     let has = layout.form == Form::Packets && layout.lanes > 1 && batches.iter().all(shared);
-    has.then(|| level.run(Closest { batches, lanes: layout.lanes, nearest })).flatten()
+    let work = Closest { filter, batches, lanes: layout.lanes, nearest };
+    if has { filter.level().run(work) } else { None }
 }
 
 struct Pairs<'a> {
@@ -71,6 +63,7 @@ impl WithSimd for Pairs<'_> {
 }
 
 struct Closest<'a> {
+    filter: Filter,
     batches: &'a [TestBatch],
     lanes: usize,
     nearest: &'a mut Vec<ClosestHit>,
@@ -81,8 +74,7 @@ impl WithSimd for Closest<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<Seconds> {
-        let Self { batches, lanes, nearest } = self;
-        let filter = Filter::certified(Threshold::DEFAULT, S::LEVEL);
+        let Self { filter, batches, lanes, nearest } = self;
         nearest.clear();
         nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
         match lanes {

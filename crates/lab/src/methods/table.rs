@@ -1,6 +1,8 @@
 //! The table of all methods.
 
-use intertri::{Certified, Double, Threshold};
+use intertri::internal::Filter;
+use intertri::simd::Level;
+use intertri::{Certified, Double, Exact, Threshold};
 use intertri_reference::THRESHOLD;
 
 use super::badouel::Badouel;
@@ -51,23 +53,55 @@ macro_rules! method {
     };
 }
 
-/// A mode of the kernel as a row of the table.
+/// A mode of the kernel as a row of the table. `$mode` makes it from a threshold and a level.
 macro_rules! mode {
-    ($name:literal, $mode:ident) => {
+    ($name:literal, $mode:expr) => {
+        mode!($name, $mode, |level, batch| {
+            let make: fn(Threshold, Level) -> _ = $mode;
+            let mode = make(Threshold::DEFAULT, level);
+            batch.counts(|triangles, rays, to| kernel::pairs(mode, triangles, rays, to))
+        })
+    };
+    ($name:literal, $mode:expr, $counts:expr) => {
         Method {
             name: $name,
             source: "the kernel",
             bits: 53,
             pairs: |level, threshold, triangles, rays, to| {
-                let threshold = Threshold::new(threshold).unwrap_or_default();
-                kernel::pairs($mode::new(threshold).at(level), triangles, rays, to);
+                let make: fn(Threshold, Level) -> _ = $mode;
+                let mode = make(Threshold::new(threshold).unwrap_or_default(), level);
+                kernel::pairs(mode, triangles, rays, to);
             },
             closest: |level, batches, layout, nearest| {
-                kernel::closest($mode::default().at(level), level, batches, layout, nearest)
+                let make: fn(Threshold, Level) -> _ = $mode;
+                let mode = make(Threshold::DEFAULT, level);
+                kernel::closest(mode, level, batches, layout, nearest)
+            },
+            counts: $counts,
+        }
+    };
+}
+
+/// A mode of the kernel for rays of one origin. `$filter` makes its filter from a threshold and a level.
+macro_rules! one_origin {
+    ($name:literal, $filter:expr) => {
+        Method {
+            name: $name,
+            source: "the kernel, after document D",
+            bits: 53,
+            pairs: |level, threshold, triangles, rays, to| {
+                let make: fn(Threshold, Level) -> _ = $filter;
+                let filter = make(Threshold::new(threshold).unwrap_or_default(), level);
+                one_origin::pairs(filter, triangles, rays, to);
+            },
+            closest: |level, batches, layout, nearest| {
+                let make: fn(Threshold, Level) -> _ = $filter;
+                one_origin::closest(make(Threshold::DEFAULT, level), batches, layout, nearest)
             },
             counts: |level, batch| {
-                let mode = $mode::default().at(level);
-                batch.counts(|triangles, rays, to| kernel::pairs(mode, triangles, rays, to))
+                let make: fn(Threshold, Level) -> _ = $filter;
+                let filter = make(Threshold::DEFAULT, level);
+                batch.counts(|triangles, rays, to| one_origin::pairs(filter, triangles, rays, to))
             },
         }
     };
@@ -76,6 +110,9 @@ macro_rules! mode {
 /// Those that promise the scalar f64 reference's answers, bit for bit.
 pub const OF_THE_REFERENCE: [&str; 4] =
     ["InterTri f64", "double", "certified", "certified, one origin"];
+
+/// Those that are right on the coordinates as given.
+pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
 /// Every method. Whatever compares methods iterates over this.
 ///
@@ -113,20 +150,15 @@ pub static METHODS: &[Method] = &[
     method!("Woop f32", "Woop, Benthin, Wald 2013", |_| Woop { fall_back: true }, f32),
     method!("Embree fast f32", "Wald et al. 2014", |_| EdgeForm, f32),
     method!("Embree robust f32", "Wald et al. 2014", |_| Robust, f32),
-    mode!("double", Double),
-    mode!("certified", Certified),
-    Method {
-        name: "certified, one origin",
-        source: "the kernel, after document D",
-        bits: 53,
-        pairs: one_origin::pairs,
-        closest: one_origin::closest,
-        counts: |level, batch| {
-            batch.counts(|triangles, rays, to| {
-                one_origin::pairs(level, THRESHOLD, triangles, rays, to);
-            })
-        },
-    },
+    mode!("double", |threshold, level| Double::new(threshold).at(level)),
+    mode!("certified", |threshold, level| Certified::new(threshold).at(level)),
+    one_origin!("certified, one origin", Filter::certified),
+    mode!("exact", |_, level| Exact::at(level)),
+    one_origin!("exact, one origin", |_, level| Filter::exact(level)),
+    mode!("exact, once", |_, level| Exact::at(level), |level, batch| {
+        let crossings = |ray| Exact::at(level).crossings(&batch.triangles, ray).len() as u32;
+        batch.rays.iter().map(crossings).collect()
+    }),
     Method {
         name: "fixed",
         source: "the kernel",

@@ -1,6 +1,6 @@
 //! What the trace of a bundle found, and what is asked of that: whether, which, where.
 
-use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, prefetch};
+use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
 use intertri::{Hit, Ray, Triangle, fixed};
 
@@ -27,6 +27,7 @@ pub(crate) struct Results {
     hit: Vec<u32>,
     coefficients: Vec<[HitCoefficients; 8]>,
     on_grid: Vec<[fixed::HitCoefficients; 8]>,
+    exact: Vec<[exact::HitCoefficients; 8]>,
 }
 
 impl Results {
@@ -59,15 +60,23 @@ impl Results {
             Answers::Triangles(triangles) => self.triangles(bvh, triangles),
             Answers::Hits(hits) => {
                 self.distinct();
-                let (mut coefficients, mut on_grid) =
-                    (std::mem::take(&mut self.coefficients), std::mem::take(&mut self.on_grid));
                 match resolver {
                     Resolver::Document(_) => {
-                        self.hits::<S, _>(bvh, resolver, rays, &mut coefficients, hits);
+                        let mut eights = std::mem::take(&mut self.coefficients);
+                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                        self.coefficients = eights;
                     }
-                    Resolver::Grid => self.hits::<S, _>(bvh, resolver, rays, &mut on_grid, hits),
+                    Resolver::Grid => {
+                        let mut eights = std::mem::take(&mut self.on_grid);
+                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                        self.on_grid = eights;
+                    }
+                    Resolver::Exact => {
+                        let mut eights = std::mem::take(&mut self.exact);
+                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                        self.exact = eights;
+                    }
                 }
-                (self.coefficients, self.on_grid) = (coefficients, on_grid);
             }
         }
     }

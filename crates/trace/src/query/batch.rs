@@ -86,7 +86,7 @@ fn in_chunks(
 }
 
 /// The same of one kind of answer, and of rays of any kind.
-pub(super) fn chunks<R: Sync, A: Send>(
+pub(crate) fn chunks<R: Sync, A: Send>(
     rays: &[R],
     answers: &mut [A],
     each: impl Fn(&[R], &mut [A]) -> Counts + Sync,

@@ -3,9 +3,9 @@
 //! Integers of a grid are exact in f32, so the boxes are, and a crossing lies exactly in its
 //! triangle's box. What the walk itself rounds, its padding covers: `docs/numerics/hierarchy.md`.
 
-use intertri::fixed::{Crossing, Crossings, Fixed, Ray, Sides, Triangle};
+use intertri::fixed::{Crossing, Fixed, Ray, Sides, Triangle};
 use intertri::internal::Filter;
-use intertri::{Counts, Hit, Triangle as Corners};
+use intertri::{Counts, Crossings, Hit, Triangle as Corners};
 
 use super::{batch, one};
 use crate::answers::Answers;
@@ -80,8 +80,7 @@ impl FixedBvh {
     pub fn crossings(&self, mode: &Fixed, ray: &Ray) -> Crossings {
         let mut count = Crossings::default();
         for (_, crossing) in self.places(*mode, ray) {
-            count.signed += if crossing.leaves { 1 } else { -1 };
-            count.unsigned += 1;
+            count.add(crossing.leaves);
         }
         count
     }

@@ -1,12 +1,15 @@
 //! What users ask of a hierarchy: of one ray, or of many.
 
 mod batch;
+mod crossings;
 #[cfg(feature = "fixed")]
 mod fixed;
 mod one;
 
 #[cfg(feature = "fixed")]
 pub use fixed::FixedBvh;
+
+pub(crate) use batch::chunks;
 
 use intertri::{Counts, Hit, Mode, Ray};
 

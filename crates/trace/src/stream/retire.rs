@@ -1,7 +1,7 @@
-//! Rays of a stream that are done: hits wait for the document's t and weights until there are eight of
+//! Rays of a stream that are done: hits wait for their t and weights until there are eight of
 //! them.
 
-use intertri::internal::{Pairs, Resolver};
+use intertri::internal::{Pairs, Resolver, exact};
 use intertri::simd::Simd;
 use intertri::{ClosestHit, Ray};
 
@@ -55,7 +55,10 @@ impl Retired {
     #[inline(always)]
     pub(super) fn flush<S: Simd>(&mut self, answers: &mut Answers<'_>) {
         if self.len > 0 {
-            let hits = self.pairs.hits_in::<S>();
+            let hits = match self.resolver {
+                Resolver::Exact => exact::hits_in::<S>(&self.pairs, self.len),
+                _ => self.pairs.hits_in::<S>(),
+            };
             for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {
                 answers.write_hit(number as usize, hit);
             }

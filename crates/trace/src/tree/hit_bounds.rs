@@ -1,17 +1,18 @@
-//! Where the reference can find a triangle hit: in its box, but for the thinnest ones.
+//! Where a triangle can be hit: in its box; and by the reference, if it is one of the thinnest, around it.
 //!
 //! The reference computes the normal in f64, relative to the product of two edges. The thinner the
 //! triangle, the further that normal can lean, and the further outside of the triangle a point can
 //! be accepted. `docs/numerics/hierarchy.md` bounds how far.
 
 use intertri::Triangle;
+use intertri::internal::exact::has_area;
 
 use super::aabb::Aabb;
 
 /// Where a triangle can be hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
-    /// Nowhere: it is not finite, or has no area in f64.
+    /// Nowhere: it is not finite, or has no area.
     Nowhere,
     /// In its box; the walk's own padding covers the rest.
     Box(Aabb),
@@ -46,7 +47,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        HitBounds::Nowhere
+        // Nowhere by the reference; and exactly, where f64 loses an area, in its box.
+        if has_area(triangle) { HitBounds::Box(bounds) } else { HitBounds::Nowhere }
     } else if thinness <= THIN {
         HitBounds::Box(bounds)
     } else {

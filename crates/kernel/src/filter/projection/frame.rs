@@ -120,8 +120,11 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     /// An enclosure of `1 / (t z)`.
     #[inline(always)]
     pub(super) fn inverse(&self, t: F) -> (F, F) {
-        let s = F::splat(1.0) / (t * self.z);
-        (s * F::splat(1.0 - bound::INVERSE), s * F::splat(1.0 + bound::INVERSE))
+        let least = F::splat(bound::SHORTEST_T);
+        let s = F::splat(1.0) / (t.max(least) * self.z);
+        let s_hi = s * F::splat(1.0 + bound::INVERSE);
+        let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);
+        (s * F::splat(1.0 - bound::INVERSE), s_hi)
     }
 }
 

@@ -233,7 +233,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             }
             if is_hit {
                 let other = seen[numbers[lane].to_bits() as usize];
-                if !settle.is_before(ray, (triangle, t), other, &mut kept) {
+                if !settle.is_before(ray, triangle, other, &mut kept) {
                     continue;
                 }
             }

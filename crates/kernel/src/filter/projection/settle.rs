@@ -37,13 +37,13 @@ impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
-    /// Whether a ray hits one triangle before another, both of which it is known to hit; `t` is that of the
-    /// one, where it is known. What was seen of both is kept for other rays.
+    /// Whether a ray hits one triangle before another, both of which it is known to hit. What was seen of
+    /// both is kept for other rays.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
         ray: usize,
-        (one, t): (u32, Option<f64>),
+        one: u32,
         other: u32,
         [kept_one, kept_other]: &mut [Kept; 2],
     ) -> bool {
@@ -52,10 +52,6 @@ impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
         }
         let ray = &self.rays[ray];
         let old = self.seen(other, kept_other);
-        let (t_old, t_new) = (old.t(ray), t.unwrap_or_else(|| self.seen(one, kept_one).t(ray)));
-        if t_new != t_old {
-            return t_new < t_old;
-        }
         let order = self.seen(one, kept_one).order(&old, ray);
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }

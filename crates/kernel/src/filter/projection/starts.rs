@@ -39,9 +39,12 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
-        // Not so small that products are subnormal: those take the CPU a hundred times as long.
-        let above = at_least(t_min, threshold.above.max(bound::SMALL));
+        // Not so small that products are subnormal: those are rounded by more than INVERSE, and take the
+        // CPU a hundred times as long.
+        let least = F::splat(bound::SHORTEST_T);
+        let above = at_least(t_min, threshold.above.max(bound::SHORTEST_T));
         let below = at_least(t_min, threshold.below.max(0.0));
+        let below = F::select(below.lt(least), F::splat(0.0), below);
         Self {
             last: F::select(live, self.last.max(above * points.z), self.last),
             first: F::select(live, self.first.min(below * points.z), self.first),

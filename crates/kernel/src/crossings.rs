@@ -1,0 +1,58 @@
+//! Crossings: where a ray goes through a mesh, each edge and corner once.
+
+use crate::Hit;
+
+/// Where a ray crosses a triangle.
+///
+/// ```
+/// use intertri::{Exact, Ray, Triangle};
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let crossings = Exact::default().crossings(&[wall], &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]));
+/// assert_eq!((crossings[0].hit.t, crossings[0].leaves), (2.5, true));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Where.
+    pub hit: Hit,
+    /// Whether the ray runs with the normal: out of a mesh whose corners run counter-clockwise as seen from
+    /// outside.
+    pub leaves: bool,
+}
+
+/// How often a ray crosses.
+///
+/// ```
+/// use intertri::Crossings;
+/// use intertri::fixed::{Bits, Fixed, Grid, blocks};
+/// // Through the front of one wall and the back of another.
+/// let grid = Grid::at(Bits::FINE, 0, [0; 3])?;
+/// let (front, back) = ([[0, 0, 5], [4, 0, 5], [0, 4, 5]], [[0, 0, 9], [0, 4, 9], [4, 0, 9]]);
+/// let walls: Vec<_> = blocks(&[grid.triangle_of(front)?, grid.triangle_of(back)?]).collect();
+/// let crossings = Fixed::default().crossings(&walls, &grid.ray_of([1, 1, 0], [0, 0, 1])?);
+/// assert_eq!(crossings, Crossings { signed: 0, unsigned: 2 });
+/// # Ok::<_, intertri::fixed::GridError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Crossings {
+    /// Crossings with the normal less crossings against it: of a closed mesh whose corners run
+    /// counter-clockwise as seen from outside, 1 from a point inside and 0 from one outside.
+    pub signed: i64,
+    /// All crossings.
+    pub unsigned: u64,
+}
+
+impl Crossings {
+    /// Counts one more.
+    ///
+    /// ```
+    /// let mut crossings = intertri::Crossings::default();
+    /// crossings.add(true);
+    /// crossings.add(false);
+    /// assert_eq!((crossings.signed, crossings.unsigned), (0, 2));
+    /// ```
+    #[inline]
+    pub fn add(&mut self, leaves: bool) {
+        self.signed += if leaves { 1 } else { -1 };
+        self.unsigned += 1;
+    }
+}

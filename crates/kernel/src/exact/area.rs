@@ -1,0 +1,34 @@
+//! Whether a triangle has an area at all, of which f64 may see nothing.
+
+use super::input::is_finite;
+use super::numbers::{Numbers, Pair, Scales};
+use super::tier::{Tier, at_tier};
+use crate::{Ray, Triangle};
+
+/// Whether a finite triangle has an area, however small: whether it is neither a point nor a line.
+///
+/// ```
+/// use intertri::Triangle;
+/// use intertri::internal::exact::has_area;
+/// let along = |x, y| [x, y, 0.0];
+/// assert!(!has_area(&Triangle::new(along(0.0, 0.0), along(0.1, 0.1), along(0.3, 0.3))));
+/// // Its normal is 0 in f64.
+/// let (a, b) = (along(2.3207207e-9, 2.3207212e-9), along(1.705962, 1.705962));
+/// assert!(has_area(&Triangle::new(a, b, along(3.411924, 3.411924))));
+/// ```
+pub fn has_area(triangle: &Triangle) -> bool {
+    // For a direction along an axis, D is the normal's component there.
+    let [c1, ..] = triangle.0;
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].into_iter().any(|dir| {
+        let pair = Pair { origin: c1, dir, corners: triangle.0 };
+        let scales = pair.scales();
+        is_finite(&Ray::new(c1, dir), triangle)
+            && at_tier!(scales.tier(), leans::<C, N, V>(&pair, scales))
+    })
+}
+
+/// Whether D is not 0.
+fn leans<const C: usize, const N: usize, const V: usize>(pair: &Pair<f32>, scales: Scales) -> bool {
+    let [u, v, w] = Numbers::<C, N, V>::new(pair, scales).edges();
+    !(u + v + w).sign().is_eq()
+}

@@ -1,0 +1,174 @@
+//! Where rays from one origin meet the triangles that they are known to hit, each number the exact one
+//! rounded once.
+//!
+//! ```text
+//!   num:  n · a   v · dir   w · dir              in numbers of twice the digits; what does not
+//!   den:  n · dir n · dir   n · dir              depend on the direction is computed once for a
+//!           = t     = u       = v    triangle    triangle and an origin
+//! ```
+
+use super::double::{Double, cross, difference, dot, short_sum, sum};
+use super::input::subnormals_are_read;
+use super::rounded::{DOUBT, Volume, quotient};
+use crate::Hit;
+use crate::hit_attributes::SharedOriginHit;
+use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle};
+
+/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for
+/// one rounding.
+///
+/// ```
+/// use intertri::internal::SharedOriginHit;
+/// use intertri::internal::exact::{self, HitCoefficients};
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Hit, Ray, Triangle, TriangleBlock};
+///
+/// struct Meet<'a>(&'a TriangleBlock<8>, &'a Ray);
+/// impl WithSimd for Meet<'_> {
+///     type Output = (Hit, bool);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
+///         let (corners, origin) = (self.0.corners(), self.1.origin);
+///         HitCoefficients::eight_in::<S>(corners, &[7; 8], origin, &mut coefficients);
+///         let sure = coefficients[3].hit_in::<S>(self.1.dir, &mut hit);
+///         (hit, sure)
+///     }
+/// }
+///
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.5], [0.0, 1.0, 5.0]);
+/// let ray = Ray::new([0.25, 0.5, 0.0], [-0.05, 0.1, 2.0]);
+/// let (hit, sure) = dispatch(Meet(&TriangleBlock::new(&[wall; 8]), &ray));
+/// assert_eq!((hit.t, hit.u, hit.v), exact::attributes(&ray, &wall));
+/// assert!(sure && hit.triangle == 7);
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct HitCoefficients {
+    /// By part and axis, the coefficients of the denominator, of the numerators of u and v, and of the
+    /// denominator again.
+    coefficients: [[[f64; 4]; 3]; 2],
+    /// By part, the numerator of t.
+    known: [[f64; 4]; 2],
+    /// What the products may be off by, over the sum of a direction's sizes; NaN where nothing is proven.
+    share: [f64; 4],
+    /// What the numerator of t may be off by.
+    known_err: f64,
+    index: u32,
+}
+
+impl SharedOriginHit for HitCoefficients {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [f32; 3],
+        to: &mut [Self; 8],
+    ) {
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let [c1, c2, c3] = corners;
+        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let ((a, x), (h4, y), (h5, z)) =
+            (difference(c1, origin), difference(c2, c1), difference(c3, c1));
+        let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
+
+        // What each may be off by. Where a difference is not exact, nothing is proven.
+        let exact = (x + y + z).le(Lanes::splat(0.0));
+        let exact = if subnormals_are_read() { exact } else { Mask::from_bits(0) };
+        let of_n = share(h4, h5, exact);
+        let share = by_triangle::<S>([of_n, share(h5, a, exact), share(a, h4, exact), of_n]);
+        let num = dot(&n, a);
+        let num_err = h4.abs().permanents(h5.abs()).dot_fused(a.abs()) * Lanes::splat(DOUBT);
+
+        let [n, v, w] = [halves(&n), halves(&v), halves(&w)];
+        let rows = [
+            [
+                by_triangle::<S>([n[0].x, v[0].x, w[0].x, n[0].x]),
+                by_triangle::<S>([n[0].y, v[0].y, w[0].y, n[0].y]),
+                by_triangle::<S>([n[0].z, v[0].z, w[0].z, n[0].z]),
+            ],
+            [
+                by_triangle::<S>([n[1].x, v[1].x, w[1].x, n[1].x]),
+                by_triangle::<S>([n[1].y, v[1].y, w[1].y, n[1].y]),
+                by_triangle::<S>([n[1].z, v[1].z, w[1].z, n[1].z]),
+            ],
+        ];
+        let mut known = [[0.0; 8]; 3];
+        num.high.store(&mut known[0]);
+        num.low.store(&mut known[1]);
+        num_err.store(&mut known[2]);
+        for (i, seen) in to.iter_mut().enumerate() {
+            for half in [0, 1] {
+                for (row, coefficients) in rows[half].iter().zip(&mut seen.coefficients[half]) {
+                    row[i / 4][i % 4].store(coefficients);
+                }
+                seen.known[half] = [known[half][i], 0.0, 0.0, 0.0];
+            }
+            share[i / 4][i % 4].store(&mut seen.share);
+            (seen.known_err, seen.index) = (known[2][i], indices[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit) -> bool {
+        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let [high, low] = &self.coefficients;
+        let sums = product([Vec3::load(high), Vec3::load(low)], dir);
+        let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
+        let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
+
+        // All over the last; the first is t, whose numerator is known.
+        let den = Volume {
+            value: Double { high: S::first_and_last(sums.high), low: S::first_and_last(sums.low) },
+            err: S::first_and_last(err),
+        };
+        let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
+        let [high, low] = &self.known;
+        let num = Volume {
+            value: Double {
+                high: Lanes::select(first, S::F64x4::load(high), sums.high),
+                low: Lanes::select(first, S::F64x4::load(low), sums.low),
+            },
+            err: Lanes::select(first, Lanes::splat(self.known_err), err),
+        };
+        let (hit, sure) = quotient(&num, &den, <S::F64x4 as Lanes>::splat(1.0) / den.value.high);
+        let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
+        hit.store(numbers);
+        (to.triangle, to.geometry) = (self.index, 0);
+        sure.bits() & 0b111 == 0b111
+    }
+}
+
+/// `2^-76`: a product of a cross product in halves with a direction is within half of this times its
+/// permanent.
+const SHARE: f64 = 1.0 / (1_u128 << 76) as f64;
+
+/// A vector in two parts: the first has 29 digits, so that its products with an f32 are exact.
+#[inline(always)]
+fn halves<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
+    let ([a, d], [b, e], [c, f]) = (split(x), split(y), split(z));
+    [Vec3 { x: a, y: b, z: c }, Vec3 { x: d, y: e, z: f }]
+}
+
+#[inline(always)]
+fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
+    let by = x.high * D::splat(((1 << 24) + 1) as f64);
+    let high = by - (by - x.high);
+    [high, (x.high - high) + x.low]
+}
+
+/// The product of a vector in halves with a direction of f32.
+#[inline(always)]
+fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> Double<D> {
+    let xy = sum(high.x * dir.x, high.y * dir.y);
+    let all = sum(xy.high, high.z * dir.z);
+    short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))
+}
+
+/// What a cross product's product with a direction may be off by, over the sum of its sizes; NaN where the
+/// vectors are not exact. Not a closure, which would be compiled without the level's instructions.
+#[inline(always)]
+fn share<D: Lanes<Scalar = f64>>(a: Vec3<D>, b: Vec3<D>, exact: D::Mask) -> D {
+    let all = a.abs().permanents(b.abs()).norm1() * D::splat(SHARE);
+    D::select(exact, all, D::splat(f64::NAN))
+}

@@ -1,0 +1,38 @@
+//! Whether a point lies on a triangle.
+
+use super::input::is_finite;
+use super::numbers::{Numbers, Pair, Scales};
+use super::tier::{Tier, at_tier};
+use crate::{Ray, Triangle};
+
+/// Whether a point lies on a triangle that has an area, edges and corners included; never where something is
+/// not finite.
+///
+/// ```
+/// use intertri::Triangle;
+/// use intertri::internal::exact::is_on;
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// assert!(is_on(&wall, [0.5, 0.5, 5.0]) && is_on(&wall, [0.0, 0.0, 5.0]));
+/// assert!(!is_on(&wall, [0.5, 0.500_000_1, 5.0]) && !is_on(&wall, [0.1, 0.1, 5.000_001]));
+/// ```
+pub fn is_on(triangle: &Triangle, point: [f32; 3]) -> bool {
+    let dir = [1.0, 0.0, 0.0];
+    let pair = Pair { origin: point, dir, corners: triangle.0 };
+    is_finite(&Ray::new(point, dir), triangle) && {
+        let scales = pair.scales();
+        at_tier!(scales.tier(), holds::<C, N, V>(&pair, scales))
+    }
+}
+
+/// In the plane of a triangle T is 0, and the three normals are multiples of its own: from inside, none of
+/// another sign.
+fn holds<const C: usize, const N: usize, const V: usize>(pair: &Pair<f32>, scales: Scales) -> bool {
+    let numbers = Numbers::<C, N, V>::new(pair, scales);
+    let [n1, n2, n3] = &numbers.normals;
+    numbers.volume().sign().is_eq()
+        && (0..3).any(|axis| {
+            let normals = [n1[axis], n2[axis], n3[axis]];
+            let own = (n1[axis] + n2[axis] + n3[axis]).sign();
+            own.is_ne() && normals.iter().all(|n| n.sign().is_eq() || n.sign() == own)
+        })
+}

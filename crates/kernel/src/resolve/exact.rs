@@ -1,0 +1,28 @@
+//! The exact resolver: f64 where a bound lets it decide, integers wide enough where not.
+
+use core::cmp::Ordering;
+
+use crate::exact::{self, closed};
+use crate::{Hit, Ray, Triangle};
+
+/// See [`Resolver::hit`](super::Resolver::hit).
+pub(super) fn hit(ray: &Ray, triangle: &Triangle) -> Option<f64> {
+    closed::hit(ray, triangle).then(|| exact::t(ray, triangle))
+}
+
+/// See [`Resolver::t`](super::Resolver::t).
+pub(super) fn t(ray: &Ray, triangle: &Triangle) -> f64 {
+    exact::t(ray, triangle)
+}
+
+/// See [`Resolver::order`](super::Resolver::order).
+pub(super) fn order(ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
+    exact::order(ray, a, b)
+}
+
+/// See [`Resolver::hit_attributes`](super::Resolver::hit_attributes).
+#[inline(never)]
+pub(super) fn hit_attributes(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+    let (t, u, v) = exact::attributes(ray, triangle);
+    Hit { t, u, v, triangle: index, geometry: 0 }
+}

@@ -1,0 +1,63 @@
+//! The boundary of a mesh: the edges that are run along more often one way than the other.
+
+use intertri::Triangle;
+
+/// A corner as bits, both zeros alike.
+type Corner = [u32; 3];
+
+/// An edge that the mesh runs along more often one way than the other, and the first triangle that has it;
+/// `None` where the mesh is closed.
+pub(super) fn open_edge(triangles: &[Triangle]) -> Option<(usize, [[f32; 3]; 2])> {
+    let corner = |c: [f32; 3]| c.map(|x| (x + 0.0).to_bits());
+    let edges = |(i, t): (usize, &Triangle)| {
+        let [a, b, c] = t.0.map(corner);
+        [(a, b, i), (b, c, i), (c, a, i)]
+    };
+
+    // Each edge from its lower end, the same together.
+    let mut all: Vec<(Corner, Corner, bool, usize)> = triangles
+        .iter()
+        .enumerate()
+        .flat_map(edges)
+        .filter(|(from, to, _)| from != to)
+        .map(|(from, to, i)| if from < to { (from, to, true, i) } else { (to, from, false, i) })
+        .collect();
+    all.sort_unstable();
+
+    let same = |a: &(Corner, Corner, bool, usize), b: &(Corner, Corner, bool, usize)| {
+        (a.0, a.1) == (b.0, b.1)
+    };
+    let open = |edge: &&[(Corner, Corner, bool, usize)]| {
+        2 * edge.iter().filter(|(_, _, up, _)| *up).count() != edge.len()
+    };
+    let first = |edge: &[(Corner, Corner, bool, usize)]| {
+        edge.iter().map(|&(lo, hi, up, i)| (i, if up { [lo, hi] } else { [hi, lo] })).min()
+    };
+    let (triangle, edge) = all.chunk_by(same).filter(open).filter_map(first).min()?;
+    Some((triangle, edge.map(|corner| corner.map(f32::from_bits))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::open_edge;
+    use intertri::Triangle;
+
+    #[test]
+    fn duplicates_and_lines_may_close_a_mesh() {
+        let [a, b, c, d] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, -0.0, 0.0]];
+        let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
+        assert_eq!(open_edge(&flat), None);
+        assert_eq!(open_edge(&flat[..1]), Some((0, [a, b])));
+
+        // An edge in two halves meets the whole one by a triangle without area.
+        let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
+        assert_eq!(open_edge(&halves), Some((0, [a, b])));
+        assert_eq!(open_edge(&[&halves[..], &[Triangle([b, a, d])]].concat()), None);
+        assert!(open_edge(&[&halves[..], &[Triangle([a, b, d])]].concat()).is_some());
+
+        // Two of one, and one of the other.
+        assert!(open_edge(&[flat[0], flat[0], flat[1]]).is_some());
+        assert_eq!(open_edge(&[flat[0], flat[0], flat[1], flat[1]]), None);
+        assert_eq!(open_edge(&[]), None);
+    }
+}

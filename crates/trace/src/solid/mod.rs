@@ -1,0 +1,163 @@
+//! Solids: what a closed mesh winds around.
+
+mod boundary;
+mod on_surface;
+
+use std::fmt;
+
+use intertri::{Counts, Exact, Ray, Triangle};
+
+use crate::build::BuildError;
+use crate::query::chunks;
+use crate::tree::Bvh;
+use boundary::open_edge;
+
+/// Where a point lies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Place {
+    /// The mesh does not wind around it.
+    #[default]
+    Outside,
+    /// The mesh winds around it so often: once, counter-clockwise as seen from outside, where its corners run
+    /// so; more where parts overlap, below 0 where they are turned inside out.
+    Inside(i32),
+    /// It lies on a triangle.
+    Surface,
+}
+
+/// A closed mesh, and the hierarchy over it: it tells inside from outside, exactly.
+///
+/// Closed means that every edge is run along as often one way as the other, whatever else the mesh is: it may
+/// be in parts, meet itself, and have triangles twice or without area.
+///
+/// ```
+/// use intertri_trace::{Place, Solid, intertri::Triangle};
+/// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+/// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+/// let solid = Solid::new(&faces)?;
+/// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [1.0, 1.0, 2.0], [1.0, 1.0, 2.000_000_2]];
+/// let places = points.map(|point| solid.place(point));
+/// assert_eq!(places, [Place::Inside(1), Place::Outside, Place::Surface, Place::Outside]);
+/// assert!(Solid::new(&faces[1..]).unwrap_err().to_string().contains("is open"));
+/// # Ok::<(), intertri_trace::SolidError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Solid {
+    bvh: Bvh,
+}
+
+/// The way in which winding numbers are counted: any is as good as another. Of the common ones it is none, so
+/// that few edges are met exactly.
+const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
+
+impl Solid {
+    /// Of a closed mesh.
+    ///
+    /// # Errors
+    /// If it is open, something is not finite, or there is no hierarchy over it.
+    pub fn new(triangles: &[Triangle]) -> Result<Self, SolidError> {
+        let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
+        if let Some(triangle) = triangles.iter().position(|triangle| !finite(triangle)) {
+            return Err(SolidError::NotFinite { triangle });
+        }
+        match open_edge(triangles) {
+            Some((triangle, edge)) => Err(SolidError::Open { triangle, edge }),
+            None => Ok(Self::assume_closed(triangles)?),
+        }
+    }
+
+    /// Of any mesh: of an open one the answers depend on the direction in which crossings are counted.
+    ///
+    /// # Errors
+    /// If there is no hierarchy over it.
+    pub fn assume_closed(triangles: &[Triangle]) -> Result<Self, BuildError> {
+        Ok(Self { bvh: Bvh::new(triangles)? })
+    }
+
+    /// The hierarchy over the mesh.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// Where a point lies. One that is not finite is outside.
+    pub fn place(&self, point: [f32; 3]) -> Place {
+        if on_surface::is_on_surface(&self.bvh, point) {
+            return Place::Surface;
+        }
+        let ray = Ray::new(point, DIR);
+        match self.bvh.count(Exact::default(), &ray).signed {
+            0 => Place::Outside,
+            times => Place::Inside(times as i32),
+        }
+    }
+
+    /// [`Solid::place`] of many points: `places[i]` becomes that of `points[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn place_batch(&self, points: &[[f32; 3]], places: &mut [Place]) {
+        chunks(points, places, |points, places| {
+            for (&point, place) in points.iter().zip(places) {
+                *place = self.place(point);
+            }
+            Counts::default()
+        });
+    }
+
+    /// Whether points are inside or on the surface: `contains[i]` becomes the answer for `points[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn contains_batch(&self, points: &[[f32; 3]], contains: &mut [bool]) {
+        chunks(points, contains, |points, contains| {
+            for (&point, is_in) in points.iter().zip(contains) {
+                *is_in = self.place(point) != Place::Outside;
+            }
+            Counts::default()
+        });
+    }
+}
+
+/// Why a mesh is no solid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SolidError {
+    /// An edge is run along more often one way than the other.
+    Open {
+        /// A triangle that has it.
+        triangle: usize,
+        /// From where to where it runs there.
+        edge: [[f32; 3]; 2],
+    },
+    /// A corner is not finite.
+    NotFinite {
+        /// Its triangle.
+        triangle: usize,
+    },
+    /// There is no hierarchy over it.
+    Build(BuildError),
+}
+
+impl From<BuildError> for SolidError {
+    fn from(error: BuildError) -> Self {
+        Self::Build(error)
+    }
+}
+
+impl fmt::Display for SolidError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Open { triangle, edge: [from, to] } => {
+                write!(
+                    f,
+                    "the mesh is open: nothing meets triangle {triangle} from {from:?} to {to:?}"
+                )
+            }
+            Self::NotFinite { triangle } => {
+                write!(f, "triangle {triangle} has a corner that is not finite")
+            }
+            Self::Build(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SolidError {}

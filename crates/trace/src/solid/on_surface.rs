@@ -1,0 +1,34 @@
+//! Whether a point lies on a triangle of a hierarchy.
+
+use intertri::internal::exact::is_on;
+
+use crate::tree::{Bvh, EMPTY, LEAF};
+
+/// Whether a point lies on a triangle, exactly.
+pub(super) fn is_on_surface(bvh: &Bvh, point: [f32; 3]) -> bool {
+    let leaf = |i: usize| {
+        let block = &bvh.leaves[i].block;
+        (0..block.live().count_ones()).any(|lane| is_on(&block.triangle(lane as usize), point))
+    };
+
+    // The boxes that hold it. There is always room on the stack for what a node adds.
+    let mut stack = vec![0];
+    while let Some(node) = stack.pop() {
+        let Some(node) = bvh.nodes.get(node as usize) else { continue };
+        for (slot, &child) in node.children().iter().enumerate() {
+            let holds = |axis: usize| {
+                let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
+                lo <= point[axis] && point[axis] <= hi
+            };
+            if child == EMPTY || !(0..3).all(holds) {
+                continue;
+            }
+            if child & LEAF == 0 {
+                stack.push(child);
+            } else if leaf((child & !LEAF) as usize) {
+                return true;
+            }
+        }
+    }
+    (bvh.boxed..bvh.leaves.len()).any(leaf)
+}

@@ -1,0 +1,14 @@
+//! What is asked about.
+
+use intertri::{Ray, Triangle};
+
+/// Triangles and rays, and the threshold of the test: finite and at least 0.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The triangles.
+    pub triangles: Vec<Triangle>,
+    /// The rays.
+    pub rays: Vec<Ray>,
+    /// The document's `Threshold`.
+    pub threshold: f64,
+}
