@@ -8,24 +8,34 @@ use clap::error::ErrorKind;
 
 /// Why the program did not do what it was asked: what, where, and what to do, in one line.
 #[derive(Debug)]
-pub(crate) struct Error(String);
+pub(crate) struct Error {
+    what: String,
+    /// The exit code.
+    code: u8,
+}
 
 pub(crate) type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     /// An error with this message.
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self(what.into())
+        Self { what: what.into(), code: 1 }
+    }
+
+    /// An error in what the command line asks for.
+    pub(crate) fn usage(what: impl Into<String>) -> Self {
+        Self { what: what.into(), code: 2 }
     }
 
     /// An error about a file or a stream.
     pub(crate) fn at(place: impl fmt::Display, cause: impl fmt::Display) -> Self {
-        Self(format!("{place}: {cause}"))
+        Self::new(format!("{place}: {cause}"))
     }
 
-    /// Prints it, and gives exit code 1.
+    /// Prints it, and gives its exit code.
     pub(crate) fn tell(&self) -> ExitCode {
-        tell(&self.0, 1)
+        note(&self.what);
+        ExitCode::from(self.code)
     }
 }
 
@@ -34,7 +44,7 @@ macro_rules! from {
     ($($error:ty),*) => {$(
         impl From<$error> for Error {
             fn from(error: $error) -> Self {
-                Self(error.to_string())
+                Self::new(error.to_string())
             }
         }
     )*};
@@ -68,13 +78,13 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
             let cause = text.lines().map(str::trim).take_while(|line| !line.is_empty());
             let cause = cause.collect::<Vec<_>>().join(" ");
             let cause = cause.strip_prefix("error: ").unwrap_or(&cause);
-            tell(&format!("{cause}; see intertri --help"), 2)
+            Error::usage(format!("{cause}; see intertri --help")).tell()
         }
     }
 }
 
-/// Prints one line: control characters, which names of files may have, are escaped.
-fn tell(what: &str, code: u8) -> ExitCode {
+/// Prints one line on the standard error: control characters, which names of files may have, are escaped.
+pub(crate) fn note(what: &str) {
     let mut line = String::from("intertri: ");
     for c in what.chars() {
         if c.is_control() {
@@ -86,5 +96,4 @@ fn tell(what: &str, code: u8) -> ExitCode {
     line.push('\n');
     // If the standard error is closed, the exit code must do.
     let _ = io::stderr().write_all(line.as_bytes());
-    ExitCode::from(code)
 }

@@ -113,15 +113,15 @@ fn names_with_control_characters_stay_on_one_line() {
 #[test]
 fn outputs_that_cannot_be() {
     let place = Place::new();
-    place.put("m.obj", MODEL).put("rays", "").put("file", "");
+    place.put("m.obj", MODEL).put("rays.f32", "").put("file", "");
     std::fs::create_dir(place.path("folder.png")).unwrap();
-    for command in ["render --size 8x6", "trace m.obj --rays rays"] {
+    for command in ["render --size 8x6", "trace m.obj --rays rays.f32"] {
         place.fails(&format!("{command} -o no/such/a.png"), 1, &["no/such/a.png: ", "folder"]);
         place.fails(&format!("{command} -o folder.png"), 1, &["folder.png: ", "folder"]);
         place.fails(&format!("{command} -o file/a.png"), 1, &["file/a.png: "]);
     }
     place.fails("render -o picture.gif", 1, &["picture.gif: ", ".png"]);
-    place.fails("trace m.obj --rays rays -o ..", 1, &["..: "]);
+    place.fails("trace m.obj --rays rays.f32 -o ..", 1, &["..: "]);
 }
 
 #[test]
@@ -161,7 +161,24 @@ fn wrong_command_lines() {
         ("render --shadows soft", ["soft", "rays, volumes"]),
         ("render --eye 1,2", ["--eye", "three numbers"]),
         ("render --eye a,b,c", ["--eye", "three numbers"]),
-        ("render --fov wide", ["--fov", "wide"]),
+        ("render --fov wide", ["--fov", "number"]),
+        ("render --fov nan", ["--fov", "between 0 and 180"]),
+        ("render --fov 0", ["--fov", "between 0 and 180"]),
+        ("render --fov -35", ["--fov", "between 0 and 180"]),
+        ("render --fov 180", ["--fov", "between 0 and 180"]),
+        ("bench --fov inf", ["--fov", "between 0 and 180"]),
+        ("advise --fov NaN", ["--fov", "between 0 and 180"]),
+        ("render --grid 12", ["--grid", "--engine fixed"]),
+        ("render --grid 12 --check double", ["--grid", "--check fixed"]),
+        ("trace m.obj --rays rays --engine raster", ["raster", "certified, double, fixed"]),
+        ("trace m.obj --rays rays --grid 12", ["--grid", "--engine fixed"]),
+        ("trace m.obj --rays rays --grid-bounds 0,0,0,1,1,1", ["--grid-bounds", "--engine fixed"]),
+        ("trace m.obj --rays rays --skip-outside", ["--skip-outside", "--engine fixed"]),
+        ("trace m.obj --rays rays --engine fixed --grid-bounds 1,2", ["--grid-bounds", "six"]),
+        (
+            "trace m.obj --rays rays --engine fixed --grid-bounds 0,0,0,1,1,nan",
+            ["--grid-bounds", "finite"],
+        ),
         ("render --target 1,2,3", ["--eye", "--help"]),
         ("render --eye 1,2,3 --view 1,2,3", ["--view", "--help"]),
         ("render --threshold x", ["--threshold", "not a number"]),
@@ -180,9 +197,6 @@ fn wrong_command_lines() {
 fn impossible_cameras() {
     let place = Place::new();
     for (arguments, word) in [
-        ("--fov 0", "field of view"),
-        ("--fov 180", "field of view"),
-        ("--fov nan", "field of view"),
         ("--eye 1,1,1 --target 1,1,1", "same point"),
         ("--eye inf,0,0", "finite"),
         ("--up 0,0,0", "up direction"),
@@ -222,6 +236,6 @@ fn rays_that_are_none() {
 #[test]
 fn raw_rays_that_end_early() {
     let place = Place::new();
-    place.put("m.obj", MODEL).put("rays.raw", vec![0; 3 * 32 + 5]);
-    place.fails("trace m.obj --rays rays.raw", 1, &["rays.raw: ", "5 bytes", "32 bytes"]);
+    place.put("m.obj", MODEL).put("rays.f32", vec![0; 3 * 32 + 5]);
+    place.fails("trace m.obj --rays rays.f32", 1, &["rays.f32: ", "5 bytes", "32 bytes"]);
 }

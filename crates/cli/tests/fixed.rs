@@ -2,6 +2,9 @@
 
 mod common;
 
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+
 use common::{MODEL, Place};
 use serde_json::Value;
 
@@ -26,10 +29,7 @@ fn a_grid_of_wrong_bits_is_refused() {
             let line = format!("{command} --engine fixed --grid {bits}");
             place.fails(&line, 2, &["--grid", bits, words]);
         }
-        // Nobody would look at it.
-        place.fails(&format!("{command} --grid 12"), 1, &["--grid", "--engine fixed"]);
     }
-    place.fails("render m.obj --grid 12 --check double", 1, &["--grid", "--check fixed"]);
     assert_eq!(place.names(), ["m.obj", "rays.csv"]);
 }
 
@@ -95,7 +95,7 @@ fn same(a: &[u8], b: &[u8]) {
 
 /// Halves as coordinates are on every grid, so the grid moves nothing.
 #[test]
-fn rays_are_answered_on_a_grid_around_all_of_their_origins() {
+fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
     let place = Place::new();
     place.put("m.obj", MODEL);
     let mut rays = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
@@ -117,21 +117,88 @@ fn rays_are_answered_on_a_grid_around_all_of_their_origins() {
         rays.push('\n');
     }
     place.put("rays.csv", &rays);
+    let room = "--engine fixed --grid-bounds -9.5,-9,-7,9,9,9";
     for verb in ["", " --any", " --all"] {
         let line = format!("trace m.obj --rays rays.csv{verb}");
         let certified = place.ok(&line);
         for grid in [20, 8, 5] {
-            let on_grid = format!("{line} --engine fixed --grid {grid}");
-            let fixed = place.ok(&on_grid);
+            let fixed = place.ok(&format!("{line} {room} --grid {grid}"));
             same(&certified, &fixed);
         }
     }
-    let text = String::from_utf8(place.ok("trace m.obj --rays rays.csv --engine fixed -o a.csv"));
+    let text = String::from_utf8(place.ok(&format!("trace m.obj --rays rays.csv {room} -o a.csv")));
     assert!(text.unwrap().contains("moved by up to 0.0e0"));
-
-    // From the standard input too, and from far away, where the grid is coarse.
-    let far = "ox,oy,oz,dx,dy,dz\n0.25,0.25,-1e30,0,0,1\n-3,2,0,0,0,1\n";
-    let fixed = place.ok_with_input("trace m.obj --rays - --engine fixed --any", far.as_bytes());
-    assert_eq!(fixed, b"ray,hit\n0,0\n1,0\n");
     assert_eq!(place.names(), ["a.csv", "m.obj", "rays.csv"]);
+}
+
+/// Rays that start at the model, at places that are on no grid.
+fn near(count: usize) -> String {
+    let wave = |i: usize, k: f32| (i as f32 * k).sin();
+    let ray =
+        |i| format!("{},{},6,{},{},1\n", wave(i, 0.7), wave(i, 1.3), wave(i, 2.1), wave(i, 0.3));
+    (0..count).map(ray).collect()
+}
+
+#[test]
+fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    let header = "ox,oy,oz,dx,dy,dz\n";
+    let (rays, far) = (near(10_000), "1e8,0,6,0,0,1\n");
+    place.put("near.csv", format!("{header}{rays}"));
+    place.put("far.csv", format!("{header}{rays}{far}{rays}"));
+    for ask in ["", " --any", " --all"] {
+        let alone = place.ok(&format!("trace m.obj --rays near.csv --engine fixed{ask}"));
+        let alone = String::from_utf8(alone).unwrap();
+        let line = format!("trace m.obj --rays far.csv --engine fixed{ask}");
+        // An error that names the ray; nothing is left of the file.
+        place.fails(
+            &format!("{line} -o a.csv"),
+            1,
+            &["far.csv: ", "ray 10000 ", "--grid-bounds", "--skip-outside"],
+        );
+        assert_eq!(place.names(), ["far.csv", "m.obj", "near.csv"]);
+
+        // Or a miss that is counted.
+        let output = place.run(&format!("{line} --skip-outside"));
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.lines().count()), (Some(0), 1), "{told}");
+        assert!(
+            told.starts_with("intertri: ")
+                && told.contains("outside of the grid and so hit nothing: 1"),
+            "{told}"
+        );
+        let all = String::from_utf8(output.stdout).unwrap();
+        assert!(all.starts_with(&alone));
+        let rest = |text: &str| {
+            text.lines().map(|line| line.split_once(',').unwrap().1.to_owned()).collect::<Vec<_>>()
+        };
+        let (alone, all) = (rest(&alone), rest(&all));
+        let n = alone.len() - 1;
+        assert_eq!(all.len(), 2 * n + 2);
+        assert!(all[n + 1] == ",,," || all[n + 1] == "0", "{}", all[n + 1]);
+        assert!(all[n + 2..] == alone[1..]);
+    }
+    let line = "trace m.obj --rays far.csv --engine fixed --skip-outside -o a.csv --json";
+    let output = place.run(line);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&report["outside"], &report["rays"]), (&1.into(), &20_001.into()));
+    // A grid with room for it takes it.
+    let roomy = "trace m.obj --rays far.csv --engine fixed --any --grid-bounds 0,0,0,1e8,0,0";
+    assert_eq!(String::from_utf8(place.ok(roomy)).unwrap().lines().count(), 20_002);
+}
+
+#[test]
+fn rays_from_a_pipe_are_answered_as_they_come() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    let mut command = place.command("trace m.obj --rays - --engine fixed --any");
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    input.write_all(b"ox,oy,oz,dx,dy,dz\n0.25,0.25,6,0,0,1\n").unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert_eq!(lines.next().unwrap().unwrap(), "ray,hit");
+    assert_eq!(lines.next().unwrap().unwrap(), "0,1");
+    drop(input);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
 }

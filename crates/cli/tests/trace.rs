@@ -43,7 +43,7 @@ fn raw(rays: &[Ray]) -> Vec<u8> {
 /// The model and the rays in both formats.
 fn place() -> Place {
     let place = Place::new();
-    place.put("m.obj", MODEL).put("rays.csv", csv(&rays())).put("rays.raw", raw(&rays()));
+    place.put("m.obj", MODEL).put("rays.csv", csv(&rays())).put("rays.f32", raw(&rays()));
     place
 }
 
@@ -79,47 +79,47 @@ fn the_first_answers_are_those_of_the_geometry() {
 fn csv_and_raw_agree_to_the_last_bit_both_ways() {
     let place = place();
     let answers = text(place.ok("trace m.obj --rays rays.csv"));
-    assert_eq!(place.ok("trace m.obj --rays rays.raw"), answers.as_bytes());
+    assert_eq!(place.ok("trace m.obj --rays rays.f32"), answers.as_bytes());
     let from_csv: Vec<u8> = cells(&answers).iter().flat_map(|cells| record(cells)).collect();
     assert_eq!(from_csv.len(), rays().len() * 32);
     assert_eq!(place.ok("trace m.obj --rays rays.csv --raw"), from_csv);
-    assert_eq!(place.ok("trace m.obj --rays rays.raw --raw"), from_csv);
+    assert_eq!(place.ok("trace m.obj --rays rays.f32 --raw"), from_csv);
 }
 
 #[test]
 fn every_engine_answers_the_same_bytes() {
     let place = place();
     for ask in ["", "--any", "--all", "--raw", "--threshold 0", "--threshold 2.3"] {
-        let answers = place.ok(&format!("trace m.obj --rays rays.raw {ask}"));
+        let answers = place.ok(&format!("trace m.obj --rays rays.f32 {ask}"));
         for engine in ["double", "reference"] {
-            let others = place.ok(&format!("trace m.obj --rays rays.raw {ask} --engine {engine}"));
+            let others = place.ok(&format!("trace m.obj --rays rays.f32 {ask} --engine {engine}"));
             assert!(answers == others, "{engine} {ask}");
         }
     }
     let [usual, large] =
-        ["1e-9", "6"].map(|x| place.ok(&format!("trace m.obj --rays rays.raw --threshold {x}")));
+        ["1e-9", "6"].map(|x| place.ok(&format!("trace m.obj --rays rays.f32 --threshold {x}")));
     assert_ne!(usual, large);
 }
 
 #[test]
 fn any_is_whether_there_is_a_closest() {
     let place = place();
-    let closest = text(place.ok("trace m.obj --rays rays.raw"));
-    let any = text(place.ok("trace m.obj --rays rays.raw --any"));
+    let closest = text(place.ok("trace m.obj --rays rays.f32"));
+    let any = text(place.ok("trace m.obj --rays rays.f32 --any"));
     assert_eq!(any.lines().next(), Some("ray,hit"));
     let expected: Vec<bool> = cells(&closest).iter().map(|cells| !cells[1].is_empty()).collect();
     let found: Vec<bool> = cells(&any).iter().map(|cells| cells[1] == "1").collect();
     assert_eq!(found, expected);
     let bytes: Vec<u8> = expected.iter().map(|&hit| u8::from(hit)).collect();
-    assert_eq!(place.ok("trace m.obj --rays rays.raw --any --raw"), bytes);
+    assert_eq!(place.ok("trace m.obj --rays rays.f32 --any --raw"), bytes);
     assert!(expected.contains(&true) && expected.contains(&false));
 }
 
 #[test]
 fn all_has_a_line_a_hit_and_the_closest_among_them() {
     let place = place();
-    let closest = text(place.ok("trace m.obj --rays rays.raw"));
-    let all = text(place.ok("trace m.obj --rays rays.raw --all"));
+    let closest = text(place.ok("trace m.obj --rays rays.f32"));
+    let all = text(place.ok("trace m.obj --rays rays.f32 --all"));
     let (closest, lines) = (cells(&closest), cells(&all));
     for (ray, closest) in closest.iter().enumerate() {
         let hits: Vec<_> = lines.iter().filter(|cells| cells[0] == ray.to_string()).collect();
@@ -136,7 +136,7 @@ fn all_has_a_line_a_hit_and_the_closest_among_them() {
         [cells[0].parse::<i64>().unwrap().to_le_bytes().to_vec(), record(cells)].concat()
     };
     let bytes: Vec<u8> = lines.iter().flat_map(with_ray).collect();
-    assert_eq!(place.ok("trace m.obj --rays rays.raw --all --raw"), bytes);
+    assert_eq!(place.ok("trace m.obj --rays rays.f32 --all --raw"), bytes);
 }
 
 #[test]
@@ -152,8 +152,11 @@ fn more_rays_than_a_batch_come_through_a_pipe_in_order() {
     let place = place();
     let many = rays().repeat(60);
     assert!(many.len() > 2 << 16);
-    let once = place.ok("trace m.obj --rays rays.raw --raw");
-    assert!(place.ok_with_input("trace m.obj --rays - --raw", &raw(&many)) == once.repeat(60));
+    let once = place.ok("trace m.obj --rays rays.f32 --raw");
+    assert!(
+        place.ok_with_input("trace m.obj --rays - --rays-format raw --raw", &raw(&many))
+            == once.repeat(60)
+    );
     let answers = text(place.ok_with_input("trace m.obj --rays -", csv(&many).as_bytes()));
     assert!(answers.lines().last().unwrap().starts_with(&format!("{},", many.len() - 1)));
     assert_eq!(answers.lines().count(), many.len() + 1);
@@ -162,19 +165,19 @@ fn more_rays_than_a_batch_come_through_a_pipe_in_order() {
 #[test]
 fn no_rays_get_no_answers() {
     let place = place();
-    place.put("none", "").put("none.csv", "ox,oy,oz,dx,dy,dz\n");
-    for rays in ["none", "none.csv"] {
+    place.put("none.f32", "").put("none.csv", "ox,oy,oz,dx,dy,dz\n");
+    for rays in ["none.f32", "none.csv"] {
         assert_eq!(text(place.ok(&format!("trace m.obj --rays {rays}"))), "ray,triangle,t,u,v\n");
     }
 }
 
 #[test]
-fn a_file_may_be_replaced_by_its_answers_and_a_report_follows() {
+fn an_older_file_is_replaced_and_a_report_follows() {
     let place = place();
     let answers = place.ok("trace m.obj --rays rays.csv");
-    let report = place.ok("trace m.obj --rays rays.csv -o rays.csv --json");
-    assert_eq!(place.read("rays.csv"), answers);
-    assert_eq!(place.names(), ["m.obj", "rays.csv", "rays.raw"]);
+    let report = place.put("a.csv", "old").ok("trace m.obj --rays rays.csv -o a.csv --json");
+    assert_eq!(place.read("a.csv"), answers);
+    assert_eq!(place.names(), ["a.csv", "m.obj", "rays.csv", "rays.f32"]);
     let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
     assert_eq!(report["rays"], rays().len());
     assert_eq!(report["triangles"], 4);
@@ -186,8 +189,8 @@ fn a_file_may_be_replaced_by_its_answers_and_a_report_follows() {
 #[cfg(unix)]
 fn a_reader_that_leaves_ends_it_with_one_line() {
     let place = place();
-    place.put("many.raw", raw(&rays().repeat(60)));
-    let arguments = "trace m.obj --rays many.raw";
+    place.put("many.f32", raw(&rays().repeat(60)));
+    let arguments = "trace m.obj --rays many.f32";
     let mut command = place.command(arguments);
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut first = [0; 18];

@@ -46,7 +46,7 @@ pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, 
 pub use crate::light::{Light, hit_point};
 pub use crate::load::{LoadError, load, read};
 pub use crate::mesh::{Bounds, Mesh, Part};
-pub use crate::rays::Rays;
+pub use crate::rays::{Rays, RaysFormat};
 pub use crate::scene::Scene;
 pub use crate::shade::shade;
 pub use crate::texture::{Texture, place};

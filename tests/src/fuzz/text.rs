@@ -1,7 +1,7 @@
 //! Files of rays, and the numbers of the command line and the answers.
 
 use intertri::Ray;
-use intertri_scene::{LoadError, MAX_PIXELS, Rays};
+use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
@@ -9,42 +9,58 @@ use super::input::Input;
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
-/// A file of rays: the same rays however many are asked for at a time, which are the same again when
-/// they are written raw and as CSV; or one line that says why not.
+/// A file of rays in every format: the same rays however many are asked for at a time, which are the same
+/// again when they are written in each format; or one line that says why not.
 pub fn rays(bytes: &[u8]) {
-    let all = read(bytes, 1 << 30, None);
-    assert_eq!(all, read(bytes, 1, None));
-    assert_eq!(all, read(bytes, 7, None));
-    assert_eq!(all, read(bytes, 100, Some(bytes.len() as u64)));
-    let (rays, error) = all;
-    assert!(rays.len() <= bytes.len());
-    if let Some(error) = error {
-        let text = error.to_string();
-        assert!(text.starts_with("rays") && text.len() < 300, "{text}");
-        assert!(!text.contains(char::is_control), "{text:?}");
+    let formats = [RaysFormat::Csv, RaysFormat::Raw, RaysFormat::Raw64].map(Some);
+    for format in formats.into_iter().chain([None]) {
+        let all = read(bytes, 1 << 30, None, format);
+        assert_eq!(all, read(bytes, 1, None, format));
+        assert_eq!(all, read(bytes, 7, None, format));
+        assert_eq!(all, read(bytes, 100, Some(bytes.len() as u64), format));
+        let (rays, error) = all;
+        assert!(rays.len() <= bytes.len());
+        if let Some(error) = error {
+            let text = error.to_string();
+            assert!(text.starts_with("rays") && text.len() < 600, "{text}");
+            assert!(!text.contains(char::is_control), "{text:?}");
+        }
+        written_again(&rays);
     }
+}
 
-    // A raw file is CSV by chance only if all of the first line of bytes is text.
+/// Rays are the same in every format.
+fn written_again(rays: &[[u32; 8]]) {
     let raw: Vec<u8> = rays.iter().flatten().flat_map(|bits| bits.to_le_bytes()).collect();
-    let (again, error) = read(&raw, 100, Some(raw.len() as u64));
-    assert!(error.is_some() || again == rays);
-    let mut csv = String::from("t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
-    for ray in &rays {
+    let again = read(&raw, 100, Some(raw.len() as u64), Some(RaysFormat::Raw));
+    assert_eq!(again, (rays.to_vec(), None));
+
+    // Text keeps no more of a NaN than that it is one; nor need a wider number.
+    let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
+    let plain = |ray: &[u32; 8]| ray.map(f32::from_bits).map(bits);
+    let wide = rays.iter().flatten().map(|&bits| f64::from(f32::from_bits(bits)));
+    let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
+    let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
+    for ray in rays {
         let cells = ray.map(|bits| f32::from_bits(bits).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";
     }
-    // Text keeps no more of a NaN than that it is one.
-    let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
-    let plain = |ray: &[u32; 8]| ray.map(f32::from_bits).map(bits);
-    let (again, error) = read(csv.as_bytes(), 100, None);
-    assert_eq!(error, None);
-    assert!(again.iter().map(plain).eq(rays.iter().map(plain)));
+    for (bytes, format) in [(&raw64[..], Some(RaysFormat::Raw64)), (csv.as_bytes(), None)] {
+        let (again, error) = read(bytes, 100, None, format);
+        assert_eq!(error, None);
+        assert!(again.iter().map(plain).eq(rays.iter().map(plain)));
+    }
 }
 
 /// The bits of all rays in the order of a raw file, or an error and none.
-fn read(bytes: &[u8], count: usize, size: Option<u64>) -> (Vec<[u32; 8]>, Option<LoadError>) {
-    let mut file = match Rays::new("rays", bytes, size) {
+fn read(
+    bytes: &[u8],
+    count: usize,
+    size: Option<u64>,
+    format: Option<RaysFormat>,
+) -> (Vec<[u32; 8]>, Option<LoadError>) {
+    let mut file = match Rays::new("rays", bytes, size, format) {
         Ok(file) => file,
         Err(error) => return (Vec::new(), Some(error)),
     };

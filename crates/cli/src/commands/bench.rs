@@ -1,15 +1,15 @@
 //! `intertri bench`: how many rays a second, by engine and kind of ray.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Hit, Ray, Threshold, Triangle};
 use intertri_lab::rng::Rng;
-use intertri_scene::{Rays, Scene, hit_point, load};
+use intertri_scene::{Rays, RaysFormat, Scene, hit_point, load};
 
-use crate::commands::options::CameraOptions;
+use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::tiled;
@@ -45,6 +45,10 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
 
+    /// What that file is written in [default: as trace finds it]
+    #[arg(long, value_name = "FORMAT", value_parser = rays_format(), requires = "rays")]
+    rays_format: Option<RaysFormat>,
+
     /// How often each engine gets its turn
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     turns: u32,
@@ -77,8 +81,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let certified = engines.engine(EngineName::Certified)?;
     let mut kinds = kinds(&scene, &triangles, options.size, &certified);
     if let Some(path) = &options.rays {
-        let mut rays = vec![];
-        Rays::open(path)?.read(&mut rays, MAX_RAYS)?;
+        let rays = first_rays(path, options.rays_format)?;
         kinds.push(Kind { name: "file", rays, any: false });
     }
     kinds.retain(|kind| !kind.rays.is_empty());
@@ -105,6 +108,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         rates,
     };
     print(&report, options.json)
+}
+
+/// The rays of a file, [`MAX_RAYS`] at most.
+fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
+    let mut file = Rays::open(path, format)?;
+    let (mut all, mut some) = (vec![], vec![]);
+    while all.len() < MAX_RAYS {
+        file.read(&mut some, MAX_RAYS - all.len())?;
+        if some.is_empty() {
+            break;
+        }
+        all.append(&mut some);
+    }
+    Ok(all)
 }
 
 /// Camera rays, shadow rays to what they hit, and diffuse rays from there.

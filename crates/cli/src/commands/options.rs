@@ -1,10 +1,11 @@
-//! Options that several commands share: the camera, the grid, the folder of charts.
+//! Options that several commands share: the camera, the format of rays, the grid, the folder of charts.
 
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use intertri::fixed::Bits;
-use intertri_scene::{Camera, CameraError, Mesh, Scene};
+use intertri_scene::{Camera, CameraError, Mesh, RaysFormat, Scene};
 
 use crate::io::numbers;
 
@@ -30,7 +31,7 @@ pub(crate) struct CameraOptions {
     up: Option<[f32; 3]>,
 
     /// The vertical field of view in degrees [default: 35]
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", value_parser = fov, allow_hyphen_values = true)]
     fov: Option<f64>,
 }
 
@@ -65,10 +66,37 @@ impl CameraOptions {
     }
 }
 
+/// A field of view in degrees.
+fn fov(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(fov) if 0.0 < fov && fov < 180.0 => Ok(fov),
+        _ => Err("give a number of degrees between 0 and 180".to_owned()),
+    }
+}
+
 /// The bits of a coordinate on the grid of engine `fixed`.
 pub(crate) fn grid_bits(text: &str) -> Result<Bits, String> {
     let number = text.parse().map_err(|_| "give a whole number from 1 to 20".to_owned())?;
     Bits::of_grid(number).map_err(|error| error.to_string())
+}
+
+/// Two opposite corners of a box.
+pub(crate) fn grid_bounds(text: &str) -> Result<[[f32; 3]; 2], String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|numbers| <[f32; 6]>::try_from(numbers).ok());
+    let [a, b, c, d, e, f] = numbers
+        .filter(|numbers| numbers.iter().all(|x| x.is_finite()))
+        .ok_or("give six finite numbers with commas between them: two opposite corners of a box")?;
+    Ok([[a, b, c], [d, e, f]])
+}
+
+/// The format of a file of rays.
+pub(crate) fn rays_format() -> impl TypedValueParser<Value = RaysFormat> {
+    PossibleValuesParser::new(["csv", "raw", "raw64"]).map(|name| match &*name {
+        "csv" => RaysFormat::Csv,
+        "raw" => RaysFormat::Raw,
+        _ => RaysFormat::Raw64,
+    })
 }
 
 /// The options of all commands that draw charts.

@@ -161,7 +161,9 @@ fn texture(path: &Path) -> Result<Texture> {
 fn refuse_unused_grid(options: &Options) -> Result<()> {
     let is_fixed = |name| name == EngineName::Fixed;
     if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {
-        return Err(Error::new("--grid is for engine fixed; add --engine fixed or --check fixed"));
+        return Err(Error::usage(
+            "--grid is for engine fixed; add --engine fixed or --check fixed",
+        ));
     }
     Ok(())
 }

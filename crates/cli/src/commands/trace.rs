@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Ray, Threshold};
-use intertri_scene::{Rays, load};
+use intertri_scene::{Rays, RaysFormat, load};
 
-use crate::commands::options::grid_bits;
+use crate::commands::options::{grid_bits, grid_bounds, rays_format};
 use crate::engine::batch::{Batch, Question};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
-use crate::error::{Error, Result};
+use crate::engine::ray_engine::RayEngine;
+use crate::error::{Error, Result, note};
 use crate::io::answers::{Format, Query};
 use crate::io::numbers;
 use crate::io::output::Output;
@@ -30,14 +31,15 @@ const CHUNKS: usize = 4;
 
 /// Answer a file of rays: what does each hit, and where?
 ///
-/// RAYS are raw, eight little-endian f32 a ray in the order origin x y z, t_min, dir x y z, t_max; or
-/// CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which t_min
-/// (0) and t_max (inf) may be left out. A hit counts where t_min <= t < t_max.
+/// RAYS are CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which
+/// t_min (0) and t_max (inf) may be left out; or raw, eight little-endian f32 a ray in the order origin
+/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64, which are rounded to f32. A hit counts
+/// where t_min <= t < t_max.
 ///
 /// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
 /// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest
 /// decimals that read back to the same bits, in scientific notation below 1e-5 and from 1e16 on. A miss
-/// has empty cells. With --raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
+/// has empty cells. Or raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
 #[derive(Args)]
 #[expect(clippy::doc_markdown, reason = "it is printed as it stands")]
 #[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
@@ -49,31 +51,49 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
 
+    /// What the rays are written in [default: what the name ends in, .csv, .f32 (raw) or .f64 (raw64);
+    /// else csv, if they begin with a line of names]
+    #[arg(long, value_name = "FORMAT", value_parser = rays_format())]
+    rays_format: Option<RaysFormat>,
+
     /// Where the answers go [default: the standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 
-    /// Write binary records instead of CSV
-    #[arg(long)]
+    /// What the answers are written in
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    format: Format,
+
+    /// The same as --format raw
+    #[arg(long, conflicts_with = "format")]
     raw: bool,
 
-    /// Only say whether anything is hit: 1 or 0 (CSV ray,hit; one byte a ray with --raw)
+    /// Only say whether anything is hit: 1 or 0 (CSV ray,hit; one byte a ray if raw)
     #[arg(long, conflicts_with = "all")]
     any: bool,
 
     /// Every hit, not only the closest: a line for each, in order of t, and one with
-    /// empty cells for a miss (with --raw, each record follows the i64 number of its ray: 40 bytes)
+    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes)
     #[arg(long)]
     all: bool,
 
-    /// What finds the hits
+    /// What finds the hits; raster answers no rays
     #[arg(long, value_enum, default_value_t = EngineName::Certified)]
     engine: EngineName,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid holds the
-    /// origins of all rays, which are therefore all read first
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid is that of
+    /// the model, whatever the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     grid: Option<Bits>,
+
+    /// Make the grid of engine fixed hold this box, too, which has two opposite corners: rays must start
+    /// within the grid
+    #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = grid_bounds, allow_hyphen_values = true)]
+    grid_bounds: Option<[[f32; 3]; 2]>,
+
+    /// Let rays that start outside of the grid of engine fixed be misses, and say how many there were
+    #[arg(long)]
+    skip_outside: bool,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
     #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
@@ -92,16 +112,31 @@ impl Options {
             _ => Query::Closest,
         }
     }
+
+    /// Refuses what makes no sense together.
+    fn check(&self) -> Result<()> {
+        if self.engine == EngineName::Raster {
+            return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
+        }
+        let given = [
+            ("--grid", self.grid.is_some()),
+            ("--grid-bounds", self.grid_bounds.is_some()),
+            ("--skip-outside", self.skip_outside),
+        ];
+        match given.into_iter().find(|(_, given)| *given && self.engine != EngineName::Fixed) {
+            Some((option, _)) => {
+                Err(Error::usage(format!("{option} is for engine fixed; add --engine fixed")))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// Answers the rays.
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
-    let on_grid = options.engine == EngineName::Fixed;
-    if options.grid.is_some() && !on_grid {
-        return Err(Error::new("--grid is for engine fixed; add --engine fixed"));
-    }
-    let mut rays = Rays::open(&options.rays)?;
+    options.check()?;
+    let mut rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
     let mesh = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
@@ -109,19 +144,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     })?;
     let triangles = mesh.to_triangles();
 
-    // A grid must hold the origins of all rays, so for that they are read beforehand.
-    let early = if on_grid { read_all(&mut rays, &mut seconds.read)? } else { vec![] };
-    let origins = early.iter().map(|ray| ray.origin).collect();
+    let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, options.threshold)
-        .on_grid(options.grid.unwrap_or(Bits::FINE), origins);
+        .on_grid(options.grid.unwrap_or(Bits::FINE), room_for);
     let engine = engines.engine(options.engine)?;
     seconds.build = engines.seconds;
 
     let mut output = Output::open(options.output.as_deref())?;
-    let format = if options.raw { Format::Raw } else { Format::Csv };
+    let format = if options.raw { Format::Raw } else { options.format };
     let question = Question { engine: &engine, query: options.query(), format };
-    let (done, hits) = answer_all(&question, &early, &mut rays, &mut output, &mut seconds)?;
+    let done = answer_all(options, &question, &mut rays, &mut output, &mut seconds)?;
     output.finish()?;
+    if done.outside > 0 {
+        note(&format!("rays that start outside of the grid and so hit nothing: {}", done.outside));
+    }
 
     // Where the answers are the standard output, there is no place for a report.
     if options.output.is_none() {
@@ -133,65 +169,77 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         triangles: triangles.len(),
         engine: options.engine,
         threshold: options.threshold.get(),
-        rays: done,
-        hits,
+        rays: done.rays,
+        hits: done.hits,
+        outside: done.outside,
         grid: engines.grid(),
         seconds,
     };
     print(&report, options.json)
 }
 
-/// All rays of a file at once.
-fn read_all(rays: &mut Rays<'_>, seconds: &mut f64) -> Result<Vec<Ray>> {
-    let (mut all, mut some) = (vec![], vec![]);
-    loop {
-        timed(seconds, || rays.read(&mut some, 1 << 16))?;
-        if some.is_empty() {
-            return Ok(all);
-        }
-        all.extend_from_slice(&some);
-    }
+/// How many rays were answered, hit something, and started outside of the grid.
+#[derive(Default)]
+struct Done {
+    rays: u64,
+    hits: u64,
+    outside: u64,
 }
 
-/// Reads, answers and writes at the same time: first the rays that were read early, then the rest. Gives
-/// the number of rays, and of those that hit something.
+/// Reads, answers and writes at the same time.
 fn answer_all(
+    options: &Options,
     question: &Question<'_>,
-    early: &[Ray],
     rays: &mut Rays<'_>,
     output: &mut Output,
     seconds: &mut TraceSeconds,
-) -> Result<(u64, u64)> {
+) -> Result<Done> {
     // A ray may hit every triangle; so of those that ask for all hits, a batch has few.
     let all = question.query == Query::All;
     let size = if all { 16 } else { CHUNKS * question.engine.chunk_size() };
     let threads = rayon::current_num_threads();
     let bar = Progress::new("trace", rays.total());
-    let (mut early, mut read, mut done, mut hits) = (early.chunks(size), 0, 0, 0);
+    let (mut read, mut done) = (0, Done::default());
     output.write(question.format.header(question.query))?;
     widen_pipes();
     pipeline::run(
         (0..BATCHES * threads).map(|_| Batch::default()),
         |batch| {
-            match early.next() {
-                Some(some) => some.clone_into(&mut batch.rays),
-                None => timed(&mut seconds.read, || rays.read(&mut batch.rays, size))?,
-            }
+            timed(&mut seconds.read, || rays.read(&mut batch.rays, size))?;
             batch.first = read;
             read += batch.rays.len() as u64;
             Ok(!batch.rays.is_empty())
         },
         |batch| batch.answer(question),
         |batch| {
+            if let (Some(&number), false) = (batch.outside.first(), options.skip_outside) {
+                let ray = &batch.rays[(number - batch.first) as usize];
+                return Err(outside(options, question.engine, number, ray));
+            }
             bar.add(batch.rays.len());
-            done += batch.rays.len() as u64;
-            hits += batch.hits;
+            done.rays += batch.rays.len() as u64;
+            done.hits += batch.hits;
+            done.outside += batch.outside.len() as u64;
             seconds.trace += batch.seconds;
             timed(&mut seconds.write, || output.write(batch.bytes()))
         },
     )?;
     // Threads worked at the same time, as many of them as there were batches.
-    let threads = threads.min(done.div_ceil(size as u64) as usize).max(1);
+    let threads = threads.min(done.rays.div_ceil(size as u64) as usize).max(1);
     seconds.trace /= threads as f64;
-    Ok((done, hits))
+    Ok(done)
+}
+
+/// A ray for which the grid has no place.
+fn outside(options: &Options, engine: &RayEngine, number: u64, ray: &Ray) -> Error {
+    let ends = match engine {
+        RayEngine::Fixed(scene) => scene.ends(),
+        _ => unreachable!("others have no grid"),
+    };
+    let cause = format!(
+        "ray {number} starts at {:?}, outside of the grid, which goes from {:?} to {:?}; make room by \
+         --grid-bounds, or let such rays miss by --skip-outside",
+        ray.origin, ends[0], ends[1]
+    );
+    Error::at(options.rays.display(), cause)
 }

@@ -23,6 +23,8 @@ pub(crate) struct Batch {
     pub(crate) first: u64,
     /// How many rays hit something.
     pub(crate) hits: u64,
+    /// The numbers of the rays that start outside of the engine's grid, and so hit nothing.
+    pub(crate) outside: Vec<u64>,
     /// How long the answers took.
     pub(crate) seconds: f64,
     answers: Answers,
@@ -36,6 +38,12 @@ impl Batch {
         let size = question.engine.chunk_size();
         let chunks = self.rays.chunks(size).zip((self.first..).step_by(size));
         self.hits = chunks.map(|(rays, first)| self.answers.add(question, rays, first)).sum();
+        self.outside.clear();
+        if let RayEngine::Fixed(scene) = question.engine {
+            let numbered = (self.first..).zip(&self.rays);
+            let outside = numbered.filter(|(_, ray)| scene.is_outside(ray.origin));
+            self.outside.extend(outside.map(|(number, _)| number));
+        }
         self.seconds = start.elapsed().as_secs_f64();
     }
 

@@ -18,8 +18,8 @@ pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// Where rays start: the grid must hold these points.
-    origins: Vec<[f32; 3]>,
+    /// What the grid must hold besides the triangles: where rays start.
+    room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,
     /// How long building has taken so far.
@@ -28,13 +28,13 @@ pub(crate) struct Engines<'a> {
 
 impl<'a> Engines<'a> {
     pub(crate) fn new(triangles: &'a [Triangle], threshold: Threshold) -> Self {
-        let (bits, origins) = (Bits::FINE, vec![]);
-        Self { triangles, threshold, bits, origins, bvh: None, fixed: None, seconds: 0.0 }
+        let (bits, room_for) = (Bits::FINE, vec![]);
+        Self { triangles, threshold, bits, room_for, bvh: None, fixed: None, seconds: 0.0 }
     }
 
-    /// The same with a grid of so many bits, for rays from those points.
-    pub(crate) fn on_grid(self, bits: Bits, origins: Vec<[f32; 3]>) -> Self {
-        Self { bits, origins, ..self }
+    /// The same with a grid of so many bits that holds the model, and has room for those points.
+    pub(crate) fn on_grid(self, bits: Bits, room_for: Vec<[f32; 3]>) -> Self {
+        Self { bits, room_for, ..self }
     }
 
     /// The engine of that name.
@@ -49,9 +49,7 @@ impl<'a> Engines<'a> {
                 RayEngine::Reference(ReferenceScene::new(self.triangles, self.threshold))
             }),
             EngineName::Raster => {
-                return Err(Error::new(
-                    "engine raster draws pictures and answers no rays; choose another",
-                ));
+                return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
             }
         })
     }
@@ -71,7 +69,7 @@ impl<'a> Engines<'a> {
         if let Some(fixed) = &self.fixed {
             return Ok(fixed.clone());
         }
-        let make = || FixedScene::new(self.triangles, &self.origins, self.bits);
+        let make = || FixedScene::new(self.triangles, &self.room_for, self.bits);
         let fixed = timed(&mut self.seconds, make)?;
         Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }

@@ -1,6 +1,6 @@
 //! The engine `fixed`: a scene snapped to an integer grid, and traced there exactly.
 
-use intertri::fixed::{Bits, Fixed, Grid, Ray as Snapped, Triangle as Facet};
+use intertri::fixed::{Bits, Fixed, Grid, GridError, Ray as Snapped, Triangle as Facet};
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::FixedBvh;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use crate::io::progress::Progress;
 /// How many rays a thread snaps and asks at a time.
 const CHUNK: usize = 4096;
 
-/// A scene on a grid, which holds the origins of its rays, too.
+/// A scene on a grid.
 pub(crate) struct FixedScene {
     grid: Grid,
     bvh: FixedBvh,
@@ -23,11 +23,11 @@ pub(crate) struct FixedScene {
 }
 
 impl FixedScene {
-    /// Snaps triangles, and the origins of the rays to come. An origin that is not finite is left out
-    /// of the grid: its rays hit nothing, as in every engine.
-    pub(crate) fn new(triangles: &[Triangle], origins: &[[f32; 3]], bits: Bits) -> Result<Self> {
-        let origins = origins.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
-        let points = triangles.iter().flat_map(|t| t.0).chain(origins);
+    /// Snaps triangles to the finest grid that holds them and some points more: rays to come start within
+    /// it. A point that is not finite is left out: its rays hit nothing, as in every engine.
+    pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
+        let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
+        let points = triangles.iter().flat_map(|t| t.0).chain(more);
         let grid = Grid::around(points.clone(), bits)?;
         let facets = triangles.iter().map(|t| grid.triangle(t));
         let facets = facets.collect::<std::result::Result<Vec<Facet>, _>>()?;
@@ -46,6 +46,18 @@ impl FixedScene {
     pub(crate) fn place(&self, p: [f32; 3]) -> [f32; 3] {
         // A snapped point is an f32 again, without rounding.
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
+    }
+
+    /// Whether a point lies outside of the grid: rays that start there hit nothing. One that is not finite
+    /// is nowhere.
+    pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
+        matches!(self.grid.snap(p), Err(GridError::Outside(_)))
+    }
+
+    /// The smallest and largest corner of the grid, in coordinates of the scene.
+    pub(crate) fn ends(&self) -> [[f64; 3]; 2] {
+        let far = 1 << self.grid.bits().b();
+        [-far, far].map(|x| self.grid.unsnap([x; 3]))
     }
 
     /// The closest hit of each ray.
@@ -68,8 +80,7 @@ impl FixedScene {
         self.bvh.all(&Fixed::default(), &ray)
     }
 
-    /// Snaps rays to the grid, which was made around their origins, and asks for their answers, in
-    /// chunks that stay in the cache.
+    /// Snaps rays to the grid and asks for their answers, in chunks that stay in the cache.
     fn chunks<T: Send>(
         &self,
         rays: &[Ray],
@@ -103,7 +114,7 @@ pub(crate) struct GridReport {
     pub(crate) direction_bits: u32,
     /// The distance of neighbouring points of the grid.
     pub(crate) step: f64,
-    /// The farthest that a corner or an origin moved, along an axis.
+    /// The farthest that a corner, or a point for which the grid has room, moved along an axis.
     pub(crate) moved: f64,
     /// The far end of a ray across the whole grid is off by less than this along each axis, because
     /// its direction is snapped, too.

@@ -22,6 +22,11 @@ pub(crate) enum EngineName {
     Raster,
 }
 
+impl EngineName {
+    /// Why the rasterizer is not asked for rays.
+    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose certified, double, fixed or reference";
+}
+
 impl fmt::Display for EngineName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // As the command line spells it.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io::Write;
 
+use clap::ValueEnum;
 use intertri::Hit;
 
 use crate::io::numbers::Decimal;
@@ -16,9 +17,11 @@ pub(crate) enum Query {
 }
 
 /// How answers are written down.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Format {
+    /// A line of names, and a line an answer
     Csv,
+    /// Little-endian records
     Raw,
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct TraceReport {
     pub(crate) rays: u64,
     /// Rays that hit something.
     pub(crate) hits: u64,
+    /// Rays that start outside of the grid of engine `fixed`, and count as misses.
+    pub(crate) outside: u64,
     /// The grid of engine `fixed`.
     pub(crate) grid: Option<GridReport>,
     pub(crate) seconds: TraceSeconds,

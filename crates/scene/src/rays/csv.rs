@@ -1,0 +1,105 @@
+//! Rays as CSV: the line of names, and a ray a line.
+
+use intertri::Ray;
+
+/// The columns' names, in the order of a raw ray.
+const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
+
+/// What each column of a line is: an index into [`COLUMNS`].
+pub(super) struct Columns(Vec<usize>);
+
+impl Columns {
+    /// Whether a line is one of names, and all of them are known.
+    pub(super) fn are_named_by(line: &str) -> bool {
+        names(line).all(|name| COLUMNS.contains(&&*name))
+    }
+
+    /// The columns that the first line names, or what is wrong with it.
+    pub(super) fn of(line: &str) -> Result<Self, String> {
+        let mut columns = Vec::new();
+        for name in names(line) {
+            let known = COLUMNS.iter().position(|&column| column == name);
+            let known = known.ok_or_else(|| {
+                let name = quote(&name);
+                format!("{name} is no column of rays; name them {}", COLUMNS.join(","))
+            })?;
+            if columns.contains(&known) {
+                return Err(format!("two columns are named {name}"));
+            }
+            columns.push(known);
+        }
+        let optional = |name: &str| name == "t_min" || name == "t_max";
+        match (0..8).find(|&i| !columns.contains(&i) && !optional(COLUMNS[i])) {
+            Some(missing) => Err(format!("no column is named {}", COLUMNS[missing])),
+            None => Ok(Self(columns)),
+        }
+    }
+
+    /// The ray of a line, or what is wrong with it.
+    pub(super) fn ray(&self, line: &str) -> Result<Ray, String> {
+        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY];
+        let (mut columns, mut found) = (self.0.iter(), 0);
+        for cell in line.split(',') {
+            found += 1;
+            let Some(&column) = columns.next() else { continue };
+            numbers[column] = number(cell)
+                .map_err(|why| format!("{}: {} {why}", COLUMNS[column], quote(cell)))?;
+        }
+        let named = self.0.len();
+        if found == named {
+            Ok(bytemuck::cast(numbers))
+        } else {
+            Err(format!("{found} cells, but the first line names {named} columns"))
+        }
+    }
+}
+
+/// The names in a line.
+fn names(line: &str) -> impl Iterator<Item = String> {
+    line.split(',').map(|name| unquoted(name).to_ascii_lowercase())
+}
+
+/// A cell as a number.
+fn number(cell: &str) -> Result<f32, &'static str> {
+    let cell = unquoted(cell);
+    let number: f32 = cell.parse().map_err(|_| "is not a number")?;
+    // Infinity is welcome where it is meant.
+    if number.is_infinite() && cell.contains(|c: char| c.is_ascii_digit()) {
+        return Err("is beyond the range of f32");
+    }
+    Ok(number)
+}
+
+/// A cell without the blanks and quotes around it.
+fn unquoted(cell: &str) -> &str {
+    cell.trim().trim_matches('"').trim()
+}
+
+/// A cell for an error message, not too long.
+pub(super) fn quote(cell: &str) -> String {
+    let cell = unquoted(cell);
+    let short: String = cell.chars().take(32).collect();
+    format!("{short:?}{}", if short.len() < cell.len() { "..." } else { "" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_f32_and_infinity_must_be_meant() {
+        assert_eq!(number(" 1e-3 "), Ok(1e-3));
+        assert_eq!(number("\"-inf\""), Ok(f32::NEG_INFINITY));
+        assert!(number("NaN").unwrap().is_nan());
+        assert_eq!(number("0.1").unwrap().to_bits(), 0.1f32.to_bits());
+        assert!(number("1e39").is_err());
+        assert!(number("").is_err() && number("1;2").is_err());
+    }
+
+    #[test]
+    fn a_line_of_names_has_known_ones_alone() {
+        assert!(Columns::are_named_by(" \"OX\",oy\r\n"));
+        assert!(!Columns::are_named_by("ox,oy,oz,dx,dy,dz,colour"));
+        assert!(!Columns::are_named_by("") && !Columns::are_named_by("hello"));
+    }
+}

@@ -1,0 +1,311 @@
+//! Files and streams of rays, read piece by piece.
+
+mod csv;
+mod format;
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+
+use intertri::Ray;
+
+use self::csv::{Columns, quote};
+pub use self::format::RaysFormat;
+use crate::LoadError;
+
+type Result<T> = std::result::Result<T, LoadError>;
+
+/// No line of eight numbers is longer, so that a file without line ends sizes nothing.
+const MAX_LINE: usize = 4096;
+
+/// Bytes of a raw ray, of f32 and of f64.
+const RAW: usize = size_of::<Ray>();
+const RAW64: usize = 2 * RAW;
+
+/// Bytes that are read at once, if so many are there: a whole number of raw rays.
+const PIECE: usize = 1 << 20;
+
+/// A stream of rays, from a file or any reader, in bounded memory.
+///
+/// ```
+/// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
+/// let mut rays = Vec::new();
+/// file.read(&mut rays, 100)?;
+/// assert_eq!(rays, [intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0])]);
+/// # Ok::<_, intertri_scene::LoadError>(())
+/// ```
+pub struct Rays<'a> {
+    name: PathBuf,
+    input: BufReader<Box<dyn Read + Send + 'a>>,
+    format: Format,
+    /// The number of the last line read, in a text.
+    line: u64,
+    total: Option<u64>,
+}
+
+enum Format {
+    Csv(Columns),
+    Raw,
+    Raw64,
+}
+
+impl<'a> Rays<'a> {
+    /// Opens a file, or the standard input for `-`; its format as in [`Rays::new`].
+    ///
+    /// # Errors
+    /// If it cannot be opened, and as [`Rays::new`].
+    pub fn open(path: &Path, format: Option<RaysFormat>) -> Result<Self> {
+        if path.as_os_str() == "-" {
+            return Self::new("<stdin>", io::stdin(), None, format);
+        }
+        let wrong = |cause| LoadError { path: path.into(), line: None, cause };
+        let unreadable = |cause: io::Error| wrong(format!("cannot read it: {cause}"));
+        let metadata = std::fs::metadata(path).map_err(unreadable)?;
+        if metadata.is_dir() {
+            return Err(wrong("is a folder; give a file of rays".to_owned()));
+        }
+        let file = File::open(path).map_err(unreadable)?;
+        Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
+    }
+
+    /// Begins to read what has a name for error messages, and so many bytes where that is known.
+    ///
+    /// A format that is not given is that of the name's ending, as [`RaysFormat::of_name`] has it. Else
+    /// it is CSV if its first line that is not blank names columns of rays alone. Anything else is an
+    /// error, because bytes may look like anything.
+    ///
+    /// # Errors
+    /// If it cannot be read, its format is not known, its line of names is wrong, or its size is not that
+    /// of whole rays.
+    pub fn new(
+        name: impl Into<PathBuf>,
+        input: impl Read + Send + 'a,
+        size: Option<u64>,
+        format: Option<RaysFormat>,
+    ) -> Result<Self> {
+        let name = name.into();
+        let format = format.or_else(|| RaysFormat::of_name(&name));
+        let input = BufReader::with_capacity(PIECE, Box::new(input) as Box<dyn Read + Send + 'a>);
+        let mut rays = Self { name, input, format: Format::Raw, line: 0, total: None };
+        match format {
+            Some(RaysFormat::Raw) => rays.count(size, RAW)?,
+            Some(RaysFormat::Raw64) => {
+                rays.format = Format::Raw64;
+                rays.count(size, RAW64)?;
+            }
+            Some(RaysFormat::Csv) => rays.read_names(true)?,
+            None => rays.read_names(false)?,
+        }
+        Ok(rays)
+    }
+
+    /// How many there are, where the file's size says it.
+    pub fn total(&self) -> Option<u64> {
+        self.total
+    }
+
+    /// Replaces `rays` by the next ones, `count` at most and at least one; by none once there are no
+    /// more. It waits for one ray, and not for those that have yet to come behind it.
+    ///
+    /// # Errors
+    /// If the file cannot be read, a line is not of numbers, or the last raw ray is cut off.
+    pub fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        rays.clear();
+        match self.format {
+            Format::Raw => self.read_raw::<RAW>(rays, count, |bytes| {
+                let (numbers, _) = bytes.as_chunks();
+                bytemuck::cast([0, 1, 2, 3, 4, 5, 6, 7].map(|i| f32::from_le_bytes(numbers[i])))
+            }),
+            Format::Raw64 => self.read_raw::<RAW64>(rays, count, |bytes| {
+                let (numbers, _) = bytes.as_chunks();
+                let number = |i: usize| f64::from_le_bytes(numbers[i]) as f32;
+                bytemuck::cast([0, 1, 2, 3, 4, 5, 6, 7].map(number))
+            }),
+            Format::Csv(_) => self.read_csv(rays, count),
+        }
+    }
+
+    /// How many rays a file of that size has: it must be a whole number.
+    fn count(&mut self, size: Option<u64>, record: usize) -> Result<()> {
+        if let Some(size) = size {
+            if !size.is_multiple_of(record as u64) {
+                return Err(self.ragged(size, record));
+            }
+            self.total = Some(size / record as u64);
+        }
+        Ok(())
+    }
+
+    /// Reads records of N bytes.
+    fn read_raw<const N: usize>(
+        &mut self,
+        rays: &mut Vec<Ray>,
+        count: usize,
+        ray: impl Fn(&[u8; N]) -> Ray,
+    ) -> Result<()> {
+        while rays.len() < count && (rays.is_empty() || self.input.buffer().len() >= N) {
+            let there = match self.input.fill_buf() {
+                Ok([]) => break,
+                Ok(bytes) => bytes,
+                Err(cause) if cause.kind() == ErrorKind::Interrupted => continue,
+                Err(cause) => return Err(self.unreadable(&cause)),
+            };
+            let (records, _) = there.as_chunks::<N>();
+            if records.is_empty() {
+                // A ray of which only the beginning has come.
+                let mut record = Vec::new();
+                let read = self.input.by_ref().take(N as u64).read_to_end(&mut record);
+                read.map_err(|cause| self.unreadable(&cause))?;
+                let whole = record.as_slice().try_into();
+                let whole = whole.map_err(|_| self.ragged(record.len() as u64, N))?;
+                rays.push(ray(whole));
+                continue;
+            }
+            let records = &records[..records.len().min(count - rays.len())];
+            // Memory grows with what has come, not with what was asked for.
+            if rays.try_reserve(records.len()).is_err() {
+                return Err(self.no_memory());
+            }
+            rays.extend(records.iter().map(&ray));
+            let read = records.len() * N;
+            self.input.consume(read);
+        }
+        Ok(())
+    }
+
+    fn read_csv(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+        let mut line = String::new();
+        while rays.len() < count && (rays.is_empty() || self.input.buffer().contains(&b'\n')) {
+            if !self.next_line(&mut line)? {
+                break;
+            }
+            if line.trim().is_empty() {
+                continue;
+            }
+            let Format::Csv(columns) = &self.format else { unreachable!() };
+            let ray = columns.ray(&line).map_err(|cause| self.wrong(cause))?;
+            if rays.try_reserve(1).is_err() {
+                return Err(self.no_memory());
+            }
+            rays.push(ray);
+        }
+        Ok(())
+    }
+
+    /// Reads the line of names. Where the format is not `certain`, it is known by that line alone.
+    fn read_names(&mut self, certain: bool) -> Result<()> {
+        let unknown = |rays: &Self, why: &str| LoadError {
+            path: rays.name.clone(),
+            line: None,
+            cause: format!(
+                "{why}; say what it is by --rays-format csv, raw or raw64, or by a name that ends in .csv, \
+                 .f32 or .f64"
+            ),
+        };
+        let mut line = String::new();
+        while line.trim().is_empty() {
+            match self.next_line(&mut line) {
+                Ok(true) => {}
+                Ok(false) if certain => {
+                    return Err(self.wrong("has no line of names; is it CSV?".to_owned()));
+                }
+                Ok(false) => return Err(unknown(self, "is empty")),
+                Err(wrong) if certain => return Err(wrong),
+                Err(_) => {
+                    return Err(unknown(self, "does not begin with a line of names, as CSV does"));
+                }
+            }
+        }
+        if !certain && !Columns::are_named_by(&line) {
+            let why = format!("{} names no columns of rays, as CSV does", quote(&line));
+            return Err(unknown(self, &why));
+        }
+        self.format = Format::Csv(Columns::of(&line).map_err(|cause| self.wrong(cause))?);
+        Ok(())
+    }
+
+    /// The next line; false at the end of the file.
+    fn next_line(&mut self, text: &mut String) -> Result<bool> {
+        text.clear();
+        let read = self.input.by_ref().take(MAX_LINE as u64 + 1).read_line(text);
+        self.line += 1;
+        match read {
+            Ok(0) => return Ok(false),
+            Ok(length) if length > MAX_LINE => {
+                let cause = format!("a line of more than {MAX_LINE} bytes; is it CSV?");
+                return Err(self.wrong(cause));
+            }
+            Ok(_) => {}
+            Err(cause) if cause.kind() == ErrorKind::InvalidData => {
+                return Err(self.wrong("is not text; is it CSV?".to_owned()));
+            }
+            Err(cause) => return Err(self.unreadable(&cause)),
+        }
+        // Some editors put a byte order mark at the beginning.
+        if self.line == 1 && text.starts_with('\u{feff}') {
+            text.remove(0);
+        }
+        Ok(true)
+    }
+
+    fn ragged(&self, size: u64, record: usize) -> LoadError {
+        let (over, bits) = (size % record as u64, record / 8 * 8);
+        self.wrong(format!(
+            "{over} bytes follow the last whole ray; a raw ray is {record} bytes, eight little-endian f{bits}"
+        ))
+    }
+
+    fn unreadable(&self, cause: &io::Error) -> LoadError {
+        self.wrong(format!("cannot read it: {cause}"))
+    }
+
+    fn no_memory(&self) -> LoadError {
+        self.wrong("its rays need more memory than there is".to_owned())
+    }
+
+    /// What is wrong here: in the line last read, if it has lines.
+    fn wrong(&self, cause: String) -> LoadError {
+        LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Gives its pieces one at a time, as a slow pipe does.
+    struct Pieces<'a>(&'a [&'a [u8]]);
+
+    impl Read for Pieces<'_> {
+        fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+            let Some((piece, rest)) = self.0.split_first() else { return Ok(0) };
+            to[..piece.len()].copy_from_slice(piece);
+            self.0 = rest;
+            Ok(piece.len())
+        }
+    }
+
+    /// How many rays each call gives.
+    fn calls(pieces: &[&[u8]], format: RaysFormat) -> Vec<usize> {
+        let mut file = Rays::new("pipe", Pieces(pieces), None, Some(format)).unwrap();
+        let (mut rays, mut calls) = (vec![], vec![]);
+        loop {
+            file.read(&mut rays, 100).unwrap();
+            if rays.is_empty() {
+                return calls;
+            }
+            calls.push(rays.len());
+        }
+    }
+
+    #[test]
+    fn what_has_come_is_not_held_back() {
+        let bytes = [0; 6 * 64];
+        let pieces = [&bytes[..64], &bytes[64..74], &bytes[74..130], &bytes[130..]];
+        assert_eq!(calls(&pieces, RaysFormat::Raw64), [1, 1, 4]);
+        assert_eq!(calls(&pieces, RaysFormat::Raw), [2, 2, 8]);
+        let pieces =
+            [&b"ox,oy,oz,dx"[..], b",dy,dz\n\n0,0,0,0,0,1\n0,0", b",0,0,0,1\n\n0,0,0,0,0,1"];
+        assert_eq!(calls(&pieces, RaysFormat::Csv), [1, 1, 1]);
+    }
+}
