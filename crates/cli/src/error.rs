@@ -32,6 +32,13 @@ impl Error {
         Self::new(format!("{place}: {cause}"))
     }
 
+    /// An error about a thread that did not start.
+    pub(crate) fn no_thread(cause: impl fmt::Display) -> Self {
+        Self::new(format!(
+            "cannot start a thread: {cause}; leave more memory, or set RAYON_NUM_THREADS=1"
+        ))
+    }
+
     /// Prints it, and gives its exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         note(&self.what);

@@ -43,7 +43,20 @@ fn main() -> ExitCode {
         Ok(line) => line.command,
         Err(error) => return error::command_line(&error),
     };
-    let done = match command {
+    match prepare().and_then(|()| run(command)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.tell(),
+    }
+}
+
+/// What all commands need: the threads, and somebody who hears when the run is told to end.
+fn prepare() -> error::Result<()> {
+    io::signals::watch()?;
+    rayon::ThreadPoolBuilder::new().build_global().map_err(error::Error::no_thread)
+}
+
+fn run(command: Command) -> error::Result<()> {
+    match command {
         Command::Render(options) => render::run(&options),
         Command::Trace(options) => trace::run(&options),
         Command::Chart(options) => chart::run(&options),
@@ -51,9 +64,5 @@ fn main() -> ExitCode {
         Command::Advise(options) => advise::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Crossover(options) => crossover::run(&options),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => error.tell(),
     }
 }

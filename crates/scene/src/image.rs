@@ -1,12 +1,13 @@
 //! Images in memory, PNG and JPEG files to read, and PNG files that are written whole or not at all.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
-use std::{fmt, process};
+use std::{fmt, fs};
 
 use ::image::codecs::png::PngEncoder;
 use ::image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
+
+use crate::PartialFile;
 
 /// The most pixels that an image may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
@@ -76,9 +77,8 @@ impl Image {
 
     /// Writes the image to `path` as PNG, whole or not at all.
     ///
-    /// The bytes go to a hidden file beside `path`, which takes the name `path` only once it is
-    /// complete: an image under that name is whole, whenever the program was stopped. Upon an error
-    /// the hidden file is removed and an older image at `path` is untouched.
+    /// It is a [`PartialFile`] first: an image under that name is whole, whenever the program was
+    /// stopped. Upon an error an older image at `path` is untouched.
     ///
     /// # Errors
     /// As [`check_output`], and whatever the file system objects to.
@@ -100,27 +100,13 @@ impl Image {
 /// Puts what `write` writes at `path`, once all of it is on the disk; nothing where it fails.
 fn replace(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+    write: impl FnOnce(&mut BufWriter<PartialFile>) -> io::Result<()>,
 ) -> io::Result<()> {
-    let partial = beside(path);
-    let complete = || {
-        let mut file = BufWriter::new(File::create(&partial)?);
-        write(&mut file)?;
-        file.flush()?;
-        // On the disk before it gets its name: else a power cut could leave the name without bytes.
-        file.get_ref().sync_all()?;
-        fs::rename(&partial, path)
-    };
-    complete().inspect_err(|_| {
-        // The first error is the one to tell; there may be no file to remove.
-        let _ = fs::remove_file(&partial);
-    })
-}
-
-/// `.name.PID.partial` in the same folder, so that renaming stays within one file system.
-fn beside(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.partial", process::id()))
+    let mut file = BufWriter::new(PartialFile::create(path)?);
+    write(&mut file)?;
+    let file = file.into_inner().map_err(IntoInnerError::into_error)?;
+    file.sync()?;
+    file.finish()
 }
 
 /// How many pixels an image of that size has.
@@ -248,6 +234,8 @@ impl std::error::Error for ImageError {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
     #[test]

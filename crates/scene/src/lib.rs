@@ -35,6 +35,7 @@ mod image;
 mod light;
 mod load;
 mod mesh;
+mod partial_file;
 mod rays;
 mod scene;
 mod shade;
@@ -46,6 +47,7 @@ pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, 
 pub use crate::light::{Light, hit_point};
 pub use crate::load::{LoadError, load, read};
 pub use crate::mesh::{Bounds, Mesh, Part};
+pub use crate::partial_file::PartialFile;
 pub use crate::rays::{Rays, RaysFormat};
 pub use crate::scene::Scene;
 pub use crate::shade::shade;

@@ -15,6 +15,7 @@ use crate::engine::raster::{Raster, Wire};
 use crate::error::{Error, Result};
 use crate::io::numbers;
 use crate::io::progress::{Progress, timed};
+use crate::io::same_file::refuse_same_file;
 use crate::report::check::Difference;
 use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
@@ -80,6 +81,9 @@ pub(crate) struct Options {
 /// Draws the picture, and checks it if asked.
 pub(crate) fn run(options: &Options) -> Result<()> {
     check_output(&options.output)?;
+    let read: Vec<&Path> =
+        [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
+    refuse_same_file(Some(&options.output), &read)?;
     let mut seconds = RenderSeconds::default();
     let scene = timed(&mut seconds.load, || load_scene(options))?;
     let triangles = scene.mesh.to_triangles();

@@ -19,6 +19,7 @@ use crate::io::output::Output;
 use crate::io::pipeline;
 use crate::io::pipes::widen_pipes;
 use crate::io::progress::{Progress, timed};
+use crate::io::same_file::refuse_same_file;
 use crate::report::print::print;
 use crate::report::trace::{TraceReport, TraceSeconds};
 
@@ -136,6 +137,7 @@ impl Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
     options.check()?;
+    refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let mut rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
     let mesh = timed(&mut seconds.load, || {

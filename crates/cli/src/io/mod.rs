@@ -1,4 +1,4 @@
-//! How bytes come and go: the formats of answers, the pipeline around them, outputs and progress bars.
+//! How bytes come and go: the formats of answers, the pipeline around them, outputs, signals and progress bars.
 
 pub(crate) mod answers;
 pub(crate) mod numbers;
@@ -6,3 +6,6 @@ pub(crate) mod output;
 pub(crate) mod pipeline;
 pub(crate) mod pipes;
 pub(crate) mod progress;
+pub(crate) mod same_file;
+pub(crate) mod signals;
+pub(crate) mod standard_output;

@@ -2,33 +2,34 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-use std::process;
+use std::path::Path;
+
+use intertri_scene::PartialFile;
 
 use crate::error::{Error, Result};
+use crate::io::standard_output;
 
 /// A sink of bytes.
 pub(crate) struct Output {
     /// For error messages.
     name: String,
-    sink: Box<dyn Write + Send>,
-    /// The unfinished file, and the path it will take.
-    partial: Option<(PathBuf, PathBuf)>,
+    sink: Sink,
+}
+
+enum Sink {
+    Stream(Box<dyn Write + Send>),
+    File(PartialFile),
 }
 
 impl Output {
     /// Opens a file, or the standard output.
     ///
-    /// A file's bytes go to a hidden file beside it, which takes the name upon [`Output::finish`]. So a
-    /// run that fails leaves an older file as it was, and a file may be both read and written. A
+    /// A file is a [`PartialFile`]: a run that fails or is ended leaves an older file as it was. A
     /// device or a pipe is written directly.
     pub(crate) fn open(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else {
-            let name = "standard output".to_owned();
-            return match standard_output() {
-                Ok(sink) => Ok(Self { name, sink, partial: None }),
-                Err(cause) => Err(Error::at(name, format!("cannot write the answers: {cause}"))),
-            };
+            let sink = Sink::Stream(standard_output::open()?);
+            return Ok(Self { name: standard_output::NAME.to_owned(), sink });
         };
         let name = path.display().to_string();
         let refuse = |why: &str| Err(Error::at(&name, why));
@@ -43,64 +44,40 @@ impl Output {
         }
 
         let special = fs::metadata(path).is_ok_and(|metadata| !metadata.is_file());
-        let partial = (!special).then(|| {
-            // A link stays; the file that it leads to is replaced.
-            let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let hidden = path.with_file_name(format!(".{name}.{}.partial", process::id()));
-            (hidden, path)
-        });
-        match File::create(partial.as_ref().map_or(path, |(hidden, _)| hidden)) {
-            Ok(file) => Ok(Self { name, sink: Box::new(file), partial }),
+        let sink = if special {
+            File::create(path).map(|file| Sink::Stream(Box::new(file)))
+        } else {
+            PartialFile::create(path).map(Sink::File)
+        };
+        match sink {
+            Ok(sink) => Ok(Self { name, sink }),
             Err(cause) => Err(Error::at(name, format!("cannot write the answers: {cause}"))),
         }
     }
 
     /// Writes all of `bytes`.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        let written = self.sink.write_all(bytes);
-        written.map_err(|cause| self.refused(&cause))
+        let written = match &mut self.sink {
+            Sink::Stream(stream) => stream.write_all(bytes),
+            Sink::File(file) => file.write_all(bytes),
+        };
+        written.map_err(|cause| refused(&self.name, &cause))
     }
 
     /// Gives the file its name.
-    pub(crate) fn finish(mut self) -> Result<()> {
-        let mut done = self.sink.flush();
-        if let (Ok(()), Some((hidden, path))) = (&done, &self.partial) {
-            done = fs::rename(hidden, path);
-            if done.is_ok() {
-                self.partial = None;
-            }
-        }
-        done.map_err(|cause| self.refused(&cause))
-    }
-
-    fn refused(&self, cause: &io::Error) -> Error {
-        let why = match cause.kind() {
-            io::ErrorKind::BrokenPipe => "was closed before it had all answers".to_owned(),
-            _ => format!("cannot write the answers: {cause}"),
+    pub(crate) fn finish(self) -> Result<()> {
+        let done = match self.sink {
+            Sink::Stream(mut stream) => stream.flush(),
+            Sink::File(file) => file.finish(),
         };
-        Error::at(&self.name, why)
+        done.map_err(|cause| refused(&self.name, &cause))
     }
 }
 
-/// The standard output, unbuffered. `io::stdout` buffers by lines: it would look for line ends in raw answers,
-/// and write what follows the last one separately.
-#[cfg(unix)]
-fn standard_output() -> io::Result<Box<dyn Write + Send>> {
-    use std::os::fd::AsFd;
-    Ok(Box::new(File::from(io::stdout().as_fd().try_clone_to_owned()?)))
-}
-
-#[cfg(not(unix))]
-fn standard_output() -> io::Result<Box<dyn Write + Send>> {
-    Ok(Box::new(io::stdout()))
-}
-
-impl Drop for Output {
-    fn drop(&mut self) {
-        if let Some((hidden, _)) = &self.partial {
-            // The error that led here has been reported.
-            let _ = fs::remove_file(hidden);
-        }
-    }
+fn refused(name: &str, cause: &io::Error) -> Error {
+    let why = match cause.kind() {
+        io::ErrorKind::BrokenPipe => "was closed before it had all answers".to_owned(),
+        _ => format!("cannot write the answers: {cause}"),
+    };
+    Error::at(name, why)
 }

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, ScopedJoinHandle};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Sends `batches` round until `read`, which fills a batch, says that there is nothing more. A thread of the
 /// pool lets `work` answer it, and `write` gets all batches in the order in which they were read.
@@ -36,8 +36,12 @@ pub(crate) fn run<B: Send>(
     }
     // A stage that ends drops its ends of the channels, and so its neighbours end, too.
     thread::scope(|scope| {
-        let reader = scope.spawn(move || read_all(to_read, &full, read));
-        let writer = scope.spawn(move || write_in_order(to_write, &free, write));
+        let start = thread::Builder::new;
+        // The reader comes last, because it may wait long for what it reads.
+        let writer = start().spawn_scoped(scope, move || write_in_order(to_write, &free, write));
+        let writer = writer.map_err(Error::no_thread)?;
+        let reader = start().spawn_scoped(scope, move || read_all(to_read, &full, read));
+        let reader = reader.map_err(Error::no_thread)?;
         work_on_all(to_work, &done, &work);
         // Nothing more is done, and the writer may end.
         drop(done);
@@ -118,7 +122,6 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::error::Error;
 
     /// Numbers from 0 are doubled.
     fn doubled(count: u32, fails: u32, refused: u32) -> (Result<()>, Vec<u32>) {

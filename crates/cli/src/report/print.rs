@@ -6,14 +6,17 @@ use std::io::{self, Write};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
+use crate::io::standard_output;
 
 /// Prints a report on the standard output: a few lines, or JSON and nothing else.
 pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
+    standard_output::check()?;
     let text = if json {
         serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
     } else {
         report.to_string()
     };
-    writeln!(io::stdout(), "{text}")
-        .map_err(|cause| Error::at("standard output", format!("cannot write the report: {cause}")))
+    writeln!(io::stdout(), "{text}").map_err(|cause| {
+        Error::at(standard_output::NAME, format!("cannot write the report: {cause}"))
+    })
 }

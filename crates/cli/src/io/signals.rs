@@ -1,0 +1,57 @@
+//! The end of a run that is told to end.
+
+use crate::error::{Error, Result};
+
+/// From now on a run that is told to end leaves no unfinished file, and one that runs out of memory where
+/// nothing else was prepared for it ends with exit code 1.
+#[cfg(unix)]
+pub(crate) fn watch() -> Result<()> {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::thread;
+
+    use intertri_scene::PartialFile;
+    use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use signal_hook::{flag, low_level};
+
+    // The standard library says in one line that memory has run out, and aborts.
+    let always = Arc::new(AtomicBool::new(true));
+    let failed = |cause| Error::at("signals", format!("cannot be watched: {cause}"));
+    flag::register_conditional_shutdown(SIGABRT, 1, always).map_err(failed)?;
+
+    let ignored = ignored();
+    let watched = [SIGHUP, SIGINT, SIGTERM].into_iter();
+    let watched = watched.filter(|signal| ignored & (1 << (signal - 1)) == 0);
+    let mut signals = Signals::new(watched).map_err(failed)?;
+    let wait = move || {
+        for signal in signals.forever() {
+            PartialFile::abandon_all();
+            // Whoever sent it sees that it was obeyed.
+            let _ = low_level::emulate_default_handler(signal);
+        }
+    };
+    // It needs next to no memory.
+    let thread = thread::Builder::new().name("signals".to_owned()).stack_size(1 << 16);
+    thread.spawn(wait).map_err(Error::no_thread)?;
+    Ok(())
+}
+
+/// The signals that were ignored when the program began, a bit each from 1 on: `nohup` does that, and shells
+/// do for what runs in the background. They stay ignored.
+#[cfg(target_os = "linux")]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default()
+}
+
+#[cfg(all(unix, not(target_os = "linux")))]
+fn ignored() -> u64 {
+    0
+}
+
+#[cfg(not(unix))]
+pub(crate) fn watch() -> Result<()> {
+    Ok(())
+}

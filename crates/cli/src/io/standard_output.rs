@@ -1,0 +1,64 @@
+//! The standard output, if there is one.
+
+use std::io::{self, Write};
+
+use crate::error::{Error, Result};
+
+/// Its name in error messages.
+pub(crate) const NAME: &str = "standard output";
+
+/// Refuses to lose what would be written: to a standard output that is closed.
+pub(crate) fn check() -> Result<()> {
+    if at_the_start::was_closed() {
+        return Err(Error::at(NAME, "is closed; open it, or send it to /dev/null"));
+    }
+    Ok(())
+}
+
+/// Opens it, unbuffered. `io::stdout` buffers by lines: it would look for line ends in raw answers, and write
+/// what follows the last one separately.
+pub(crate) fn open() -> Result<Box<dyn Write + Send>> {
+    check()?;
+    unbuffered().map_err(|cause| Error::at(NAME, format!("cannot write the answers: {cause}")))
+}
+
+#[cfg(unix)]
+fn unbuffered() -> io::Result<Box<dyn Write + Send>> {
+    use std::fs::File;
+    use std::os::fd::AsFd;
+    Ok(Box::new(File::from(io::stdout().as_fd().try_clone_to_owned()?)))
+}
+
+#[cfg(not(unix))]
+fn unbuffered() -> io::Result<Box<dyn Write + Send>> {
+    Ok(Box::new(io::stdout()))
+}
+
+/// What the program was given. The standard library opens a closed standard output anew, onto nothing,
+/// before `main`: so it is looked at before that.
+#[cfg(unix)]
+mod at_the_start {
+    use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+    static WAS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+    // The crate's mark for what runs before `main`, where much of the standard library is not ready: this
+    // asks the system alone.
+    ctor::declarative::ctor! {
+        #[ctor(unsafe)]
+        fn look() {
+            WAS_CLOSED.store(rustix::io::fcntl_getfd(rustix::stdio::stdout()).is_err(), Relaxed);
+        }
+    }
+
+    pub(super) fn was_closed() -> bool {
+        WAS_CLOSED.load(Relaxed)
+    }
+}
+
+#[cfg(not(unix))]
+mod at_the_start {
+    pub(super) fn was_closed() -> bool {
+        false
+    }
+}

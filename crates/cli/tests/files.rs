@@ -1,0 +1,229 @@
+//! What becomes of files and streams: the old one stays as it was, or is replaced by a whole one.
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+
+use common::{MODEL, Place, one_line};
+
+fn place() -> Place {
+    let place = Place::new();
+    place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.25,0,0,0,1\n");
+    place
+}
+
+const ANSWERS: &str = "ray,triangle,t,u,v\n0,0,5,0.25,0.25\n";
+
+#[test]
+#[cfg(unix)]
+fn a_run_that_is_told_to_end_leaves_nothing() {
+    use std::os::unix::process::ExitStatusExt;
+    for (name, number) in [("INT", 2), ("TERM", 15), ("HUP", 1)] {
+        let place = place();
+        place.put("out.csv", "old");
+        let mut command = place.command("trace m.obj --rays - -o out.csv");
+        let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut input = child.stdin.take().unwrap();
+        input.write_all(&place.read("rays.csv")).unwrap();
+        let partial = format!(".out.csv.{}.partial", child.id());
+        while !place.path(&partial).exists() {
+            std::thread::yield_now();
+        }
+        signal(name, child.id());
+        let output = child.wait_with_output().unwrap();
+        // It ended by the signal, as whoever sent it expects.
+        assert_eq!(output.status.signal(), Some(number), "{output:?}");
+        assert_eq!(place.names(), ["m.obj", "out.csv", "rays.csv"]);
+        assert_eq!(place.read("out.csv"), b"old");
+        drop(input);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_picture_that_is_told_to_end_leaves_nothing() {
+    for _ in 0..8 {
+        let place = place();
+        let mut child = place.command("render --size 1024x768 -o a.png").spawn().unwrap();
+        let partial = format!(".a.png.{}.partial", child.id());
+        while !place.path(&partial).exists() && child.try_wait().unwrap().is_none() {
+            std::thread::yield_now();
+        }
+        signal("TERM", child.id());
+        child.wait().unwrap();
+        assert!(!place.names().contains(&partial));
+    }
+}
+
+/// As `nohup` and a shell's background jobs want it.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_signal_that_was_ignored_at_the_start_is_ignored() {
+    let place = place();
+    let mut shell = Command::new("sh");
+    shell.current_dir(place.path("")).arg("-c");
+    shell.arg("trap '' HUP INT; exec \"$0\" trace m.obj --rays - -o out.csv");
+    shell.arg(env!("CARGO_BIN_EXE_intertri")).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = shell.spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    input.write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
+    let partial = format!(".out.csv.{}.partial", child.id());
+    while !place.path(&partial).exists() {
+        std::thread::yield_now();
+    }
+    signal("HUP", child.id());
+    signal("INT", child.id());
+    input.write_all(b"0.25,0.25,0,0,0,1\n").unwrap();
+    drop(input);
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(0));
+    assert_eq!(place.read("out.csv"), ANSWERS.as_bytes());
+}
+
+#[cfg(unix)]
+fn signal(name: &str, process: u32) {
+    // It may have ended by itself.
+    let kill = ["-s", name, &process.to_string()].map(str::to_owned);
+    Command::new("kill").args(kill).stderr(Stdio::null()).status().unwrap();
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_that_is_replaced_keeps_its_mode() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = place();
+    for (name, line) in
+        [("a.csv", "trace m.obj --rays rays.csv -o a.csv"), ("a.png", "render --size 8x6 -o a.png")]
+    {
+        for mode in [0o600, 0o640, 0o666, 0o755] {
+            place.put(name, "old");
+            let path = place.path(name);
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            place.ok(line);
+            assert_ne!(place.read(name), b"old");
+            let now = fs::metadata(&path).unwrap().permissions().mode() & 0o7777;
+            assert_eq!(now, mode, "{name}: {now:o}, not {mode:o}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_written_onto_what_is_read() {
+    let place = place();
+    place.put("texture.png", "");
+    fs::hard_link(place.path("m.obj"), place.path("hard")).unwrap();
+    fs::hard_link(place.path("rays.csv"), place.path("hard-rays")).unwrap();
+    let mut onto = vec!["m.obj", "./m.obj", "hard", "rays.csv", "hard-rays"];
+    if cfg!(unix) {
+        #[cfg(unix)]
+        for (to, link) in [("m.obj", "soft"), ("soft", "softer"), ("rays.csv", "soft-rays")] {
+            std::os::unix::fs::symlink(to, place.path(link)).unwrap();
+        }
+        onto.extend(["soft", "softer", "soft-rays"]);
+    }
+    let names = place.names();
+    for name in onto {
+        let line = format!("trace m.obj --rays rays.csv -o {name}");
+        let output = place.run(&line);
+        one_line(&line, &output, 2, &[name, "another"]);
+        assert_eq!(place.names(), names);
+        assert_eq!(place.read("m.obj"), MODEL.as_bytes());
+        assert_eq!(place.read("rays.csv"), b"ox,oy,oz,dx,dy,dz\n0.25,0.25,0,0,0,1\n");
+    }
+    // A file of that name in another folder is another file.
+    fs::create_dir(place.path("folder")).unwrap();
+    place.ok("trace m.obj --rays rays.csv -o folder/rays.csv");
+
+    place.put("model.png", MODEL);
+    place.fails("render model.png --size 8x6 -o model.png", 2, &["model.png", "another"]);
+    assert_eq!(place.read("model.png"), MODEL.as_bytes());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_stream_onto_its_own_file_is_refused() {
+    let place = place();
+    let rays = place.read("rays.csv");
+    let append = fs::File::options().append(true).open(place.path("rays.csv")).unwrap();
+    let line = "trace m.obj --rays rays.csv";
+    let output = place.command(line).stdout(append).output().unwrap();
+    one_line(line, &output, 2, &["rays.csv", "another"]);
+    assert_eq!(place.read("rays.csv"), rays);
+
+    let input = fs::File::open(place.path("rays.csv")).unwrap();
+    let line = "trace m.obj --rays - -o rays.csv";
+    let output = place.command(line).stdin(input).output().unwrap();
+    one_line(line, &output, 2, &["rays.csv", "another"]);
+    assert_eq!(place.read("rays.csv"), rays);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_closed_standard_output_is_an_error() {
+    let place = place();
+    for line in [
+        "trace m.obj --rays rays.csv",
+        "trace m.obj --rays rays.csv -o a.csv --json",
+        "render --size 8x6",
+    ] {
+        let run = |redirection: &str| {
+            let mut shell = Command::new("sh");
+            shell.current_dir(place.path("")).arg("-c");
+            shell.arg(format!("exec \"$0\" {line} {redirection}"));
+            shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
+        };
+        one_line(line, &run(">&-"), 1, &["standard output", "closed"]);
+        // To throw answers away is no mistake, however it is said.
+        for away in [">/dev/null", "1<>/dev/null", ">&- >/dev/null"] {
+            let output = run(away);
+            assert_eq!((output.status.code(), output.stderr), (Some(0), vec![]), "{line} {away}");
+        }
+    }
+}
+
+#[test]
+fn answers_do_not_wait_for_the_next_rays() {
+    let place = place();
+    for (format, rays) in [
+        (
+            "csv",
+            vec![&b"\xef\xbb\xbf\n"[..], b"ox,oy,oz,dx", b",dy,dz\n", b"0.25,0.2", b"5,0,0,0,1\n"],
+        ),
+        ("raw", {
+            const RAW: &[u8] = &[
+                0, 0, 0x80, 0x3e, 0, 0, 0x80, 0x3e, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                0, 0, 0x80, 0x3f, 0, 0, 0x80, 0x7f,
+            ];
+            vec![&RAW[..5], &RAW[5..]]
+        }),
+    ] {
+        let mut command = place.command("trace m.obj --rays -");
+        if format != "csv" {
+            command.args(["--rays-format", format]);
+        }
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let mut input = child.stdin.take().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let ray = rays.last().unwrap().len();
+        for piece in &rays {
+            input.write_all(piece).unwrap();
+        }
+        assert_eq!(lines.next().unwrap().unwrap(), "ray,triangle,t,u,v");
+        assert_eq!(lines.next().unwrap().unwrap(), "0,0,5,0.25,0.25");
+        // The whole of one more and the beginning of another.
+        let one: Vec<u8> = if format == "csv" {
+            b"50,0.25,0,0,0,1\n0".to_vec()
+        } else {
+            [rays.concat(), vec![0]].concat()
+        };
+        input.write_all(&one).unwrap();
+        let second = lines.next().unwrap().unwrap();
+        assert_eq!(second, if format == "csv" { "1,,,," } else { "1,0,5,0.25,0.25" });
+        assert!(ray > 0);
+        drop(input);
+        let _ = lines.count();
+        // The beginning of a ray is no ray.
+        assert_eq!(child.wait().unwrap().code(), Some(1));
+    }
+}
