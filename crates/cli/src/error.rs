@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -30,6 +31,16 @@ impl Error {
     /// An error about a file or a stream.
     pub(crate) fn at(place: impl fmt::Display, cause: impl fmt::Display) -> Self {
         Self::new(format!("{place}: {cause}"))
+    }
+
+    /// The same error, about a file.
+    pub(crate) fn of(self, file: &Path) -> Self {
+        Self { what: format!("{}: {}", file.display(), self.what), ..self }
+    }
+
+    /// An error about what takes too much memory.
+    pub(crate) fn no_memory(what: impl fmt::Display) -> Self {
+        Self::new(format!("{what} need more memory than there is"))
     }
 
     /// An error about a thread that did not start.

@@ -7,6 +7,7 @@ mod across;
 mod answers;
 mod build;
 mod bundle;
+mod memory;
 mod prefetch;
 mod query;
 mod single;

@@ -15,6 +15,7 @@ use crate::engine::frame::{Frame, Shadows};
 use crate::engine::name::EngineName;
 use crate::engine::raster::Raster;
 use crate::engine::ray_engine::RayEngine;
+use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 use crate::io::progress::Progress;
@@ -89,7 +90,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
     let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
-    let triangles = scene.mesh.to_triangles();
+    let triangles = triangles(&scene.mesh)?;
 
     // What is seen, whatever the threshold.
     let zero = Threshold::new(0.0).unwrap_or_default();

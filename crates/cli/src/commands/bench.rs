@@ -14,6 +14,7 @@ use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::tiled;
 use crate::engine::ray_engine::RayEngine;
+use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 use crate::io::progress::Progress;
@@ -74,7 +75,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
     let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
-    let triangles = scene.mesh.to_triangles();
+    let triangles = triangles(&scene.mesh)?;
     let mut engines = Engines::new(&triangles, Threshold::default());
 
     // The rays.

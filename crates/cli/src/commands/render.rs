@@ -12,6 +12,7 @@ use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
 use crate::engine::name::EngineName;
 use crate::engine::raster::{Raster, Wire};
+use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 use crate::io::progress::{Progress, timed};
@@ -86,7 +87,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(Some(&options.output), &read)?;
     let mut seconds = RenderSeconds::default();
     let scene = timed(&mut seconds.load, || load_scene(options))?;
-    let triangles = scene.mesh.to_triangles();
+    let triangles = triangles(&scene.mesh)?;
 
     // What is seen, and what is lit.
     refuse_unused_grid(options)?;

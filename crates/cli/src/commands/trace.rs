@@ -12,6 +12,7 @@ use crate::engine::batch::{Batch, Question};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
 use crate::engine::ray_engine::RayEngine;
+use crate::engine::triangles::triangles;
 use crate::error::{Error, Result, note};
 use crate::io::answers::{Format, Query};
 use crate::io::numbers;
@@ -140,16 +141,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let mut rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
-    let mesh = timed(&mut seconds.load, || {
+    let triangles = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
-        load(&options.model)
+        triangles(&load(&options.model)?).map_err(|error| error.of(&options.model))
     })?;
-    let triangles = mesh.to_triangles();
 
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, options.threshold)
         .on_grid(options.grid.unwrap_or(Bits::FINE), room_for);
-    let engine = engines.engine(options.engine)?;
+    let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
 
     let mut output = Output::open(options.output.as_deref())?;

@@ -152,9 +152,8 @@ impl Frame {
 /// A buffer; an error if it is too large for this machine.
 fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>> {
     let mut buffer = Vec::new();
-    buffer.try_reserve_exact(count).map_err(|_| {
-        Error::new(format!("a picture of {count} pixels needs more memory than there is"))
-    })?;
+    let room = buffer.try_reserve_exact(count);
+    room.map_err(|_| Error::no_memory(format_args!("{count} pixels")))?;
     buffer.resize(count, value);
     Ok(buffer)
 }

@@ -9,3 +9,4 @@ pub(crate) mod pixels;
 pub(crate) mod raster;
 pub(crate) mod ray_engine;
 mod reference;
+pub(crate) mod triangles;

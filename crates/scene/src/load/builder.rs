@@ -3,6 +3,13 @@
 use super::error::{Fault, fault};
 use crate::mesh::Mesh;
 
+/// Adds an entry, if there is memory for it: tables grow with the file.
+pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
+    table.try_reserve(1)?;
+    table.push(entry);
+    Ok(())
+}
+
 /// A mesh that grows by the vertices and polygons of a file.
 #[derive(Default)]
 pub(super) struct MeshBuilder {
@@ -21,8 +28,7 @@ impl MeshBuilder {
         if self.mesh.positions.len() >= u32::MAX as usize {
             return fault("more than 4294967295 vertices; cut the model into parts");
         }
-        self.mesh.positions.push(position);
-        Ok(())
+        push(&mut self.mesh.positions, position)
     }
 
     /// Adds a polygon of at least three corners as a triangle fan. `uvs` is empty or has one per corner.
@@ -40,6 +46,7 @@ impl MeshBuilder {
             return fault("a face has a texture coordinate that is not finite in f32");
         }
         let first = self.mesh.triangles.len();
+        self.mesh.triangles.try_reserve(corners.len() - 2)?;
         self.mesh
             .triangles
             .extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
@@ -50,6 +57,7 @@ impl MeshBuilder {
         // Texture coordinates are kept from the first face that has some; what came before has zeros.
         if !uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
+            kept.try_reserve(self.mesh.triangles.len() - kept.len())?;
             kept.resize(first, [[0.0; 2]; 3]);
             kept.extend((2..uvs.len()).map(|i| [uvs[0], uvs[i - 1], uvs[i]]));
             kept.resize(self.mesh.triangles.len(), [[0.0; 2]; 3]);

@@ -1,5 +1,6 @@
 //! What can be wrong with a file.
 
+use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
 use std::{fmt, io};
 
@@ -47,6 +48,13 @@ impl Fault {
 impl From<io::Error> for Fault {
     fn from(error: io::Error) -> Self {
         Self { line: None, cause: format!("cannot read it: {error}") }
+    }
+}
+
+impl From<TryReserveError> for Fault {
+    fn from(_: TryReserveError) -> Self {
+        let cause = "it needs more memory than there is; cut the model into parts";
+        Self { line: None, cause: cause.to_owned() }
     }
 }
 

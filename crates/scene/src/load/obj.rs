@@ -7,7 +7,7 @@
 
 use std::io::BufRead;
 
-use super::builder::MeshBuilder;
+use super::builder::{MeshBuilder, push};
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
 use crate::mesh::Mesh;
@@ -57,8 +57,7 @@ impl Model {
                 let u = number(&mut words)?;
                 let mut rest = words.peekable();
                 let v = if rest.peek().is_some() { number(&mut rest)? } else { 0.0 };
-                self.uvs.push([u, v]);
-                Ok(())
+                push(&mut self.uvs, [u, v])
             }
             Some("f") => self.face(words),
             _ => Ok(()),

@@ -7,7 +7,7 @@ use ply_rs_bw::ply::{
     ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
 };
 
-use super::builder::MeshBuilder;
+use super::builder::{MeshBuilder, push};
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
 use crate::mesh::Mesh;
@@ -53,7 +53,9 @@ pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
             };
             let added = element.and_then(|element| match def.name.as_str() {
                 "vertex" => {
-                    uvs.extend(has_uvs.then_some(element.uv));
+                    if has_uvs {
+                        push(&mut uvs, element.uv)?;
+                    }
                     builder.position(element.position)
                 }
                 "face" => face(&mut builder, &element, &uvs),

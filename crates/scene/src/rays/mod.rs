@@ -23,7 +23,7 @@ const RAW: usize = size_of::<Ray>();
 const RAW64: usize = 2 * RAW;
 
 /// Bytes that are read at once, if so many are there: a whole number of raw rays.
-const PIECE: usize = 1 << 20;
+const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
 ///
@@ -113,13 +113,12 @@ impl<'a> Rays<'a> {
         rays.clear();
         match self.format {
             Format::Raw => self.read_raw::<RAW>(rays, count, |bytes| {
-                let (numbers, _) = bytes.as_chunks();
-                bytemuck::cast([0, 1, 2, 3, 4, 5, 6, 7].map(|i| f32::from_le_bytes(numbers[i])))
+                let numbers: [u32; 8] = bytemuck::pod_read_unaligned(bytes);
+                bytemuck::cast(numbers.map(u32::from_le))
             }),
             Format::Raw64 => self.read_raw::<RAW64>(rays, count, |bytes| {
-                let (numbers, _) = bytes.as_chunks();
-                let number = |i: usize| f64::from_le_bytes(numbers[i]) as f32;
-                bytemuck::cast([0, 1, 2, 3, 4, 5, 6, 7].map(number))
+                let numbers: [u64; 8] = bytemuck::pod_read_unaligned(bytes);
+                bytemuck::cast(numbers.map(|bits| f64::from_bits(u64::from_le(bits)) as f32))
             }),
             Format::Csv(_) => self.read_csv(rays, count),
         }

@@ -13,6 +13,7 @@ use super::layout::MAX_DEPTH;
 use super::prim_refs::PrimRef;
 use super::simd_aabb::{Centres, SimdAabb};
 use super::split::{self, Binning, Bins};
+use crate::memory::{NoMemory, zeros};
 use crate::threads::join;
 use crate::tree::{Aabb, BLOCK};
 use intertri::simd::{Lanes, Level, Simd, WithSimd};
@@ -29,7 +30,7 @@ pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
     /// Of each node its box, and as words, where it is no block, the number of triangles of its left side
     /// and its plan. Plain numbers, so that their memory comes as zeros and is not touched before it is used.
-    inner: Vec<[f32; 8]>,
+    inner: Box<[[f32; 8]]>,
 }
 
 /// A part of the tree: `count` references from `first` on, and the nodes from `node` on.
@@ -81,12 +82,12 @@ pub(super) fn build(
     mut refs: Vec<PrimRef>,
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Binary {
-    let mut inner = vec![[0.0; 8]; refs.len() - 1];
+) -> Result<Binary, NoMemory> {
+    let mut inner = zeros(refs.len() - 1)?;
     let builder = Builder::new(&refs, level, progress);
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
-    Binary { refs, inner }
+    Ok(Binary { refs, inner })
 }
 
 struct Builder<'a> {
@@ -349,8 +350,8 @@ mod tests {
         };
         let triangles: Vec<_> = (-120..120).flat_map(|i| [at(i); 40]).collect();
         let depth_from = |start| {
-            let (mut refs, _) = prim_refs::collect(&triangles);
-            let mut inner = vec![[0.0; 8]; refs.len() - 1];
+            let (mut refs, _) = prim_refs::collect(&triangles).unwrap();
+            let mut inner = zeros(refs.len() - 1).unwrap();
             let builder = Builder::new(&refs, Level::best(), &|_, _| ());
             let centres = builder.centres(&refs);
             builder.large(&mut refs, &mut inner, &centres, start);

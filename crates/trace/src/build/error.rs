@@ -10,15 +10,25 @@ pub enum BuildError {
         /// How many there were.
         count: usize,
     },
+    /// There is too little memory.
+    OutOfMemory {
+        /// How many triangles there were.
+        count: usize,
+    },
 }
 
 impl fmt::Display for BuildError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::TooManyTriangles { count } = self;
-        write!(
-            f,
-            "{count} triangles are too many for one hierarchy: split them into parts of at most 2147483647"
-        )
+        match self {
+            Self::TooManyTriangles { count } => write!(
+                f,
+                "{count} triangles are too many for one hierarchy: split them into parts of at most 2147483647"
+            ),
+            Self::OutOfMemory { count } => write!(
+                f,
+                "a hierarchy of {count} triangles needs more memory than there is: split them into parts"
+            ),
+        }
     }
 }
 

@@ -35,6 +35,7 @@ pub use error::BuildError;
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
+use crate::memory::NoMemory;
 use crate::threads;
 use crate::tree::{BLOCK, Bvh, LEAF, Leaf, NONE, Node};
 use layout::Layout;
@@ -43,7 +44,7 @@ impl Bvh {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more.
+    /// If there are 2^31 triangles or more, or too little memory.
     pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
@@ -51,24 +52,36 @@ impl Bvh {
     /// A hierarchy over triangles that share vertices: three indices a triangle.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more.
+    /// If there are 2^31 triangles or more, or too little memory.
     ///
     /// # Panics
     /// If an index is beyond the positions.
     pub fn indexed(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
-        let corners = |t: &[u32; 3]| Triangle(t.map(|i| positions[i as usize]));
-        Self::new(&triangles.iter().map(corners).collect::<Vec<_>>())
+        let corners = |i: usize| Triangle(triangles[i].map(|i| positions[i as usize]));
+        let corners = threads::each(triangles.len(), corners);
+        Self::new(&corners.map_err(|NoMemory| BuildError::OutOfMemory { count: triangles.len() })?)
     }
 
     /// [`Bvh::new`], telling from time to time how many triangles are done, of how many. The calls
     /// come from any thread and may overtake each other.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more.
+    /// If there are 2^31 triangles or more, or too little memory.
     pub fn with_progress(
         triangles: &[Triangle],
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, BuildError> {
+        let count = triangles.len();
+        if count >= LEAF as usize {
+            return Err(BuildError::TooManyTriangles { count });
+        }
+        Self::build(triangles, progress).map_err(|NoMemory| BuildError::OutOfMemory { count })
+    }
+
+    fn build(
+        triangles: &[Triangle],
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, NoMemory> {
         let Layout { nodes, mut blocks, depth, unbounded } =
             layout_at(triangles, Level::best(), progress)?;
         let boxed = blocks.len();
@@ -82,6 +95,7 @@ impl Bvh {
         let reach = sides.flatten().filter(none).chain(corners).fold(0.0, reach);
 
         // Triangles of which no box is known follow the leaves, in blocks of their own.
+        blocks.try_reserve(unbounded.len().div_ceil(8))?;
         blocks.extend(unbounded.chunks(8).map(|chunk| {
             let mut block = [NONE; 8];
             block[..chunk.len()].copy_from_slice(chunk);
@@ -93,7 +107,7 @@ impl Bvh {
             Leaf { block: level.run(SideBySide { triangles, indices: &indices }), indices }
         };
         Ok(Self {
-            leaves: threads::each(blocks.len(), leaf),
+            leaves: threads::each(blocks.len(), leaf)?,
             nodes,
             boxed,
             reach,
@@ -128,14 +142,11 @@ fn layout_at(
     triangles: &[Triangle],
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Layout, BuildError> {
-    if triangles.len() >= LEAF as usize {
-        return Err(BuildError::TooManyTriangles { count: triangles.len() });
-    }
-    let (refs, unbounded) = prim_refs::collect(triangles);
+) -> Result<Layout, NoMemory> {
+    let (refs, unbounded) = prim_refs::collect(triangles)?;
     if refs.is_empty() {
         return Ok(Layout { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
     }
-    let binary = binary::build(refs, level, progress);
-    Ok(Layout { unbounded, ..wide::write(&binary) })
+    let binary = binary::build(refs, level, progress)?;
+    Ok(Layout { unbounded, ..wide::write(&binary)? })
 }

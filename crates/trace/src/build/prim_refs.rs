@@ -1,6 +1,7 @@
 //! What the builder sorts: a box and an index for each triangle, 32 bytes.
 
 use super::simd_aabb::SimdAabb;
+use crate::memory::NoMemory;
 use crate::threads::each;
 use crate::tree::{HitBounds, NONE, hit_bounds};
 use intertri::Triangle;
@@ -21,7 +22,7 @@ impl PrimRef {
 
 /// The boxes of all triangles that have one, in order; and the triangles that may be hit outside of any
 /// box.
-pub(super) fn collect(triangles: &[Triangle]) -> (Vec<PrimRef>, Vec<u32>) {
+pub(super) fn collect(triangles: &[Triangle]) -> Result<(Vec<PrimRef>, Vec<u32>), NoMemory> {
     let rare = AtomicBool::new(false);
     let mut refs = each(triangles.len(), |i| {
         let (mut sides, index) = match hit_bounds(&triangles[i]) {
@@ -33,14 +34,16 @@ pub(super) fn collect(triangles: &[Triangle]) -> (Vec<PrimRef>, Vec<u32>) {
         };
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
-    });
+    })?;
 
     let mut unbounded = Vec::new();
     if rare.into_inner() {
         let is = |i: usize| hit_bounds(&triangles[i]) == HitBounds::Unbounded;
-        let without = (0..refs.len()).filter(|&i| refs[i].index() == NONE && is(i));
-        unbounded.extend(without.map(|i| i as u32));
+        for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is(i)) {
+            unbounded.try_reserve(1)?;
+            unbounded.push(i as u32);
+        }
         refs.retain(|r| r.index() != NONE);
     }
-    (refs, unbounded)
+    Ok((refs, unbounded))
 }

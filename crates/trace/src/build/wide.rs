@@ -2,6 +2,7 @@
 
 use super::binary::{Binary, Subtree};
 use super::layout::Layout;
+use crate::memory::NoMemory;
 use crate::threads::join;
 use crate::tree::{Aabb, BLOCK, EMPTY, LEAF, NONE, Node};
 
@@ -17,11 +18,13 @@ struct Task {
 }
 
 /// Writes the wide tree.
-pub(super) fn write(binary: &Binary) -> Layout {
+pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
     // The top; then what is below it, side by side, each a tree of its own.
     let mut below = Vec::new();
-    let mut tree = write_part(binary, binary.root(), Some(&mut below));
-    let parts = in_parts(binary, &below);
+    let mut tree = write_part(binary, binary.root(), Some(&mut below))?;
+    let parts = in_parts(binary, &below)?;
+    tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
+    tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
     // The root of each goes where it was left out, the rest behind what is there.
     for (task, part) in below.iter().zip(parts) {
@@ -39,22 +42,27 @@ pub(super) fn write(binary: &Binary) -> Layout {
         tree.blocks.extend(part.blocks);
         tree.depth = tree.depth.max(task.depth - 1 + part.depth);
     }
-    tree
+    Ok(tree)
 }
 
 /// The trees of several parts.
-fn in_parts(binary: &Binary, tasks: &[Task]) -> Vec<Layout> {
+fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
     if let [] | [_] = tasks {
         return tasks.iter().map(|task| write_part(binary, task.part, None)).collect();
     }
     let (a, b) = tasks.split_at(tasks.len() / 2);
-    let (mut a, b) = join(|| in_parts(binary, a), || in_parts(binary, b));
+    let (a, b) = join(|| in_parts(binary, a), || in_parts(binary, b));
+    let (mut a, b) = (a?, b?);
     a.extend(b);
-    a
+    Ok(a)
 }
 
 /// Writes the wide tree of a subtree; what is smaller than a [`PART`] goes to `below`, if there is one.
-fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>) -> Layout {
+fn write_part(
+    binary: &Binary,
+    root: Subtree,
+    mut below: Option<&mut Vec<Task>>,
+) -> Result<Layout, NoMemory> {
     let (nodes, unbounded) = (vec![Node::NO_CHILDREN], vec![]);
     let mut tree = Layout { nodes, blocks: vec![], depth: 1, unbounded };
     let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
@@ -73,6 +81,8 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
         let slots = slots(&boxes[..count]);
         // Blocks are written at once, side by side; nodes get their places side by side and are
         // filled later, the first of them next.
+        tree.nodes.try_reserve(count)?;
+        tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
         for (i, child) in children.iter().enumerate() {
             let pointer = if child.is_block() {
@@ -93,7 +103,7 @@ fn write_part(binary: &Binary, root: Subtree, mut below: Option<&mut Vec<Task>>)
         }));
         tasks[start..].reverse();
     }
-    tree
+    Ok(tree)
 }
 
 /// The children that the plan gives to the wide node over a subtree.

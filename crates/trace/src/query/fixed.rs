@@ -10,6 +10,8 @@ use intertri::{Counts, Crossings, Hit, Triangle as Corners};
 use super::{batch, one};
 use crate::answers::Answers;
 use crate::build::BuildError;
+use crate::memory::NoMemory;
+use crate::threads::each;
 use crate::tree::Bvh;
 
 /// A bounding volume hierarchy over triangles of a grid, for the mode `fixed`.
@@ -39,7 +41,7 @@ impl FixedBvh {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more.
+    /// If there are 2^31 triangles or more, or too little memory.
     pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
@@ -48,12 +50,14 @@ impl FixedBvh {
     /// calls come from any thread.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more.
+    /// If there are 2^31 triangles or more, or too little memory.
     pub fn with_progress(
         triangles: &[Triangle],
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, BuildError> {
-        let corners: Vec<Corners> = triangles.iter().map(Triangle::to_f32).collect();
+        let count = triangles.len();
+        let corners: Result<Vec<Corners>, _> = each(count, |i| triangles[i].to_f32());
+        let corners = corners.map_err(|NoMemory| BuildError::OutOfMemory { count })?;
         Ok(Self { tree: Bvh::with_progress(&corners, progress)? })
     }
 

@@ -1,0 +1,121 @@
+//! Too little memory: one line and exit code 1, wherever it runs out.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::process::{Command, Output};
+
+use common::{MODEL, Place};
+
+/// A sheet of `2 * cells * cells` triangles, as binary PLY.
+fn sheet(place: &Place, name: &str, cells: u32) {
+    let mut file = BufWriter::new(File::create(place.path(name)).unwrap());
+    let (side, faces) = (cells + 1, 2 * cells * cells);
+    write!(
+        file,
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float \
+         y\nproperty float z\nelement face {faces}\nproperty list uchar int vertex_indices\n\
+         end_header\n",
+        side * side
+    )
+    .unwrap();
+    for i in 0..side * side {
+        let (x, y) = (i % side, i / side);
+        let point = [x as f32, y as f32, (x * y % 7) as f32];
+        file.write_all(point.map(f32::to_le_bytes).as_flattened()).unwrap();
+    }
+    for i in 0..cells * cells {
+        let a = i / cells * side + i % cells;
+        for corners in [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]] {
+            file.write_all(&[3]).unwrap();
+            file.write_all(corners.map(u32::to_le_bytes).as_flattened()).unwrap();
+        }
+    }
+}
+
+/// Runs with so many kilobytes of address space.
+fn within(place: &Place, kilobytes: u32, arguments: &str) -> Output {
+    let mut shell = Command::new("sh");
+    shell.current_dir(place.path("")).arg("-c");
+    shell.arg(format!("ulimit -v {kilobytes} && exec \"$0\" {arguments}"));
+    shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
+}
+
+/// That it went well, or ended as it should; whether it ended.
+fn ends_well(place: &Place, kilobytes: u32, arguments: &str) -> bool {
+    let output = within(place, kilobytes, arguments);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    let told = format!("{kilobytes} KB: {arguments}: {error}");
+    match output.status.code() {
+        Some(0) => assert_eq!(error, "", "{told}"),
+        // Where a small piece was missing, the standard library says so.
+        Some(1) if error.starts_with("memory allocation of ") => {}
+        Some(1) => assert!(error.starts_with("intertri: ") && error.lines().count() == 1, "{told}"),
+        code => panic!("{code:?}: {told}"),
+    }
+    output.status.code() == Some(1)
+}
+
+#[test]
+fn three_million_faces_in_300_megabytes() {
+    let place = Place::new();
+    sheet(&place, "m.ply", 1225);
+    place.put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.2,0.3,-9,0,0,1\n");
+    for engine in ["certified", "fixed", "reference"] {
+        let line = format!("trace m.ply --rays rays.csv --engine {engine} -o a.csv");
+        let output = within(&place, 300_000, &line);
+        common::one_line(&line, &output, 1, &["m.ply", "memory"]);
+    }
+    let output = within(&place, 300_000, "render m.ply --size 8x6");
+    common::one_line("render", &output, 1, &["3001250 triangles", "memory"]);
+    assert_eq!(place.names(), ["m.ply", "rays.csv"]);
+}
+
+#[test]
+fn any_limit_ends_in_one_line() {
+    let place = Place::new();
+    sheet(&place, "m.ply", 200);
+    place.put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.2,0.3,-9,0,0,1\n");
+    for line in [
+        "trace m.ply --rays rays.csv -o a.csv --any",
+        "trace m.ply --rays rays.csv -o a.csv --any --engine fixed --grid-bounds 0,0,-9,0,0,0",
+        "render m.ply --size 320x240 --shadows volumes --wire",
+        "bench m.ply --size 32x24 --turns 1 --rays rays.csv",
+    ] {
+        // Below the first the program itself does not load.
+        let least = (5000..100_000)
+            .step_by(5000)
+            .find(|&kilobytes| within(&place, kilobytes, "trace --help").status.code() == Some(0));
+        let limits = least.unwrap()..100_000;
+        let ended = limits.step_by(5003).filter(|&limit| ends_well(&place, limit, line)).count();
+        assert!(ended > 2, "{ended}: {line}");
+        assert!(place.names().iter().all(|name| !name.ends_with(".partial")));
+    }
+}
+
+#[test]
+fn rays_take_no_more_memory_the_more_there_are() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    // 320 MB of zeros, which take no place on the disk.
+    File::create(place.path("many.f32")).unwrap().set_len(10_000_000 * 32).unwrap();
+    for engine in ["certified", "double", "fixed", "reference"] {
+        let line = format!("trace m.obj --rays many.f32 --any --raw --engine {engine}");
+        let output = within(&place, 300_000, &line);
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{engine}");
+        assert!(output.stdout == vec![0; 10_000_000], "{engine}");
+    }
+}
+
+#[test]
+fn a_thread_that_cannot_start_ends_in_one_line() {
+    let place = Place::new();
+    place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
+    for line in ["trace m.obj --rays rays.csv", "render --size 8x6"] {
+        let stack = (1_u64 << 44).to_string();
+        let output = place.command(line).env("RUST_MIN_STACK", stack).output().unwrap();
+        common::one_line(line, &output, 1, &["thread"]);
+    }
+}
