@@ -100,3 +100,36 @@ fn bad_tolerances_are_refused() {
     }
     place.fails("advise missing.obj", 1, &["missing.obj"]);
 }
+
+#[test]
+fn the_advice_tells_the_bound_of_its_choice_not_the_tolerance() {
+    let place = Place::new();
+    for tolerance in ["0", "0.1%", "1%", "20%"] {
+        let line = format!("advise --size 160x120 --tolerance {tolerance}");
+        let report = advice(&place, &format!("{line} --json"));
+        let choices = report["choices"].as_array().unwrap();
+        let chosen = choices.iter().find(|choice| choice["name"] == report["take"]).unwrap();
+        let bound = match chosen["wrong_at_most"].as_u64().unwrap() {
+            0 => "no pixel can be wrong".to_owned(),
+            1 => "at most 1 pixel can be wrong".to_owned(),
+            bound => format!("at most {bound} pixels can be wrong"),
+        };
+        let text = String::from_utf8(place.ok(&line)).unwrap();
+        let take = text.lines().find(|line| line.starts_with("take ")).unwrap();
+        assert!(take.contains(&format!("{}: {bound}", report["take"].as_str().unwrap())), "{take}");
+    }
+}
+
+#[test]
+fn speeds_are_those_of_the_rays_that_bench_measures() {
+    let place = Place::new();
+    let text = String::from_utf8(place.ok("advise --size 160x120")).unwrap();
+    assert!(text.contains("primary rays"), "{text}");
+    let [advise, bench] = ["advise --size 160x120 --json", "bench --size 160x120 --turns 1 --json"]
+        .map(|line| serde_json::from_slice::<Value>(&place.ok(line)).unwrap());
+    assert_eq!(advise["rays"], bench["rates"][0]["count"]);
+    assert_eq!(
+        (&bench["rates"][0]["rays"], &advise["rays"]),
+        (&"primary".into(), &(160 * 120).into())
+    );
+}

@@ -47,3 +47,24 @@ fn what_cannot_be_measured_is_refused() {
     place.fails("bench missing.obj", 1, &["missing.obj"]);
     place.fails("bench m.obj --size 8x8 --rays missing.csv", 1, &["missing.csv"]);
 }
+
+#[test]
+fn rates_of_slow_engines_have_digits() {
+    let place = Place::new();
+    // So many triangles that the scalar loop answers a few hundred rays a second.
+    let triangle = |i: u32| {
+        let (x, y) = (i % 400, i / 400);
+        format!("v {x} {y} 0\nv {x}.5 {y} 0\nv {x} {y}.5 0\nf -3 -2 -1\n")
+    };
+    place.put("m.obj", (0..150_000).map(triangle).collect::<String>());
+    let text = String::from_utf8(place.ok("bench m.obj --size 8x6 --turns 1")).unwrap();
+    let reference = text.lines().filter(|line| line.contains(" reference "));
+    let mut lines = 0;
+    for line in reference {
+        let rate = line.split_whitespace().nth(2).unwrap();
+        let digits = rate.trim_start_matches(['0', '.']).trim_end_matches("e-").len();
+        assert!(digits >= 3 && rate.parse::<f64>().unwrap() > 0.0, "{line}");
+        lines += 1;
+    }
+    assert!(lines > 0, "{text}");
+}

@@ -12,7 +12,7 @@ use intertri_scene::{Rays, RaysFormat, Scene, hit_point, load};
 use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
-use crate::engine::pixels::tiled;
+use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -126,14 +126,8 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
 }
 
 /// Camera rays, shadow rays to what they hit, and diffuse rays from there.
-fn kinds(
-    scene: &Scene,
-    triangles: &[Triangle],
-    (width, height): (u32, u32),
-    engine: &RayEngine,
-) -> Vec<Kind> {
-    let camera = |(x, y)| scene.camera.ray(x, y, width, height);
-    let primary: Vec<Ray> = tiled(width, height).map(camera).collect();
+fn kinds(scene: &Scene, triangles: &[Triangle], size: (u32, u32), engine: &RayEngine) -> Vec<Kind> {
+    let primary = primary_rays(&scene.camera, size);
     let mut hits = vec![Hit::MISS; primary.len()];
     engine.closest(&primary, &mut hits);
 
@@ -175,13 +169,16 @@ fn measure(
     bar: &Progress,
 ) -> Result<Vec<Rate>> {
     let few = (REFERENCE_TESTS / triangles.max(1)).clamp(1, kind.rays.len());
+    let rays_of = |name| match name {
+        EngineName::Reference => &kind.rays[..few],
+        _ => &kind.rays[..],
+    };
     let mut seconds = vec![vec![]; names.len()];
     let mut answers = vec![Answers::default(); names.len()];
     // The first turn warms up.
     for turn in 0..=turns {
         for (k, engine) in contenders.iter().enumerate() {
-            let rays =
-                if names[k] == EngineName::Reference { &kind.rays[..few] } else { &kind.rays[..] };
+            let rays = rays_of(names[k]);
             let start = Instant::now();
             answers[k].ask(engine, rays, kind.any);
             if turn > 0 {
@@ -208,6 +205,7 @@ fn measure(
     let rate = |k: usize| Rate {
         rays: kind.name,
         engine: names[k],
+        count: rays_of(names[k]).len(),
         million_a_second: 1e-6 / seconds[k],
         times_the_reference: slow / seconds[k],
         hits: answers[k].hits(),

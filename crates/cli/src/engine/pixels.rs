@@ -1,5 +1,8 @@
 //! The order of a picture's pixels: in tiles, because the rays of neighbours are coherent.
 
+use intertri::Ray;
+use intertri_scene::Camera;
+
 /// Pixels along a tile's side: 32 by 32 pixels are the 1024 rays of one bundle in the hierarchy.
 const TILE: u32 = 32;
 
@@ -17,7 +20,7 @@ pub(crate) fn batches(width: u32, height: u32, size: usize, mut work: impl FnMut
 
 /// All pixels of a picture, `(x, y)`, tile by tile; within a tile in Z-order, so that any sixteen in a
 /// row are neighbours, too.
-pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     let tiles = (0..height)
         .step_by(TILE as usize)
         .flat_map(move |y| (0..width).step_by(TILE as usize).map(move |x| (x, y)));
@@ -26,6 +29,11 @@ pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)>
             (0..TILE * TILE).map(move |i| (left + every_other(i), top + every_other(i >> 1)));
         pixels.filter(move |&(x, y)| x < width && y < height)
     })
+}
+
+/// The rays of a camera through all pixels, in that order: those that are measured.
+pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Vec<Ray> {
+    tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)).collect()
 }
 
 /// The number that bits 0, 2, 4, 6 and 8 make.

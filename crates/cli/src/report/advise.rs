@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use intertri::Threshold;
 use intertri_lab::advise::Needs;
+use intertri_lab::tables::grouped;
 use serde::Serialize;
 
-use crate::report::phrases::model;
+use crate::report::phrases::{model, significant};
 
 /// The report of `advise`.
 #[derive(Serialize)]
@@ -19,6 +20,8 @@ pub(crate) struct AdviseReport {
     pub(crate) needs: Needs,
     /// Rays of the sample.
     pub(crate) sample: usize,
+    /// Primary rays of the picture, by which speeds were measured.
+    pub(crate) rays: usize,
     pub(crate) choices: Vec<Choice>,
     /// The name of the one to take, if one meets the tolerance.
     pub(crate) take: Option<String>,
@@ -41,7 +44,8 @@ pub(crate) struct Choice {
     pub(crate) wrong_in_sample_at_most: u64,
     /// How many pixels of the sample are wrong.
     pub(crate) wrong_in_sample: u64,
-    /// Measured on the sample, in millions of rays a second; null where no engine offers this choice.
+    /// Millions of primary rays a second, as `bench` measures them; null where no engine offers this
+    /// choice.
     pub(crate) speed: Option<f64>,
     /// Whether it meets the tolerance.
     pub(crate) enough: bool,
@@ -99,7 +103,7 @@ impl AdviseReport {
             "", "vertex", "pixels", "at most", "at most", "were wrong", "rays/s"
         )?;
         for choice in &self.choices {
-            let speed = choice.speed.map_or(String::new(), |speed| format!("{speed:.1}"));
+            let speed = choice.speed.map_or(String::new(), significant);
             let mark = if Some(&choice.name) == self.take.as_ref() { "  <" } else { "" };
             writeln!(
                 f,
@@ -113,21 +117,33 @@ impl AdviseReport {
                 speed
             )?;
         }
-        Ok(())
+        let rays = grouped(self.rays as u64);
+        writeln!(
+            f,
+            "speeds: all {rays} primary rays tile by tile, on all threads, as bench measures them"
+        )
     }
 
     /// What to take, and with which threshold.
     fn write_advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let tolerance = match self.tolerance {
-            0 => "no pixel may be wrong".to_owned(),
-            pixels => format!("{pixels} pixels may be wrong"),
-        };
-        match &self.take {
-            Some(name) => writeln!(
-                f,
-                "\ntake {name}: {tolerance}, and nothing with fewer bits is sure to keep to that"
-            )?,
-            None => writeln!(f, "\n{tolerance}: nothing is sure to keep to that")?,
+        let taken = self.choices.iter().find(|choice| Some(&choice.name) == self.take.as_ref());
+        match (taken, self.tolerance) {
+            (Some(Choice { name, wrong_at_most, .. }), tolerance) => {
+                let bound = match wrong_at_most {
+                    0 => "no pixel can be wrong".to_owned(),
+                    1 => "at most 1 pixel can be wrong".to_owned(),
+                    pixels => format!("at most {pixels} pixels can be wrong"),
+                };
+                let sure = match tolerance {
+                    0 => "of that".to_owned(),
+                    pixels => format!("to keep to the {pixels} that may be"),
+                };
+                writeln!(f, "\ntake {name}: {bound}, and nothing with fewer bits is sure {sure}")?;
+            }
+            (None, 0) => writeln!(f, "\nno pixel may be wrong: nothing is sure to keep to that")?,
+            (None, pixels) => {
+                writeln!(f, "\n{pixels} pixels may be wrong: nothing is sure to keep to that")?;
+            }
         }
         let needs = &self.needs;
         let default = Threshold::DEFAULT.get();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::engine::name::EngineName;
-use crate::report::phrases::model;
+use crate::report::phrases::{model, significant};
 
 /// The report of `bench`.
 #[derive(Serialize)]
@@ -23,6 +23,8 @@ pub(crate) struct BenchReport {
 pub(crate) struct Rate {
     pub(crate) rays: &'static str,
     pub(crate) engine: EngineName,
+    /// How many rays were measured.
+    pub(crate) count: usize,
     pub(crate) million_a_second: f64,
     pub(crate) times_the_reference: f64,
     pub(crate) hits: u64,
@@ -44,10 +46,8 @@ impl fmt::Display for BenchReport {
             "rays", "engine", "million a second", "times reference"
         )?;
         for Rate { rays, engine, million_a_second, times_the_reference, .. } in &self.rates {
-            write!(
-                f,
-                "\n{rays:10} {engine:10} {million_a_second:>20.3} {times_the_reference:>20.0}"
-            )?;
+            let [rate, times] = [*million_a_second, *times_the_reference].map(significant);
+            write!(f, "\n{rays:10} {engine:10} {rate:>20} {times:>20}")?;
         }
         Ok(())
     }

@@ -19,6 +19,13 @@ pub(crate) fn rate(rays: u64, seconds: f64) -> String {
     }
 }
 
+/// A number in three significant digits.
+pub(crate) fn significant(number: f64) -> String {
+    let place = if number > 0.0 { number.log10().floor() } else { 0.0 };
+    let decimals = (2.0 - place).clamp(0.0, 12.0) as usize;
+    format!("{number:.decimals$}")
+}
+
 /// A line about the grid, if there is one.
 pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -> fmt::Result {
     let Some(GridReport { bits, direction_bits, step, moved, strays }) = grid else {
@@ -29,4 +36,16 @@ pub(crate) fn write_grid(f: &mut fmt::Formatter<'_>, grid: Option<GridReport>) -
         "{bits:>12} bits of grid and {direction_bits} of direction: a step is {step:.1e}, points moved by up to \
          {moved:.1e}, rays stray by less than {strays:.1e}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::significant;
+
+    #[test]
+    fn small_numbers_have_digits_and_large_ones_no_more_than_that() {
+        let numbers = [0.000_123_4, 0.0567, 1.0, 7.654, 58.01, 123.4, 98_765.4, 0.0];
+        let texts = ["0.000123", "0.0567", "1.00", "7.65", "58.0", "123", "98765", "0.00"];
+        assert_eq!(numbers.map(significant), texts);
+    }
 }
