@@ -49,8 +49,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// What all commands need: the threads, and somebody who hears when the run is told to end.
+/// What all commands need: a standard output, threads, and one that hears when the run is told to end.
 fn prepare() -> error::Result<()> {
+    io::standard_output::check()?;
     io::signals::watch()?;
     rayon::ThreadPoolBuilder::new().build_global().map_err(error::Error::no_thread)
 }

@@ -11,7 +11,6 @@ use crate::commands::options::{grid_bits, grid_bounds, rays_format};
 use crate::engine::batch::{Batch, Question};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
-use crate::engine::ray_engine::RayEngine;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result, note};
 use crate::io::answers::{Format, Query};
@@ -216,7 +215,7 @@ fn answer_all(
         |batch| {
             if let (Some(&number), false) = (batch.outside.first(), options.skip_outside) {
                 let ray = &batch.rays[(number - batch.first) as usize];
-                return Err(outside(options, question.engine, number, ray));
+                return Err(outside(options, number, ray));
             }
             bar.add(batch.rays.len());
             done.rays += batch.rays.len() as u64;
@@ -233,15 +232,11 @@ fn answer_all(
 }
 
 /// A ray for which the grid has no place.
-fn outside(options: &Options, engine: &RayEngine, number: u64, ray: &Ray) -> Error {
-    let ends = match engine {
-        RayEngine::Fixed(scene) => scene.ends(),
-        _ => unreachable!("others have no grid"),
-    };
+fn outside(options: &Options, number: u64, ray: &Ray) -> Error {
     let cause = format!(
-        "ray {number} starts at {:?}, outside of the grid, which goes from {:?} to {:?}; make room by \
-         --grid-bounds, or let such rays miss by --skip-outside",
-        ray.origin, ends[0], ends[1]
+        "ray {number} starts at {:?}, outside of the grid; make room by --grid-bounds, or let such rays miss \
+         by --skip-outside",
+        ray.origin
     );
     Error::at(options.rays.display(), cause)
 }

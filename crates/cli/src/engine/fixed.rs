@@ -58,12 +58,6 @@ impl FixedScene {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
 
-    /// The smallest and largest corner of the grid, in coordinates of the scene.
-    pub(crate) fn ends(&self) -> [[f64; 3]; 2] {
-        let far = 1 << self.grid.bits().b();
-        [-far, far].map(|x| self.grid.unsnap([x; 3]))
-    }
-
     /// The closest hit of each ray.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
         self.chunks(rays, hits, |rays, hits| {

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 /// Its name in error messages.
 pub(crate) const NAME: &str = "standard output";
 
-/// Refuses to lose what would be written: to a standard output that is closed.
+/// Refuses a standard output that is closed: what is written there would be lost without a word.
 pub(crate) fn check() -> Result<()> {
     if at_the_start::was_closed() {
         return Err(Error::at(NAME, "is closed; open it, or send it to /dev/null"));
@@ -18,7 +18,6 @@ pub(crate) fn check() -> Result<()> {
 /// Opens it, unbuffered. `io::stdout` buffers by lines: it would look for line ends in raw answers, and write
 /// what follows the last one separately.
 pub(crate) fn open() -> Result<Box<dyn Write + Send>> {
-    check()?;
     unbuffered().map_err(|cause| Error::at(NAME, format!("cannot write the answers: {cause}")))
 }
 

@@ -10,7 +10,6 @@ use crate::io::standard_output;
 
 /// Prints a report on the standard output: a few lines, or JSON and nothing else.
 pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
-    standard_output::check()?;
     let text = if json {
         serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
     } else {

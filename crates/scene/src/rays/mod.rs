@@ -247,8 +247,10 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
+    /// The last of its records, of eight numbers each, is cut off.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
-        let (over, bits) = (size % record as u64, record / 8 * 8);
+        let over = size % record as u64;
+        let bits = 8 * (record / 8);
         self.wrong(format!(
             "{over} bytes follow the last whole ray; a raw ray is {record} bytes, eight little-endian f{bits}"
         ))
