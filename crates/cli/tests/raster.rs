@@ -71,7 +71,7 @@ fn a_difference_that_nothing_excuses_fails() {
 fn what_the_rasterizer_cannot_do_is_refused() {
     let place = Place::new();
     place.put("m.obj", MODEL).put("r.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
-    place.fails("trace m.obj --rays r.csv --engine raster", 1, &["raster", "no rays"]);
+    place.fails("trace m.obj --rays r.csv --engine raster", 2, &["raster", "no rays"]);
     for options in ["--engine raster", "--shadows volumes", "--wire", "--check raster"] {
         let arguments = format!("render m.obj --size 20000x2 {options}");
         place.fails(&arguments, 1, &["20000x2", "16384"]);
