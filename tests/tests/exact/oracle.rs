@@ -1,29 +1,60 @@
-//! What is true of a ray and a triangle, in rationals: by Cramer's rule for `c1 + u (c2 - c1) + v (c3 - c1)`
-//! where the kernel has three volumes, and by a direction that is moved in fact where it has a tie rule.
+//! What is true of a ray and a triangle, in integers of any size: by Cramer's rule for
+//! `c1 + u (c2 - c1) + v (c3 - c1)` where the kernel has three volumes, and by a direction that is moved in fact
+//! where it has a tie rule.
 
-use dashu_ratio::Relaxed as Rational;
+use std::cmp::Ordering;
+
+use dashu_int::IBig;
+use dashu_int::ops::BitTest;
 use intertri::{Ray, Triangle};
 
-type Vector = [Rational; 3];
+type Vector = [IBig; 3];
 
 /// Where the line of a ray meets the plane of a triangle.
 pub(crate) struct Truth {
-    pub(crate) t: Rational,
-    pub(crate) u: Rational,
-    pub(crate) v: Rational,
+    t: Ratio,
+    u: Ratio,
+    v: Ratio,
     /// Whether the ray runs with the normal.
-    pub(crate) leaves: bool,
+    leaves: bool,
 }
 
-fn vector(v: [f32; 3]) -> Vector {
-    v.map(|x| Rational::try_from(x).unwrap())
+/// `num / den * 2^exponent`, with a positive denominator.
+pub(crate) struct Ratio {
+    num: IBig,
+    den: IBig,
+    exponent: i64,
+}
+
+/// m and e of a finite number `m * 2^e`.
+fn parts(x: f64) -> (i64, i64) {
+    let (bits, size) = (x.to_bits(), x.abs().to_bits());
+    let (field, fraction) = ((size >> 52) as i64, (size & ((1 << 52) - 1)) as i64);
+    let m = if field == 0 { fraction } else { fraction | 1 << 52 };
+    (if bits >> 63 == 0 { m } else { -m }, field.max(1) - 1075)
+}
+
+/// Vectors as multiples of one power of two.
+fn integers(vectors: &[[f32; 3]]) -> (Vec<Vector>, i64) {
+    let numbers = || vectors.iter().flatten().map(|&x| parts(x.into())).filter(|&(m, _)| m != 0);
+    let low = numbers().map(|(m, e)| e + i64::from(m.trailing_zeros())).min().unwrap_or(0);
+    let integer = |x: f32| {
+        let (m, e) = parts(x.into());
+        shifted(IBig::from(m), e - low)
+    };
+    (vectors.iter().map(|v| v.map(integer)).collect(), low)
+}
+
+/// `x * 2^by`, which is an integer.
+fn shifted(x: IBig, by: i64) -> IBig {
+    if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
 
 fn minus(a: &Vector, b: &Vector) -> Vector {
     [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
 }
 
-fn dot(a: &Vector, b: &Vector) -> Rational {
+fn dot(a: &Vector, b: &Vector) -> IBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
@@ -35,20 +66,25 @@ fn is_finite(ray: &Ray, triangle: &Triangle) -> bool {
     triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(|x| x.is_finite())
 }
 
-/// Where a line with that direction meets the plane.
-fn along(ray: &Ray, dir: &Vector, triangle: &Triangle) -> Option<Truth> {
-    let [c1, c2, c3] = triangle.0.map(vector);
-    let (p, q, s) = (minus(&c2, &c1), minus(&c3, &c1), minus(&vector(ray.origin), &c1));
+/// Where a line with a direction in integers meets the plane.
+fn along(ray: &Ray, (dir, dir_low): (&Vector, i64), triangle: &Triangle) -> Option<Truth> {
+    let [c1, c2, c3] = triangle.0;
+    let (points, low) = integers(&[ray.origin, c1, c2, c3]);
+    let [o, c1, c2, c3] = &points[..] else { unreachable!() };
+    let (p, q, s) = (minus(c2, c1), minus(c3, c1), minus(o, c1));
     let n = cross(&p, &q);
     let det = dot(&n, dir);
-    if det.is_zero() {
+    if det == IBig::ZERO {
         return None;
     }
-    let across = cross(dir, &s);
-    let u = dot(&q, &across) / &det;
-    let v = -dot(&p, &across) / &det;
-    let t = -dot(&n, &s) / &det;
-    Some(Truth { t, u, v, leaves: det > Rational::ZERO })
+    let (across, leaves) = (cross(dir, &s), det > IBig::ZERO);
+    let over = |num: IBig, exponent| Ratio {
+        num: if leaves { num } else { -num },
+        den: if leaves { det.clone() } else { -&det },
+        exponent,
+    };
+    let (u, v) = (over(dot(&q, &across), 0), over(-dot(&p, &across), 0));
+    Some(Truth { t: over(-dot(&n, &s), low - dir_low), u, v, leaves })
 }
 
 /// Where the line meets the plane in one point.
@@ -56,26 +92,83 @@ pub(crate) fn truth(ray: &Ray, triangle: &Triangle) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
     }
-    along(ray, &vector(ray.dir), triangle)
+    let (dir, low) = integers(&[ray.dir]);
+    along(ray, (&dir[0], low), triangle)
 }
 
 impl Truth {
+    /// The weights times the denominator, which is positive.
+    fn weights(&self) -> [IBig; 3] {
+        let (u, v) = (&self.u.num, &self.v.num);
+        [&self.u.den - u - v, u.clone(), v.clone()]
+    }
+
     /// Whether the point is in the closed triangle and before the origin.
     pub(crate) fn is_closed_hit(&self) -> bool {
-        let zero = Rational::ZERO;
-        self.t > zero && self.u >= zero && self.v >= zero && &self.u + &self.v <= Rational::ONE
+        self.t.num > IBig::ZERO && self.weights().iter().all(|weight| *weight >= IBig::ZERO)
     }
 
     /// Whether t is in the interval of a ray.
     pub(crate) fn is_within(&self, ray: &Ray) -> bool {
         // Both ends are compared as they are given, those below 0, too: t is not.
-        let near = Rational::try_from(ray.t_min).map(|near| near <= self.t);
-        let far = Rational::try_from(ray.t_max).map(|far| self.t < far);
-        !ray.t_min.is_nan()
-            && !ray.t_max.is_nan()
-            && ray.t_min < ray.t_max
-            && near.unwrap_or(ray.t_min < 0.0)
-            && far.unwrap_or(ray.t_max > 0.0)
+        let (near, far) = (ray.t_min, ray.t_max);
+        let from = !near.is_finite() || self.t.cmp(near.into()).is_ge();
+        let to = !far.is_finite() || self.t.cmp(far.into()).is_lt();
+        near < far && from && to
+    }
+
+    /// Whether one t is below another's, of the same ray.
+    pub(crate) fn order(&self, other: &Self) -> Ordering {
+        let (a, b) = (&self.t, &other.t);
+        let low = a.exponent.min(b.exponent);
+        let over = |a: &Ratio, b: &Ratio| shifted(&a.num * &b.den, a.exponent - low);
+        over(a, b).cmp(&over(b, a))
+    }
+
+    /// Whether three f64 are t, u and v, each rounded to nearest, ties to even.
+    pub(crate) fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
+        self.t.is_rounded(t) && self.u.is_rounded(u) && self.v.is_rounded(v)
+    }
+
+    /// An f32 near t.
+    pub(crate) fn t_f32(&self) -> f32 {
+        // Twice the digits that are asked for, then a power of two that may be beyond any f32.
+        let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
+        let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
+        let (q, e) = (i64::try_from(q).unwrap() as f64, (self.t.exponent - up) as i32);
+        (q * 2.0_f64.powi(e / 2) * 2.0_f64.powi(e - e / 2)) as f32
+    }
+}
+
+impl Ratio {
+    /// Compared with a finite number.
+    fn cmp(&self, x: f64) -> Ordering {
+        let (m, e) = parts(x);
+        self.cmp_parts(m, e)
+    }
+
+    /// Compared with `m * 2^e`.
+    fn cmp_parts(&self, m: i64, e: i64) -> Ordering {
+        let low = self.exponent.min(e);
+        let (left, right) = (shifted(self.num.clone(), self.exponent - low), &self.den * m);
+        left.cmp(&shifted(right, e - low))
+    }
+
+    /// Whether a number is the nearest, the even one of two.
+    fn is_rounded(&self, x: f64) -> bool {
+        let (m, e) = parts(x);
+        if m == 0 || !x.is_finite() {
+            return x == 0.0 && self.num == IBig::ZERO;
+        }
+        // Half-way to the next ones, toward 0 and away from it; a power of two is nearer to the first.
+        let (sign, size) = (m.signum(), m.abs());
+        let inner = if size == 1 << 52 { 4 * size - 1 } else { 4 * size - 2 };
+        let inner = self.cmp_parts(sign * inner, e - 2);
+        let outer = self.cmp_parts(sign * (4 * size + 2), e - 2);
+        let (inner, outer) =
+            if sign > 0 { (inner, outer) } else { (inner.reverse(), outer.reverse()) };
+        let even = m & 1 == 0;
+        if even { inner.is_ge() && outer.is_le() } else { inner.is_gt() && outer.is_lt() }
     }
 }
 
@@ -87,48 +180,25 @@ pub(crate) fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Opt
     }
     // What is strictly inside or outside stays so.
     if let Some(truth) = truth {
-        let zero = Rational::ZERO;
-        let first = &Rational::ONE - &truth.u - &truth.v;
-        let weights = [&first, &truth.u, &truth.v];
-        if weights.iter().any(|weight| **weight < zero) {
+        let weights = truth.weights();
+        if weights.iter().any(|weight| *weight < IBig::ZERO) {
             return None;
         }
-        if weights.iter().all(|weight| **weight > zero) {
-            return (truth.t > zero).then_some(truth.leaves);
+        if weights.iter().all(|weight| *weight > IBig::ZERO) {
+            return (truth.t.num > IBig::ZERO).then_some(truth.leaves);
         }
     }
-    let mut dir = vector(ray.dir);
-    let step = Rational::try_from(2.0_f64.powi(-1000)).unwrap();
-    let mut power = step.clone();
-    for x in &mut dir {
-        *x += &power;
-        power *= &step;
+    const STEP: usize = 600;
+    let (mut dir, low) = integers(&[ray.dir]);
+    for (power, x) in (0..3).rev().zip(&mut dir[0]) {
+        *x = (x.clone() << (3 * STEP)) + (IBig::ONE << (power * STEP));
     }
-    let moved = along(ray, &dir, triangle)?;
-    let zero = Rational::ZERO;
-    let outside = moved.u < zero || moved.v < zero || &moved.u + &moved.v > Rational::ONE;
-    if outside || moved.t <= zero {
+    let moved = along(ray, (&dir[0], low), triangle)?;
+    let weights = moved.weights();
+    if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
         return None;
     }
-    // Nothing but a point of the plane itself can lie on an edge still.
-    assert!(moved.u > zero && moved.v > zero && &moved.u + &moved.v < Rational::ONE);
+    // Nothing is on an edge still.
+    assert!(weights.iter().all(|weight| *weight > IBig::ZERO));
     Some(moved.leaves)
-}
-
-/// Whether an f64 is a rational rounded to nearest, ties to even.
-pub(crate) fn is_rounded(x: f64, exact: &Rational) -> bool {
-    if !x.is_finite() {
-        return false;
-    }
-    if exact.is_zero() {
-        return x == 0.0;
-    }
-    let half = |y: f64| (rational(x) + rational(y)) / Rational::from(2);
-    let (below, above) = (half(x.next_down()), half(x.next_up()));
-    let even = x.to_bits() & 1 == 0;
-    if even { below <= *exact && *exact <= above } else { below < *exact && *exact < above }
-}
-
-fn rational(x: f64) -> Rational {
-    Rational::try_from(x).unwrap()
 }

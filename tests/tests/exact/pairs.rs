@@ -8,7 +8,7 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 
 use crate::cases::{KINDS, case};
-use crate::oracle::{self, Truth, is_rounded, truth};
+use crate::oracle::{self, Truth, truth};
 
 /// How many of what were compared.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,7 +49,7 @@ fn check(ray: &Ray, case: &Case, counts: &mut Counts) {
 
 /// The ends of the interval at t and beside it.
 fn check_ends(ray: &Ray, case: &Case, truth: &Truth, counts: &mut Counts) {
-    let near = truth.t.to_f64().value() as f32;
+    let near = truth.t_f32();
     for end in [near.next_down(), near, near.next_up()] {
         check(&Ray { t_min: end, ..*ray }, case, counts);
         check(&Ray { t_max: end, ..*ray }, case, counts);
@@ -65,7 +65,7 @@ fn check_ends(ray: &Ray, case: &Case, truth: &Truth, counts: &mut Counts) {
 /// t, u and v at every tier.
 fn check_rounding(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Counts) {
     let (t, (first, u, v)) = (t(ray, triangle), attributes(ray, triangle));
-    let right = is_rounded(t, &truth.t) && is_rounded(u, &truth.u) && is_rounded(v, &truth.v);
+    let right = truth.are_rounded([t, u, v]);
     assert!(right && first == t, "{t} {u} {v} {ray:?} {triangle:?}");
     let bits = |(t, u, v): (f64, f64, f64)| [t, u, v].map(f64::to_bits);
     for tier in Tier::ALL {
@@ -84,7 +84,7 @@ fn check_order(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Count
     *number = number.next_up();
     for other in [Triangle([c2, c3, c1]), Triangle([c1, c3, c2]), moved] {
         let Some(of_other) = oracle::truth(ray, &other) else { continue };
-        let want = truth.t.cmp(&of_other.t);
+        let want = truth.order(&of_other);
         assert_eq!(order(ray, triangle, &other), want, "{ray:?} {triangle:?} {other:?}");
         for tier in Tier::ALL {
             assert_eq!(order_from(tier, ray, triangle, &other), want, "{ray:?} {triangle:?}");

@@ -3,21 +3,24 @@
 use super::numbers::Pair;
 use crate::{Ray, Triangle};
 
-const INFINITY: u32 = f32::INFINITY.to_bits();
-const SMALLEST_NORMAL: u32 = f32::MIN_POSITIVE.to_bits();
+const EXPONENT: u32 = f32::INFINITY.to_bits();
+const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
-/// A number without its sign.
+/// Whether a number is subnormal: as a mask, which the compiler can ask of several at once.
 #[inline(always)]
-fn size(x: f32) -> u32 {
-    x.to_bits() & u32::MAX >> 1
+fn is_subnormal(x: u32) -> u32 {
+    u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
 /// Whether no number is subnormal, the ends of the interval among them: a CPU may be set to read those as 0.
 #[inline(always)]
 pub fn is_plain(ray: &Ray, triangle: &Triangle) -> bool {
-    let numbers = triangle.0.as_flattened().iter().chain(&ray.origin).chain(&ray.dir);
-    let numbers = numbers.chain([&ray.t_min, &ray.t_max]);
-    numbers.fold(true, |plain, &x| plain & (size(x).wrapping_sub(1) >= SMALLEST_NORMAL - 1))
+    let (ray, triangle) = bits(ray, triangle);
+    let mut subnormal = is_subnormal(triangle[8]);
+    for i in 0..8 {
+        subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
+    }
+    subnormal == 0
 }
 
 /// Whether the CPU reads subnormal numbers as they are, not as 0: so where nothing else is asked of them.
@@ -29,8 +32,15 @@ pub fn subnormals_are_read() -> bool {
 /// Whether no coordinate is NaN or infinite.
 #[inline(always)]
 pub(super) fn is_finite(ray: &Ray, triangle: &Triangle) -> bool {
-    let numbers = triangle.0.as_flattened().iter().chain(&ray.origin).chain(&ray.dir);
-    numbers.fold(true, |finite, &x| finite & (size(x) < INFINITY))
+    let (ray, triangle) = bits(ray, triangle);
+    let finite = |x: &u32| x & EXPONENT != EXPONENT;
+    triangle.iter().all(finite) && ray[..3].iter().all(finite) && ray[4..7].iter().all(finite)
+}
+
+/// The numbers of a ray, its interval's ends the fourth and the last, and of a triangle.
+#[inline(always)]
+fn bits<'a>(ray: &'a Ray, triangle: &'a Triangle) -> (&'a [u32; 8], &'a [u32; 9]) {
+    (bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
 }
 
 /// The numbers of a ray and a triangle.

@@ -46,10 +46,16 @@ impl<const N: usize> Int<N> {
     }
 
     /// The product, of as many limbs as both factors have together.
-    #[inline(always)]
+    #[inline]
     pub(super) fn times<const M: usize, const R: usize>(&self, b: &Int<M>) -> Int<R> {
         const { assert!(R == N + M) };
         let mut product = [0; R];
+        if N == 1 && M == 1 {
+            // The CPU has this one.
+            let both = i128::from(self.0[0] as i64) * i128::from(b.0[0] as i64);
+            (product[0], product[1]) = (both as u64, (both >> 64) as u64);
+            return Int(product);
+        }
         for i in 0..N {
             let mut carry = 0;
             for j in 0..M {
