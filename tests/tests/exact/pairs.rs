@@ -29,8 +29,8 @@ struct Case {
     once: Option<bool>,
 }
 
-/// Asks at every tier about a ray, which is the pair's but for its interval.
-fn check(ray: &Ray, case: &Case, counts: &mut Counts) {
+/// Asks about a ray, which is the pair's but for its interval; at every tier, if all shall be.
+fn check(ray: &Ray, case: &Case, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
     let is_hit = truth.is_some_and(Truth::is_closed_hit);
@@ -38,7 +38,7 @@ fn check(ray: &Ray, case: &Case, counts: &mut Counts) {
     let crossing = crossing.map(|leaves| if leaves { Side::Leaves } else { Side::Enters });
     assert_eq!(closed::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
     assert_eq!(once::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
-    for tier in Tier::ALL {
+    for tier in Tier::ALL.into_iter().filter(|_| all) {
         let of = |rule| crossing_from(tier, rule, ray, triangle);
         assert_eq!(of(Rule::Closed).is_some(), is_hit, "{tier:?} {ray:?} {triangle:?}");
         assert_eq!(of(Rule::Once), crossing, "{tier:?} {ray:?} {triangle:?}");
@@ -51,14 +51,14 @@ fn check(ray: &Ray, case: &Case, counts: &mut Counts) {
 fn check_ends(ray: &Ray, case: &Case, truth: &Truth, counts: &mut Counts) {
     let near = truth.t_f32();
     for end in [near.next_down(), near, near.next_up()] {
-        check(&Ray { t_min: end, ..*ray }, case, counts);
-        check(&Ray { t_max: end, ..*ray }, case, counts);
+        check(&Ray { t_min: end, ..*ray }, case, true, counts);
+        check(&Ray { t_max: end, ..*ray }, case, true, counts);
         counts.ends += 2;
     }
     let (nan, infinity) = (f32::NAN, f32::INFINITY);
     let others = [(nan, 9.0), (0.0, nan), (near, near), (-1.0, -0.0), (-2.0, 1.0), (-nan, 1.0)];
     for (t_min, t_max) in others.into_iter().chain([(infinity, infinity), (-infinity, infinity)]) {
-        check(&Ray { t_min, t_max, ..*ray }, case, counts);
+        check(&Ray { t_min, t_max, ..*ray }, case, true, counts);
     }
 }
 
@@ -102,16 +102,16 @@ fn run(pairs: usize, seed: u64) -> Counts {
         let (ray, triangle) = case(i % KINDS, &mut rng);
         let truth = truth(&ray, &triangle);
         let case = Case { triangle, once: oracle::once(&ray, &triangle, truth.as_ref()), truth };
-        check(&ray, &case, &mut counts);
+        check(&ray, &case, i / KINDS % 4 == 0, &mut counts);
 
         // What a hit is asked for is asked of some planes that are met beside their triangle, too.
         let Some(truth) = &case.truth else { continue };
         let is_hit = truth.is_closed_hit();
-        if is_hit && i / KINDS % 4 == 0 || i / KINDS % 16 == 0 {
+        if is_hit && i / KINDS % 16 == 1 || i / KINDS % 64 == 2 {
             check_ends(&ray, &case, truth, &mut counts);
             check_order(&ray, &triangle, truth, &mut counts);
         }
-        if is_hit || i / KINDS % 4 == 0 {
+        if is_hit && i / KINDS % 4 < 2 || i / KINDS % 16 == 0 {
             check_rounding(&ray, &triangle, truth, &mut counts);
         }
     }
@@ -130,7 +130,7 @@ fn run_on_all(pairs: usize, seed: u64) -> Vec<Counts> {
 
 #[test]
 fn every_tier_agrees_with_rationals() {
-    let all = run_on_all(4_000, 1);
+    let all = run_on_all(84_000, 1);
     println!("{all:#?}");
     for Counts { hits, crossings, ends, rounded, equal, ordered, .. } in all {
         let least = hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered);
