@@ -106,3 +106,117 @@ pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     // No zero has a sign.
     (most + D::splat(0.0), most.le(least))
 }
+
+#[cfg(test)]
+mod tests {
+    use core::cmp::Ordering;
+
+    use super::super::int::{self, Int};
+    use super::super::quotient::Quotient;
+    use super::*;
+
+    /// A generator of numbers, the same on every machine.
+    struct Numbers(u64);
+
+    impl Numbers {
+        /// Below `2^bits`.
+        fn below(&mut self, bits: u32) -> i64 {
+            self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            ((self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - bits)) as i64
+        }
+
+        fn vector(&mut self) -> [i64; 3] {
+            [(); 3].map(|()| (self.below(53) | 1 << 52) * (1 - 2 * self.below(1)))
+        }
+    }
+
+    /// A whole number in f64 as an integer.
+    fn whole(x: f64) -> Int<3> {
+        let (exponent, fraction) = (x.abs().to_bits() >> 52, x.to_bits() & ((1 << 52) - 1));
+        let m = (fraction | 1 << 52) as i64;
+        match exponent as i32 - 1075 {
+            -1075 => Int([0; 3]),
+            e if e < 0 => Int::new((m >> -e) * x.signum() as i64, 0),
+            e => Int::new(m * x.signum() as i64, e as u32),
+        }
+    }
+
+    /// About the size of an integer.
+    fn near(x: Int<3>) -> f64 {
+        let [a, b, c] = x.size().map(|limb| limb as f64);
+        a + (b + c * 2.0_f64.powi(64)) * 2.0_f64.powi(64)
+    }
+
+    /// By how much a volume of twice the digits is off, in `w²` of its permanent.
+    fn share(x: [i64; 3], y: [i64; 3], z: [i64; 3]) -> f64 {
+        let lanes = |v: [i64; 3]| Vec3::<f64>::splat(v.map(|x| x as f64));
+        let exact = {
+            let ints = |v: [i64; 3]| v.map(|x| Int::<1>::new(x, 0));
+            int::dot::<1, 2, 3>(&ints(x), &int::cross(&ints(y), &ints(z)))
+        };
+        let (x, y, z) = (lanes(x), lanes(y), lanes(z));
+        let Volume { value, err } = Volume::new(x, &cross(y, z), y, z);
+        let off = near(whole(value.high) + whole(value.low) - exact);
+        off * 128.0 / err
+    }
+
+    #[test]
+    fn volumes_are_within_their_bound() {
+        let (mut numbers, mut most) = (Numbers(1), 0.0_f64);
+        for _ in 0..300 {
+            // Whatever uses more is kept.
+            let mut all = [(); 3].map(|()| numbers.vector());
+            let mut used = 0.0;
+            for _ in 0..400 {
+                let before = all;
+                let number =
+                    &mut all[numbers.below(20) as usize % 3][numbers.below(20) as usize % 3];
+                *number ^= numbers.below(52);
+                let now = share(all[0], all[1], all[2]);
+                if now < used {
+                    all = before;
+                } else {
+                    used = now;
+                }
+            }
+            most = most.max(used);
+        }
+        assert!(1.5 < most && most < 27.0, "{most}");
+    }
+
+    /// Quotients just beside the middle of two f64, where the rounding hangs on the last digits.
+    #[test]
+    fn a_sure_quotient_is_rounded_right() {
+        let (mut numbers, mut sure_ones) = (Numbers(2), 0);
+        for i in 0..200_000 {
+            let den = numbers.below(52) | 1 << 51;
+            let middle = i128::from(numbers.below(53) | 1 << 53) * 2 + i128::from(i % 2);
+            let num = middle * i128::from(den) + i128::from(numbers.below(2 + i % 50) - 1);
+            let seen = Seen::new([0, 1, 2].map(|k| axis(k)), axis(3), axis(2));
+            let value = |x: i128| {
+                let high = x as f64;
+                Double { high, low: (x - high as i128) as f64 }
+            };
+            let (num_two, den_two) = (value(num), value(den.into()));
+            let seen = Seen {
+                den: Volume { value: den_two, err: den_two.high * DOUBT },
+                inverse: 1.0 / den_two.high,
+                ..seen
+            };
+            let (q, sure) = seen.over(&Volume { value: num_two, err: 0.0 });
+            let limbs = [num as u64, (num >> 64) as u64, 0];
+            let exact = Quotient::new(&limbs, &[den as u64, 0, 0], 0);
+            if sure {
+                sure_ones += 1;
+                assert_eq!(q, exact.to_f64(), "{num} / {den}");
+            }
+            assert_eq!(exact.cmp_float(f32::MAX), Ordering::Less);
+        }
+        assert!(sure_ones > 100_000, "{sure_ones}");
+    }
+
+    /// A point on an axis, or the origin.
+    fn axis(k: usize) -> Vec3<f64> {
+        Vec3::splat([0, 1, 2].map(|i| f64::from(u8::from(i == k))))
+    }
+}
