@@ -1,7 +1,7 @@
 //! The three theorems, on closed meshes: what counts once counts by the closed rule; the signed crossings of
 //! every ray are the winding number of its origin; where that is not 0, no ray leaks.
 
-use intertri::internal::exact::{Rule, Tier, closed, crossing_from, once};
+use intertri::internal::exact::{Rule, Side, Tier, closed, crossing_from, once};
 use intertri::{Ray, Triangle};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
@@ -113,7 +113,7 @@ fn signed_crossings_are_the_winding_number() {
                     let side = once::crossing(&ray, triangle);
                     let hit = closed::hit(&ray, triangle);
                     assert!(hit || side.is_none(), "{ray:?} {triangle:?}");
-                    crossings += side.map_or(0, |side| side.sign());
+                    crossings += side.map_or(0, Side::sign);
                     hits += u32::from(hit);
                     if i == 0 && side.is_some() {
                         let wide = crossing_from(Tier::Widest, Rule::Once, &ray, triangle);

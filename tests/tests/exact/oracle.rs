@@ -172,6 +172,9 @@ impl Ratio {
     }
 }
 
+/// A step from one power of ε to the next, in bits: more than any N is longer than any X.
+const STEP: usize = 600;
+
 /// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is
 /// moved by (ε, ε², ε³), with an ε below what any two terms can differ by.
 pub(crate) fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Option<bool> {
@@ -188,7 +191,6 @@ pub(crate) fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Opt
             return (truth.t.num > IBig::ZERO).then_some(truth.leaves);
         }
     }
-    const STEP: usize = 600;
     let (mut dir, low) = integers(&[ray.dir]);
     for (power, x) in (0..3).rev().zip(&mut dir[0]) {
         *x = (x.clone() << (3 * STEP)) + (IBig::ONE << (power * STEP));

@@ -99,19 +99,20 @@ fn run(pairs: usize, seed: u64) -> Counts {
     let mut counts = Counts::default();
     let mut rng = Rng::new(seed);
     for i in 0..pairs * KINDS {
-        let (ray, triangle) = case(i % KINDS, &mut rng);
+        let (round, kind) = (i / KINDS, i % KINDS);
+        let (ray, triangle) = case(kind, &mut rng);
         let truth = truth(&ray, &triangle);
         let case = Case { triangle, once: oracle::once(&ray, &triangle, truth.as_ref()), truth };
-        check(&ray, &case, i / KINDS % 4 == 0, &mut counts);
+        check(&ray, &case, round.is_multiple_of(4), &mut counts);
 
         // What a hit is asked for is asked of some planes that are met beside their triangle, too.
         let Some(truth) = &case.truth else { continue };
         let is_hit = truth.is_closed_hit();
-        if is_hit && i / KINDS % 16 == 1 || i / KINDS % 64 == 2 {
+        if is_hit && round % 16 == 1 || round % 64 == 2 {
             check_ends(&ray, &case, truth, &mut counts);
             check_order(&ray, &triangle, truth, &mut counts);
         }
-        if is_hit && i / KINDS % 4 < 2 || i / KINDS % 16 == 0 {
+        if is_hit && round % 4 < 2 || round.is_multiple_of(16) {
             check_rounding(&ray, &triangle, truth, &mut counts);
         }
     }

@@ -192,7 +192,7 @@ mod tests {
             let den = numbers.below(52) | 1 << 51;
             let middle = i128::from(numbers.below(53) | 1 << 53) * 2 + i128::from(i % 2);
             let num = middle * i128::from(den) + i128::from(numbers.below(2 + i % 50) - 1);
-            let seen = Seen::new([0, 1, 2].map(|k| axis(k)), axis(3), axis(2));
+            let seen = Seen::new([0, 1, 2].map(axis), axis(3), axis(2));
             let value = |x: i128| {
                 let high = x as f64;
                 Double { high, low: (x - high as i128) as f64 }
