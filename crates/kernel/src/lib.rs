@@ -69,12 +69,10 @@ pub mod internal {
 
     /// The arithmetic of the mode `exact`.
     pub mod exact {
-        pub use crate::exact::float::{self, Decided, decide};
-        pub use crate::exact::rounded::{self, Seen};
         pub use crate::exact::{
-            HitCoefficients, Rule, SeenPlane, Side, Tier, attributes, attributes_from, closed,
-            crossing_from, has_area, hits_in, is_on, is_plain, once, order, order_from,
-            subnormals_are_read, t, t_from,
+            Decided, HitCoefficients, Rule, Seen, SeenPlane, Side, Tier, attributes,
+            attributes_from, crossing, crossing_from, decide, has_area, hit, hits_in, is_on,
+            is_plain, order, order_from, subnormals_are_read, t, t_from,
         };
     }
 }

@@ -1,7 +1,7 @@
 //! The three theorems, on closed meshes: what counts once counts by the closed rule; the signed crossings of
 //! every ray are the winding number of its origin; where that is not 0, no ray leaks.
 
-use intertri::internal::exact::{Rule, Side, Tier, closed, crossing_from, once};
+use intertri::internal::exact::{self, Rule, Side, Tier, crossing_from};
 use intertri::{Ray, Triangle};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
@@ -110,8 +110,8 @@ fn signed_crossings_are_the_winding_number() {
                 let ray = Ray::new(origin, dir);
                 let (mut crossings, mut hits) = (0, 0);
                 for triangle in &mesh {
-                    let side = once::crossing(&ray, triangle);
-                    let hit = closed::hit(&ray, triangle);
+                    let side = exact::crossing(&ray, triangle);
+                    let hit = exact::hit(&ray, triangle);
                     assert!(hit || side.is_none(), "{ray:?} {triangle:?}");
                     crossings += side.map_or(0, Side::sign);
                     hits += u32::from(hit);

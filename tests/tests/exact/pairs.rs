@@ -1,8 +1,8 @@
 //! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
 
 use intertri::internal::exact::{
-    Rule, Side, Tier, attributes, attributes_from, closed, crossing_from, once, order, order_from,
-    t, t_from,
+    self, Rule, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t,
+    t_from,
 };
 use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
@@ -36,8 +36,8 @@ fn check(ray: &Ray, case: &Case, all: bool, counts: &mut Counts) {
     let is_hit = truth.is_some_and(Truth::is_closed_hit);
     let crossing = leaves.filter(|_| truth.is_some());
     let crossing = crossing.map(|leaves| if leaves { Side::Leaves } else { Side::Enters });
-    assert_eq!(closed::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
-    assert_eq!(once::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
+    assert_eq!(exact::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
+    assert_eq!(exact::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
     for tier in Tier::ALL.into_iter().filter(|_| all) {
         let of = |rule| crossing_from(tier, rule, ray, triangle);
         assert_eq!(of(Rule::Closed).is_some(), is_hit, "{tier:?} {ray:?} {triangle:?}");

@@ -17,7 +17,7 @@ mod along;
 mod area;
 mod crossing;
 mod double;
-pub mod float;
+mod float;
 mod hit_coefficients;
 mod input;
 mod int;
@@ -26,7 +26,7 @@ mod numbers;
 mod on_triangle;
 mod pairs;
 mod quotient;
-pub mod rounded;
+mod rounded;
 mod scale;
 mod seen_plane;
 mod tier;
@@ -34,10 +34,12 @@ mod tier;
 pub use along::{attributes_from, order_from, t_from};
 pub use area::has_area;
 pub use crossing::{Rule, Side, crossing_from};
+pub use float::{Decided, decide};
 pub use hit_coefficients::HitCoefficients;
 pub use input::{is_plain, subnormals_are_read};
 pub use on_triangle::is_on;
 pub use pairs::hits_in;
+pub use rounded::Seen;
 pub use seen_plane::SeenPlane;
 pub use tier::Tier;
 
@@ -45,26 +47,15 @@ use core::cmp::Ordering;
 
 use crate::{Ray, Triangle};
 
-/// Rays meet closed triangles.
-pub mod closed {
-    use super::{Rule, Tier, crossing_from};
-    use crate::{Ray, Triangle};
-
-    /// Whether a ray meets a triangle within its interval, edges and corners included.
-    pub fn hit(ray: &Ray, triangle: &Triangle) -> bool {
-        crossing_from(Tier::Float, Rule::Closed, ray, triangle).is_some()
-    }
+/// Whether a ray meets a closed triangle within its interval: edges and corners belong to it.
+pub fn hit(ray: &Ray, triangle: &Triangle) -> bool {
+    crossing_from(Tier::Float, Rule::Closed, ray, triangle).is_some()
 }
 
-/// Each point of a mesh belongs to one of its triangles.
-pub mod once {
-    use super::{Rule, Side, Tier, crossing_from};
-    use crate::{Ray, Triangle};
-
-    /// The side from which a ray crosses a triangle within its interval, if it does.
-    pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
-        crossing_from(Tier::Float, Rule::Once, ray, triangle)
-    }
+/// The side from which a ray crosses a triangle within its interval, if it does: each point of a mesh belongs to one
+/// of its triangles.
+pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
+    crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point.

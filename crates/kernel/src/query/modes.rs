@@ -124,7 +124,7 @@ impl Exact {
     pub fn crossings(&self, triangles: &[Triangle], ray: &Ray) -> Vec<Crossing> {
         let triangle = |hit: &Hit| &triangles[hit.triangle as usize];
         let crossing = |hit: Hit| {
-            let leaves = exact::once::crossing(ray, triangle(&hit))? == exact::Side::Leaves;
+            let leaves = exact::crossing(ray, triangle(&hit))? == exact::Side::Leaves;
             Some(Crossing { hit, leaves })
         };
         let mut all: Vec<_> = self.all(triangles, ray).into_iter().filter_map(crossing).collect();

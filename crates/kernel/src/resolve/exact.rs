@@ -2,12 +2,12 @@
 
 use core::cmp::Ordering;
 
-use crate::exact::{self, closed};
+use crate::exact;
 use crate::{Hit, Ray, Triangle};
 
 /// See [`Resolver::hit`](super::Resolver::hit).
 pub(super) fn hit(ray: &Ray, triangle: &Triangle) -> Option<f64> {
-    closed::hit(ray, triangle).then(|| exact::t(ray, triangle))
+    exact::hit(ray, triangle).then(|| exact::t(ray, triangle))
 }
 
 /// See [`Resolver::t`](super::Resolver::t).

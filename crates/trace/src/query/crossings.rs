@@ -1,6 +1,6 @@
 //! Where rays cross a mesh, each edge and corner once: by the mode `exact`.
 
-use intertri::internal::exact::{Side, once, order};
+use intertri::internal::exact::{self, Side};
 use intertri::{Counts, Crossing, Crossings, Exact, Mode, Ray};
 
 use super::{batch, one};
@@ -35,7 +35,7 @@ impl Bvh {
             .collect();
         all.sort_unstable_by(|(a, a_triangle), (b, b_triangle)| {
             (a.hit.t.total_cmp(&b.hit.t))
-                .then_with(|| order(ray, a_triangle, b_triangle))
+                .then_with(|| exact::order(ray, a_triangle, b_triangle))
                 .then(a.hit.triangle.cmp(&b.hit.triangle))
         });
         all.into_iter().map(|(crossing, _)| crossing).collect()
@@ -65,7 +65,7 @@ impl Bvh {
     fn crossed(&self, mode: Exact, ray: &Ray) -> impl Iterator<Item = (u32, Side)> {
         let places = one::places(self, mode.test().into(), ray);
         places.into_iter().filter_map(|place| {
-            once::crossing(ray, &self.triangle_in(place)).map(|side| (place, side))
+            exact::crossing(ray, &self.triangle_in(place)).map(|side| (place, side))
         })
     }
 }
