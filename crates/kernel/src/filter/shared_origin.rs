@@ -12,7 +12,7 @@
 
 use crate::Triangle;
 use crate::barycentric::Coefficients;
-use crate::packet::{SHORTEST, TriangleBlock};
+use crate::packet::{self, TriangleBlock};
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask};
 
@@ -63,9 +63,10 @@ impl SharedOriginTriangle {
         let Coefficients { a, h4, h5, n, v, w } = Coefficients::of(corners, eye);
         let (h6, t, u) = (corners[2] - corners[1], n.dot(a), n - v - w);
 
-        // The bound of the forms, of the reference's noise, and of the origin's rounding.
-        let least = D::splat(SHORTEST.into());
-        let (h, form) = (longest(h4, h5, h6).max(least), longest(u, v, w));
+        // The bound of the forms, of the reference's noise, and of the origin's rounding. A shorter edge
+        // counts as so long: then nothing is decided of it, and no number below is subnormal in f32.
+        let shortest = D::splat(packet::SHORTEST.into());
+        let (h, form) = (longest(h4, h5, h6).max(shortest), longest(u, v, w));
         let (away, normal) = (a.dot(a).sqrt(), n.dot(n).sqrt());
         let noise = D::splat(bound::NOISE.into()) * h * (away + h);
         let offset = D::splat(bound::ORIGIN.into()) * h * eye.norm1();
@@ -80,9 +81,9 @@ impl SharedOriginTriangle {
         let least = D::splat(bound::GRAZING.into()) * hh;
         let parallel = D::splat(bound::PARALLEL.into()) * D::splat(threshold) * normal * scale;
 
-        // What is not finite is never hit. What has no area in f64 may have some: the resolver knows.
+        // No area, or not finite.
         let infinity = D::splat(f64::INFINITY);
-        let possible = normal.lt(infinity) & away.lt(infinity);
+        let possible = normal.gt(D::splat(0.0)) & normal.lt(infinity) & away.lt(infinity);
 
         // To f32, and from lanes to triangles.
         let slack = D::splat(bound::SLACK.into());
@@ -298,5 +299,27 @@ impl<F: Lanes<Scalar = f32>> Forms<F> {
             undecided &= !((sure & (u_out | v_out | w_out)).bits() | hit);
         }
         Some(Decided { hit, undecided, t_lo, t_hi })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Certified, Hit, Mode, Ray, Threshold, Triangle};
+
+    /// Of so small a triangle f32 cannot hold the normal that its forms are measured by.
+    #[test]
+    fn a_tiny_triangle_far_away_is_not_lost() {
+        let triangle = Triangle([
+            [9.5433e-41, -1.0898e-41, -6.0177e-41],
+            [-3.22383e-40, 3.86597e-40, 3.49218e-40],
+            [2.62275e-40, -3.7393e-40, -3.08894e-40],
+        ]);
+        let far = 536_870_900.0;
+        let rays = [Ray::new([far, -far, -far], [-4.0, 4.0, 4.0]); 64];
+        let mode = Certified::new(Threshold::ZERO);
+        let mut hits = [Hit::MISS; 64];
+        mode.closest_batch(&[triangle], &rays, &mut hits);
+        assert_eq!(mode.closest(&[triangle], &rays[0]), hits[0].some());
+        assert!(hits[0].is_hit());
     }
 }
