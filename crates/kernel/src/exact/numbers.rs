@@ -90,3 +90,51 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
         dot(&self.a, &self.normals[0])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exact::quotient::Quotient;
+
+    impl Float for f64 {
+        const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
+
+        fn parts(self) -> (i64, i32) {
+            let size = self.abs().to_bits();
+            let (field, fraction) = ((size >> 52) as i32, (size & ((1 << 52) - 1)) as i64);
+            let m = if field == 0 { fraction } else { fraction | 1 << 52 };
+            (if self.is_sign_negative() { -m } else { m }, field.max(1) - 1075)
+        }
+    }
+
+    /// t, u and v where all are positive.
+    fn attributes(pair: &Pair<f64>) -> [f64; 3] {
+        let scales = pair.scales();
+        let numbers = Numbers::<33, 66, 99>::new(pair, scales);
+        let [u, v, w] = numbers.edges();
+        let den = (u + v + w).size();
+        let over = |num: Int<99>, exponent| Quotient::new(&num.size(), &den, exponent).to_f64();
+        [over(numbers.volume(), scales.of_t()), over(v, 0), over(w, 0)]
+    }
+
+    /// 33 limbs hold any f64: the largest beside the smallest.
+    #[test]
+    fn the_same_code_takes_f64() {
+        let pair = |x: f64, tiny: f64| Pair {
+            origin: [0.25 * x, 0.125 * x, -3.0],
+            dir: [0.0, tiny, 1.0],
+            corners: [[0.0, 0.0, 4.0], [x, 0.0, 4.0], [0.0, x, 4.0]],
+        };
+        let smallest = f64::from_bits(1);
+        for x in [1.0, 1e-3, 2.0_f64.powi(1023)] {
+            assert_eq!(attributes(&pair(x, 0.0)), [7.0, 0.25, 0.125], "{x}");
+            assert_eq!(attributes(&pair(x, smallest)), [7.0, 0.25, 0.125], "{x}");
+        }
+        // A ray that starts in the plane but for the smallest number, and one that starts farther still.
+        let mut near = pair(1.0, 0.0);
+        near.origin[2] = 4.0_f64.next_down();
+        assert_eq!(attributes(&near)[0], 4.0 - 4.0_f64.next_down());
+        near.corners.iter_mut().for_each(|corner| corner[2] = f64::MAX);
+        assert_eq!(attributes(&near)[0], f64::MAX);
+    }
+}
