@@ -29,7 +29,7 @@ impl Fixed {
         // With room for rays that start a little off a surface.
         let room = |p: [f32; 3]| [0.99, 1.01].map(|scale| p.map(|x| x * scale));
         let ends = scene.mesh.bounds().map_or([[0.0; 3]; 2], |bounds| [bounds.min, bounds.max]);
-        let looks = [scene.camera.eye(), scene.light.position];
+        let looks = [scene.camera.eye(), scene.light.origin([0.0; 3])];
         let points = ends.into_iter().chain(looks).flat_map(room);
         let grid = Grid::around(points, Bits::FINE);
         let grid = grid.map_err(|e| e.to_string())?;

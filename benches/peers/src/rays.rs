@@ -87,7 +87,7 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
                 normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
             let point = hit_point(ray, hit);
             let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
-            let light = scene.light.position;
+            let light = scene.light.origin(point);
             match kind {
                 Kind::Primary | Kind::Diffuse => {
                     // A point of the unit sphere on top of the normal.

@@ -85,7 +85,7 @@ fn kitchen() -> Result<Scene, String> {
     let mesh = model("kitchen.obj")?;
     let camera = Camera::new([3.0, 1.7, 2.0], [-0.6, 0.9, -1.2], Camera::UP, 60.0);
     let camera = camera.map_err(|e| e.to_string())?;
-    Ok(Scene { mesh, camera, light: Light { position: [0.6, 2.3, 0.3] }, texture: None })
+    Ok(Scene { mesh, camera, light: Light::Point { position: [0.6, 2.3, 0.3] }, texture: None })
 }
 
 /// A room of 36 triangles, open to the viewer: five walls, a lamp, two blocks.
@@ -123,7 +123,7 @@ fn cornell_box() -> Result<Scene, String> {
     }
     let camera = Camera::new([0.0, 0.0, 3.6], [0.0; 3], Camera::UP, 42.0);
     let camera = camera.map_err(|e| e.to_string())?;
-    Ok(Scene { mesh, camera, light: Light { position: [0.0, 0.9, 0.0] }, texture: None })
+    Ok(Scene { mesh, camera, light: Light::Point { position: [0.0, 0.9, 0.0] }, texture: None })
 }
 
 /// A sphere with bumps: each face of an octahedron in `n * n` triangles, `8 * n * n` in all. Faces side
@@ -179,7 +179,7 @@ fn terrain() -> Result<Scene, String> {
     let mesh = Mesh { positions: rows.concat(), triangles, ..Mesh::default() };
     let camera = Camera::new([0.7, 0.45, 0.95], [-0.1, 0.0, -0.1], Camera::UP, 50.0);
     let camera = camera.map_err(|e| e.to_string())?;
-    Ok(Scene { mesh, camera, light: Light { position: [-3.0, 2.5, 1.0] }, texture: None })
+    Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
 /// Noise of so many octaves, about -1 to 1, by `+ - *` alone: the same bits everywhere.

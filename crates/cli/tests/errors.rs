@@ -199,8 +199,8 @@ fn impossible_cameras() {
     for (arguments, word) in [
         ("--eye 1,1,1 --target 1,1,1", "same point"),
         ("--eye inf,0,0", "finite"),
-        ("--up 0,0,0", "up direction"),
-        ("--view 0,-1,0", "up direction"),
+        ("--up 0,0,0", "--up"),
+        ("--view 0,-1,0 --up 0,1,0", "--up"),
     ] {
         place.fails(&format!("render {arguments}"), 1, &["camera: ", word]);
     }

@@ -4,6 +4,7 @@
 mod common;
 
 use common::{MODEL, Place};
+use intertri_scene::Image;
 use serde_json::Value;
 
 fn report(place: &Place, arguments: &str) -> Value {
@@ -119,6 +120,23 @@ fn textures_come_from_files_and_from_the_document() {
     let picture = place.read("picture.png");
     place.put("half.png", &picture[..picture.len() / 2]);
     place.fails("render quad.obj --texture half.png", 1, &["half.png"]);
+}
+
+#[test]
+fn the_documents_pattern_can_be_seen() {
+    let place = Place::new();
+    let corners = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+    place.put("quad.obj", format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{corners}"));
+    let look = "--size 256x256 --shadows none --eye 0.5,0.5,1 --target 0.5,0.5,0";
+    place.ok(&format!("render quad.obj {look} --texture xor"));
+    let image = Image::read(&place.path("intertri.png")).unwrap();
+    // A row through the middle: its cells are wide enough to be seen, and differ enough.
+    let row = &image.pixels()[128 * 256..129 * 256];
+    let grey = |pixel: &[u8; 3]| i32::from(pixel[1]);
+    let (dark, bright) = (row.iter().map(grey).min().unwrap(), row.iter().map(grey).max().unwrap());
+    assert!(3 * dark < bright, "{dark} {bright}");
+    let steps = row.windows(2).filter(|w| (grey(&w[0]) - grey(&w[1])).abs() >= 5).count();
+    assert!((10..60).contains(&steps), "{steps}");
 }
 
 #[test]

@@ -71,6 +71,95 @@ fn the_summary_is_for_people() {
 }
 
 #[test]
+fn the_seconds_of_the_steps_are_those_of_the_whole() {
+    let place = Place::new();
+    for check in ["", "--check raster"] {
+        let report = place.ok(&format!("render --size 2048x2048 --json {check}"));
+        let report: Value = serde_json::from_slice(&report).unwrap();
+        let seconds = report["seconds"].as_object().unwrap();
+        let all = seconds["total"].as_f64().unwrap();
+        let steps: f64 = seconds.values().map(|x| x.as_f64().unwrap()).sum::<f64>() - all;
+        assert!(steps <= all && steps > 0.8 * all, "{report}");
+        assert_eq!(seconds["check"].as_f64().unwrap() > 0.0, !check.is_empty(), "{report}");
+    }
+}
+
+#[test]
+fn a_look_straight_down_or_up_has_another_up() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    for look in ["--view 0,1,0", "--view 0,-3,0", "--eye 0,9,6 --target 0,0,6"] {
+        for model in ["m.obj", ""] {
+            place.ok(&format!("render {model} --size 61x45 {look}"));
+        }
+    }
+    let text = String::from_utf8(place.ok("render m.obj --size 61x45 --view 0,1,0")).unwrap();
+    assert!(text.contains(" 0,0,-1 is up"), "{text}");
+    place.fails("render m.obj --view 0,1,0 --up 0,2,0", 1, &["--up", "along the line of sight"]);
+    place.fails("render m.obj --up 0,0,0", 1, &["--up", "zero"]);
+}
+
+#[test]
+fn what_is_up_is_said_and_can_be_turned() {
+    let place = Place::new();
+    // A spire with a roof to one side: y up, and z up.
+    let model = |up: fn([i32; 3]) -> [i32; 3]| {
+        let points = [[-1, 0, -1], [1, 0, -1], [1, 0, 2], [0, 5, 0]].map(up);
+        let lines = points.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
+        format!("{}f 1 2 4\nf 2 3 4\nf 3 1 4\n", lines.concat())
+    };
+    place.put("y.obj", model(|p| p)).put("z.obj", model(|[x, y, z]| [x, -z, y]));
+    let report = |arguments: &str| -> Value {
+        let text = place.ok(&format!("render --size 200x150 --json {arguments}"));
+        serde_json::from_slice(&text).unwrap()
+    };
+    let [y, z] = ["y.obj", "z.obj --up 0,0,1"].map(report);
+    assert_eq!(
+        (&y["up"], &z["up"]),
+        (&serde_json::json!([0., 1., 0.]), &serde_json::json!([0., 0., 1.]))
+    );
+    let hits = [&y, &z].map(|report| report["hits"].as_i64().unwrap());
+    assert!((hits[0] - hits[1]).abs() < 10 && hits[0] > 1000, "{hits:?}");
+    let text = String::from_utf8(place.ok("render z.obj --size 8x6")).unwrap();
+    assert!(text.contains(" 0,1,0 is up; for a model whose z is up, add --up 0,0,1"), "{text}");
+    let text = String::from_utf8(place.ok("render z.obj --size 8x6 --up 0,0,1")).unwrap();
+    assert!(!text.contains("is up"), "{text}");
+}
+
+#[test]
+fn a_model_as_small_as_the_threshold_is_told_of() {
+    let place = Place::new();
+    // A floor and a triangle over it, at a scale of 2^-36: some 1e-10.
+    let model = |scale: f64| {
+        let points = [
+            [-4., 0., -4.],
+            [-4., 0., 4.],
+            [4., 0., 4.],
+            [4., 0., -4.],
+            [-1., 1., -1.],
+            [1., 1., 0.],
+        ];
+        let lines = points.map(|p: [f64; 3]| {
+            let [x, y, z] = p.map(|x| x * scale);
+            format!("v {x:e} {y:e} {z:e}\n")
+        });
+        format!("{}f 1 2 3 4\nf 5 6 2\n", lines.concat())
+    };
+    place.put("usual.obj", model(1.0)).put("tiny.obj", model(2f64.powi(-36)));
+    place.ok("render usual.obj --size 61x45 -o usual.png");
+    // Small, but large enough.
+    place.put("small.obj", model(2f64.powi(-20))).ok("render small.obj --size 61x45");
+    let output = place.run("render tiny.obj --size 61x45 -o tiny.png");
+    common::one_line("tiny", &output, 0, &["hides", "triangles", "shadows", "--threshold 1e-"]);
+    assert!(place.read("tiny.png") != place.read("usual.png"));
+    // As told, nothing is lost.
+    let told = String::from_utf8(output.stderr).unwrap();
+    let told = told.trim_end().rsplit(' ').next().unwrap();
+    place.ok(&format!("render tiny.obj --size 61x45 -o tiny.png --threshold {told}"));
+    assert!(place.read("tiny.png") == place.read("usual.png"));
+}
+
+#[test]
 fn help_is_on_the_standard_output() {
     let place = Place::new();
     for arguments in ["--help", "render --help", "trace --help", "-h", "--version"] {

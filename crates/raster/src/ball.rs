@@ -78,7 +78,7 @@ impl<'a> Ball<'a> {
         let doubt = &products * size(&d) / abs(height) + products * size(&arm) / abs(offset);
         let far = match volume.light() {
             Light::Point { position, .. } => length(&sub(&centre, &point(position))),
-            Light::Directional { .. } => length(&centre),
+            Light::Directional { toward, .. } => length(&centre) + 2.0 * length(&point(toward)),
         };
         let depth = rounded(&depth);
         let rounding = 2f64.powi(-24) * far
@@ -163,7 +163,8 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point: at `1 / reach` of its distance from the light.
+    /// Where the volume begins behind a point: at `1 / reach` of its distance from the light, or
+    /// `1 - reach` of the way to it.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {
@@ -171,7 +172,9 @@ impl<'a> Ball<'a> {
                 let beyond = (Exact::from(1) - exact(reach)) / exact(reach);
                 add(&place, &scale(&self.far(corner), &beyond))
             }
-            Light::Directional { .. } => place,
+            Light::Directional { reach, .. } => {
+                add(&place, &scale(&self.far(corner), &(Exact::from(1) - exact(reach))))
+            }
         }
     }
 
@@ -181,7 +184,7 @@ impl<'a> Ball<'a> {
             Light::Point { position, .. } => {
                 sub(&point(self.volume.adjacency().points()[corner as usize]), &point(position))
             }
-            Light::Directional { toward } => point(toward).map(|x| -x),
+            Light::Directional { toward, .. } => point(toward).map(|x| -x),
         }
     }
 

@@ -29,7 +29,8 @@ use crate::volume::Volume;
 ///
 /// Where the masks differ, the shown point is taken with its ball of uncertainty: in radius, the way
 /// on the triangle's plane that [`View::tolerance`] pixels are, and 2^-24 of the distance to the
-/// light (of the distance to the origin, for a directional one). The difference is excused if a near
+/// light (of the distance to the origin and twice the way to the light, for a directional one: its
+/// shadow rays start at points that are rounded, too). The difference is excused if a near
 /// cap or a side of a volume, those of triangles edge-on to the light included, comes into the ball,
 /// or if the shown triangle's plane is edge-on to the eye within the tolerance. Where the reach of
 /// the light is 1, the shown triangle's own cap does not count, nor do the sides of one edge-on to it.
@@ -74,7 +75,8 @@ fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool 
     }
     let own = hit.triangle as usize;
     let Some(ball) = Ball::new(view, volume, own, x, y) else { return true };
-    let by_itself = matches!(volume.light(), Light::Point { reach, .. } if reach < 1.0);
+    let (Light::Point { reach, .. } | Light::Directional { reach, .. }) = volume.light();
+    let by_itself = reach < 1.0;
     let faces = volume.adjacency().faces().iter().enumerate();
     let mut caps = faces.filter(|&(face, _)| by_itself || face != own);
     let mut flat = caps.clone().filter(|&(face, _)| volume.cap(face).is_none());

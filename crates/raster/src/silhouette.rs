@@ -35,8 +35,11 @@ pub enum Light {
     },
     /// So far away that its rays are parallel.
     Directional {
-        /// The way to the light, of any length but 0.
+        /// The way to the light, of any length but 0. A shadow ray is as long.
         toward: [f32; 3],
+        /// Which part of that way, from its far end (`t = 0`) to the surface (`t = 1`), can hold a
+        /// blocker, as for a point. A triangle casts its shadow from `1 - reach` of it on.
+        reach: f64,
     },
 }
 
@@ -68,7 +71,7 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
             Light::Point { position, .. } => {
                 orient3d(coord(c1), coord(c2), coord(c3), coord(double(*position)))
             }
-            Light::Directional { toward } => {
+            Light::Directional { toward, .. } => {
                 let [h4, h5] = [c2, c3].map(|c| coord(crate::vector::sub(c, c1)));
                 orient3d(Coord3D { x: 0.0, y: 0.0, z: 0.0 }, h4, h5, coord(double(*toward)))
             }

@@ -45,23 +45,16 @@ impl<'a> Volume<'a> {
     /// If the light is not finite, has no direction, or a reach that is not above 0 and at most 1.
     pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
         let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
-        match light {
-            Light::Point { position, reach } => {
-                if !finite(position) {
-                    return Err(LightError::NotFinite);
-                }
-                if !(reach > 0.0 && reach <= 1.0) {
-                    return Err(LightError::Reach(reach));
-                }
-            }
-            Light::Directional { toward } => {
-                if !finite(toward) {
-                    return Err(LightError::NotFinite);
-                }
-                if toward == [0.0; 3] {
-                    return Err(LightError::Direction);
-                }
-            }
+        let (Light::Point { position: place, reach } | Light::Directional { toward: place, reach }) =
+            light;
+        if !finite(place) {
+            return Err(LightError::NotFinite);
+        }
+        if !(reach > 0.0 && reach <= 1.0) {
+            return Err(LightError::Reach(reach));
+        }
+        if matches!(light, Light::Directional { toward, .. } if toward == [0.0; 3]) {
+            return Err(LightError::Direction);
         }
 
         let facing = facing(adjacency, &light);
@@ -73,9 +66,10 @@ impl<'a> Volume<'a> {
                 .map(|p| (p, sub(p, double(position))))
                 .map(|(p, away)| (add(p, scale(away, (1.0 - reach) / reach)), away))
                 .unzip(),
-            Light::Directional { toward } => {
-                points.map(|p| (p, scale(double(toward), -1.0))).unzip()
-            }
+            Light::Directional { toward, reach } => points
+                .map(|p| (p, scale(double(toward), -1.0)))
+                .map(|(p, away)| (add(p, scale(away, 1.0 - reach)), away))
+                .unzip(),
         };
         Ok(Self { adjacency, light, facing, silhouette, near, far })
     }

@@ -25,7 +25,8 @@ fn check(name: &str, scene: &Scene) {
     let seen = differences(&view, &soup, &drawn, &traced);
 
     let adjacency = Adjacency::new(&soup);
-    let light = Light::Point { position: scene.light.position, reach: f64::from(Lamp::REACH) };
+    let position = scene.light.origin([0.0; 3]);
+    let light = Light::Point { position, reach: f64::from(Lamp::REACH) };
     let volume = Volume::new(&adjacency, light).unwrap();
     let counted = lit(&view, &traced, &volume);
     let shadow_rays: Vec<Ray> = rays

@@ -18,6 +18,10 @@ fn point(position: [f32; 3], reach: f64) -> Light {
     Light::Point { position, reach }
 }
 
+fn directional(toward: [f32; 3]) -> Light {
+    Light::Directional { toward, reach: 1.0 }
+}
+
 /// What a brute-force shadow ray says of every pixel. The shown triangle does not shadow itself.
 fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bool> {
     let width = view.width() as usize;
@@ -33,7 +37,13 @@ fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bo
                 let dir = std::array::from_fn(|k| (p[k] - f64::from(position[k])) as f32);
                 Ray::new(position, dir).between(0.0, reach as f32)
             }
-            Light::Directional { toward } => Ray::new(p.map(|x| x as f32), toward),
+            Light::Directional { toward, reach: 1.0 } => Ray::new(p.map(|x| x as f32), toward),
+            Light::Directional { toward, reach } => {
+                let origin: [f32; 3] =
+                    std::array::from_fn(|k| (p[k] + f64::from(toward[k])) as f32);
+                let dir = std::array::from_fn(|k| (p[k] - f64::from(origin[k])) as f32);
+                Ray::new(origin, dir).between(0.0, reach as f32)
+            }
         };
         let blockers = Double::default().all(soup, &ray);
         blockers.iter().all(|blocker| blocker.triangle == hit.triangle)
@@ -75,7 +85,9 @@ fn lights(camera: &Camera) -> Vec<Light> {
         lights.extend([point(position, REACH), point(position, 1.0)]);
     }
     for toward in [[0.3, 1.0, 0.2], [-1.0, 0.4, 0.0], [0.0, 1e-3, 1.0], [0.0, 0.0, -5.0]] {
-        lights.push(Light::Directional { toward });
+        // A way that leads out of the scene.
+        let long = toward.map(|x| 20.0 * x);
+        lights.extend([directional(toward), Light::Directional { toward: long, reach: REACH }]);
     }
     lights
 }
@@ -113,7 +125,7 @@ fn boxes_that_touch_and_stand_on_the_floor() {
     soup.extend(cuboid([-1.0, -1.0, -1.0], [0.0, 0.0, 0.0]));
     soup.extend(cuboid([0.0, -1.0, -1.0], [0.5, 0.7, 0.0]));
     soup.extend(cuboid([0.0, -1.0, 0.0], [0.7, -0.5, 0.9]));
-    all_lights(&camera(), &soup, 1000);
+    all_lights(&camera(), &soup, 1600);
 }
 
 #[test]
@@ -170,7 +182,7 @@ fn a_mesh_that_runs_through_itself() {
     soup.push(Triangle([[f32::NAN; 3], [1.0; 3], [2.0, 1.0, 0.0]]));
     soup.push(Triangle([[f32::INFINITY, 0.0, 0.0], [1.0; 3], [2.0, 1.0, 0.0]]));
     soup.extend(floor(-1.6, 3.0));
-    all_lights(&camera(), &soup, 100);
+    all_lights(&camera(), &soup, 150);
 }
 
 #[test]
@@ -233,7 +245,9 @@ fn a_light_along_a_face() {
     soup.extend(cuboid([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]));
     let camera = camera();
     for toward in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]] {
-        same_as_rays(&camera, &soup, Light::Directional { toward });
+        same_as_rays(&camera, &soup, directional(toward));
+        let long = toward.map(|x| 20.0 * x);
+        same_as_rays(&camera, &soup, Light::Directional { toward: long, reach: REACH });
     }
     for place in [[4.0, 0.5, 0.0], [0.5, 4.0, 0.5], [4.0, 0.5, 4.0], [4.0, -1.0, 1.0]] {
         same_as_rays(&camera, &soup, point(place, REACH));
@@ -253,7 +267,8 @@ fn one_sheet_throws_one_shadow_and_none_on_itself() {
     for (light, shadow) in [
         (point([0.0, 2.0, 0.0], 1.0), [-1.0, 1.0]),
         (point([0.0, 2.0, 0.0], REACH), [-1.0, 1.0]),
-        (Light::Directional { toward: [1.0, 1.0, 0.0] }, [-1.5, -0.5]),
+        (directional([1.0, 1.0, 0.0]), [-1.5, -0.5]),
+        (Light::Directional { toward: [9.0, 9.0, 0.0], reach: REACH }, [-1.5, -0.5]),
     ] {
         let volume = Volume::new(&adjacency, light).unwrap();
         let mask = lit(&view, &hits, &volume);
@@ -308,7 +323,7 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     }
     // Seen along a diagonal the outline has six edges, of the front and of the back: 2 each. They
     // make one closed way.
-    let looks = facing(&adjacency, &Light::Directional { toward: [1.0, 2.0, 3.0] });
+    let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),
         (6, 6)
@@ -324,7 +339,7 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     assert!(documents.iter().all(|edge| edge.count == 1));
     assert!(documents.iter().zip(&outline).all(|(d, o)| d.ends == o.ends));
     // From straight above, four faces are edge-on and cast nothing.
-    let looks = facing(&adjacency, &Light::Directional { toward: [0.0, 1.0, 0.0] });
+    let looks = facing(&adjacency, &directional([0.0, 1.0, 0.0]));
     assert_eq!(looks.iter().filter(|f| **f == 0).count(), 8);
 }
 
@@ -339,7 +354,7 @@ fn impossible_lights_are_errors() {
         assert_eq!(error(point([0.0; 3], reach)), Some(LightError::Reach(reach)));
     }
     assert!(error(point([0.0; 3], f64::NAN)).is_some());
-    assert_eq!(error(Light::Directional { toward: [0.0; 3] }), Some(LightError::Direction));
+    assert_eq!(error(directional([0.0; 3])), Some(LightError::Direction));
 }
 
 #[test]

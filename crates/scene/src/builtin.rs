@@ -87,8 +87,8 @@ fn built_in() -> Scene {
     Scene {
         mesh: shapes.mesh,
         camera: camera.expect("its numbers are constants, and a test draws with them"),
-        light: Light { position: [-5.5, 10.5, 8.0] },
-        texture: Some(Texture::Xor { texels: 8 }),
+        light: Light::Point { position: [-5.5, 10.5, 8.0] },
+        texture: Some(Texture::Xor { texels: 8, dark: 0.5 }),
     }
 }
 

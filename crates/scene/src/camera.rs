@@ -14,10 +14,14 @@
 
 use std::fmt;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use intertri::Ray;
 
 use crate::mesh::{double, single};
+
+/// The least sine between the view direction and up: below this the image's tilt would be decided by
+/// rounding.
+const LEVEL: f64 = 1e-6;
 
 /// A pinhole camera: the eye, its view direction and its field of view.
 ///
@@ -40,6 +44,28 @@ impl Camera {
     pub const VIEW: [f32; 3] = [0.55, 0.38, 1.0];
     /// What is up for [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
+
+    /// [`Camera::VIEW`] turned as [`Camera::UP`] must be to become `up`: the same picture of a model
+    /// that was turned that way.
+    pub fn view_for(up: [f32; 3]) -> [f32; 3] {
+        match double(up).try_normalize() {
+            Some(to) if up != Self::UP => {
+                single(DQuat::from_rotation_arc(double(Self::UP), to) * double(Self::VIEW))
+            }
+            _ => Self::VIEW,
+        }
+    }
+
+    /// What is up for a look from `view` where nobody said it: [`Camera::UP`] or, where that points
+    /// along the look, what is up on a map.
+    pub fn up_for(view: [f32; 3]) -> [f32; 3] {
+        let along = double(view).normalize_or_zero();
+        if along != DVec3::ZERO && along.cross(double(Self::UP)).length() < LEVEL {
+            [0.0, 0.0, -view[1].signum()]
+        } else {
+            Self::UP
+        }
+    }
 
     /// A camera at `eye` that has `target` in the middle of its image and `up` upward in it.
     ///
@@ -64,8 +90,7 @@ impl Camera {
         let forward = (double(target) - double(eye)).try_normalize().ok_or(CameraError::NoView)?;
         let up = double(up).try_normalize().ok_or(CameraError::Up)?;
         let right = forward.cross(up);
-        // Below this the image's tilt would be decided by rounding.
-        if right.length() < 1e-6 {
+        if right.length() < LEVEL {
             return Err(CameraError::Up);
         }
         let right = right.normalize();
@@ -295,6 +320,18 @@ mod tests {
                 assert!(reach > 0.9 && most < 1.0, "{points:?} {aspect}: {min:?} {max:?}");
             }
         }
+    }
+
+    #[test]
+    fn up_and_view_fit_each_other() {
+        assert_eq!(Camera::up_for([0.0, 5.0, 0.0]), [0.0, 0.0, -1.0]);
+        assert_eq!(Camera::up_for([1e-9, -1.0, 0.0]), [0.0, 0.0, 1.0]);
+        assert_eq!(Camera::up_for([0.1, 1.0, 0.0]), Camera::UP);
+        assert_eq!(Camera::view_for([0.0, 2.0, 0.0]), Camera::VIEW);
+        let [x, y, z] = Camera::view_for([0.0, 0.0, 1.0]);
+        let [right, up, back] = Camera::VIEW;
+        assert!((x - right).abs() < 1e-6 && (y + back).abs() < 1e-6 && (z - up).abs() < 1e-6);
+        assert_eq!(Camera::view_for([0.0; 3]), Camera::VIEW);
     }
 
     #[test]

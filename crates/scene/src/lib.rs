@@ -1,4 +1,4 @@
-//! What an image needs and no more: meshes and their files, a camera, a point light, shading,
+//! What an image needs and no more: meshes and their files, a camera, a light, shading,
 //! textures, and image files.
 //!
 //! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`],

@@ -1,4 +1,4 @@
-//! One point light and its shadow rays.
+//! One light, at a place or in a direction, and its shadow rays.
 
 use glam::DVec3;
 use intertri::{Hit, Ray};
@@ -6,11 +6,20 @@ use intertri::{Hit, Ray};
 use crate::camera::Camera;
 use crate::mesh::{Bounds, double, single};
 
-/// A point light: its shadows are hard.
+/// A light: its shadows are hard.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
-    /// Where it stands.
-    pub position: [f32; 3],
+pub enum Light {
+    /// At a place.
+    Point {
+        /// Where it stands.
+        position: [f32; 3],
+    },
+    /// So far away that its rays are parallel. [`Light::sun`] makes one.
+    Directional {
+        /// The way to the light. As long as this is a shadow ray, so it must lead out of the scene
+        /// from wherever a surface is.
+        toward: [f32; 3],
+    },
 }
 
 impl Light {
@@ -34,17 +43,48 @@ impl Light {
             let toward = up * 1.0 - right * 0.75 - forward * 0.8;
             bounds.center() + toward.normalize() * (bounds.radius() * 4.0)
         };
-        Self { position: single(position) }
+        Self::Point { position: single(position) }
+    }
+
+    /// A directional light for `bounds`; `toward`, of any length, is the direction to it. None if that
+    /// is zero or not finite, or the bounds are too large for f32.
+    pub fn sun(toward: [f32; 3], bounds: &Bounds) -> Option<Self> {
+        let direction = double(toward).try_normalize()?;
+        // Longer than any way through the bounds.
+        let toward = single(direction * (bounds.radius() * 2.02));
+        toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
+    }
+
+    /// Where the shadow ray of `point` starts.
+    pub fn origin(&self, point: [f64; 3]) -> [f32; 3] {
+        match *self {
+            Self::Point { position } => position,
+            Self::Directional { toward } => single(DVec3::from(point) + double(toward)),
+        }
     }
 
     /// The shadow ray of `point`, which is on a surface: any hit occludes the light.
     ///
-    /// It is reversed: it runs from the light to the point, which is `t = 1`, over the interval
-    /// `0 <= t <` [`Light::REACH`]. All shadow rays of an image share their origin, bit for bit, and
-    /// are as coherent as camera rays.
+    /// It is reversed: it runs from the light, or from far enough toward it, to the point, which is
+    /// `t = 1`, over the interval `0 <= t <` [`Light::REACH`]. All shadow rays of a point light share
+    /// their origin, bit for bit, and are as coherent as camera rays.
     pub fn shadow_ray(&self, point: [f64; 3]) -> Ray {
-        let dir = DVec3::from(point) - double(self.position);
-        Ray::new(self.position, single(dir)).between(0.0, Self::REACH)
+        Self::shadow_ray_from(self.origin(point), point)
+    }
+
+    /// The same from an origin that was moved, to a point of a grid for instance.
+    pub fn shadow_ray_from(origin: [f32; 3], point: [f64; 3]) -> Ray {
+        let dir = DVec3::from(point) - double(origin);
+        Ray::new(origin, single(dir)).between(0.0, Self::REACH)
+    }
+
+    /// The direction from a point to the light, of unit length.
+    pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
+        let toward = match *self {
+            Self::Point { position } => double(position) - point,
+            Self::Directional { toward } => double(toward),
+        };
+        toward.normalize_or_zero()
     }
 }
 
@@ -57,11 +97,15 @@ pub fn hit_point(ray: &Ray, hit: &Hit) -> [f64; 3] {
 mod tests {
     use super::*;
 
+    fn sun(toward: DVec3) -> Light {
+        Light::Directional { toward: single(toward) }
+    }
+
     #[test]
     fn shadow_rays_start_at_the_light_and_end_just_before_the_point() {
-        let light = Light { position: [1.0, 10.0, 2.0] };
+        let light = Light::Point { position: [1.0, 10.0, 2.0] };
         let ray = light.shadow_ray([1.5, 0.25, -3.0]);
-        assert_eq!(ray.origin, light.position);
+        assert_eq!(ray.origin, [1.0, 10.0, 2.0]);
         assert_eq!(ray.dir, [0.5, -9.75, -5.0]);
         assert_eq!((ray.t_min, ray.t_max), (0.0, Light::REACH));
     }
@@ -76,12 +120,14 @@ mod tests {
             let distance = 1.07_f64.powi((i % 200) as i32 - 100);
             let toward = DVec3::new(angle.cos(), 0.3 + (angle * 0.37).sin(), angle.sin());
             let point = DVec3::new(0.1, -0.7, 0.3) * distance;
-            let light = Light { position: single(point + toward * distance * 3.0) };
+            let light = single(point + toward * distance * 3.0);
+            let light =
+                [Light::Point { position: light }, sun(toward * distance * 3.0)][i as usize % 2];
             let ray = light.shadow_ray(point.to_array());
 
             let toward = toward.normalize();
             let tilt = toward.any_orthonormal_vector();
-            let normal = toward * 1e-3 + if i % 2 == 0 { tilt } else { -tilt };
+            let normal = toward * 1e-3 + if i % 4 < 2 { tilt } else { -tilt };
             let dir = double(ray.dir);
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
@@ -97,7 +143,7 @@ mod tests {
     fn the_light_stands_above_and_on_the_side_of_the_camera() {
         let bounds = Bounds { min: [-1.0; 3], max: [1.0; 3] };
         let camera = Camera::framing([bounds.min, bounds.max], 1.0).unwrap();
-        let light = double(Light::over_the_shoulder(&bounds, &camera).position);
+        let light = double(Light::over_the_shoulder(&bounds, &camera).origin([0.0; 3]));
         assert!(light.y > 1.0);
         assert!(light.dot(double(camera.eye())) > 0.0);
     }
@@ -106,7 +152,21 @@ mod tests {
     fn in_a_room_the_light_is_in_the_room() {
         let room = Bounds { min: [-3.0, 0.0, -4.0], max: [3.0, 2.5, 4.0] };
         let camera = Camera::new([0.0, 1.6, 3.0], [0.0, 1.0, 0.0], Camera::UP, 60.0).unwrap();
-        assert!(room.contains(Light::over_the_shoulder(&room, &camera).position));
+        assert!(room.contains(Light::over_the_shoulder(&room, &camera).origin([0.0; 3])));
+    }
+
+    #[test]
+    fn the_sun_s_rays_are_parallel_and_start_outside() {
+        let bounds = Bounds { min: [-1.0, 0.0, 2.0], max: [3.0, 5.0, 4.0] };
+        let light = Light::sun([0.0, 1e-30, 0.0], &bounds).unwrap();
+        for point in [[-1.0, 0.0, 2.0], [3.0, 5.0, 4.0], [0.5, 1.0, 3.0]] {
+            let ray = light.shadow_ray(point);
+            assert!(ray.origin[1] > 5.0 && ray.dir[0] == 0.0 && ray.dir[2] == 0.0, "{ray:?}");
+            assert_eq!((ray.t_min, ray.t_max), (0.0, Light::REACH));
+            assert_eq!(light.direction(DVec3::from(point)), DVec3::Y);
+        }
+        assert_eq!(Light::sun([0.0; 3], &bounds), None);
+        assert_eq!(Light::sun([f32::NAN, 0.0, 1.0], &bounds), None);
     }
 
     #[test]

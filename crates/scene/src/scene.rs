@@ -2,7 +2,7 @@
 
 use crate::camera::{Camera, CameraError};
 use crate::light::Light;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, double};
 use crate::texture::Texture;
 
 /// All that an image is rendered from.
@@ -28,6 +28,17 @@ impl Scene {
     pub fn of(mesh: Mesh, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))
+    }
+
+    /// Points around all places from where rays start: the eye and the light or, where that has no
+    /// place, the box in which its shadow rays start.
+    pub fn ray_origins(&self) -> Vec<[f32; 3]> {
+        let bounds = self.mesh.bounds_or_point();
+        // With room for points that are a rounding out of the box.
+        let beyond = |corner| bounds.center() + (double(corner) - bounds.center()) * 1.01;
+        let corners = [bounds.min, bounds.max].map(|corner| beyond(corner).to_array());
+        let light = corners.map(|corner| self.light.origin(corner));
+        [vec![self.camera.eye()], light.to_vec()].concat()
     }
 
     /// A mesh as `camera` sees it, lit by [`Light::over_the_shoulder`].

@@ -1,13 +1,13 @@
 //! Shading: an image from a visibility buffer and a shadow mask.
 
 use glam::{DVec3, Vec3};
-use intertri::{Hit, Ray};
+use intertri::Hit;
+use rayon::prelude::*;
 
 use crate::image::{Image, ImageError};
-use crate::light::hit_point;
-use crate::mesh::{Mesh, double};
+use crate::mesh::{Mesh, Part, double};
 use crate::scene::Scene;
-use crate::srgb;
+use crate::srgb::Srgb;
 use crate::texture::place;
 
 /// The ambient light from below and from above.
@@ -21,7 +21,7 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// index tells whether the light reaches that point. It is all `true` for an image without shadows,
 /// and is not read where the ray missed.
 ///
-/// Surfaces are Lambertian: they reflect in proportion to the cosine between normal and light. The
+/// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in proportion to the cosine between normal and light. The
 /// normal is the geometric one, faced toward the camera: both sides look alike, and no mesh is
 /// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
@@ -41,53 +41,84 @@ pub fn shade(
     assert_eq!(hits.len(), image.pixels().len(), "one hit per pixel");
     assert_eq!(lit.len(), image.pixels().len(), "one shadow bit per pixel");
 
-    for (i, pixel) in image.pixels_mut().iter_mut().enumerate() {
-        let (x, y) = (i as u32 % width, i as u32 / width);
-        *pixel = srgb::encode(if hits[i].is_hit() {
-            radiance(scene, &scene.camera.ray(x, y, width, height), &hits[i], lit[i])
-        } else {
-            BACKGROUND[0].lerp(BACKGROUND[1], (y as f32 + 0.5) / height as f32)
-        });
-    }
+    let srgb = Srgb::get();
+    let columns = width as usize;
+    let rows = image.pixels_mut().par_chunks_mut(columns).zip(hits.par_chunks(columns));
+    rows.zip(lit.par_chunks(columns)).enumerate().for_each(|(y, ((pixels, hits), lit))| {
+        let down = (y as f32 + 0.5) / height as f32;
+        let background = srgb.encode(BACKGROUND[0].lerp(BACKGROUND[1], down));
+        let mut last = None;
+        for ((pixel, hit), &lit) in pixels.iter_mut().zip(hits).zip(lit) {
+            *pixel = if hit.is_hit() {
+                srgb.encode(Face::at(scene, hit, &mut last).radiance(scene, hit, lit))
+            } else {
+                background
+            };
+        }
+    });
     Ok(image)
 }
 
-/// The radiance, linear, that the hit of `ray` reflects toward its origin.
-fn radiance(scene: &Scene, ray: &Ray, hit: &Hit, lit: bool) -> Vec3 {
-    let triangle = hit.triangle as usize;
-    let normal = facing_normal(&scene.mesh, triangle, ray);
-    let to_light = double(scene.light.position) - DVec3::from(hit_point(ray, hit));
-
-    // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
-    let lambert = normal.dot(to_light.normalize_or_zero()).max(0.0) as f32;
-    let direct = if lit { lambert } else { 0.0 };
-    let above = (normal.y as f32).mul_add(0.5, 0.5);
-    let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
-    albedo(scene, triangle, hit) * (ambient + direct)
+/// What all hits of a triangle share. Neighbouring pixels mostly show one triangle.
+struct Face<'a> {
+    triangle: u32,
+    /// The first corner, and the ways from there to the other two.
+    corner: DVec3,
+    sides: [DVec3; 2],
+    /// Of unit length, on the side of the eye.
+    normal: DVec3,
+    ambient: f32,
+    part: Option<&'a Part>,
 }
 
-/// The albedo at a hit: the part's tint times the texture. In a mesh without parts it is the texture
-/// alone, or clay.
-fn albedo(scene: &Scene, triangle: usize, hit: &Hit) -> Vec3 {
-    let Scene { mesh, texture, .. } = scene;
-    let part = mesh.part(triangle);
-    let covered = part.is_none_or(|part| part.textured);
-    let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
-    let texture = texture.map(|(texture, uvs)| texture.color(place(&uvs[triangle], hit.u, hit.v)));
-    match (part, texture) {
-        (None, None) => Vec3::from(Mesh::CLAY),
-        (None, Some(texture)) => texture,
-        (Some(part), texture) => Vec3::from(part.tint) * texture.unwrap_or(Vec3::ONE),
+impl<'a> Face<'a> {
+    /// The face of a hit: the last one, where it is the same.
+    fn at<'b>(scene: &'a Scene, hit: &Hit, last: &'b mut Option<Self>) -> &'b Self {
+        if last.as_ref().is_none_or(|face| face.triangle != hit.triangle) {
+            *last = Some(Self::new(scene, hit.triangle));
+        }
+        last.as_ref().expect("it was just put there")
     }
-}
 
-/// The geometric normal, of unit length, on the side that the ray comes from. In f64, with the edges
-/// normalized first, so that it neither underflows nor overflows.
-fn facing_normal(mesh: &Mesh, triangle: usize, ray: &Ray) -> DVec3 {
-    let [a, b, c] = mesh.corners(triangle).map(double);
-    let edges = (b - a).normalize_or_zero().cross((c - a).normalize_or_zero());
-    let normal = edges.normalize_or_zero();
-    if normal.dot(double(ray.dir)) > 0.0 { -normal } else { normal }
+    fn new(scene: &'a Scene, triangle: u32) -> Self {
+        let [a, b, c] = scene.mesh.corners(triangle as usize).map(double);
+        let sides = [b - a, c - a];
+        // The sides are normalized first, so that the normal neither underflows nor overflows.
+        let [p, q] = sides.map(DVec3::normalize_or_zero);
+        let normal = p.cross(q).normalize_or_zero();
+        let away = normal.dot(a - double(scene.camera.eye())) > 0.0;
+        let normal = if away { -normal } else { normal };
+        let above = (normal.y as f32).mul_add(0.5, 0.5);
+        let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
+        let part = scene.mesh.part(triangle as usize);
+        Self { triangle, corner: a, sides, normal, ambient, part }
+    }
+
+    /// The radiance, linear, that a hit reflects toward the eye.
+    fn radiance(&self, scene: &Scene, hit: &Hit, lit: bool) -> Vec3 {
+        // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
+        let direct = if lit {
+            let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
+            self.normal.dot(scene.light.direction(point)).max(0.0) as f32
+        } else {
+            0.0
+        };
+        self.albedo(scene, hit) * (self.ambient + direct)
+    }
+
+    /// The albedo at a hit: the part's tint times the texture. In a mesh without parts it is the
+    /// texture alone, or clay.
+    fn albedo(&self, Scene { mesh, texture, .. }: &Scene, hit: &Hit) -> Vec3 {
+        let covered = self.part.is_none_or(|part| part.textured);
+        let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
+        let texture = texture
+            .map(|(texture, uvs)| texture.color(place(&uvs[self.triangle as usize], hit.u, hit.v)));
+        match (self.part, texture) {
+            (None, None) => Vec3::from(Mesh::CLAY),
+            (None, Some(texture)) => texture,
+            (Some(part), texture) => Vec3::from(part.tint) * texture.unwrap_or(Vec3::ONE),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -95,7 +126,6 @@ mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::light::Light;
-    use crate::mesh::Part;
     use crate::texture::Texture;
 
     /// A floor seen from above, the light above it or below it.
@@ -106,14 +136,23 @@ mod tests {
             ..Mesh::default()
         };
         let camera = Camera::new([0.0, 5.0, 0.0], [0.0; 3], [0.0, 0.0, -1.0], 40.0).unwrap();
-        Scene { mesh, camera, light: Light { position: [0.0, light_height, 0.0] }, texture: None }
+        Scene {
+            mesh,
+            camera,
+            light: Light::Point { position: [0.0, light_height, 0.0] },
+            texture: None,
+        }
+    }
+
+    fn encode(linear: Vec3) -> [u8; 3] {
+        Srgb::get().encode(linear)
     }
 
     fn look(scene: &Scene, hit: Hit, lit: bool) -> [u8; 3] {
         shade(scene, 1, 1, &[hit], &[lit]).unwrap().pixels()[0]
     }
 
-    const HIT: Hit = Hit { t: 5.0, u: 0.3, v: 0.3, triangle: 0, geometry: 0 };
+    const HIT: Hit = Hit { t: 5.0, u: 0.25, v: 0.5, triangle: 0, geometry: 0 };
 
     #[test]
     fn light_above_lights_and_shadow_or_light_below_leaves_the_ambient() {
@@ -123,8 +162,8 @@ mod tests {
         assert!(bright[0] > shadow[0] && shadow[0] > 0, "{bright:?} {shadow:?}");
         assert_eq!(shadow, below);
         let clay = Vec3::from(Mesh::CLAY);
-        assert_eq!(bright, srgb::encode(clay * (AMBIENT[1] + 1.0)));
-        assert_eq!(shadow, srgb::encode(clay * AMBIENT[1]));
+        assert_eq!(bright, encode(clay * (AMBIENT[1] + 1.0)));
+        assert_eq!(shadow, encode(clay * AMBIENT[1]));
     }
 
     #[test]
@@ -153,15 +192,15 @@ mod tests {
         // The whole triangle has one place, then u leads to the other.
         scene.mesh.corner_uvs = Some(vec![[[0.25, 0.5]; 3]]);
         let white = look(&scene, HIT, false);
-        assert_eq!(white, srgb::encode(Vec3::splat(AMBIENT[1])));
-        scene.mesh.corner_uvs = Some(vec![[[0.0, 0.5], [2.5, 0.5], [0.0, 0.5]]]);
-        let red = srgb::encode(Vec3::new(AMBIENT[1], 0.0, 0.0));
+        assert_eq!(white, encode(Vec3::splat(AMBIENT[1])));
+        scene.mesh.corner_uvs = Some(vec![[[0.0, 0.5], [3.0, 0.5], [0.0, 0.5]]]);
+        let red = encode(Vec3::new(AMBIENT[1], 0.0, 0.0));
         assert_eq!(look(&scene, HIT, false), red);
-        assert_eq!(look(&scene, Hit { u: 0.1, ..HIT }, false), white);
+        assert_eq!(look(&scene, Hit { u: 1.0 / 12.0, ..HIT }, false), white);
         // A part with a tint, with and without it.
         scene.mesh.parts = vec![Part { first: 0, tint: [0.5; 3], textured: true }];
-        assert_eq!(look(&scene, HIT, false), srgb::encode(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
+        assert_eq!(look(&scene, HIT, false), encode(Vec3::new(AMBIENT[1] * 0.5, 0.0, 0.0)));
         scene.mesh.parts[0].textured = false;
-        assert_eq!(look(&scene, HIT, false), srgb::encode(Vec3::splat(AMBIENT[1] * 0.5)));
+        assert_eq!(look(&scene, HIT, false), encode(Vec3::splat(AMBIENT[1] * 0.5)));
     }
 }

@@ -15,17 +15,19 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::image::{Image, ImageError};
-use crate::srgb;
+use crate::srgb::Srgb;
 
 /// What covers a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
     /// The document's pattern: the exclusive or of the numbers of a texel's column and row, modulo
-    /// `texels`, the number of columns and of rows. Zero reflects [`Texture::DARK`] of the light, and
-    /// the largest number all of it.
+    /// `texels`, the number of columns and of rows. Zero reflects `dark` of the light, and the largest
+    /// number all of it.
     Xor {
         /// How many texels a side, a power of two.
         texels: u32,
+        /// What the lowest number reflects.
+        dark: f32,
     },
     /// An image, with bilinear filtering.
     Image(Image),
@@ -46,8 +48,9 @@ pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
 }
 
 impl Texture {
-    /// What the lowest number of the XOR pattern reflects.
-    pub const DARK: f32 = 0.5;
+    /// The XOR pattern to lay over a whole model: few texels and a wide range of light, so that it is
+    /// seen for what it is at any size of a picture, and under any shading.
+    pub const XOR: Self = Self::Xor { texels: 32, dark: 0.04 };
 
     /// A PNG or JPEG file.
     ///
@@ -61,13 +64,19 @@ impl Texture {
     /// give the color of some texel.
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
-            Self::Xor { texels } => {
-                let number = |x: f64| (x * f64::from(*texels)).floor() as i64;
+            Self::Xor { texels, dark } => {
+                // Rounded down, without a call of the C library's.
+                let number = |x: f64| {
+                    let x = x * f64::from(*texels);
+                    let toward_zero = x as i64;
+                    toward_zero.saturating_sub(i64::from(toward_zero as f64 > x))
+                };
                 let most = i64::from(*texels) - 1;
                 let level = ((number(s) ^ number(t)) & most) as f32 / most.max(1) as f32;
-                Vec3::splat(Self::DARK + (1.0 - Self::DARK) * level)
+                Vec3::splat(dark + (1.0 - dark) * level)
             }
             Self::Image(image) => {
+                let srgb = Srgb::get();
                 // Pixel centers are at whole numbers here, and rows count downward.
                 let size = [image.width(), image.height()];
                 let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
@@ -76,7 +85,7 @@ impl Texture {
                     let wrap = |x: f64, side: u32| (x.floor() as i64).rem_euclid(i64::from(side));
                     let (x, y) = (wrap(x + dx, size[0]), wrap(y + dy, size[1]));
                     let [r, g, b] = image.pixels()[y as usize * size[0] as usize + x as usize];
-                    Vec3::from([r, g, b].map(srgb::decode))
+                    Vec3::from([r, g, b].map(|x| srgb.decode(x)))
                 };
                 let (right, down) = ((x - x.floor()) as f32, (y - y.floor()) as f32);
                 let above = pixel(0.0, 0.0).lerp(pixel(1.0, 0.0), right);
@@ -94,14 +103,14 @@ mod tests {
     fn the_xor_pattern_is_the_document_s() {
         // Between the corners of the document's triangle, 255 texels long; its color is 256 times
         // the number.
-        let texture = Texture::Xor { texels: 256 };
+        let texture = Texture::Xor { texels: 256, dark: 0.5 };
         for (x, y) in [(0, 0), (1, 0), (3, 5), (255, 255), (255, 0), (170, 85), (128, 127)] {
             let color = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
             let level = f64::from(x ^ y) as f32 / 255.0;
-            assert_eq!(color, Vec3::splat(Texture::DARK + (1.0 - Texture::DARK) * level));
+            assert_eq!(color, Vec3::splat(0.5 + 0.5 * level));
         }
         // It repeats, also below zero, where the document's rounding toward zero does not.
-        let coarse = Texture::Xor { texels: 8 };
+        let coarse = Texture::Xor { texels: 8, dark: 0.5 };
         assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
         assert!(coarse.color([0.3, 0.9]) != coarse.color([0.5, 0.9]));
     }
@@ -126,7 +135,9 @@ mod tests {
     #[test]
     fn no_place_is_too_far() {
         let image = Texture::Image(Image::new(3, 5).unwrap());
-        for texture in [Texture::Xor { texels: 256 }, Texture::Xor { texels: 1 }, image] {
+        for texture in
+            [Texture::Xor { texels: 256, dark: 0.5 }, Texture::Xor { texels: 1, dark: 0.5 }, image]
+        {
             for far in [f64::NAN, f64::INFINITY, -1e300, 1e300, f64::MIN_POSITIVE, -0.0] {
                 assert!(texture.color([far, 0.5]).is_finite() || far.is_infinite() || far.is_nan());
                 texture.color([0.5, far]);

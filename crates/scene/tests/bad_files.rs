@@ -40,7 +40,7 @@ fn what_is_no_file() {
         let error = load(Path::new("/dev/zero")).unwrap_err().to_string();
         assert_eq!(
             error,
-            "/dev/zero: is not a regular file; give a model file (.obj, .ply or .stl)"
+            "/dev/zero: is not a regular file; give a model file (.obj, .ply, .stl, .gltf or .glb)"
         );
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use intertri_scene::{Mesh, load};
+use intertri_scene::{Mesh, load, read};
 use tempfile::TempDir;
 
 /// Loads a file of that name and content.
@@ -123,6 +123,25 @@ fn ply_binary_of_both_byte_orders_and_other_types() {
     }
     check_square(&mesh("a.ply", little));
     check_square(&mesh("a.ply", big));
+}
+
+#[test]
+fn ply_strips_are_wound_alike_and_end_at_minus_one() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n\
+                property float z\nproperty float u\nproperty float v\nelement tristrips 2\n\
+                property list int int vertex_indices\nend_header\n\
+                0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n1 1 0 1 1\n2 1 0 2 1\n\
+                8 0 1 2 3 -1 1 4 3\n6 -1 0 1 1 3 -1\n";
+    let mesh = mesh("a.ply", text);
+    // What names a vertex twice is left out.
+    assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [1, 4, 3]]);
+    let uvs = mesh.corner_uvs.unwrap();
+    assert_eq!(uvs[1], [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
+    let bad = |from: &str, to: &str| read("a.ply".as_ref(), text.replace(from, to).as_bytes());
+    let error = bad("1 4 3", "1 -2 3").unwrap_err().to_string();
+    assert!(error.starts_with("a.ply:17: a strip has an index that is negative"), "{error}");
+    let error = bad("1 4 3", "1 5 3").unwrap_err().to_string();
+    assert!(error.starts_with("a.ply:17: a face names vertex 5, but there are 5"), "{error}");
 }
 
 /// A binary STL of some triangles whose free text begins as told.

@@ -220,7 +220,7 @@ pub fn shadows(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let soup = input.triangles(10);
     let light = match input.below(3) {
-        0 => Light::Directional { toward: input.point() },
+        0 => Light::Directional { toward: input.point(), reach: 1.0 },
         1 => Light::Point { position: input.point(), reach: 1.0 },
         _ => Light::Point { position: input.point(), reach: 0.9999 },
     };
@@ -286,7 +286,7 @@ fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> 
             let dir: [f32; 3] = from_fn(|k| (p[k] - f64::from(position[k])) as f32);
             Ray::new(position, dir).between(0.0, reach as f32)
         }
-        Light::Directional { toward } => Ray::new(p.map(|x| x as f32), toward),
+        Light::Directional { toward, .. } => Ray::new(p.map(|x| x as f32), toward),
     };
     let blockers = Double::default().all(soup, &ray);
     blockers.iter().all(|blocker| blocker.triangle == hit.triangle)

@@ -40,7 +40,7 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 /// without any rounding or snapping. Plain f32, which no engine offers, is told for comparison.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY or STL file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// How many pixels may be wrong: a number, or a share such as 0.1%

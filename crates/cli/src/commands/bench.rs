@@ -35,7 +35,7 @@ const REFERENCE_TESTS: usize = 20_000_000;
 /// all triangles, gets fewer rays. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY or STL file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// Pixels in a row, and rows

@@ -26,7 +26,7 @@ use crate::report::print::print;
 /// Writes a chart (SVG and PNG), its numbers (CSV), and all on one page (HTML). Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY or STL file for the camera and secondary rays [default: a sphere and a torus]
+    /// An OBJ, PLY, STL or glTF file for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
     /// Where the random numbers start: the same seed gives the same counts

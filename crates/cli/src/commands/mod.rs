@@ -4,6 +4,7 @@ pub(crate) mod advise;
 pub(crate) mod bench;
 pub(crate) mod chart;
 pub(crate) mod crossover;
+mod notes;
 mod options;
 pub(crate) mod render;
 pub(crate) mod stress;

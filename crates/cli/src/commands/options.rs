@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use intertri::fixed::Bits;
-use intertri_scene::{Camera, CameraError, Mesh, RaysFormat, Scene};
+use intertri_scene::{Camera, CameraError, Light, Mesh, RaysFormat, Scene};
 
+use crate::error::{Error, Result};
 use crate::io::numbers;
 
 /// The camera. Without any of these, a model is framed as a whole and the built-in scene is seen by
@@ -22,11 +23,13 @@ pub(crate) struct CameraOptions {
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, requires = "eye")]
     target: Option<[f32; 3]>,
 
-    /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1]
+    /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
+    /// with --up]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, conflicts_with = "eye")]
     view: Option<[f32; 3]>,
 
-    /// What is up [default: 0,1,0]
+    /// What is up; 0,0,1 for a model whose z is [default: 0,1,0 or, for a look straight along that,
+    /// 0,0,-1 from above and 0,0,1 from below]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
 
@@ -37,7 +40,7 @@ pub(crate) struct CameraOptions {
 
 impl CameraOptions {
     /// The scene to draw: `model`, or the built-in scene.
-    pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene, CameraError> {
+    pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene> {
         if let Some(mesh) = model {
             let camera = self.camera(&mesh, aspect)?;
             return Ok(Scene::seen_by(mesh, camera));
@@ -51,37 +54,100 @@ impl CameraOptions {
         Ok(scene)
     }
 
-    fn camera(&self, mesh: &Mesh, aspect: f64) -> Result<Camera, CameraError> {
-        let up = self.up.unwrap_or(Camera::UP);
+    fn camera(&self, mesh: &Mesh, aspect: f64) -> Result<Camera> {
         let fov = self.fov.unwrap_or(Camera::FOV);
-        let Some(eye) = self.eye else {
-            let view = self.view.unwrap_or(Camera::VIEW);
-            return Camera::framing_from(mesh.points(), view, up, fov, aspect);
+        let camera = if let Some(eye) = self.eye {
+            let middle = mesh.bounds().map_or([0.0; 3], |bounds| {
+                // Halved before they are added, so that the largest f32 do not overflow.
+                [0, 1, 2].map(|axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5)
+            });
+            let target = self.target.unwrap_or(middle);
+            let view = [0, 1, 2].map(|axis| eye[axis] - target[axis]);
+            let up = self.up.unwrap_or_else(|| Camera::up_for(view));
+            Camera::new(eye, target, up, fov)
+        } else {
+            let view = self.view.unwrap_or_else(|| Camera::view_for(self.up.unwrap_or(Camera::UP)));
+            let up = self.up.unwrap_or_else(|| Camera::up_for(view));
+            Camera::framing_from(mesh.points(), view, up, fov, aspect)
         };
-        let middle = mesh.bounds().map_or([0.0; 3], |bounds| {
-            // Halved before they are added, so that the largest f32 do not overflow.
-            [0, 1, 2].map(|axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5)
-        });
-        Camera::new(eye, self.target.unwrap_or(middle), up, fov)
+        camera.map_err(|error| match error {
+            CameraError::Up => Error::new(
+                "camera: --up is zero or along the line of sight; give another direction",
+            ),
+            error => error.into(),
+        })
+    }
+
+    /// What is up for a camera that was made by these, and whether that was asked for.
+    pub(crate) fn up(&self, camera: &Camera) -> ([f32; 3], bool) {
+        let [_, _, forward] = camera.axes();
+        let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
+        (up, self.up.is_some())
     }
 }
 
 /// A field of view in degrees.
-fn fov(text: &str) -> Result<f64, String> {
+fn fov(text: &str) -> std::result::Result<f64, String> {
     match text.parse() {
         Ok(fov) if 0.0 < fov && fov < 180.0 => Ok(fov),
         _ => Err("give a number of degrees between 0 and 180".to_owned()),
     }
 }
 
+/// The light. Without any of these, it stands over the camera's left shoulder or, in the built-in
+/// scene, at its own place.
+#[derive(Args)]
+#[command(next_help_heading = "Light")]
+pub(crate) struct LightOptions {
+    /// Where the light stands [default: over the camera's left shoulder]
+    #[arg(long, value_name = "X,Y,Z", value_parser = finite, allow_hyphen_values = true, conflicts_with = "sun")]
+    light: Option<[f32; 3]>,
+
+    /// The direction toward the light, which is so far away that its rays are parallel
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
+    sun: Option<[f32; 3]>,
+}
+
+impl LightOptions {
+    /// Puts the light of a scene where it was asked for.
+    pub(crate) fn shine_on(&self, scene: &mut Scene) -> Result<()> {
+        if let Some(position) = self.light {
+            scene.light = Light::Point { position };
+        }
+        if let Some(toward) = self.sun {
+            let bounds = scene.mesh.bounds();
+            let sun = bounds.and_then(|bounds| Light::sun(toward, &bounds));
+            scene.light =
+                sun.ok_or_else(|| Error::new("--sun: the model is too large; scale it down"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Three finite numbers.
+fn finite(text: &str) -> std::result::Result<[f32; 3], String> {
+    let numbers = numbers::point(text)?;
+    if numbers.iter().all(|x| x.is_finite()) {
+        Ok(numbers)
+    } else {
+        Err("give finite numbers".into())
+    }
+}
+
+/// Three finite numbers that are not all zero.
+fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
+    let numbers = finite(text)?;
+    if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
+}
+
 /// The bits of a coordinate on the grid of engine `fixed`.
-pub(crate) fn grid_bits(text: &str) -> Result<Bits, String> {
+pub(crate) fn grid_bits(text: &str) -> std::result::Result<Bits, String> {
     let number = text.parse().map_err(|_| "give a whole number from 1 to 20".to_owned())?;
     Bits::of_grid(number).map_err(|error| error.to_string())
 }
 
 /// Two opposite corners of a box.
-pub(crate) fn grid_bounds(text: &str) -> Result<[[f32; 3]; 2], String> {
+pub(crate) fn grid_bounds(text: &str) -> std::result::Result<[[f32; 3]; 2], String> {
     let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     let numbers = numbers.and_then(|numbers| <[f32; 6]>::try_from(numbers).ok());
     let [a, b, c, d, e, f] = numbers

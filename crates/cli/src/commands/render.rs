@@ -1,13 +1,15 @@
 //! `intertri render`: a model, or the built-in scene, as a picture.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
-use intertri::Threshold;
 use intertri::fixed::Bits;
+use intertri::{Threshold, Triangle};
 use intertri_scene::{Image, Scene, Texture, check_output, load, shade};
 
-use crate::commands::options::{CameraOptions, grid_bits};
+use crate::commands::notes;
+use crate::commands::options::{CameraOptions, LightOptions, grid_bits};
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
 use crate::engine::name::EngineName;
@@ -18,13 +20,13 @@ use crate::io::numbers;
 use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
 use crate::report::check::Difference;
-use crate::report::print::print;
+use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 
 /// Draw a model, or the built-in scene, to a PNG file
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY or STL file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// Where the picture goes
@@ -68,8 +70,9 @@ pub(crate) struct Options {
     check: Option<EngineName>,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
-    threshold: Threshold,
+    /// [default: 1e-9]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
+    threshold: Option<Threshold>,
 
     /// Print a report for programs, as JSON
     #[arg(long)]
@@ -77,34 +80,42 @@ pub(crate) struct Options {
 
     #[command(flatten)]
     camera: CameraOptions,
+
+    #[command(flatten)]
+    light: LightOptions,
 }
 
 /// Draws the picture, and checks it if asked.
 pub(crate) fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
     check_output(&options.output)?;
     let read: Vec<&Path> =
         [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
     refuse_same_file(Some(&options.output), &read)?;
     let mut seconds = RenderSeconds::default();
-    let scene = timed(&mut seconds.load, || load_scene(options))?;
-    let triangles = triangles(&scene.mesh)?;
+    let (scene, triangles) = timed(&mut seconds.load, || -> Result<_> {
+        let scene = load_scene(options)?;
+        let triangles = triangles(&scene.mesh)?;
+        Ok((scene, triangles))
+    })?;
 
     // What is seen, and what is lit.
     refuse_unused_grid(options)?;
-    let raster = Raster::new(&scene, &triangles, options.size, options.threshold);
-    let origins = vec![scene.camera.eye(), scene.light.position];
-    let mut engines = Engines::new(&triangles, options.threshold)
-        .on_grid(options.grid.unwrap_or(Bits::FINE), origins);
+    let threshold = options.threshold.unwrap_or(Threshold::DEFAULT);
+    tell_of(options, &scene, &triangles);
+    let raster = Raster::new(&scene, &triangles, options.size, threshold);
+    let mut engines = Engines::new(&triangles, threshold)
+        .on_grid(options.grid.unwrap_or(Bits::FINE), scene.ray_origins());
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
-    seconds.build = engines.seconds;
     (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
 
     // The picture.
     let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
     timed(&mut seconds.write, || image.write_png(&options.output))?;
 
-    // The second engine.
-    let check = options.check.map(|name| -> Result<CheckReport> {
+    // The second engine. Its hierarchy may have to be built, too.
+    let built = engines.seconds;
+    let mut check = |name| -> Result<CheckReport> {
         let shadows = check_shadows(options.shadows, name);
         let other = Frame::draw(&scene, &raster, &mut engines, name, shadows)?;
         let differs = compare(options, &raster, &frame, (name, shadows), &other)?;
@@ -113,9 +124,17 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let distance = frame.largest_distance(&other, &scene, options.size);
         let seconds = other.trace_seconds + other.shadow_seconds;
         Ok(CheckReport::new(name, shadows, &differs, distance, picture, seconds))
-    });
-    let check = check.transpose()?;
+    };
+    let check = match options.check {
+        Some(name) => Some(timed(&mut seconds.check, || check(name))?),
+        None => None,
+    };
+    seconds.build = engines.seconds;
+    seconds.check -= engines.seconds - built;
 
+    let (hits, dark) = (frame.seen(), frame.dark());
+    let (up, up_given) = options.camera.up(&scene.camera);
+    seconds.total = start.elapsed().as_secs_f64();
     let report = RenderReport {
         model: options.model.clone(),
         output: options.output.clone(),
@@ -123,10 +142,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         size: options.size.into(),
         engine: options.engine,
         shadows: options.shadows,
-        threshold: options.threshold.get(),
+        threshold: threshold.get(),
+        up,
+        up_given,
         rays: frame.hits.len() as u64,
-        hits: frame.hits.iter().filter(|hit| hit.is_hit()).count() as u64,
-        dark: frame.lit.iter().filter(|lit| !**lit).count() as u64,
+        hits,
+        dark,
         shadow_rays: frame.shadow_rays,
         tests: frame.counts.tests,
         undecided: frame.counts.undecided,
@@ -144,6 +165,7 @@ fn load_scene(options: &Options) -> Result<Scene> {
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
     let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    options.light.shine_on(&mut scene)?;
     if let Some(path) = &options.texture {
         scene.texture = Some(texture(path)?);
         if scene.mesh.corner_uvs.is_none() {
@@ -157,7 +179,7 @@ fn load_scene(options: &Options) -> Result<Scene> {
 /// A picture, or the document's pattern.
 fn texture(path: &Path) -> Result<Texture> {
     if path == Path::new("xor") {
-        return Ok(Texture::Xor { texels: 256 });
+        return Ok(Texture::XOR);
     }
     Ok(Texture::load(path)?)
 }
@@ -171,6 +193,17 @@ fn refuse_unused_grid(options: &Options) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// Says what the picture may lose to tolerances that nobody chose.
+fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
+    let exact = options.engine == EngineName::Fixed;
+    let chosen = options.threshold.is_some();
+    let small = if chosen || exact { None } else { notes::small(scene, triangles) };
+    let far = if options.shadows == Shadows::None { None } else { notes::far(scene) };
+    for note in [small, far].iter().flatten() {
+        tell(note);
+    }
 }
 
 /// The frame shaded, with edges over it if asked.

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
-use crate::engine::pixels::batches;
+use crate::engine::pixels::Tiles;
 use crate::engine::raster::Raster;
 use crate::engine::ray_engine::RayEngine;
 use crate::error::{Error, Result};
@@ -52,80 +52,115 @@ impl Frame {
         name: EngineName,
         shadows: Shadows,
     ) -> Result<Self> {
-        let size = raster.size;
-        let pixels = check_size(size.0, size.1)?;
         let mut frame = Self {
-            hits: filled(pixels, Hit::MISS)?,
-            lit: filled(pixels, true)?,
+            hits: Vec::new(),
+            lit: Vec::new(),
             shadow_rays: 0,
             counts: Counts::default(),
             trace_seconds: 0.0,
             shadow_seconds: 0.0,
         };
+        // All that a picture takes is timed, also what is done for the rays and with the answers.
+        // Building is not: its time is that of the engines.
+        let tracer = if name == EngineName::Raster { EngineName::Certified } else { name };
+        let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
         // The visibility buffer.
-        let tracer = if name == EngineName::Raster { EngineName::Certified } else { name };
         if name == EngineName::Raster {
             let _bar = Progress::new("draw", None);
-            frame.hits = timed(&mut frame.trace_seconds, || raster.hits())?;
+            frame.hits = timed(&mut trace_seconds, || raster.hits())?;
         } else {
-            frame.trace(scene, size, &engines.engine(tracer)?);
+            let engine = engines.engine(tracer)?;
+            timed(&mut trace_seconds, || frame.trace(scene, raster.size, &engine))?;
         }
 
         // The shadow mask.
+        let pixels = frame.hits.len();
         match shadows {
-            Shadows::None => {}
-            Shadows::Rays => frame.trace_shadows(scene, size, &engines.engine(tracer)?),
+            Shadows::None => frame.lit = filled(pixels, true)?,
+            Shadows::Rays => {
+                let engine = engines.engine(tracer)?;
+                timed(&mut shadow_seconds, || frame.trace_shadows(scene, raster.size, &engine))?;
+            }
             Shadows::Volumes => {
                 let _bar = Progress::new("shadows", None);
-                frame.lit = timed(&mut frame.shadow_seconds, || raster.lit(&frame.hits))?;
+                frame.lit = timed(&mut shadow_seconds, || raster.lit(&frame.hits))?;
             }
         }
-        Ok(frame)
+        Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
     /// Traces a camera ray through each pixel.
-    fn trace(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &RayEngine) {
+    fn trace(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
+        let (width, height) = size;
+        self.hits = filled(check_size(width, height)?, Hit::MISS)?;
         let bar = Progress::new("trace", Some(self.hits.len() as u64));
-        let mut hits = Vec::new();
-        batches(width, height, engine.batch_size(), |batch| {
-            let ray = |&(x, y): &(u32, u32)| scene.camera.ray(x, y, width, height);
-            let rays: Vec<Ray> = batch.par_iter().map(ray).collect();
-            hits.clear();
-            hits.resize(rays.len(), Hit::MISS);
-            self.counts += timed(&mut self.trace_seconds, || engine.closest(&rays, &mut hits));
-            for (&(x, y), hit) in batch.iter().zip(&hits) {
-                self.hits[y as usize * width as usize + x as usize] = *hit;
+        let tiles = Tiles::new(size);
+        let (mut rays, mut found) = (Vec::new(), Vec::new());
+        for (hits, first) in bands(&mut self.hits, tiles, engine) {
+            let ray = |place| {
+                let (x, y) = tiles.pixel(place);
+                scene.camera.ray(x, y, width, height)
+            };
+            (first..first + hits.len()).into_par_iter().map(ray).collect_into_vec(&mut rays);
+            found.resize(rays.len(), Hit::MISS);
+            for (rays, found) in in_batches(&rays, &mut found, engine) {
+                self.counts += engine.closest(rays, found);
+                bar.add(rays.len());
             }
-            bar.add(batch.len());
-        });
+            let rows = hits.par_chunks_mut(width as usize).enumerate();
+            rows.for_each(|(row, hits)| {
+                let y = (first / width as usize + row) as u32;
+                for (x, hit) in (0..).zip(hits) {
+                    *hit = found[tiles.place((x, y)) - first];
+                }
+            });
+        }
+        Ok(())
     }
 
     /// Traces a shadow ray from the light to each point that is seen.
-    fn trace_shadows(&mut self, scene: &Scene, (width, height): (u32, u32), engine: &RayEngine) {
-        // A ray from an origin that is not snapped would miss the surface of its point.
-        let light = Light { position: engine.place(scene.light.position) };
+    fn trace_shadows(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
+        let (width, height) = size;
+        self.lit = filled(self.hits.len(), true)?;
         let bar = Progress::new("shadows", Some(self.hits.len() as u64));
-        let mut occluded = Vec::new();
-        batches(width, height, engine.batch_size(), |batch| {
-            let index = |(x, y): (u32, u32)| y as usize * width as usize + x as usize;
-            let seen = batch.par_iter().filter(|&&pixel| self.hits[index(pixel)].is_hit());
-            let seen: Vec<(u32, u32)> = seen.copied().collect();
+        let tiles = Tiles::new(size);
+        let hits = &self.hits;
+        let index = |(x, y): (u32, u32)| y as usize * width as usize + x as usize;
+        let (mut rays, mut occluded) = (Vec::new(), Vec::new());
+        for (lit, first) in bands(&mut self.lit, tiles, engine) {
+            let pixels = (first..first + lit.len()).into_par_iter().map(|place| tiles.pixel(place));
+            let seen: Vec<(u32, u32)> =
+                pixels.filter(|&pixel| hits[index(pixel)].is_hit()).collect();
             let ray = |&(x, y): &(u32, u32)| {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = Ray { origin: engine.place(ray.origin), ..ray };
-                light.shadow_ray(hit_point(&ray, &self.hits[index((x, y))]))
+                let point = hit_point(&ray, &hits[index((x, y))]);
+                // A ray from an origin that is not snapped would miss the surface of its point.
+                Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
-            let rays: Vec<Ray> = seen.par_iter().map(ray).collect();
-            occluded.clear();
+            seen.par_iter().map(ray).collect_into_vec(&mut rays);
             occluded.resize(rays.len(), false);
-            self.counts += timed(&mut self.shadow_seconds, || engine.any(&rays, &mut occluded));
+            for (rays, occluded) in in_batches(&rays, &mut occluded, engine) {
+                self.counts += engine.any(rays, occluded);
+            }
             self.shadow_rays += rays.len() as u64;
             for (pixel, occluded) in seen.into_iter().zip(&occluded) {
-                self.lit[index(pixel)] = !occluded;
+                lit[index(pixel) - first] = !occluded;
             }
-            bar.add(batch.len());
-        });
+            bar.add(lit.len());
+        }
+        Ok(())
+    }
+
+    /// How many pixels show a triangle.
+    pub(crate) fn seen(&self) -> u64 {
+        self.hits.par_iter().filter(|hit| hit.is_hit()).count() as u64
+    }
+
+    /// How many pixels are in shadow.
+    pub(crate) fn dark(&self) -> u64 {
+        self.lit.par_iter().filter(|lit| !**lit).count() as u64
     }
 
     /// The largest distance, along a pixel's ray and in units of the scene, between two frames' hits of
@@ -147,6 +182,27 @@ impl Frame {
         });
         distances.reduce(|| 0.0, f64::max)
     }
+}
+
+/// The entries of some whole bands at a time, enough of them to keep all threads busy, and where they
+/// begin.
+fn bands<'a, T>(
+    all: &'a mut [T],
+    tiles: Tiles,
+    engine: &RayEngine,
+) -> impl Iterator<Item = (&'a mut [T], usize)> {
+    let entries = engine.batch_size().div_ceil(tiles.band()) * tiles.band();
+    all.chunks_mut(entries).zip((0..).step_by(entries))
+}
+
+/// Rays and the room for their answers, so many as to be asked at once.
+fn in_batches<'a, T>(
+    rays: &'a [Ray],
+    answers: &'a mut [T],
+    engine: &RayEngine,
+) -> impl Iterator<Item = (&'a [Ray], &'a mut [T])> {
+    let size = engine.batch_size();
+    rays.chunks(size).zip(answers.chunks_mut(size))
 }
 
 /// A buffer; an error if it is too large for this machine.

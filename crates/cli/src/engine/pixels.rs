@@ -1,4 +1,12 @@
 //! The order of a picture's pixels: in tiles, because the rays of neighbours are coherent.
+//!
+//! ```text
+//!   +----+----+--+   A band is a row of tiles, from the left; bands follow from the top. Within a
+//!   | 1  | 2  |3 |   tile the order is a Z-order, so that any sixteen in a row are neighbours, too.
+//!   +----+----+--+   Tiles that the border cuts are row by row, so that every place in the order
+//!   | 4  | 5  |6 |   can be computed, forth and back.
+//!   +----+----+--+
+//! ```
 
 use intertri::Ray;
 use intertri_scene::Camera;
@@ -6,29 +14,58 @@ use intertri_scene::Camera;
 /// Pixels along a tile's side: 32 by 32 pixels are the 1024 rays of one bundle in the hierarchy.
 const TILE: u32 = 32;
 
-/// Calls `work` with all pixels of a picture, so many at a time.
-pub(crate) fn batches(width: u32, height: u32, size: usize, mut work: impl FnMut(&[(u32, u32)])) {
-    let mut pixels = tiled(width, height);
-    loop {
-        let batch: Vec<(u32, u32)> = pixels.by_ref().take(size).collect();
-        if batch.is_empty() {
-            return;
-        }
-        work(&batch);
+/// The pixels of a picture, tile by tile.
+#[derive(Clone, Copy)]
+pub(crate) struct Tiles {
+    width: u32,
+    height: u32,
+}
+
+impl Tiles {
+    /// Those of a picture of that size.
+    pub(crate) fn new((width, height): (u32, u32)) -> Self {
+        Self { width, height }
+    }
+
+    /// How many pixels a full band has: they are also the first rows of the picture.
+    pub(crate) fn band(self) -> usize {
+        (self.width * TILE) as usize
+    }
+
+    /// The pixel `(x, y)` at that place in the order.
+    pub(crate) fn pixel(self, place: usize) -> (u32, u32) {
+        let (place, band) = (place as u32, self.band() as u32);
+        let (top, in_band) = (place / band * TILE, place % band);
+        let rows = TILE.min(self.height - top);
+        let left = in_band / (TILE * rows) * TILE;
+        let in_tile = in_band - left * rows;
+        let columns = TILE.min(self.width - left);
+        let (x, y) = if columns == TILE && rows == TILE {
+            (every_other(in_tile), every_other(in_tile >> 1))
+        } else {
+            (in_tile % columns, in_tile / columns)
+        };
+        (left + x, top + y)
+    }
+
+    /// The place of a pixel in the order.
+    pub(crate) fn place(self, (x, y): (u32, u32)) -> usize {
+        let (left, top) = (x / TILE * TILE, y / TILE * TILE);
+        let (columns, rows) = (TILE.min(self.width - left), TILE.min(self.height - top));
+        let (x, y) = (x - left, y - top);
+        let in_tile = if columns == TILE && rows == TILE {
+            apart(x) | apart(y) << 1
+        } else {
+            y * columns + x
+        };
+        (top * self.width + left * rows + in_tile) as usize
     }
 }
 
-/// All pixels of a picture, `(x, y)`, tile by tile; within a tile in Z-order, so that any sixteen in a
-/// row are neighbours, too.
-fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
-    let tiles = (0..height)
-        .step_by(TILE as usize)
-        .flat_map(move |y| (0..width).step_by(TILE as usize).map(move |x| (x, y)));
-    tiles.flat_map(move |(left, top)| {
-        let pixels =
-            (0..TILE * TILE).map(move |i| (left + every_other(i), top + every_other(i >> 1)));
-        pixels.filter(move |&(x, y)| x < width && y < height)
-    })
+/// All pixels of a picture, `(x, y)`, in their order.
+pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
+    let tiles = Tiles::new((width, height));
+    (0..width as usize * height as usize).map(move |place| tiles.pixel(place))
 }
 
 /// The rays of a camera through all pixels, in that order: those that are measured.
@@ -41,18 +78,30 @@ fn every_other(i: u32) -> u32 {
     (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
 }
 
+/// The number whose bits 0, 2, 4, 6 and 8 make that one.
+fn apart(i: u32) -> u32 {
+    (0..5).map(|bit| (i >> bit & 1) << (2 * bit)).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn tiles_hold_every_pixel_once() {
-        for (width, height) in [(1, 1), (8, 8), (9, 17), (30, 5)] {
+        for (width, height) in [(1, 1), (8, 8), (9, 17), (30, 5), (64, 32), (100, 70), (33, 96)] {
+            let tiles = Tiles::new((width, height));
             let mut seen = tiled(width, height).collect::<Vec<_>>();
             assert_eq!(seen[0], (0, 0));
+            assert!(seen.iter().enumerate().all(|(i, &pixel)| tiles.place(pixel) == i));
+            // A band is the same pixels as its rows.
+            let mut band = tiles.band().min(seen.len());
+            assert!(seen[..band].iter().all(|&(_, y)| y < 32));
             seen.sort_unstable_by_key(|&(x, y)| (y, x));
             let rows = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             assert!(seen.into_iter().eq(rows));
+            band = band.min(1024);
+            assert!(width < 32 || height < 32 || (0..band).all(|i| tiles.pixel(i).0 < 32));
         }
     }
 }

@@ -72,8 +72,11 @@ impl<'a> Raster<'a> {
 
     /// The shadow volumes, as far as shadow rays reach.
     pub(crate) fn volume(&self) -> Result<Volume<'_>> {
-        let position = self.scene.light.position;
-        let light = Light::Point { position, reach: f64::from(Lamp::REACH) };
+        let reach = f64::from(Lamp::REACH);
+        let light = match self.scene.light {
+            Lamp::Point { position } => Light::Point { position, reach },
+            Lamp::Directional { toward } => Light::Directional { toward, reach },
+        };
         Ok(Volume::new(self.adjacency(), light)?)
     }
 

@@ -19,3 +19,9 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
         Error::at(standard_output::NAME, format!("cannot write the report: {cause}"))
     })
 }
+
+/// Says, on the standard error, what a report's reader should know and may not have asked for.
+pub(crate) fn tell(note: &str) {
+    // Where that is closed, nobody wants to know.
+    let _ = writeln!(io::stderr(), "intertri: {note}");
+}

@@ -23,6 +23,10 @@ pub(crate) struct RenderReport {
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
     pub(crate) threshold: f64,
+    /// What was taken as up, and whether that was asked for.
+    pub(crate) up: [f32; 3],
+    #[serde(skip)]
+    pub(crate) up_given: bool,
     /// Pixels; each has a camera ray, unless the z-buffer drew them.
     pub(crate) rays: u64,
     /// Pixels that show a triangle.
@@ -51,6 +55,10 @@ pub(crate) struct RenderSeconds {
     pub(crate) shadow: f64,
     pub(crate) shade: f64,
     pub(crate) write: f64,
+    /// Drawing with the engine of `--check` and comparing.
+    pub(crate) check: f64,
+    /// From the command line to the report.
+    pub(crate) total: f64,
 }
 
 /// What `--check` found.
@@ -109,6 +117,10 @@ impl fmt::Display for RenderReport {
         writeln!(f, "{}: {width}x{height} pixels", self.output.display())?;
         let model = model(self.model.as_deref());
         writeln!(f, "{:>12} triangles of {model}", grouped(self.triangles as u64))?;
+        if self.model.is_some() && !self.up_given {
+            let up = self.up.map(|x| x.to_string()).join(",");
+            writeln!(f, "{up:>12} is up; for a model whose z is up, add --up 0,0,1")?;
+        }
         self.write_rays(f)?;
         write_grid(f, self.grid)?;
         self.seconds.fmt(f)?;
@@ -139,7 +151,7 @@ impl RenderReport {
 
 impl fmt::Display for RenderSeconds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { load, build, trace, shadow, shade, write } = self;
+        let Self { load, build, trace, shadow, shade, write, check, total } = self;
         let steps = [
             ("load", load),
             ("build", build),
@@ -147,9 +159,13 @@ impl fmt::Display for RenderSeconds {
             ("shadows", shadow),
             ("shade", shade),
             ("write", write),
+            ("check", check),
         ];
-        let steps = steps.map(|(step, seconds)| format!("{step} {seconds:.3}"));
-        write!(f, "     seconds: {}", steps.join(", "))
+        write!(f, "     seconds: ")?;
+        for (step, seconds) in steps.iter().filter(|(_, seconds)| **seconds > 0.0) {
+            write!(f, "{step} {seconds:.3}, ")?;
+        }
+        write!(f, "in all {total:.3}")
     }
 }
 

@@ -81,9 +81,9 @@ impl SharedOriginTriangle {
         let least = D::splat(bound::GRAZING.into()) * hh;
         let parallel = D::splat(bound::PARALLEL.into()) * D::splat(threshold) * normal * scale;
 
-        // No area, or not finite.
+        // What is not finite is never hit. What has no area in f64 may have some: the resolver knows.
         let infinity = D::splat(f64::INFINITY);
-        let possible = normal.gt(D::splat(0.0)) & normal.lt(infinity) & away.lt(infinity);
+        let possible = normal.lt(infinity) & away.lt(infinity);
 
         // To f32, and from lanes to triangles.
         let slack = D::splat(bound::SLACK.into());

@@ -64,4 +64,22 @@ impl MeshBuilder {
         }
         Ok(())
     }
+
+    /// Adds a strip: each corner from the third on makes a triangle with the two before it, and every
+    /// other triangle is turned, so that all are wound alike. A triangle that names a vertex twice
+    /// only leads the strip elsewhere and is left out.
+    pub(super) fn strip(&mut self, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
+        for last in 2..corners.len() {
+            let turn = last % 2;
+            let places = [last - 2 + turn, last - 1 - turn, last];
+            let [a, b, c] = places.map(|place| corners[place]);
+            if a == b || b == c || c == a {
+                continue;
+            }
+            // A corner out of range has no texture coordinate: the polygon tells of it.
+            let uvs = if uvs.len() == corners.len() { &places.map(|i| uvs[i])[..] } else { &[] };
+            self.polygon(&[a, b, c], uvs)?;
+        }
+        Ok(())
+    }
 }

@@ -1,7 +1,7 @@
 //! Lines of text, numbered and of bounded length.
 
 use std::borrow::Cow;
-use std::io::{BufRead, Read};
+use std::io::{self, BufRead};
 
 use super::error::{Fault, fault};
 
@@ -52,17 +52,45 @@ impl<R: BufRead> Lines<R> {
         String::from_utf8_lossy(&self.line)
     }
 
+    /// Reads up to the next line end: a line feed, a carriage return, or both.
     fn append(&mut self) -> Result<bool, Fault> {
-        let room = LONGEST.saturating_sub(self.line.len()) as u64 + 1;
-        if self.input.by_ref().take(room).read_until(b'\n', &mut self.line)? == 0 {
+        let (mut any, mut end) = (false, None);
+        while end.is_none() {
+            let bytes = fill(&mut self.input)?;
+            if bytes.is_empty() {
+                break;
+            }
+            any = true;
+            end =
+                bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r')).map(|i| (i, bytes[i]));
+            let (taken, used) = end.map_or((bytes.len(), bytes.len()), |(i, _)| (i, i + 1));
+            self.line.extend_from_slice(&bytes[..taken]);
+            self.input.consume(used);
+            if self.line.len() > LONGEST {
+                self.number += 1;
+                let cause = format!("a line of more than {LONGEST} bytes; is it a model?");
+                return fault(cause).map_err(|fault: Fault| fault.at(self.number));
+            }
+        }
+        if !any {
             return Ok(false);
         }
-        self.number += 1;
-        if self.line.len() > LONGEST {
-            let cause = format!("a line of more than {LONGEST} bytes; is it a model?");
-            return fault(cause).map_err(|fault: Fault| fault.at(self.number));
+        if matches!(end, Some((_, b'\r'))) && fill(&mut self.input)?.first() == Some(&b'\n') {
+            self.input.consume(1);
         }
+        self.number += 1;
         self.line.truncate(self.line.trim_ascii_end().len());
         Ok(true)
     }
+}
+
+/// What has come of the input and is not yet read.
+fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
+    // Asked for twice, because a loop could not give away what it has borrowed.
+    while let Err(error) = input.fill_buf() {
+        if error.kind() != io::ErrorKind::Interrupted {
+            return Err(error);
+        }
+    }
+    input.fill_buf()
 }

@@ -1,49 +1,70 @@
-//! Models from files: Wavefront OBJ, PLY and STL.
+//! Models from files: Wavefront OBJ, PLY, STL and glTF, also in gzip.
 
 mod builder;
 mod error;
+mod file;
+mod gltf;
+mod gzip;
 mod lines;
 mod obj;
 mod ply;
 mod stl;
+mod text;
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
 pub use self::error::LoadError;
 use self::error::{Fault, fault};
+use self::file::open;
+use self::text::{skip_mark, without_mark};
 use crate::mesh::Mesh;
 
 /// Reads a model.
 ///
-/// The format is that of the name's ending (`.obj`, `.ply` or `.stl`, in upper or lower case) and,
-/// for any other ending, that which the file's beginning looks like.
+/// The format is that of the name's ending (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or
+/// lower case) and, for any other ending, that which the file's beginning looks like. A file that is
+/// in gzip, whatever its name, is unpacked first; an ending `.gz` does not count.
 ///
 /// - Polygons become triangle fans in their own order, [`Mesh`] says how. A fan fills a concave polygon
 ///   wrongly; there is no ear clipping, so that triangle indices follow from the file.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points and lines are skipped,
-///   materials not looked for, a fourth coordinate and colors ignored.
+///   materials not looked for, a fourth coordinate and colors ignored. Lines end in a line feed, a
+///   carriage return, or both.
 /// - PLY: ascii and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
-///   `texture_v`) and `face` with `vertex_indices` or `vertex_index`. f64 is rounded to f32.
+///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, -1
+///   between strips. f64 is rounded to f32.
 /// - STL: ascii (all its solids) and binary, told apart by the size that a binary header promises.
 ///   Every triangle has three positions of its own.
+/// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first where none is named, all
+///   nodes where there is no scene), node by node, each before its children, where their transforms
+///   put them; triangles, strips and fans; the first texture coordinates. Buffers are within the
+///   file, in data URIs, or in files beside it. Skins, morph targets and materials are ignored, points
+///   and lines skipped; sparse accessors and compressed meshes are refused.
 ///
-/// Time and memory are linear in the size of the file; what a file promises sizes nothing.
+/// In a strip, every other triangle is turned, so that all are wound alike, and those that name a
+/// vertex twice are left out. A byte order mark may stand before any text.
+///
+/// Time and memory are linear in the size of the file; what a file promises sizes nothing. A gzip may
+/// unpack to a hundred times its size, a glTF may repeat its meshes up to some sixteen million
+/// triangles.
 ///
 /// # Errors
 /// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a
 /// coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
-    let mesh = open(path).and_then(|file| model(path, BufReader::new(file)));
+    let mesh = open(path).and_then(|file| {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        unpacked(path, BufReader::new(file), Some(folder))
+    });
     mesh.map_err(|fault| fault.of(path))
 }
 
 /// [`load`] of bytes that are in memory: a file of that name would hold them.
 ///
 /// # Errors
-/// As [`load`].
+/// As [`load`]; and if a glTF has buffers in other files, for there is no folder to look in.
 ///
 /// ```
 /// let mesh = intertri_scene::read("a.obj".as_ref(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
@@ -51,20 +72,44 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 /// # Ok::<_, intertri_scene::LoadError>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
-    model(path, Cursor::new(bytes)).map_err(|fault| fault.of(path))
+    unpacked(path, Cursor::new(bytes), None).map_err(|fault| fault.of(path))
 }
 
-/// The model in a file of that name.
-fn model(path: &Path, mut input: impl BufRead + Seek) -> Result<Mesh, Fault> {
+/// The model in a file of that name, which may be in gzip.
+fn unpacked(
+    path: &Path,
+    mut input: impl BufRead + Seek,
+    folder: Option<&Path>,
+) -> Result<Mesh, Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
+    if input.fill_buf()?.starts_with(gzip::MAGIC) {
+        let bytes = gzip::unpack(input, size)?;
+        let size = bytes.len() as u64;
+        return model(&gzip::inner(path), Cursor::new(bytes), size, folder);
+    }
+    model(path, input, size, folder)
+}
+
+/// The model in a file of that name and size, at whose beginning the input is.
+fn model(
+    path: &Path,
+    mut input: impl BufRead + Seek,
+    size: u64,
+    folder: Option<&Path>,
+) -> Result<Mesh, Fault> {
     if size == 0 {
         return fault("the file is empty");
     }
-    let mesh = match format(path, &mut input, size)? {
+    let format = format(path, &mut input, size)?;
+    if !matches!(format, Format::Stl) {
+        skip_mark(&mut input)?;
+    }
+    let mesh = match format {
         Format::Obj => obj::read(input)?,
         Format::Ply => ply::read(input)?,
         Format::Stl => stl::read(input, size)?,
+        Format::Gltf => gltf::read(input, folder)?,
     };
     if mesh.triangles.is_empty() {
         return fault("there is no triangle in it; is it really a model?");
@@ -72,23 +117,11 @@ fn model(path: &Path, mut input: impl BufRead + Seek) -> Result<Mesh, Fault> {
     Ok(mesh)
 }
 
-/// Opens a regular file.
-fn open(path: &Path) -> Result<File, Fault> {
-    let metadata = std::fs::metadata(path)?;
-    if metadata.is_dir() {
-        return fault("is a folder; give a model file (.obj, .ply or .stl)");
-    }
-    // A pipe or a device may never end.
-    if !metadata.is_file() {
-        return fault("is not a regular file; give a model file (.obj, .ply or .stl)");
-    }
-    Ok(File::open(path)?)
-}
-
 enum Format {
     Obj,
     Ply,
     Stl,
+    Gltf,
 }
 
 /// The format by the name's ending or, failing that, by the file's beginning.
@@ -98,18 +131,24 @@ fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Form
         Some("obj") => return Ok(Format::Obj),
         Some("ply") => return Ok(Format::Ply),
         Some("stl") => return Ok(Format::Stl),
+        Some("gltf" | "glb") => return Ok(Format::Gltf),
         _ => {}
     }
     let mut start = Vec::new();
     input.by_ref().take(0x1_0000).read_to_end(&mut start)?;
     input.rewind()?;
-    if start.starts_with(b"ply") {
+    let text = without_mark(&start);
+    if text.starts_with(b"ply") {
         Ok(Format::Ply)
+    } else if gltf::looks_like(text) {
+        Ok(Format::Gltf)
     } else if stl::looks_like(&start, size) {
         Ok(Format::Stl)
-    } else if obj::looks_like(&start) {
+    } else if obj::looks_like(text) {
         Ok(Format::Obj)
     } else {
-        fault("is neither OBJ nor PLY nor STL; give such a model, or the right ending to its name")
+        fault(
+            "is neither OBJ nor PLY nor STL nor glTF; give such a model, or the right ending to its name",
+        )
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
 
 /// Whether some line of a file's beginning is a vertex.
 pub(super) fn looks_like(start: &[u8]) -> bool {
-    start.split(|&byte| byte == b'\n').any(|line| line.starts_with(b"v "))
+    start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }
 
 /// What was read so far. The tables grow with the file, because a negative index counts back from
@@ -44,8 +44,8 @@ struct Model {
 impl Model {
     /// One statement; all but vertices, texture coordinates and faces is skipped.
     fn statement(&mut self, text: &str) -> Result<(), Fault> {
-        // A comment may follow a statement; some editors put a byte order mark at the beginning.
-        let text = text.split('#').next().unwrap_or_default().trim_start_matches('\u{feff}');
+        // A comment may follow a statement.
+        let text = text.split('#').next().unwrap_or_default();
         let mut words = text.split_ascii_whitespace();
         match words.next() {
             Some("v") => {

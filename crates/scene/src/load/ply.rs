@@ -17,6 +17,9 @@ const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]]
 /// The names under which a face has its corners.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// The elements that make triangles.
+const FACES: [&str; 2] = ["face", "tristrips"];
+
 /// No header is longer; the usual ones have some hundred bytes.
 const LONGEST_HEADER: u64 = 1 << 20;
 
@@ -59,6 +62,7 @@ pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
                     builder.position(element.position)
                 }
                 "face" => face(&mut builder, &element, &uvs),
+                "tristrips" => strips(&mut builder, &element, &uvs),
                 _ => Ok(()),
             });
             added.map_err(|fault| match header.encoding {
@@ -78,9 +82,10 @@ fn check(header: &Header) -> Result<bool, Fault> {
     if !["x", "y", "z"].iter().all(|axis| has("vertex", axis)) {
         return fault("the PLY header has no element vertex with x, y and z");
     }
-    if !CORNERS.iter().any(|name| has("face", name)) {
+    if !FACES.iter().any(|element| CORNERS.iter().any(|name| has(element, name))) {
         return fault(
-            "the PLY header has no element face with vertex_indices; is it a point cloud?",
+            "the PLY header has no element face, and no tristrips, with vertex_indices; is it a \
+             point cloud?",
         );
     }
     // Elements that take no bytes could be promised without end.
@@ -132,21 +137,58 @@ fn first_line(error: &ParseError) -> String {
     quote(message.lines().next().unwrap_or_default().trim_end_matches('.'))
 }
 
+/// A polygon.
 fn face(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
-    let Some(corners) = &element.corners else {
+    let corners = element.corners.iter().flatten().map(|&corner| u32::try_from(corner));
+    let corners = corners.collect::<Result<Vec<u32>, _>>();
+    let (Some(_), Ok(corners)) = (&element.corners, corners) else {
         return fault("a face has an index that is negative or no whole number");
     };
-    // An index out of range has no texture coordinate either; the builder tells of it.
-    let corner_uvs: Vec<[f32; 2]> =
-        corners.iter().filter_map(|&corner| uvs.get(corner as usize).copied()).collect();
-    builder.polygon(corners, &corner_uvs)
+    builder.polygon(&corners, &uvs_of(&corners, uvs))
 }
 
-/// What is wanted of a vertex and of a face.
+/// Strips of triangles, -1 between them: Stanford's scans have them.
+fn strips(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
+    let Some(corners) = &element.corners else {
+        return fault("a strip has an index that is no whole number");
+    };
+    for strip in corners.split(|&corner| corner == -1) {
+        let strip =
+            strip.iter().map(|&corner| u32::try_from(corner)).collect::<Result<Vec<_>, _>>();
+        let Ok(strip) = strip else {
+            return fault("a strip has an index that is negative, and not -1, which ends a strip");
+        };
+        builder.strip(&strip, &uvs_of(&strip, uvs))?;
+    }
+    Ok(())
+}
+
+/// The texture coordinates of corners. An index out of range has none; the builder tells of it.
+fn uvs_of(corners: &[u32], uvs: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    corners.iter().filter_map(|&corner| uvs.get(corner as usize).copied()).collect()
+}
+
+/// A list of whole numbers.
+fn whole(value: &Property) -> Option<Vec<i64>> {
+    fn wide<T: Copy + Into<i64>>(list: &[T]) -> Vec<i64> {
+        list.iter().map(|&x| x.into()).collect()
+    }
+    Some(match value {
+        Property::ListChar(list) => wide(list),
+        Property::ListUChar(list) => wide(list),
+        Property::ListShort(list) => wide(list),
+        Property::ListUShort(list) => wide(list),
+        Property::ListInt(list) => wide(list),
+        Property::ListUInt(list) => wide(list),
+        _ => return None,
+    })
+}
+
+/// What is wanted of a vertex, of a face and of strips.
 struct Element {
     position: [f32; 3],
     uv: [f32; 2],
-    corners: Option<Vec<u32>>,
+    corners: Option<Vec<i64>>,
 }
 
 impl PropertyAccess for Element {
@@ -162,7 +204,7 @@ impl PropertyAccess for Element {
             _ if UVS.iter().any(|names| names[0] == name) => &mut self.uv[0],
             _ if UVS.iter().any(|names| names[1] == name) => &mut self.uv[1],
             _ if CORNERS.contains(&name) => {
-                self.corners = value.to_u32_list();
+                self.corners = whole(&value);
                 return PropertyAccessResult::Set;
             }
             _ => return PropertyAccessResult::Ignored,

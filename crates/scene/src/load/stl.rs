@@ -9,6 +9,7 @@ use std::io::{BufRead, Read, Seek};
 use super::builder::MeshBuilder;
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use super::text::{skip_mark, without_mark};
 use crate::mesh::Mesh;
 
 /// Bytes before the first triangle of a binary file: a free text, then the number of triangles.
@@ -23,6 +24,7 @@ pub(super) fn read(mut input: impl BufRead + Seek, size: u64) -> Result<Mesh, Fa
     let mut builder = MeshBuilder::default();
     if is_ascii(&start, size) {
         input.rewind()?;
+        skip_mark(&mut input)?;
         ascii(Lines::after(0, input), &mut builder)?;
     } else {
         let Some(promised) = promised(&start) else {
@@ -55,7 +57,7 @@ pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
 /// Whether it is an ascii file: it begins with `solid`, and is not a binary one whose free text does.
 /// That has the promised size or, when it is damaged, at least a zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
-    start.trim_ascii_start().starts_with(b"solid")
+    without_mark(start).trim_ascii_start().starts_with(b"solid")
         && promised(start) != Some(size)
         && start.iter().take(HEADER).all(|&byte| byte != 0)
 }

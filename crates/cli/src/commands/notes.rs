@@ -1,0 +1,71 @@
+//! What a picture may lose to a tolerance that is too large for it, to be said before it is drawn.
+
+use intertri::{Threshold, Triangle};
+use intertri_scene::{Light, Scene};
+
+/// Surfaces that a ray meets at a smaller sine are hardly lit, so nobody misses their shadows.
+const FLAT: f64 = 0.01;
+
+/// Farther away than so many times a model's size, a light's shadows begin visibly behind what casts
+/// them: a ten thousandth of the way, by [`Light::REACH`].
+const FAR: f64 = 100.0;
+
+/// What to say of a scene so small that the default threshold hides triangles from its rays.
+///
+/// `|normal . direction|` is compared with it, and so is t. A shadow ray's direction is as long as its
+/// way from the light, and a camera ray's t is a distance.
+pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
+    let (middle, radius) = middle_and_radius(scene)?;
+    let threshold = Threshold::DEFAULT.get();
+    let ends = [scene.camera.eye(), scene.light.origin(middle)];
+    let [eye, light] = ends.map(|end| span(end.map(f64::from), middle).max(radius));
+    let length = eye.min(light);
+    if length <= 0.0 || threshold <= FLAT * length {
+        return None;
+    }
+    let hidden = triangles.iter().filter(|triangle| is_hidden(scene, triangle, threshold)).count();
+    // As small beside these rays as the default is beside rays of length 1.
+    let power = (length * threshold).log10().floor();
+    (hidden > 0).then(|| {
+        format!(
+            "the model is so small that the threshold of {threshold:e} hides {hidden} of its {} \
+             triangles, or their shadows; set --threshold 1e{power}",
+            triangles.len()
+        )
+    })
+}
+
+/// Whether the threshold keeps the camera from seeing a triangle, or the light from meeting it at
+/// more than a slant.
+fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
+    let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
+    let normal = triangle.normal();
+    let dir = scene.light.shadow_ray(middle).dir.map(f64::from);
+    let across = (0..3).map(|k| normal[k] * dir[k]).sum::<f64>().abs() / span(normal, [0.0; 3]);
+    let slant = across / span(dir, [0.0; 3]);
+    span(scene.camera.eye().map(f64::from), middle) <= threshold
+        || (across <= threshold && slant > FLAT)
+}
+
+/// What to say of a scene whose light stands far away.
+pub(crate) fn far(scene: &Scene) -> Option<String> {
+    let Light::Point { position } = scene.light else { return None };
+    let (middle, radius) = middle_and_radius(scene)?;
+    (span(position.map(f64::from), middle) > FAR * radius).then(|| {
+        "the light is so far away that shadows begin behind what casts them; give its direction by \
+         --sun X,Y,Z"
+            .to_owned()
+    })
+}
+
+/// The middle of a scene's bounds, and half of their diagonal.
+fn middle_and_radius(scene: &Scene) -> Option<([f64; 3], f64)> {
+    let bounds = scene.mesh.bounds()?;
+    let (min, max) = (bounds.min.map(f64::from), bounds.max.map(f64::from));
+    let middle = [0, 1, 2].map(|k| (min[k] + max[k]) * 0.5);
+    Some((middle, span(min, max) * 0.5))
+}
+
+fn span(from: [f64; 3], to: [f64; 3]) -> f64 {
+    (0..3).map(|k| (to[k] - from[k]).powi(2)).sum::<f64>().sqrt()
+}

@@ -1,0 +1,22 @@
+//! Files that can be models.
+
+use std::fs::File;
+use std::path::Path;
+
+use super::error::{Fault, fault};
+
+/// The endings of the formats' names.
+const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
+
+/// Opens a regular file.
+pub(super) fn open(path: &Path) -> Result<File, Fault> {
+    let metadata = std::fs::metadata(path)?;
+    if metadata.is_dir() {
+        return fault(format!("is a folder; give a model file ({ENDINGS})"));
+    }
+    // A pipe or a device may never end.
+    if !metadata.is_file() {
+        return fault(format!("is not a regular file; give a model file ({ENDINGS})"));
+    }
+    Ok(File::open(path)?)
+}

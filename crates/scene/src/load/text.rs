@@ -1,0 +1,25 @@
+//! Byte order marks: what some editors put before a text.
+
+use std::io::{BufRead, Read, Seek, SeekFrom};
+
+use super::error::{Fault, fault};
+
+/// The mark of UTF-8.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// The beginning of a file, without a mark.
+pub(super) fn without_mark(start: &[u8]) -> &[u8] {
+    start.strip_prefix(MARK).unwrap_or(start)
+}
+
+/// Steps over the mark at the beginning of a file. A text in UTF-16 is refused by its own mark.
+pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
+    let mut start = Vec::new();
+    input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;
+    if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
+        return fault("is a text in UTF-16; save it as UTF-8");
+    }
+    let mark = if start == MARK { MARK.len() as u64 } else { 0 };
+    input.seek(SeekFrom::Start(mark))?;
+    Ok(())
+}
