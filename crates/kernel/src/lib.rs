@@ -40,6 +40,7 @@ mod threshold;
 mod types;
 
 pub use crossings::{Crossing, Crossings};
+pub use exact::leave;
 pub use intersect::{
     ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
 };

@@ -1,0 +1,94 @@
+//! A ray that leaves a triangle where another ray hit it, without an epsilon by feel.
+//!
+//! ```text
+//!            ╱ dir                 the hit, rounded to f32, may lie on either side of the triangle's
+//!      ●    ╱                      plane. Where it is on the wrong one for dir, it is moved along the
+//!   ───┼───╱──────── plane         axis nearest to the normal by a few units of its last place, until
+//!      ○                           it surely is not
+//! ```
+//!
+//! Derivation: `docs/numerics/exact.md`, section 10.
+
+use core::cmp::Ordering;
+
+use super::input::is_finite;
+use super::numbers::{Numbers, Pair, Scales};
+use super::tier::{Tier, at_tier};
+use crate::{Hit, Ray, Triangle};
+
+/// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
+/// [`Exact`](crate::Exact), and whatever the direction.
+///
+/// It starts at the hit rounded to f32, or beside it on the side to which `dir` goes: no farther from the true
+/// point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
+/// from the world's origin to the ray's and on to the point, if that is more. What is nearer than that it may
+/// miss. Its interval is `0 <= t < infinity`. For a hit of [`Exact`](crate::Exact); one of another mode whose t
+/// is off may be moved farther.
+///
+/// ```
+/// use intertri::{Exact, Mode, Ray, Triangle, leave};
+/// let slope = Triangle::new([0.0, 0.1, 0.3], [7.0, 0.2, 0.4], [0.3, 6.0, 1.7]);
+/// let ray = Ray::new([1.3, 1.1, 9.0], [0.1, 0.07, -1.0]);
+/// let hit = Exact::default().closest(&[slope], &ray).unwrap();
+/// for dir in [[0.0, 0.3, 1.0], [0.0, 0.3, -1.0]] {
+///     let next = leave(&ray, &hit, &slope, dir);
+///     assert!(!Exact::default().any(&[slope], &next));
+///     assert!((0..3).all(|k| (f64::from(next.origin[k]) - hit.point(&ray)[k]).abs() < 1e-6));
+/// }
+/// ```
+pub fn leave(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
+    let point = hit.point(ray);
+    let start = Ray::new(point.map(|x| x as f32), dir);
+
+    if !is_finite(&start, triangle) {
+        return start;
+    }
+    let (plane, side) = signs(&start, triangle);
+    if goes_away(plane, side) {
+        return start;
+    }
+
+    // The axis nearest to the normal, and the way along it to the side of the direction.
+    let normal = triangle.normal();
+    let axis = (0..3).fold(0, |a, b| if normal[b].abs() > normal[a].abs() { b } else { a });
+    let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { 1.0 } else { -1.0 };
+
+    // More than any coordinate is off.
+    let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+    let last_place = largest(point) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
+    let along = hit.t.abs() * largest(ray.dir.map(f64::from));
+    let unit = last_place.max((largest(ray.origin.map(f64::from)) + along) / (1_u64 << 50) as f64);
+
+    // Four units always do, for a t that is rounded once; else some more.
+    let mut next = start;
+    for doublings in 0..40 {
+        let units = (1_u64 << doublings) as f64;
+        next.origin[axis] = (point[axis] + way * units * unit) as f32;
+        let (plane, side) = signs(&next, triangle);
+        if goes_away(plane, side) {
+            break;
+        }
+    }
+    next
+}
+
+/// Whether a ray starts in a triangle's plane, or goes away from it or along it.
+fn goes_away(plane: Ordering, side: Ordering) -> bool {
+    plane != side || side == Ordering::Equal
+}
+
+/// The signs of T and of D.
+fn signs(ray: &Ray, triangle: &Triangle) -> (Ordering, Ordering) {
+    let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
+    let scales = pair.scales();
+    at_tier!(scales.tier(), both::<C, N, V>(&pair, scales))
+}
+
+fn both<const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<f32>,
+    scales: Scales,
+) -> (Ordering, Ordering) {
+    let numbers = Numbers::<C, N, V>::new(pair, scales);
+    let [u, v, w] = numbers.edges();
+    (numbers.volume().sign(), (u + v + w).sign())
+}
