@@ -5,7 +5,7 @@ use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
 /// How many kinds of pairs there are.
-pub(crate) const KINDS: usize = 12;
+pub(crate) const KINDS: usize = 13;
 
 /// A pair of a kind.
 pub(crate) fn case(kind: usize, rng: &mut Rng) -> (Ray, Triangle) {
@@ -24,7 +24,8 @@ pub(crate) fn case(kind: usize, rng: &mut Rng) -> (Ray, Triangle) {
         8 => aimed(rng, |rng| rng.signed() as f32 * 2.0_f32.powi(rng.within(3) * 19)),
         9 => in_plane(rng),
         10 => sliver(rng),
-        _ => duplicated(rng),
+        11 => duplicated(rng),
+        _ => lost_normal(rng),
     }
 }
 
@@ -118,4 +119,16 @@ fn duplicated(rng: &mut Rng) -> (Ray, Triangle) {
         _ => ray.dir = [0, 1, 2].map(|k| triangle.0[1][k] - triangle.0[0][k]),
     }
     (ray, triangle)
+}
+
+/// A triangle whose f64 normal is often 0 though its area is not, and a ray at one of its corners.
+fn lost_normal(rng: &mut Rng) -> (Ray, Triangle) {
+    let (x, small) = (rng.unit() as f32 + 1.0, 2.0_f32.powi(-rng.within(5).abs() - 26));
+    let mut at = |scale: f32| {
+        let mut moved = |x: f32| f32::from_bits(x.to_bits() + rng.below(3) as u32);
+        [moved(x * scale), moved(x * scale), 0.0]
+    };
+    let triangle = Triangle([at(small), [x, x, 0.0], [2.0 * x, 2.0 * x, 0.0]]);
+    let [x, y, _] = rng.pick(&triangle.0);
+    (Ray::new([x, y, 1.0], [0.0, 0.0, -1.0]), triangle)
 }

@@ -131,11 +131,23 @@ fn run_on_all(pairs: usize, seed: u64) -> Vec<Counts> {
 
 #[test]
 fn every_tier_agrees_with_rationals() {
-    let all = run_on_all(84_000, 1);
+    let all = run_on_all(80_000, 1);
     println!("{all:#?}");
     for Counts { hits, crossings, ends, rounded, equal, ordered, .. } in all {
         let least = hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered);
         assert!(least > 100);
+    }
+}
+
+/// An f64 product of the edges of this triangle rounds, and the normal is 0; but it has an area, and is hit.
+#[test]
+fn a_triangle_without_an_f64_normal_is_hit() {
+    let [a, b, c] = [[2.3207207e-9, 2.3207212e-9], [1.705962, 1.705962], [3.411924, 3.411924]];
+    let triangle = Triangle([a, b, c].map(|[x, y]: [f32; 2]| [x, y, 0.0]));
+    assert_eq!(triangle.normal(), [0.0; 3]);
+    for [x, y, z] in triangle.0 {
+        assert!(exact::hit(&Ray::new([x, y, z - 1.0], [0.0, 0.0, 1.0]), &triangle));
+        assert!(exact::hit(&Ray::new([x, y, z + 1.0], [0.0, 0.0, -1.0]), &triangle));
     }
 }
 
