@@ -1,19 +1,20 @@
 //! Ray/triangle intersection in packets. *Trace in f32. Answer in f64. Or exactly.*
 //!
 //! ```
-//! use intertri::{Certified, Mode, Ray, Triangle};
+//! use intertri::{Exact, Mode, Ray, Triangle};
 //!
 //! let floor = Triangle::new([-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]);
 //! let wall = Triangle::new([-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]);
 //! let ray = Ray::new([0.0, 1.0, 0.0], [0.0, -0.5, 1.0]);
 //!
-//! let hit = Certified::default().closest(&[wall, floor], &ray).unwrap();
+//! let hit = Exact::default().closest(&[wall, floor], &ray).unwrap();
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //! ```
 //!
-//! The modes [`Certified`] (the one to take) and [`Double`] give the answers of a plain loop over a
-//! scalar f64 reference, bit for bit, on every CPU: what each promises stands at [`Mode`]. [`fixed`]
-//! is exact on an integer grid. The best instructions of the CPU are chosen at run time.
+//! The mode [`Exact`] (the one to take) is right on the coordinates as given. [`Certified`] and
+//! [`Double`] give the answers of a plain loop over a scalar f64 reference, bit for bit. [`fixed`] is
+//! exact on an integer grid. Answers are the same on every CPU: what each mode promises stands at
+//! [`Mode`]. The best instructions of the CPU are chosen at run time.
 //!
 //! Who has a hierarchy of their own tests packets of rays and blocks of triangles: [`LaneQueries`].
 //!

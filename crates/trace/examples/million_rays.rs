@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use intertri::{Certified, Hit, Ray};
+use intertri::{Exact, Hit, Ray};
 use intertri_trace::{BuildError, Bvh};
 
 fn main() -> Result<(), BuildError> {
@@ -27,13 +27,13 @@ fn main() -> Result<(), BuildError> {
 
     let mut hits = vec![Hit::MISS; rays.len()];
     let start = Instant::now();
-    sea.closest_batch(&Certified::default(), &rays, &mut hits);
+    sea.closest_batch(&Exact::default(), &rays, &mut hits);
     let seconds = start.elapsed().as_secs_f64();
     let seen = hits.iter().filter(|hit| hit.is_hit()).count();
     println!("{} triangles, {} rays, {seen} hits", sea.len(), rays.len());
     println!("{:.1} million rays a second", rays.len() as f64 / seconds * 1e-6);
 
     // The same as asking one by one.
-    assert_eq!(hits[600_000].some(), sea.closest(&Certified::default(), &rays[600_000]));
+    assert_eq!(hits[600_000].some(), sea.closest(&Exact::default(), &rays[600_000]));
     Ok(())
 }

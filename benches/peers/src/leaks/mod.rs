@@ -33,7 +33,7 @@ pub struct Options {
     #[arg(
         long,
         value_delimiter = ',',
-        default_value = "certified,certified-single,fixed,fixed-aimed,embree-fast-1,embree-fast-16,\
+        default_value = "certified,certified-single,exact,exact-single,fixed,fixed-aimed,embree-fast-1,embree-fast-16,\
                          embree-robust-1,embree-robust-16,obvhs,parry,bvh"
     )]
     engine: Vec<String>,

@@ -6,6 +6,8 @@
 //!   den:  n · dir n · dir   n · dir              depend on the direction is computed once for a
 //!           = t     = u       = v    triangle    triangle and an origin
 //! ```
+//!
+//! Bounds and proof: `docs/numerics/exact.md`, section 9.
 
 use super::double::{Double, cross, difference, dot, short_sum, sum};
 use super::input::subnormals_are_read;

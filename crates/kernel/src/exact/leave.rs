@@ -7,7 +7,7 @@
 //!      ○                           it surely is not
 //! ```
 //!
-//! Derivation: `docs/numerics/exact.md`, section 10.
+//! Derivation: `docs/numerics/exact.md`, section 9.
 
 use core::cmp::Ordering;
 

@@ -4,7 +4,7 @@
 //!   t₁ < t₂   where   |T₁ D₂| < |T₂ D₁|        each of the four within a bound
 //! ```
 //!
-//! Bounds and proof: `docs/numerics/exact.md`, section 7.
+//! Bounds and proof: `docs/numerics/exact.md`, section 9.
 
 use core::cmp::Ordering;
 

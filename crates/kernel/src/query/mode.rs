@@ -10,8 +10,8 @@ use crate::{Hit, Ray, Triangle};
 
 /// A way to decide hits.
 ///
-/// [`Certified`](crate::Certified) and [`Double`](crate::Double) give the same answers, those of a plain
-/// loop over the scalar f64 reference. A triangle is hit where the document's `InterTri` returns 1 and
+/// [`Exact`](crate::Exact) is right on the coordinates as given. [`Certified`](crate::Certified) and
+/// [`Double`](crate::Double) give the same answers, those of a plain loop over the scalar f64 reference. A triangle is hit where the document's `InterTri` returns 1 and
 /// `t_min <= t < t_max`; a point on an edge or a corner belongs to every triangle that has it. A ray or a
 /// triangle with a NaN or an infinity is never hit, nor is a triangle without area.
 ///
