@@ -41,6 +41,7 @@ pub use input::{is_plain, subnormals_are_read};
 pub use leave::leave;
 pub use on_triangle::is_on;
 pub use pairs::hits_in;
+pub(crate) use pairs::t_in;
 pub use rounded::Seen;
 pub use seen_plane::SeenPlane;
 pub use tier::Tier;

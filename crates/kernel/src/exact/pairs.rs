@@ -5,7 +5,19 @@ use super::input::subnormals_are_read;
 use super::rounded::Seen;
 use crate::Hit;
 use crate::hit_attributes::Pairs;
-use crate::simd::{Lanes, Mask, Simd, lanes_of};
+use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
+
+/// t of rays and triangles in lanes, each known to hit the other, and the lanes in which it is proven to be
+/// rounded right.
+#[inline(always)]
+pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
+    corners: [Vec3<D>; 3],
+    origin: Vec3<D>,
+    dir: Vec3<D>,
+) -> (D, u32) {
+    let (t, sure) = Seen::new(corners, origin, dir).t();
+    (t, if subnormals_are_read() { sure.bits() } else { 0 })
+}
 
 /// The hits of the first `len` lanes, each number the exact one rounded once; those of others mean nothing.
 #[inline(always)]

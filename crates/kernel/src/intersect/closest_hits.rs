@@ -5,6 +5,7 @@ use super::pairs::LanePairs;
 use super::test::Found;
 use crate::Triangle;
 use crate::document::Tri;
+use crate::exact;
 use crate::packet::{PacketHits, RayPacket};
 use crate::resolve::Resolver;
 use crate::simd::Vec3;
@@ -105,20 +106,22 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         let mut hits = PacketHits { bits, t: self.t };
         match resolver {
             _ if unknown == 0 => {}
-            // The document's t, of all of them at once.
-            Resolver::Document(_) => {
+            _ => {
+                // Of all of them at once, by the document or exactly; the rest one by one.
                 let [c1, c2, c3] = &corners;
                 let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
-                let mut t = [0.0; N];
-                Tri::new(corners)
-                    .t(Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir))
-                    .store(&mut t);
-                for (lane, (to, t)) in hits.t.iter_mut().zip(t).enumerate() {
+                let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
+                let (t, sure) = match resolver {
+                    Resolver::Document(_) => (Tri::new(corners).t(org, dir), u32::MAX),
+                    Resolver::Grid => (D::splat(0.0), 0),
+                    Resolver::Exact => exact::t_in(corners, org, dir),
+                };
+                let mut lanes = [0.0; N];
+                t.store(&mut lanes);
+                for (lane, (to, t)) in hits.t.iter_mut().zip(lanes).enumerate() {
                     *to = if unknown >> lane & 1 != 0 { t } else { *to };
                 }
-            }
-            Resolver::Grid | Resolver::Exact => {
-                for lane in lanes_of(unknown) {
+                for lane in lanes_of(unknown & !sure) {
                     let triangle = find(place[lane].to_bits());
                     hits.t[lane] = resolver.t(&rays.ray(lane), &triangle);
                 }

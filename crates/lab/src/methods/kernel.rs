@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, Ray, RayPacket, Triangle,
-    TriangleBlock,
+    self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, PreparedPacket, Ray,
+    RayPacket, Triangle, TriangleBlock,
 };
 
 use super::closest::{Seconds, one_register};
@@ -89,9 +89,7 @@ where
             let mut bests = ClosestHits::new(&packet.t_max);
             let live = packet.live();
             test.packet_closest_of_in(&rays, triangles, 0, find, live, &mut bests, &mut counts);
-            for lane in 0..packet.live().count_ones() as usize {
-                nearest.push(answer(&test, &packet.ray(lane), &bests.lane(lane), find));
-            }
+            answers::<T, S, N>(&test, &rays, &bests, find, live, nearest);
         }
     }
     start.elapsed().as_secs_f64()
@@ -149,6 +147,26 @@ fn blocks_of_4<T: LaneQueries, S: Simd>(
 
 fn blocks<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<TriangleBlock<N>>> {
     batches.iter().map(|b| b.triangles.chunks(N).map(TriangleBlock::new).collect()).collect()
+}
+
+/// The answers of a packet, t of all of them side by side.
+#[inline(always)]
+pub(super) fn answers<T: LaneQueries, S: Simd, const N: usize>(
+    test: &T,
+    rays: &PreparedPacket<'_, T, S, N>,
+    closest: &ClosestHits<<Lane<N> as Width>::F<S>, N>,
+    find: impl Fn(u32) -> Triangle,
+    live: u32,
+    nearest: &mut Vec<ClosestHit>,
+) where
+    Lane<N>: Width,
+{
+    let hits = test.hits_in(rays, closest, find);
+    for lane in 0..live.count_ones() as usize {
+        let triangle = closest.lane(lane).triangle();
+        let hit = |(triangle, _)| ClosestHit { t: hits.t[lane], triangle };
+        nearest.push(triangle.map_or(ClosestHit::MISS, hit));
+    }
 }
 
 /// The answer with its exact `t`, computed as a caller's hit is.

@@ -11,7 +11,7 @@ use intertri::simd::{Lane, Simd, Width, WithSimd};
 use intertri::{ClosestHits, Counts, LaneQueries, Ray, RayPacket, Triangle, TriangleBlock};
 
 use super::closest::{Seconds, one_register};
-use super::kernel::answer;
+use super::kernel::answers;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
@@ -115,9 +115,7 @@ where
             let (live, mut closest) = (packet.live(), ClosestHits::new(&packet.t_max));
             let counts = &mut counts;
             filter.shared_origin_closest_in(&rays, seen, 0, find, live, &mut closest, counts);
-            for lane in 0..live.count_ones() as usize {
-                nearest.push(answer(&filter, &packet.ray(lane), &closest.lane(lane), find));
-            }
+            answers::<Filter, S, N>(&filter, &rays, &closest, find, live, nearest);
         }
     }
     start.elapsed().as_secs_f64()
