@@ -73,11 +73,19 @@ impl FixedBvh {
 
     /// Every hit, in order of the exact t; of equal t, of the index.
     pub fn all(&self, mode: &Fixed, ray: &Ray) -> Vec<Hit> {
-        let mut hits: Vec<_> = self.places(*mode, ray).collect();
-        hits.sort_unstable_by_key(|&(place, crossing)| (crossing.t, self.tree.index_of(place)));
-        let hit =
-            |&(place, crossing): &(u32, Crossing)| crossing.to_hit(ray, self.tree.index_of(place));
-        hits.iter().map(hit).collect()
+        self.all_crossings(mode, ray).into_iter().map(|crossing| crossing.hit).collect()
+    }
+
+    /// Where the ray crosses, and from which side, in order of the exact t; of equal t, of the index. Each
+    /// shared edge or corner is crossed once, as [`FixedBvh::all`] has it.
+    pub fn all_crossings(&self, mode: &Fixed, ray: &Ray) -> Vec<intertri::Crossing> {
+        let mut all: Vec<_> = self.places(*mode, ray).collect();
+        all.sort_unstable_by_key(|&(place, crossing)| (crossing.t, self.tree.index_of(place)));
+        let sided = |(place, crossing): (u32, Crossing)| {
+            let hit = crossing.to_hit(ray, self.tree.index_of(place));
+            intertri::Crossing { hit, leaves: crossing.leaves }
+        };
+        all.into_iter().map(sided).collect()
     }
 
     /// How often the ray crosses: each shared edge or corner once.
