@@ -15,11 +15,12 @@ use clap::{Parser, Subcommand};
 
 use crate::commands::{advise, bench, chart, crossover, render, stress, trace};
 
-/// Ray/triangle intersection: trace in f32, answer in f64.
+/// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
-/// The engines certified, double and reference give the same answers, those of a plain loop over the
-/// scalar f64 reference, bit for bit; they differ in speed. The engine fixed snaps the scene to a grid
-/// and is exact there; the engine raster draws without rays.
+/// The engine exact, the default, is right on the coordinates as given; oracle is its plain loop in
+/// rationals. The engines certified, double and reference give the same answers, those of a plain loop
+/// over the scalar f64 reference, bit for bit; they differ in speed. The engine fixed snaps the scene to
+/// a grid and is exact there; the engine raster draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {

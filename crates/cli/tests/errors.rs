@@ -187,6 +187,17 @@ fn wrong_command_lines() {
         ("trace m.obj", ["--rays", "required"]),
         ("trace --rays rays", ["MODEL", "required"]),
         ("trace m.obj --rays rays --any --all", ["--any", "--all"]),
+        ("trace m.obj --rays rays --any --crossings", ["--any", "--crossings"]),
+        ("trace m.obj --rays rays --all --crossings", ["--all", "--crossings"]),
+        (
+            "trace m.obj --rays rays --crossings --engine certified",
+            ["--crossings", "exact or fixed"],
+        ),
+        ("trace m.obj --rays rays --crossings --engine oracle", ["--crossings", "exact or fixed"]),
+        ("trace m.obj --rays rays --threshold 1e-9", ["engine exact has none", "certified"]),
+        ("render --threshold 1e-9", ["engine exact has none", "certified"]),
+        ("render --engine exact --threshold 0 --check certified", ["--threshold", "exact"]),
+        ("render --engine oracle --threshold 0", ["engine oracle has none", "certified"]),
         ("trace m.obj --rays rays --json", ["--output", "required"]),
     ] {
         place.fails(arguments, 2, &words);

@@ -17,9 +17,9 @@ fn every_engine_and_every_shadow_pass_both_checks() {
     // A floor and a triangle over it.
     let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
     place.put("m.obj", format!("{floor}v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n"));
-    for engine in ["certified", "double", "reference", "raster"] {
+    for engine in ["exact", "certified", "double", "reference", "raster"] {
         for shadows in ["rays", "volumes", "none"] {
-            for check in ["certified", "raster"] {
+            for check in ["exact", "certified", "raster"] {
                 let report = report(
                     &place,
                     &format!(

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use intertri::Threshold;
 use intertri::fixed::Bits;
 use intertri_scene::{Camera, CameraError, Light, Mesh, RaysFormat, Scene};
 
+use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 
@@ -138,6 +140,20 @@ fn finite(text: &str) -> std::result::Result<[f32; 3], String> {
 fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     let numbers = finite(text)?;
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
+}
+
+/// The threshold of an engine, the default if none was given; an engine that is exact has none.
+pub(crate) fn threshold_of(
+    engine: EngineName,
+    given: Option<Threshold>,
+) -> Result<Option<Threshold>> {
+    match given {
+        _ if !engine.is_exact() => Ok(Some(given.unwrap_or_default())),
+        None => Ok(None),
+        Some(_) => Err(Error::usage(format!(
+            "--threshold: engine {engine} has none; leave it out, or choose --engine certified"
+        ))),
+    }
 }
 
 /// The bits of a coordinate on the grid of engine `fixed`.

@@ -9,7 +9,7 @@ use intertri::{Threshold, Triangle};
 use intertri_scene::{Image, Scene, Texture, check_output, load, shade};
 
 use crate::commands::notes;
-use crate::commands::options::{CameraOptions, LightOptions, grid_bits};
+use crate::commands::options::{CameraOptions, LightOptions, grid_bits, threshold_of};
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
 use crate::engine::name::EngineName;
@@ -38,7 +38,7 @@ pub(crate) struct Options {
     size: (u32, u32),
 
     /// What finds the hits
-    #[arg(long, value_enum, default_value_t = EngineName::Certified)]
+    #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
     /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
@@ -61,16 +61,19 @@ pub(crate) struct Options {
 
     /// Draw with this engine too, which finds shadows in its own way: raster by volumes, others by
     /// rays. Write a picture of where the two differ beside the output (NAME.diff.png), and fail if
-    /// any pixel does that should not. Of engines that trace, every pixel must have the same triangle,
-    /// bits of t, and shadow. With raster or volumes on one side, a pixel may differ where an edge, a
-    /// tie, or the border of a shadow passes within a rounding of it (light blue in the picture, not
-    /// red), as docs/raster.md derives. With fixed on one side, any pixel may show another triangle or
-    /// shadow, for its scene is snapped: how many do, and how far the hits are apart, is reported
+    /// any pixel does that should not; those that may are light blue in the picture, the others red.
+    /// Certified, double and reference must agree in triangle, bits of t, u and v, and shadow of every
+    /// pixel, and so must exact and oracle. Between the three and these two, a pixel may show another
+    /// triangle or shadow if exact arithmetic, asked of all triangles, says that exact is right. With
+    /// raster or volumes on one side, a pixel may differ where an edge, a tie, or the border of a shadow
+    /// passes within a rounding of it, as docs/raster.md derives. With fixed on one side, any pixel may
+    /// show another triangle or shadow, for its scene is snapped: how many do, and how far the hits are
+    /// apart, is reported
     #[arg(long, value_name = "ENGINE")]
     check: Option<EngineName>,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    /// [default: 1e-9]
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
+    /// engines certified, double, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
@@ -89,6 +92,7 @@ pub(crate) struct Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     check_output(&options.output)?;
+    let threshold = threshold_of(options.engine, options.threshold)?;
     let read: Vec<&Path> =
         [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
     refuse_same_file(Some(&options.output), &read)?;
@@ -101,10 +105,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // What is seen, and what is lit.
     refuse_unused_grid(options)?;
-    let threshold = options.threshold.unwrap_or(Threshold::DEFAULT);
     tell_of(options, &scene, &triangles);
-    let raster = Raster::new(&scene, &triangles, options.size, threshold);
-    let mut engines = Engines::new(&triangles, threshold)
+    let raster =
+        Raster::new(&scene, &triangles, options.size, threshold.unwrap_or(Threshold::ZERO));
+    let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
         .on_grid(options.grid.unwrap_or(Bits::FINE), scene.ray_origins());
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
@@ -142,7 +146,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         size: options.size.into(),
         engine: options.engine,
         shadows: options.shadows,
-        threshold: threshold.get(),
+        threshold: threshold.map(Threshold::get),
         up,
         up_given,
         rays: frame.hits.len() as u64,
@@ -197,7 +201,7 @@ fn refuse_unused_grid(options: &Options) -> Result<()> {
 
 /// Says what the picture may lose to tolerances that nobody chose.
 fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
-    let exact = options.engine == EngineName::Fixed;
+    let exact = options.engine.is_exact() || options.engine == EngineName::Fixed;
     let chosen = options.threshold.is_some();
     let small = if chosen || exact { None } else { notes::small(scene, triangles) };
     let far = if options.shadows == Shadows::None { None } else { notes::far(scene) };
@@ -238,14 +242,15 @@ fn compare(
     // The same grid gives the same bits; a snapped scene is another than the one as loaded.
     let snapped =
         is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
-    if snapped {
-        Ok(Difference::snapped(frame, other))
-    } else if traced(options.engine, options.shadows) && traced(name, shadows) {
-        Ok(Difference::bits(frame, other))
-    } else {
-        let _bar = Progress::new("check", None);
-        Difference::by_rule(raster, frame, other)
-    }
+    let both_traced = traced(options.engine, options.shadows) && traced(name, shadows);
+    let _bar = Progress::new("check", None);
+    Ok(match [options.engine, name].map(EngineName::is_exact) {
+        _ if snapped => Difference::snapped(frame, other),
+        _ if !both_traced => Difference::by_rule(raster, frame, other)?,
+        [true, false] => Difference::settled(raster, frame, other),
+        [false, true] => Difference::settled(raster, other, frame),
+        _ => Difference::bits(frame, other),
+    })
 }
 
 /// A difference that nothing excuses is an error.

@@ -7,7 +7,7 @@ use intertri::fixed::Bits;
 use intertri::{Ray, Threshold};
 use intertri_scene::{Rays, RaysFormat, load};
 
-use crate::commands::options::{grid_bits, grid_bounds, rays_format};
+use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
 use crate::engine::engines::Engines;
 use crate::engine::name::EngineName;
@@ -70,16 +70,24 @@ pub(crate) struct Options {
     raw: bool,
 
     /// Only say whether anything is hit: 1 or 0 (CSV ray,hit; one byte a ray if raw)
-    #[arg(long, conflicts_with = "all")]
+    #[arg(long, conflicts_with_all = ["all", "crossings"])]
     any: bool,
 
     /// Every hit, not only the closest: a line for each, in order of t, and one with
-    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes)
-    #[arg(long)]
+    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes). Of
+    /// engine exact, an edge belongs to each of its triangles
+    #[arg(long, conflicts_with = "crossings")]
     all: bool,
 
+    /// Every crossing, in order of t, where an edge belongs to one of its triangles: as --all with a
+    /// further column side, 1 where the ray leaves (it runs with the normal) and -1 where it enters (if
+    /// raw, an i64 behind the record, 0 for a miss: 48 bytes). Of a closed mesh they sum to 1 from a
+    /// point inside. For engines exact and fixed
+    #[arg(long)]
+    crossings: bool,
+
     /// What finds the hits; raster answers no rays
-    #[arg(long, value_enum, default_value_t = EngineName::Certified)]
+    #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
     /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid is that of
@@ -96,9 +104,10 @@ pub(crate) struct Options {
     #[arg(long)]
     skip_outside: bool,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit
-    #[arg(long, value_name = "X", value_parser = numbers::threshold, default_value = "1e-9", allow_hyphen_values = true)]
-    threshold: Threshold,
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
+    /// engines certified, double and reference [default: 1e-9]
+    #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
+    threshold: Option<Threshold>,
 
     /// Print a report for programs, as JSON, on the standard output
     #[arg(long, requires = "output")]
@@ -110,6 +119,7 @@ impl Options {
         match self {
             Self { any: true, .. } => Query::Any,
             Self { all: true, .. } => Query::All,
+            Self { crossings: true, .. } => Query::Crossings,
             _ => Query::Closest,
         }
     }
@@ -118,6 +128,12 @@ impl Options {
     fn check(&self) -> Result<()> {
         if self.engine == EngineName::Raster {
             return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
+        }
+        if self.crossings && !matches!(self.engine, EngineName::Exact | EngineName::Fixed) {
+            return Err(Error::usage(format!(
+                "--crossings: engine {} may count an edge twice; choose exact or fixed",
+                self.engine
+            )));
         }
         let given = [
             ("--grid", self.grid.is_some()),
@@ -137,6 +153,7 @@ impl Options {
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
     options.check()?;
+    let threshold = threshold_of(options.engine, options.threshold)?;
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let mut rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
@@ -146,7 +163,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     })?;
 
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
-    let mut engines = Engines::new(&triangles, options.threshold)
+    let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
         .on_grid(options.grid.unwrap_or(Bits::FINE), room_for);
     let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
@@ -169,7 +186,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         output: options.output.clone(),
         triangles: triangles.len(),
         engine: options.engine,
-        threshold: options.threshold.get(),
+        threshold: threshold.map(Threshold::get),
         rays: done.rays,
         hits: done.hits,
         outside: done.outside,
@@ -195,9 +212,9 @@ fn answer_all(
     output: &mut Output,
     seconds: &mut TraceSeconds,
 ) -> Result<Done> {
-    // A ray may hit every triangle; so of those that ask for all hits, a batch has few.
-    let all = question.query == Query::All;
-    let size = if all { 16 } else { CHUNKS * question.engine.chunk_size() };
+    // A ray may hit every triangle; so of those that ask for all hits or crossings, a batch has few.
+    let many = matches!(question.query, Query::All | Query::Crossings);
+    let size = if many { 16 } else { CHUNKS * question.engine.chunk_size() };
     let threads = rayon::current_num_threads();
     let bar = Progress::new("trace", rays.total());
     let (mut read, mut done) = (0, Done::default());

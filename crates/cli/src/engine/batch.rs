@@ -92,6 +92,13 @@ impl Answers {
                     format.all(bytes, number, &hits);
                 }
             }
+            Query::Crossings => {
+                for (number, ray) in numbers.zip(rays) {
+                    let crossings = engine.crossings(ray);
+                    count += u64::from(!crossings.is_empty());
+                    format.crossings(bytes, number, &crossings);
+                }
+            }
         }
         count
     }

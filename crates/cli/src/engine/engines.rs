@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use intertri::fixed::Bits;
-use intertri::{Certified, Double, Threshold, Triangle};
+use intertri::{Certified, Double, Exact, Threshold, Triangle};
 use intertri_trace::Bvh;
 
 use crate::engine::fixed::{FixedScene, GridReport};
@@ -40,6 +40,7 @@ impl<'a> Engines<'a> {
     /// The engine of that name.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {
+            EngineName::Exact => RayEngine::Exact(self.bvh()?, Exact::default()),
             EngineName::Certified => {
                 RayEngine::Certified(self.bvh()?, Certified::new(self.threshold))
             }
@@ -48,6 +49,7 @@ impl<'a> Engines<'a> {
             EngineName::Reference => timed(&mut self.seconds, || {
                 RayEngine::Reference(ReferenceScene::new(self.triangles, self.threshold))
             }),
+            EngineName::Oracle => RayEngine::Oracle(self.triangles.to_vec()),
             EngineName::Raster => {
                 return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
             }

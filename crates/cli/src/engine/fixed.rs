@@ -1,7 +1,7 @@
 //! The engine `fixed`: a scene snapped to an integer grid, and traced there exactly.
 
 use intertri::fixed::{Bits, Fixed, Grid, GridError, Ray as Snapped, Triangle as Facet};
-use intertri::{Hit, Ray, Triangle};
+use intertri::{Crossing, Hit, Ray, Triangle};
 use intertri_trace::FixedBvh;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -76,6 +76,12 @@ impl FixedScene {
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         self.bvh.all(&Fixed::default(), &ray)
+    }
+
+    /// The same, and from which side the ray crosses.
+    pub(crate) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let ray = self.grid.ray(ray).unwrap_or(self.never);
+        self.bvh.all_crossings(&Fixed::default(), &ray)
     }
 
     /// Snaps rays to the grid and asks for their answers, in chunks that stay in the cache.

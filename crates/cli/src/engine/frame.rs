@@ -18,7 +18,7 @@ use crate::io::progress::{Progress, timed};
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shadows {
-    /// A ray from the light to each point that is seen; those of engine raster are certified
+    /// A ray from the light to each point that is seen; those of engine raster by engine exact
     Rays,
     /// Counting the volumes of shadow that each point is in: no rays
     Volumes,
@@ -44,7 +44,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     /// Draws `scene` with the engine of that name, and finds the shadows of what it sees. The engine
-    /// traces its own shadow rays; for the z-buffer, which has none, `certified` does.
+    /// traces its own shadow rays; for the z-buffer, which has none, `exact` does.
     pub(crate) fn draw(
         scene: &Scene,
         raster: &Raster<'_>,
@@ -62,7 +62,7 @@ impl Frame {
         };
         // All that a picture takes is timed, also what is done for the rays and with the answers.
         // Building is not: its time is that of the engines.
-        let tracer = if name == EngineName::Raster { EngineName::Certified } else { name };
+        let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
         // The visibility buffer.

@@ -9,6 +9,9 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum EngineName {
+    /// f32 lanes under a proven bound, exact arithmetic where it cannot decide: right on the coordinates
+    /// as given; a hierarchy
+    Exact,
     /// f32 lanes under a proven bound, f64 where it cannot decide; a hierarchy
     Certified,
     /// f64 lanes; a hierarchy
@@ -18,13 +21,20 @@ pub(crate) enum EngineName {
     Fixed,
     /// The scalar f64 reference in a plain loop over all triangles: slow
     Reference,
+    /// Rationals in a plain loop over all triangles, which exact must equal: very slow
+    Oracle,
     /// The z-buffer: no rays, and so another witness; for pictures alone
     Raster,
 }
 
 impl EngineName {
     /// Why the rasterizer is not asked for rays.
-    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose certified, double, fixed or reference";
+    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, double, fixed, reference or oracle";
+
+    /// Whether it answers for the real numbers that the coordinates are, without any threshold.
+    pub(crate) fn is_exact(self) -> bool {
+        matches!(self, Self::Exact | Self::Oracle)
+    }
 }
 
 impl fmt::Display for EngineName {

@@ -28,7 +28,7 @@ pub(crate) enum Wire {
 
 /// One picture of a scene. Nothing is computed before it is needed.
 pub(crate) struct Raster<'a> {
-    scene: &'a Scene,
+    pub(crate) scene: &'a Scene,
     pub(crate) triangles: &'a [Triangle],
     /// The picture's width and height.
     pub(crate) size: (u32, u32),

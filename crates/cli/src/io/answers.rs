@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Write;
 
 use clap::ValueEnum;
-use intertri::Hit;
+use intertri::{Crossing, Hit};
 
 use crate::io::numbers::Decimal;
 
@@ -14,6 +14,7 @@ pub(crate) enum Query {
     Closest,
     Any,
     All,
+    Crossings,
 }
 
 /// How answers are written down.
@@ -31,6 +32,7 @@ impl Format {
         match (self, query) {
             (Self::Raw, _) => b"",
             (Self::Csv, Query::Any) => b"ray,hit\n",
+            (Self::Csv, Query::Crossings) => b"ray,triangle,t,u,v,side\n",
             (Self::Csv, _) => b"ray,triangle,t,u,v\n",
         }
     }
@@ -38,7 +40,7 @@ impl Format {
     /// Adds the closest hit of a ray, or its miss.
     pub(crate) fn closest(self, out: &mut Vec<u8>, ray: u64, hit: &Hit) {
         match self {
-            Self::Csv => csv(out, ray, hit),
+            Self::Csv => line(out, format_args!("{ray},{}", Cells(hit))),
             Self::Raw => out.extend_from_slice(&raw(hit)),
         }
     }
@@ -56,7 +58,7 @@ impl Format {
         let hits = if hits.is_empty() { &[Hit::MISS] } else { hits };
         for hit in hits {
             match self {
-                Self::Csv => csv(out, ray, hit),
+                Self::Csv => line(out, format_args!("{ray},{}", Cells(hit))),
                 Self::Raw => {
                     out.extend_from_slice(&ray.to_le_bytes());
                     out.extend_from_slice(&raw(hit));
@@ -64,15 +66,42 @@ impl Format {
             }
         }
     }
+
+    /// Adds every crossing of a ray with its side, 1 if it leaves and -1 if it enters, or its miss.
+    pub(crate) fn crossings(self, out: &mut Vec<u8>, ray: u64, crossings: &[Crossing]) {
+        let sided = crossings.iter().map(|c| (&c.hit, if c.leaves { 1 } else { -1 }));
+        match self {
+            Self::Csv if crossings.is_empty() => {
+                line(out, format_args!("{ray},{},", Cells(&Hit::MISS)));
+            }
+            Self::Csv => {
+                sided
+                    .for_each(|(hit, side)| line(out, format_args!("{ray},{},{side}", Cells(hit))));
+            }
+            Self::Raw => {
+                let miss = crossings.is_empty().then_some((&Hit::MISS, 0));
+                for (hit, side) in sided.chain(miss) {
+                    out.extend_from_slice(&ray.to_le_bytes());
+                    out.extend_from_slice(&raw(hit));
+                    out.extend_from_slice(&i64::to_le_bytes(side));
+                }
+            }
+        }
+    }
 }
 
-/// A line `ray,triangle,t,u,v`.
-fn csv(out: &mut Vec<u8>, ray: u64, hit: &Hit) {
-    if hit.is_hit() {
-        let [t, u, v] = [hit.t, hit.u, hit.v].map(Decimal);
-        line(out, format_args!("{ray},{},{t},{u},{v}", hit.triangle));
-    } else {
-        line(out, format_args!("{ray},,,,"));
+/// The cells `triangle,t,u,v` of a hit; all empty for a miss.
+struct Cells<'a>(&'a Hit);
+
+impl fmt::Display for Cells<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(hit) = self;
+        if hit.is_hit() {
+            let [t, u, v] = [hit.t, hit.u, hit.v].map(Decimal);
+            write!(f, "{},{t},{u},{v}", hit.triangle)
+        } else {
+            f.write_str(",,,")
+        }
     }
 }
 

@@ -1,15 +1,20 @@
 //! Two engines, one picture: where do they disagree, and may they?
 //!
-//! - Engines that trace must agree in every bit.
+//! - Engines that follow document A must agree in every bit, and so must those that are exact.
+//! - Between the two kinds t differs in its last bits. Where triangle or shadow do, the laboratory's oracle
+//!   must say that `exact` is right.
 //! - The z-buffer and the shadow volumes see the scene along lines that are a rounding apart. Where one
 //!   of them takes part, a pixel may differ only where an edge, a tie of depths or the surface of a
 //!   volume passes within that rounding: the rule of `docs/raster.md`, decided for each pixel.
 //! - The engine `fixed` sees a scene that was snapped to its grid, and any pixel may differ by that.
 
+use intertri::Hit;
 use intertri_raster::{Verdict, differences, shadow_differences};
-use intertri_scene::{Image, difference};
+use intertri_scene::{Image, difference, hit_point};
+use rayon::prelude::*;
 
 use crate::engine::frame::Frame;
+use crate::engine::oracle;
 use crate::engine::raster::Raster;
 use crate::error::Result;
 
@@ -26,17 +31,44 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
-    /// Compares frames of tracing engines: each must have the other's triangle, bits of t, and shadow.
+    /// Compares frames of engines of one kind: each must have the other's triangle, bits of t, u and v, and
+    /// shadow.
     pub(crate) fn bits(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Unexcused };
         let hits = a.hits.iter().zip(&b.hits);
         let shadows = a.lit.iter().zip(&b.lit);
         Self {
-            hits: hits
-                .map(|(a, b)| verdict(a.triangle == b.triangle && a.t.to_bits() == b.t.to_bits()))
-                .collect(),
+            hits: hits.map(|(a, b)| verdict(bits(a) == bits(b))).collect(),
             shadows: shadows.map(|(a, b)| verdict(a == b)).collect(),
         }
+    }
+
+    /// Compares a frame of exact answers with one of document A's: where they show another triangle, or
+    /// one of them a shadow, the oracle must give the exact one's answer.
+    pub(crate) fn settled(raster: &Raster<'_>, exact: &Frame, other: &Frame) -> Self {
+        let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
+        let settle = |right| if right { Verdict::Excused } else { Verdict::Unexcused };
+        let pixel = |i: usize| {
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            (scene.camera.ray(x, y, width, height), &exact.hits[i])
+        };
+        let hits = (0..exact.hits.len()).into_par_iter().map(|i| {
+            let (ray, hit) = pixel(i);
+            if hit.triangle == other.hits[i].triangle {
+                return Verdict::Same;
+            }
+            settle(oracle::closest(triangles, &ray).triangle == hit.triangle)
+        });
+        let shadows = (0..exact.lit.len()).into_par_iter().map(|i| {
+            let (ray, hit) = pixel(i);
+            // Where nothing is seen, there is no shadow to compare.
+            if exact.lit[i] == other.lit[i] || !hit.is_hit() {
+                return Verdict::Same;
+            }
+            let shadow_ray = scene.light.shadow_ray(hit_point(&ray, hit));
+            settle(oracle::any(triangles, &shadow_ray) != exact.lit[i])
+        });
+        Self { hits: hits.collect(), shadows: shadows.collect() }
     }
 
     /// Compares frames of which the z-buffer or the shadow volumes made one.
@@ -88,6 +120,11 @@ impl Difference {
     }
 }
 
+/// All that a hit tells of a pixel, to be compared.
+fn bits(hit: &Hit) -> (u32, [u64; 3]) {
+    (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
+}
+
 /// How many differences there are, and how many of them are excused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Count {
@@ -109,7 +146,11 @@ impl Count {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use intertri::{Counts, Hit};
+    use crate::engine::engines::Engines;
+    use crate::engine::frame::Shadows;
+    use crate::engine::name::EngineName;
+    use intertri::{Counts, Threshold};
+    use intertri_scene::Scene;
 
     fn frame() -> Frame {
         Frame {
@@ -139,12 +180,51 @@ mod tests {
     }
 
     #[test]
-    fn a_single_bit_of_t_a_triangle_and_a_shadow_count() {
+    fn only_what_the_oracle_says_settles_a_difference() {
+        let (scene, size) = (Scene::built_in(), (16, 12));
+        let triangles = scene.mesh.to_triangles();
+        let raster = Raster::new(&scene, &triangles, size, Threshold::ZERO);
+        let mut engines = Engines::new(&triangles, Threshold::ZERO);
+        let mut draw =
+            || Frame::draw(&scene, &raster, &mut engines, EngineName::Exact, Shadows::Rays);
+        let right = draw().unwrap();
+        let none = Count { differ: 0, excused: 0 };
+        assert_eq!(Difference::settled(&raster, &right, &right).count(), none);
+
+        let (dark, seen, missed) = (
+            right.lit.iter().position(|lit| !lit).unwrap(),
+            right.hits.iter().zip(&right.lit).position(|(hit, lit)| hit.is_hit() && *lit).unwrap(),
+            right.hits.iter().position(|hit| !hit.is_hit()).unwrap(),
+        );
+        let changes: [&dyn Fn(&mut Frame); 5] = [
+            &|frame| frame.hits[seen].triangle ^= 1,
+            &|frame| frame.hits[seen] = Hit::MISS,
+            &|frame| frame.hits[missed] = frame.hits[seen],
+            &|frame| frame.lit[dark] = true,
+            &|frame| frame.lit[seen] = false,
+        ];
+        for (i, change) in changes.into_iter().enumerate() {
+            let mut wrong = draw().unwrap();
+            change(&mut wrong);
+            let excused = Difference::settled(&raster, &right, &wrong).count();
+            assert_eq!(excused, Count { differ: 1, excused: 1 }, "{i}");
+            let unexcused = Difference::settled(&raster, &wrong, &right).count();
+            assert_eq!(unexcused, Count { differ: 1, excused: 0 }, "{i}");
+        }
+        // Bits of t are not compared.
+        let mut near = draw().unwrap();
+        near.hits[seen].t = near.hits[seen].t.next_up();
+        assert_eq!(Difference::settled(&raster, &right, &near).count(), none);
+    }
+
+    #[test]
+    fn a_single_bit_a_triangle_and_a_shadow_count() {
         let same = Difference::bits(&frame(), &frame());
         assert_eq!(same.count(), Count { differ: 0, excused: 0 });
 
-        let changes: [fn(&mut Frame); 3] = [
+        let changes: [fn(&mut Frame); 4] = [
             |frame| frame.hits[1].t = 2.0f64.next_up(),
+            |frame| frame.hits[1].v = f64::from_bits(1),
             |frame| frame.hits[1].triangle = 6,
             |frame| frame.lit[1] = true,
         ];
@@ -153,7 +233,7 @@ mod tests {
             change(&mut other);
             let difference = Difference::bits(&frame(), &other);
             let wrong = [Verdict::Same, Verdict::Unexcused];
-            assert_eq!((difference.hits == wrong, difference.shadows == wrong), (i < 2, i == 2));
+            assert_eq!((difference.hits == wrong, difference.shadows == wrong), (i < 3, i == 3));
             assert_eq!(difference.count(), Count { differ: 1, excused: 0 });
             let mut image = Image::new(1, 2).unwrap();
             image.pixels_mut().fill([255; 3]);

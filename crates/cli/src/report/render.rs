@@ -22,7 +22,8 @@ pub(crate) struct RenderReport {
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
-    pub(crate) threshold: f64,
+    /// Null where the engine has none.
+    pub(crate) threshold: Option<f64>,
     /// What was taken as up, and whether that was asked for.
     pub(crate) up: [f32; 3],
     #[serde(skip)]
@@ -34,9 +35,9 @@ pub(crate) struct RenderReport {
     /// Pixels in shadow.
     pub(crate) dark: u64,
     pub(crate) shadow_rays: u64,
-    /// Ray/triangle tests of all rays; the reference and `fixed` count none.
+    /// Ray/triangle tests of all rays; plain loops and `fixed` count none.
     pub(crate) tests: u64,
-    /// Tests that f32 lanes left to f64.
+    /// Tests that f32 lanes left to f64, or to exact arithmetic.
     pub(crate) undecided: u64,
     /// The grid, if one of the two engines is `fixed`.
     pub(crate) grid: Option<GridReport>,
@@ -66,7 +67,7 @@ pub(crate) struct RenderSeconds {
 pub(crate) struct CheckReport {
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
-    /// Pixels that differ in triangle, t or shadow.
+    /// Pixels that differ in what is compared.
     pub(crate) differing_pixels: usize,
     /// How many of these may.
     pub(crate) excused_pixels: usize,
@@ -143,7 +144,11 @@ impl RenderReport {
         }
         if self.tests > 0 {
             let share = self.undecided as f64 / self.tests as f64 * 100.0;
-            writeln!(f, "{:>12} tests, {share:.4} % settled in f64", grouped(self.tests))?;
+            let how = match self.engine {
+                EngineName::Certified | EngineName::Double => "in f64",
+                _ => "exactly",
+            };
+            writeln!(f, "{:>12} tests, {share:.4} % settled {how}", grouped(self.tests))?;
         }
         Ok(())
     }

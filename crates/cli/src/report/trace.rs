@@ -18,7 +18,8 @@ pub(crate) struct TraceReport {
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
     pub(crate) engine: EngineName,
-    pub(crate) threshold: f64,
+    /// Null where the engine has none.
+    pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
     /// Rays that hit something.
     pub(crate) hits: u64,

@@ -1,0 +1,103 @@
+//! The engine `oracle`: what is exactly true, asked of all triangles one by one. Nobody's speed, everybody's
+//! judge.
+//!
+//! Where a ray meets a triangle, the laboratory's predicates and rationals say; the order of t and the
+//! interval are rationals, too. Only for t, u and v, each rounded once, it takes the kernel's integers.
+
+use std::cmp::Ordering;
+
+use intertri::internal::exact::{Tier, attributes_from};
+use intertri::{Hit, Ray, Triangle};
+use intertri_lab::oracle::{Rational, answer, exact_t};
+use rayon::prelude::*;
+
+/// The closest hit of each ray; of equal t, of the lowest index.
+pub(crate) fn closest_batch(triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+    rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = closest(triangles, ray));
+}
+
+/// Whether each ray hits anything.
+pub(crate) fn any_batch(triangles: &[Triangle], rays: &[Ray], hits: &mut [bool]) {
+    rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = any(triangles, ray));
+}
+
+/// The closest hit of a ray.
+pub(crate) fn closest(triangles: &[Triangle], ray: &Ray) -> Hit {
+    // Of several minima, `min_by` takes the first.
+    let closest = met(triangles, ray).min_by(|(_, a), (_, b)| a.cmp(b));
+    closest.map_or(Hit::MISS, |(index, _)| hit(triangles, ray, index))
+}
+
+/// Whether a ray hits anything.
+pub(crate) fn any(triangles: &[Triangle], ray: &Ray) -> bool {
+    met(triangles, ray).next().is_some()
+}
+
+/// Every hit of a ray, in order of t; of equal t, of the triangles.
+pub(crate) fn all(triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
+    let mut all: Vec<_> = met(triangles, ray).collect();
+    all.sort_by(|(_, a), (_, b)| a.cmp(b));
+    all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
+}
+
+/// The triangles that a ray hits by the closed rule, and their exact t.
+fn met(triangles: &[Triangle], ray: &Ray) -> impl Iterator<Item = (usize, Rational)> {
+    let within = |t: &Rational| {
+        compare(t, ray.t_min).is_some_and(Ordering::is_ge)
+            && compare(t, ray.t_max).is_some_and(Ordering::is_lt)
+    };
+    let hits = triangles.iter().enumerate().filter(|(_, triangle)| answer(triangle, ray).is_hit());
+    hits.filter_map(move |(index, triangle)| {
+        exact_t(triangle, ray).filter(within).map(|t| (index, t))
+    })
+}
+
+/// A t compared with an end of an interval; nothing for a NaN.
+fn compare(t: &Rational, end: f32) -> Option<Ordering> {
+    match Rational::try_from(end) {
+        Ok(end) => Some(t.cmp(&end)),
+        // An infinity compares with any finite number alike.
+        Err(_) => 0.0.partial_cmp(&end),
+    }
+}
+
+/// What is told of a triangle that is hit.
+fn hit(triangles: &[Triangle], ray: &Ray, index: usize) -> Hit {
+    let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
+    Hit { t, u, v, triangle: index as u32, geometry: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Exact, Mode};
+    use intertri_lab::families::adversarial;
+    use intertri_lab::rng::Rng;
+
+    use super::*;
+
+    #[test]
+    fn it_answers_as_the_mode_does_over_all_triangles() {
+        let mut rng = Rng::new(71);
+        let (mode, mut hits) = (Exact::default(), 0);
+        for round in 0..300 {
+            let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
+            // Some lie twice, so that t is equal.
+            let triangles: Vec<_> =
+                cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
+            for case in &cases {
+                let far = mode.closest(&triangles, &case.ray).map_or(1.0, |hit| hit.t) as f32;
+                let ends =
+                    [(0.0, f32::INFINITY), (far, f32::INFINITY), (-1.0, far), (0.0, f32::NAN)];
+                for (t_min, t_max) in ends {
+                    let ray = Ray { t_min, t_max, ..case.ray };
+                    let found = all(&triangles, &ray);
+                    assert_eq!(found, mode.all(&triangles, &ray), "{round}: {ray:?}");
+                    assert_eq!(closest(&triangles, &ray).some(), mode.closest(&triangles, &ray));
+                    assert_eq!(any(&triangles, &ray), !found.is_empty());
+                    hits += found.len();
+                }
+            }
+        }
+        assert!(hits > 1000, "{hits}");
+    }
+}
