@@ -1,31 +1,38 @@
 //! Speed against accuracy: a panel a workload.
 
 use super::marks::mark;
-use super::panel::{Point, panel};
+use super::panel::{self, Point, panel};
 use super::svg::{Anchor, Font, GREY, Svg, width};
 use crate::accuracy::ErrorCounts;
 use crate::pareto::{Baseline, fastest, pareto_front};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-const PANEL: [f64; 2] = [700.0, 470.0];
+/// How wide a panel is, and where the upper ones begin.
+const WIDTH: f64 = 704.0;
+const TOP: f64 = 66.0;
 
 /// Four panels of all methods, each as wide as it is fastest: how many times faster than the scalar
-/// f64 reference, and how often wrong. `caption` stands below.
+/// f64 reference, and how often wrong. Methods in which no error was seen have a row each. `caption`
+/// stands below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
-    let [w, h] = PANEL;
-    let mut svg = Svg::new(2.0 * w + 24.0, 2.0 * h + 118.0);
+    let points = Workload::ALL.map(|workload| points(workload, times, error_counts));
+    // Panels side by side are equally high.
+    let rows = [0, 2].map(|k| panel::rows(&points[k]).max(panel::rows(&points[k + 1])));
+    let tops = [TOP, TOP + panel::height(rows[0])];
+    let bottom = tops[1] + panel::height(rows[1]);
+    let mut svg = Svg::new(2.0 * WIDTH + 24.0, bottom + 52.0);
     let title = Font::new(21.0, Anchor::Start).bold();
     svg.text([20.0, 32.0], "Speed against accuracy of ray/triangle tests", title);
     legend(&mut svg, [20.0, 54.0]);
     for (k, workload) in Workload::ALL.into_iter().enumerate() {
-        let at = [12.0 + w * (k % 2) as f64, 66.0 + h * (k / 2) as f64];
+        let at = [12.0 + WIDTH * (k % 2) as f64, tops[k / 2]];
         let front = pareto_front(workload, Baseline::Oracle, error_counts, times);
-        panel(&mut svg, at, workload, &points(workload, times, error_counts), &front);
+        panel(&mut svg, at, workload, &points[k], rows[k / 2], &front);
     }
     let font = Font::new(11.0, Anchor::Start).fill(GREY);
     for (k, line) in caption.lines().enumerate() {
-        svg.text([20.0, 66.0 + 2.0 * h + 18.0 + 15.0 * k as f64], line, font);
+        svg.text([20.0, bottom + 18.0 + 15.0 * k as f64], line, font);
     }
     svg
 }

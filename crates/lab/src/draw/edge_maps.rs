@@ -5,9 +5,9 @@ use intertri::simd::Level;
 use intertri::{Ray, Triangle};
 use intertri_reference::THRESHOLD;
 
-use super::marks::is_kernel;
+use super::marks::{in_order, is_kernel};
 use super::svg::{Anchor, Font, GREY, Svg, width};
-use crate::methods::METHODS;
+use crate::methods::Method;
 use crate::oracle;
 use crate::rng::step;
 use crate::test_batch::{Answer, TestBatch};
@@ -15,7 +15,7 @@ use crate::test_batch::{Answer, TestBatch};
 /// Steps on either side.
 const REACH: i32 = 16;
 const PIXEL: f64 = 4.0;
-const COLUMNS: usize = 8;
+const COLUMNS: usize = 9;
 
 /// Two triangles that share an edge, or six around a vertex, and a square of rays from one origin:
 /// their directions differ by single f32 steps in x and in y.
@@ -82,8 +82,7 @@ impl Square {
     }
 
     /// The same by a method. `fixed` snaps all of them to one grid.
-    fn by(&self, method: usize) -> Vec<u32> {
-        let method = &METHODS[method];
+    fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
             if method.name == "fixed" {
@@ -102,7 +101,7 @@ impl Square {
     }
 }
 
-fn ask(method: &crate::methods::Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
+fn ask(method: &Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
     let mut to = vec![Answer::default(); rays.len()];
     method.pairs(Level::best(), THRESHOLD, &vec![triangle; rays.len()], rays, &mut to);
     to
@@ -122,17 +121,17 @@ fn colour(set: u32) -> &'static str {
 pub fn edge_maps(caption: &str) -> Svg {
     let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
     let mut columns = vec![("the oracle", edge.by_oracle(), vertex.by_oracle())];
-    for (k, method) in METHODS.iter().enumerate() {
-        columns.push((method.name, edge.by(k), vertex.by(k)));
+    for method in in_order() {
+        columns.push((method.name, edge.by(method), vertex.by(method)));
         if method.name == "fixed" {
             // To which the rays above are all the same.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
-            columns.push(("fixed, in grid steps", edge.by(k), vertex.by(k)));
+            columns.push(("fixed, in grid steps", edge.by(method), vertex.by(method)));
         }
     }
 
     let side = PIXEL * f64::from(2 * REACH + 1);
-    let [w, h] = [side + 38.0, 2.0 * side + 66.0];
+    let [w, h] = [side + 26.0, 2.0 * side + 66.0];
     let bands = columns.len().div_ceil(COLUMNS);
     let mut svg = Svg::new(COLUMNS as f64 * w + 30.0, bands as f64 * h + 130.0);
     let title = "Around a shared edge and a shared vertex, in single f32 steps of the direction";
@@ -146,7 +145,8 @@ pub fn edge_maps(caption: &str) -> Svg {
         svg.text([x + 19.0, 55.0], text, Font::new(12.5, Anchor::Start));
         x += 50.0 + width(text, 12.5);
     }
-    let numbers = "below each: leaks / counted twice, of 1,089 rays";
+    let numbers =
+        "above the edge, below it the vertex; under each: leaks / counted twice, of 1,089 rays";
     svg.text([x, 55.0], numbers, Font::new(12.5, Anchor::Start).fill(GREY));
 
     for (k, (name, edge, vertex)) in columns.iter().enumerate() {
@@ -199,7 +199,7 @@ mod tests {
             assert!((0..2).all(|k| seen(&edge, k) > 200));
             assert!((0..6).all(|k| seen(&vertex, k) > 20));
             assert!(edge.iter().chain(&vertex).all(|&set| set != 0), "the oracle sees no leak");
-            let fixed = METHODS.iter().position(|method| method.name == "fixed").unwrap();
+            let fixed = METHODS.iter().find(|method| method.name == "fixed").unwrap();
             for sets in [Square::edge(by).by(fixed), Square::vertex(by).by(fixed)] {
                 assert!(sets.iter().all(|set| set.is_power_of_two()), "exactly once");
             }

@@ -1,52 +1,34 @@
 //! The table of onsets: methods against sweeps.
 
-use super::marks::is_kernel;
-use super::svg::{Anchor, Font, GREY, Svg};
-use crate::methods::METHODS;
-use crate::stress::{Onset, SWEEPS, first};
+use super::marks::{colour_of, in_order, is_kernel};
+use super::svg::{Anchor, Font, GREY, Svg, width};
+use crate::stress::{Onset, SWEEPS, Sweep, first};
 
-const CELL: [f64; 2] = [58.0, 25.0];
-const LEFT: f64 = 190.0;
-const TOP: f64 = 190.0;
+const CELL: [f64; 2] = [64.0, 25.0];
+const LEFT: f64 = 186.0;
+const TOP: f64 = 236.0;
 
 /// For each method and sweep the parameter at which one answer in 1,000 is first wrong, the darker
-/// the sooner; an empty field where none was.
+/// the sooner, or `none`. `caption` stands below.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
-    let (columns, rows) = (SWEEPS.len() as f64, METHODS.len() as f64);
-    let mut svg = Svg::new(LEFT + columns * w + 60.0, TOP + rows * h + 70.0);
-    let title = "The parameter at which one answer in 1,000 is first wrong";
+    let methods = in_order();
+    let (columns, rows) = (SWEEPS.len() as f64, methods.len() as f64);
+    let mut svg = Svg::new(LEFT + columns * w + 16.0, TOP + rows * h + 60.0);
+    let title =
+        "Where one answer in 1,000 is first wrong: rows are methods, columns what is varied";
     svg.text([16.0, 28.0], title, Font::new(18.0, Anchor::Start).bold());
-    let note = "dark: near the harmless end of the range; empty: not reached within it";
-    svg.text([16.0, 47.0], note, Font::new(12.0, Anchor::Start).fill(GREY));
+    legend(&mut svg, [16.0, 52.0]);
 
     for (k, sweep) in SWEEPS.iter().enumerate() {
-        let x = LEFT + w * (k as f64 + 0.5) + 4.0;
-        svg.text([x, TOP - 8.0], sweep.name, Font::new(11.5, Anchor::Start).upright());
+        heading(&mut svg, LEFT + w * k as f64, sweep);
     }
-    for (i, method) in METHODS.iter().enumerate() {
+    for (i, method) in methods.into_iter().map(|method| method.name).enumerate() {
         let y = TOP + h * i as f64;
-        let bold = is_kernel(method.name);
-        let font = Font { bold, ..Font::new(12.0, Anchor::End) };
-        svg.text([LEFT - 8.0, y + 17.0], method.name, font);
+        let font = Font { bold: is_kernel(method), ..Font::new(12.0, Anchor::End) };
+        svg.text([LEFT - 8.0, y + 17.0], method, font.fill(colour_of(method)));
         for (k, sweep) in SWEEPS.iter().enumerate() {
-            let at = [LEFT + w * k as f64, y];
-            let known = onsets.iter().any(|o| o.sweep == sweep.name && o.method == method.name);
-            let value = first(onsets, sweep.name, method.name);
-            let share = value.map(|x| (x / sweep.from).ln() / (sweep.to / sweep.from).ln());
-            let (fill, ink) = match share {
-                Some(share) => shade(share),
-                None => ("#ffffff".to_owned(), GREY),
-            };
-            svg.rect(at, [w, h], &fill);
-            svg.frame(at, [w, h], "#cccccc");
-            let text = match value {
-                Some(value) => number(value),
-                None if known => String::new(),
-                None => "?".to_owned(),
-            };
-            let font = Font::new(10.5, Anchor::Middle).fill(ink);
-            svg.text([at[0] + w / 2.0, y + 16.5], &text, font);
+            cell(&mut svg, [LEFT + w * k as f64, y], sweep, method, onsets);
         }
     }
     let font = Font::new(11.0, Anchor::Start).fill(GREY);
@@ -54,6 +36,45 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
         svg.text([16.0, TOP + rows * h + 24.0 + 14.0 * k as f64], line, font);
     }
     svg
+}
+
+/// What the colours say.
+fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
+    let font = Font::new(12.0, Anchor::Start).fill(GREY);
+    let before = "in each field the first bad value; its colour: at the harmless end of the range";
+    svg.text([x, y], before, font);
+    let mut at = x + width(before, 12.0) + 8.0;
+    for k in 0..12 {
+        svg.rect([at, y - 11.0], [10.0, 14.0], &shade(f64::from(k) / 11.0).0);
+        at += 10.0;
+    }
+    svg.text([at + 8.0, y], "at the other; none: not within the range", font);
+}
+
+/// What a column is, what its numbers are, and from where to where they go.
+fn heading(svg: &mut Svg, x: f64, sweep: &Sweep) {
+    let range = format!("from {} to {}", number(sweep.from), number(sweep.to));
+    let font = Font::new(11.0, Anchor::Start).upright();
+    svg.text([x + 20.0, TOP - 8.0], sweep.name, Font { size: 12.0, ..font }.bold());
+    svg.text([x + 36.0, TOP - 8.0], sweep.axis, font);
+    svg.text([x + 51.0, TOP - 8.0], &range, font.fill(GREY));
+}
+
+fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onset]) {
+    let known = onsets.iter().any(|o| o.sweep == sweep.name && o.method == method);
+    let (text, fill, ink) = match first(onsets, sweep.name, method) {
+        Some(value) => {
+            let share = (value / sweep.from).ln() / (sweep.to / sweep.from).ln();
+            let (fill, ink) = shade(share);
+            (number(value), fill, ink)
+        }
+        None if known => ("none".to_owned(), "#ffffff".to_owned(), "#8a8a8a"),
+        None => ("?".to_owned(), "#ffffff".to_owned(), GREY),
+    };
+    svg.rect(at, CELL, &fill);
+    svg.frame(at, CELL, "#cccccc");
+    let font = Font::new(11.0, Anchor::Middle).fill(ink);
+    svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
 /// A field's colour, from dark red (0) to pale yellow (1), and the ink that is read on it.
@@ -66,7 +87,7 @@ fn shade(share: f64) -> (String, &'static str) {
         let (a, b) = (f64::from(stops[k][c]), f64::from(stops[k + 1][c]));
         (a + (b - a) * (place - k as f64)).round() as u8
     };
-    let ink = if share < 0.45 { "#ffffff" } else { "#222222" };
+    let ink = if share < 0.3 { "#ffffff" } else { "#111111" };
     (format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2)), ink)
 }
 

@@ -1,6 +1,7 @@
 //! How a method looks in every picture: its colour, and the shape of its mark.
 
 use super::svg::Svg;
+use crate::methods::{METHODS, Method};
 
 /// The colours of methods: those of M. Okabe and K. Ito, which the colour-blind tell apart and a
 /// printer in grey prints in different greys.
@@ -8,6 +9,21 @@ mod colour {
     pub(super) const KERNEL: &str = "#D55E00";
     pub(super) const DOUBLE: &str = "#009E73";
     pub(super) const SINGLE: &str = "#0072B2";
+}
+
+/// The colours of areas under a method's curve.
+mod pale {
+    pub(super) const KERNEL: &str = "#F9DDCA";
+    pub(super) const DOUBLE: &str = "#CDEBE1";
+    pub(super) const SINGLE: &str = "#CCE3F2";
+}
+
+/// The methods in the order of a picture's rows: the kernel's modes, then the published.
+pub(super) fn in_order() -> Vec<&'static Method> {
+    let (mut modes, published): (Vec<_>, Vec<_>) =
+        METHODS.iter().partition(|method| is_kernel(method.name));
+    modes.extend(published);
+    modes
 }
 
 /// Whether a method of the table is one of the kernel's modes.
@@ -23,6 +39,17 @@ pub(super) fn colour_of(method: &str) -> &'static str {
         colour::DOUBLE
     } else {
         colour::SINGLE
+    }
+}
+
+/// The colour of the area under a method's curve.
+pub(super) fn pale_of(method: &str) -> &'static str {
+    if is_kernel(method) {
+        pale::KERNEL
+    } else if method.ends_with("f64") {
+        pale::DOUBLE
+    } else {
+        pale::SINGLE
     }
 }
 

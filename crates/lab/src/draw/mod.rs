@@ -23,3 +23,6 @@ pub use onsets::onsets;
 pub use page::{Section, page};
 pub use png::png;
 pub use svg::{Anchor, Font, Svg};
+
+#[cfg(test)]
+mod tests;

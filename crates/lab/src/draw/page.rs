@@ -6,18 +6,19 @@ use super::svg::Svg;
 use crate::methods::METHODS;
 
 /// Paper and ink by daylight and at night. The pictures are drawn on white; at night their lightness
-/// is turned over, and their colours stay.
+/// is turned over, and their colours stay. On a narrow screen they keep their size and scroll.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
 @media (prefers-color-scheme: dark) {
   :root { --paper: #161616; --ink: #dddddd; --faint: #3a3a3a }
   figure svg { filter: invert(0.914) hue-rotate(180deg) }
 }
-body { margin: 2rem auto; max-width: 76rem; padding: 0 1rem; background: var(--paper);
+body { margin: 2rem auto; max-width: 90rem; padding: 0 1rem; background: var(--paper);
   color: var(--ink); font: 1rem/1.5 system-ui, sans-serif }
 p { max-width: 46rem }
-figure { margin: 1rem 0 }
-figure svg { width: 100%; height: auto }
+figure, .wide { margin: 1rem 0; overflow-x: auto }
+figure svg { display: block; width: 100%; height: auto }
+@media (max-width: 70rem) { figure svg { width: auto } }
 table { border-collapse: collapse }
 td, th { border-bottom: 1px solid var(--faint); padding: 0.2rem 1rem 0.2rem 0; text-align: left }
 ";
@@ -46,16 +47,16 @@ pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
         let (title, text) = (escape(title), escape(text));
         let _ = write!(
             page,
-            "<section>\n<h2>{title}</h2>\n<p>{text}</p>\n<figure>\n{picture}</figure>\n</section>\n"
+            "<section>\n<h2>{title}</h2>\n<p>{text}</p>\n<figure tabindex=\"0\">\n{picture}</figure>\n</section>\n"
         );
     }
-    page += "<section>\n<h2>The methods</h2>\n<table>\n\
+    page += "<section>\n<h2>The methods</h2>\n<div class=\"wide\" tabindex=\"0\">\n<table>\n\
              <tr><th>method</th><th>bits</th><th>source</th></tr>\n";
     for method in METHODS {
         let (name, source) = (escape(method.name), escape(method.source));
         let _ = writeln!(page, "<tr><td>{name}</td><td>{}</td><td>{source}</td></tr>", method.bits);
     }
-    page + "</table>\n</section>\n</body>\n</html>\n"
+    page + "</table>\n</div>\n</section>\n</body>\n</html>\n"
 }
 
 fn escape(text: &str) -> String {

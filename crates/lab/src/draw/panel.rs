@@ -2,17 +2,23 @@
 
 use super::axis::{Log, power};
 use super::labels::{Area, Wanted, place};
-use super::marks::{colour_of, is_kernel, mark};
+use super::marks::{colour_of, in_order, is_kernel, mark};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
+use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
 /// Within a panel: where the axes cross, where they end, and where the axis of errors breaks.
 const LEFT: f64 = 72.0;
-const RIGHT: f64 = 688.0;
+const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;
-const BREAK: f64 = 318.0;
-const BOTTOM: f64 = 425.0;
+const BREAK: f64 = 350.0;
+/// Right of the fastest method, for its name.
+const ROOM: f64 = 138.0;
+/// A row of a method in which no error was seen.
+const ROW: f64 = 15.0;
+/// The size of names.
+const SIZE: f64 = 11.5;
 
 /// A method in a panel.
 pub(super) struct Point {
@@ -23,6 +29,21 @@ pub(super) struct Point {
     /// The share of double counts, where they are counted.
     pub(super) doubles: Option<f64>,
     pub(super) trials: u64,
+}
+
+/// How high a panel is in which so many methods have a row of their own.
+pub(super) fn height(rows: usize) -> f64 {
+    bottom(rows) + 52.0
+}
+
+/// Where a panel's axes end below.
+fn bottom(rows: usize) -> f64 {
+    BREAK + ROW * rows as f64 + 24.0
+}
+
+/// In how many methods no error was seen.
+pub(super) fn rows(points: &[Point]) -> usize {
+    points.iter().filter(|p| p.share == 0.0).count()
 }
 
 fn title(workload: Workload) -> (&'static str, &'static str) {
@@ -40,69 +61,77 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
 }
 
 /// Where the axes of a panel run, and what lies on them.
-struct Axes {
+struct Axes<'a> {
     left: f64,
     right: f64,
     top: f64,
     bottom: f64,
-    /// Below, no errors were seen.
+    /// Below, no errors were seen: a row for each method, the fastest first.
     broken: f64,
-    fastest: f64,
+    rows: Vec<&'a str>,
     x: Log,
     y: Log,
 }
 
-impl Axes {
-    fn new([ox, oy]: [f64; 2], points: &[Point]) -> Self {
-        let (left, right, top, bottom) = (ox + LEFT, ox + RIGHT, oy + TOP, oy + BOTTOM);
+impl<'a> Axes<'a> {
+    fn new([ox, oy]: [f64; 2], points: &'a [Point], rows: usize) -> Self {
+        let (left, right, top) = (ox + LEFT, ox + RIGHT, oy + TOP);
+        let bottom = oy + bottom(rows);
         let broken = oy + BREAK;
         let fastest = points.iter().fold(10.0, |far: f64, p| far.max(p.faster[2]));
         let slowest = points.iter().fold(0.85, |far: f64, p| far.min(0.9 * p.faster[0]));
-        let x = Log::new(slowest, 1.25 * fastest, [left, right]);
+        let x = Log::new(slowest, fastest, [left, right - ROOM]);
         let seen = points.iter().flat_map(|p| [p.share, p.doubles.unwrap_or(0.0)]);
         let least = seen.filter(|&share| share > 0.0).fold(0.1, f64::min);
         let y = Log::new(1.0, 10_f64.powf(least.log10().floor()), [top, broken - 14.0]);
-        Self { left, right, top, bottom, broken, fastest, x, y }
+        let mut none: Vec<&Point> = points.iter().filter(|p| p.share == 0.0).collect();
+        none.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
+        let rows = none.into_iter().map(|p| p.name.as_str()).collect();
+        Self { left, right, top, bottom, broken, rows, x, y }
     }
 
     /// The place of a method.
     fn at(&self, p: &Point) -> [f64; 2] {
-        let height = if p.share > 0.0 { self.y.at(p.share) } else { self.broken + 44.0 };
-        [self.x.at(p.faster[1]), height]
+        let row = self.rows.iter().position(|&name| name == p.name);
+        let of_row = |row: usize| self.broken + ROW * (row as f64 + 0.8);
+        [self.x.at(p.faster[1]), row.map_or_else(|| self.y.at(p.share), of_row)]
     }
 }
 
-/// A panel with its upper left corner at a point.
+/// A panel with its upper left corner at a point, and room for so many rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
     workload: Workload,
     points: &[Point],
+    rows: usize,
     front: &[&str],
 ) {
     if points.is_empty() {
         return;
     }
-    let axes = Axes::new([ox, oy], points);
+    let axes = Axes::new([ox, oy], points, rows);
     let (heading, what) = title(workload);
     svg.text([axes.left, oy + 22.0], heading, Font::new(15.0, Anchor::Start).bold());
     svg.text([axes.left, oy + 38.0], &format!("share of {what}"), Font::new(12.0, Anchor::Start));
 
     grid(svg, &axes);
     broken_axis(svg, &axes, points.iter().map(|p| p.trials).max().unwrap_or(1));
+    not_timed(svg, &axes, points);
     let on_front = |p: &Point| front.iter().any(|name| name.trim_end_matches(" f32") == p.name);
     let steps = staircase(&axes, points.iter().filter(|p| on_front(p)).collect());
     svg.path(&steps, "#E69F00", 4.0, "");
     marks(svg, &axes, points);
     let is_bold = |p: &Point| on_front(p) || is_kernel(&p.name);
     labels(svg, &axes, points, is_bold, &steps);
+    names_of_rows(svg, &axes, points, is_bold);
 }
 
 /// The ticks and their lines.
-fn grid(svg: &mut Svg, axes: &Axes) {
-    let &Axes { left, right, top, bottom, fastest, x, y, .. } = axes;
+fn grid(svg: &mut Svg, axes: &Axes<'_>) {
+    let &Axes { left, right, top, bottom, x, y, .. } = axes;
     for tick in [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 30.0, 50.0, 100.0] {
-        if tick < 1.25 * fastest {
+        if x.at(tick) < right - 8.0 {
             svg.line([x.at(tick), top], [x.at(tick), bottom], FAINT, 0.7);
             let text = if tick == 1.0 { "1×".to_owned() } else { tick.to_string() };
             svg.text([x.at(tick), bottom + 15.0], &text, Font::new(11.0, Anchor::Middle));
@@ -119,7 +148,7 @@ fn grid(svg: &mut Svg, axes: &Axes) {
 }
 
 /// The axis of errors with its break, below which nothing was seen.
-fn broken_axis(svg: &mut Svg, axes: &Axes, trials: u64) {
+fn broken_axis(svg: &mut Svg, axes: &Axes<'_>, trials: u64) {
     let &Axes { left, right, top, bottom, broken, .. } = axes;
     svg.rect([left, broken], [right - left, bottom - broken], "#f4f4f4");
     svg.line([left, top], [left, broken - 7.0], INK, 1.2);
@@ -135,8 +164,20 @@ fn broken_axis(svg: &mut Svg, axes: &Axes, trials: u64) {
     svg.text([right - 4.0, bottom - 6.0], &bound, Font::new(10.0, Anchor::End).fill(GREY));
 }
 
+/// The methods that are not in the panel.
+fn not_timed(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
+    let is_there = |method: &&Method| points.iter().any(|p| label_of(&p.name) == method.name);
+    let absent = in_order().into_iter().filter(|method| !is_there(method));
+    let absent: Vec<_> = absent.map(|method| method.name).collect();
+    if !absent.is_empty() {
+        let text = format!("without a time here: {}", absent.join("; "));
+        let at = [axes.left + 8.0, axes.bottom - 6.0];
+        svg.text(at, &text, Font::new(10.0, Anchor::Start).fill(GREY));
+    }
+}
+
 /// The Pareto front as steps, down from the fastest.
-fn staircase(axes: &Axes, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
+fn staircase(axes: &Axes<'_>, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
     front.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
     let mut steps: Vec<[f64; 2]> = Vec::new();
     for p in front {
@@ -154,7 +195,7 @@ fn staircase(axes: &Axes, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
 }
 
 /// The methods: their spread, their double counts, themselves.
-fn marks(svg: &mut Svg, axes: &Axes, points: &[Point]) {
+fn marks(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     for p in points {
         let [px, py] = axes.at(p);
         svg.line([axes.x.at(p.faster[0]), py], [axes.x.at(p.faster[2]), py], GREY, 1.0);
@@ -165,24 +206,25 @@ fn marks(svg: &mut Svg, axes: &Axes, points: &[Point]) {
         }
     }
     for p in points {
-        mark(svg, &p.name, axes.at(p), 4.3, p.share == 0.0);
+        mark(svg, &label_of(&p.name), axes.at(p), 4.3, p.share == 0.0);
     }
 }
 
-/// The names of the methods, clear of the marks and of the front.
+/// The names of the methods with errors, clear of the marks and of the front.
 fn labels(
     svg: &mut Svg,
-    axes: &Axes,
+    axes: &Axes<'_>,
     points: &[Point],
     is_bold: impl Fn(&Point) -> bool,
     front: &[[f64; 2]],
 ) {
-    let &Axes { left, right, top, bottom, x, y, .. } = axes;
+    let &Axes { left, right, top, broken, x, y, .. } = axes;
     let wanted: Vec<_> = points
         .iter()
+        .filter(|p| p.share > 0.0)
         .map(|p| Wanted { text: p.name.clone(), at: axes.at(p), bold: is_bold(p) })
         .collect();
-    let bounds = Area { lo: [left + 4.0, top - 2.0], hi: [right + 2.0, bottom - 2.0] };
+    let bounds = Area { lo: [left + 4.0, top - 2.0], hi: [right + 2.0, broken - 4.0] };
     let mut obstacles: Vec<_> = wanted.iter().map(|label| label.at).collect();
     obstacles.extend(points.iter().filter_map(|p| Some([x.at(p.faster[1]), y.at(p.doubles?)])));
     for pair in front.windows(2) {
@@ -190,12 +232,28 @@ fn labels(
             |k: i32| [0, 1].map(|c| pair[0][c] + (pair[1][c] - pair[0][c]) * f64::from(k) / 64.0);
         obstacles.extend((0..=64).map(along));
     }
-    for (label, placed) in wanted.iter().zip(place(&wanted, 11.0, bounds, &obstacles)) {
+    for (label, placed) in wanted.iter().zip(place(&wanted, SIZE, bounds, &obstacles)) {
         if let Some(end) = placed.leader {
             svg.line(label.at, end, "#888888", 0.6);
         }
-        let font = Font { bold: label.bold, ..Font::new(11.0, Anchor::Start) };
+        let font = Font { bold: label.bold, ..Font::new(SIZE, Anchor::Start) }.halo();
         svg.text(placed.left, &label.text, font.fill(colour_of(&label_of(&label.text))));
+    }
+}
+
+/// The names of the methods without errors, each in its row to the right of its spread: what is
+/// drawn upward from a row below is further left.
+fn names_of_rows(
+    svg: &mut Svg,
+    axes: &Axes<'_>,
+    points: &[Point],
+    is_bold: impl Fn(&Point) -> bool,
+) {
+    for p in points.iter().filter(|p| p.share == 0.0) {
+        let [px, py] = axes.at(p);
+        let left = (px + 10.0).max(axes.x.at(p.faster[2]) + 5.0);
+        let font = Font { bold: is_bold(p), ..Font::new(SIZE, Anchor::Start) };
+        svg.text([left, py + 4.0], &p.name, font.fill(colour_of(&label_of(&p.name))));
     }
 }
 

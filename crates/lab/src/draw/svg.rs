@@ -37,12 +37,14 @@ pub struct Font<'a> {
     pub(super) fill: &'a str,
     /// Turned a quarter against the clock.
     pub(super) upright: bool,
+    /// With a white border, so that it is read on top of lines.
+    pub(super) halo: bool,
 }
 
 impl<'a> Font<'a> {
     /// Of a size, in ink.
     pub fn new(size: f64, anchor: Anchor) -> Self {
-        Self { size, anchor, bold: false, fill: INK, upright: false }
+        Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }
     /// The same in bold.
     pub fn bold(self) -> Self {
@@ -55,6 +57,10 @@ impl<'a> Font<'a> {
     /// The same, turned a quarter against the clock.
     pub fn upright(self) -> Self {
         Self { upright: true, ..self }
+    }
+    /// The same with a white border.
+    pub fn halo(self) -> Self {
+        Self { halo: true, ..self }
     }
 }
 
@@ -134,13 +140,18 @@ impl Svg {
 
     /// Text whose base line runs through a point.
     pub fn text(&mut self, [x, y]: [f64; 2], text: &str, font: Font<'_>) {
-        let Font { size, anchor, bold, fill, upright } = font;
+        let Font { size, anchor, bold, fill, upright, halo } = font;
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
             Anchor::End => "end",
         };
         let weight = if bold { r#" font-weight="bold""# } else { "" };
+        let halo = if halo {
+            r##" paint-order="stroke" stroke="#ffffff" stroke-width="3" stroke-linejoin="round""##
+        } else {
+            ""
+        };
         let turn = if upright {
             format!(r#" transform="rotate(-90 {x:.2} {y:.2})""#)
         } else {
@@ -148,7 +159,7 @@ impl Svg {
         };
         let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
         self.push(format_args!(
-            r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" text-anchor="{anchor}" fill="{fill}"{weight}{turn}>{text}</text>"#
+            r#"<text x="{x:.2}" y="{y:.2}" font-size="{size}" text-anchor="{anchor}" fill="{fill}"{weight}{halo}{turn}>{text}</text>"#
         ));
     }
 }

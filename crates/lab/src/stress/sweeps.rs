@@ -5,6 +5,8 @@
 pub struct Sweep {
     /// What is swept, for a heading.
     pub name: &'static str,
+    /// What its numbers are, for an axis.
+    pub axis: &'static str,
     /// The family.
     pub family: &'static str,
     /// The harmless end.
@@ -17,27 +19,36 @@ pub struct Sweep {
 
 /// All sweeps. A family that hurts at both ends is swept twice, from the middle.
 pub const SWEEPS: &[Sweep] = &[
-    sweep("needle, ratio", "needle", 1.0, 1e-12),
-    sweep("cap, ratio", "cap", 1.0, 1e-12),
-    sweep("sliver, ratio", "sliver", 1.0, 1e-12),
-    sweep("grazing angle", "grazing", 1.0, 1e-12),
-    sweep("distance / size", "far", 1.0, 1e9),
-    sweep("size at distance 1", "tiny", 1.0, 1e-7),
-    sweep("offset, size 1", "offset", 1.0, 1e9),
-    sweep("offset, size in step", "offset-large", 1.0, 1e9),
-    sweep("scale, down", "scale", 1.0, 1e-30),
-    sweep("scale, up", "scale", 1.0, 1e30),
-    sweep("|dir|, short", "direction", 1.0, 1e-30),
-    sweep("|dir|, long", "direction", 1.0, 1e30),
-    sweep("near overflow", "overflow", 1e12, 3e38),
-    sweep("near underflow", "underflow", 1e-12, 1e-44),
-    sweep("threshold met by |vd|", "threshold-vd", 1e-15, 0.5),
-    sweep("threshold met by t", "threshold-t", 1e-15, 1e3),
-    Sweep { clear: false, ..sweep("f32 steps off an edge", "edge-steps", 1_048_576.0, 1.0) },
+    sweep("needle, ratio", "short side / long side", "needle", 1.0, 1e-12),
+    sweep("cap, ratio", "height / long side", "cap", 1.0, 1e-12),
+    sweep("sliver, ratio", "height / long side", "sliver", 1.0, 1e-12),
+    sweep("grazing angle", "angle in radians", "grazing", 1.0, 1e-12),
+    sweep("distance / size", "distance in sizes", "far", 1.0, 1e9),
+    sweep("size at distance 1", "size of the triangle", "tiny", 1.0, 1e-7),
+    sweep("offset, size 1", "distance from zero", "offset", 1.0, 1e9),
+    sweep("offset, size in step", "distance from zero", "offset-large", 1.0, 1e9),
+    sweep("scale, down", "factor on coordinates", "scale", 1.0, 1e-30),
+    sweep("scale, up", "factor on coordinates", "scale", 1.0, 1e30),
+    sweep("|dir|, short", "length of the direction", "direction", 1.0, 1e-30),
+    sweep("|dir|, long", "length of the direction", "direction", 1.0, 1e30),
+    sweep("near overflow", "size of coordinates", "overflow", 1e12, 3e38),
+    sweep("near underflow", "size of coordinates", "underflow", 1e-12, 1e-44),
+    sweep("threshold met by |vd|", "the threshold", "threshold-vd", 1e-15, 0.5),
+    sweep("threshold met by t", "the threshold", "threshold-t", 1e-15, 1e3),
+    Sweep {
+        clear: false,
+        ..sweep("f32 steps off an edge", "f32 steps", "edge-steps", 1_048_576.0, 1.0)
+    },
 ];
 
-const fn sweep(name: &'static str, family: &'static str, from: f64, to: f64) -> Sweep {
-    Sweep { name, family, from, to, clear: true }
+const fn sweep(
+    name: &'static str,
+    axis: &'static str,
+    family: &'static str,
+    from: f64,
+    to: f64,
+) -> Sweep {
+    Sweep { name, axis, family, from, to, clear: true }
 }
 
 /// The value at a share of the way, by roots alone so that it has the same bits everywhere: bisected

@@ -1,0 +1,149 @@
+//! What every picture keeps: its texts are apart from each other and inside of it, and each method is
+//! named.
+
+use super::marks::is_kernel;
+use super::svg::width;
+use super::{Svg, chart, edge_maps, heat, onsets};
+use crate::accuracy::{ErrorCounts, ON_GRID};
+use crate::methods::METHODS;
+use crate::stress::{Onset, SWEEPS};
+use crate::timing::Time;
+use crate::workloads::Workload;
+
+/// A text of a picture: itself, and two corners of the area that it takes.
+struct Text {
+    text: String,
+    lo: [f64; 2],
+    hi: [f64; 2],
+}
+
+impl Text {
+    fn parse(line: &str) -> Option<Self> {
+        let attribute = |name: &str| {
+            let (_, rest) = line.split_once(&format!(" {name}=\""))?;
+            Some(rest.split_once('"')?.0)
+        };
+        let number = |name| attribute(name)?.parse::<f64>().ok();
+        let text = line.strip_prefix("<text")?.split_once('>')?.1.strip_suffix("</text>")?;
+        let (x, y, size) = (number("x")?, number("y")?, number("font-size")?);
+        // The width is a cautious guess.
+        let w = 0.93 * width(text, size);
+        let from = match attribute("text-anchor")? {
+            "start" => 0.0,
+            "middle" => -w / 2.0,
+            _ => -w,
+        };
+        let (up, down) = (0.7 * size, 0.1 * size);
+        let (lo, hi) = if attribute("transform").is_some() {
+            ([x - up, y - from - w], [x + down, y - from])
+        } else {
+            ([x + from, y - up], [x + from + w, y + down])
+        };
+        Some(Self { text: text.to_owned(), lo, hi })
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        (0..2).all(|k| self.lo[k] < other.hi[k] && other.lo[k] < self.hi[k])
+    }
+}
+
+/// The texts of a picture, which must be apart and inside.
+fn texts(name: &str, svg: &Svg) -> Vec<String> {
+    let svg = svg.to_string();
+    let (_, size) = svg.split_once("viewBox=\"0 0 ").unwrap();
+    let size: Vec<f64> =
+        size.split('"').next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
+    let texts: Vec<_> = svg.lines().filter_map(Text::parse).collect();
+    for (i, a) in texts.iter().enumerate() {
+        let inside = (0..2).all(|k| a.lo[k] >= 0.0 && a.hi[k] <= size[k]);
+        assert!(inside, "{name}: {:?} leaves the picture: {:?} {:?}", a.text, a.lo, a.hi);
+        for b in &texts[..i] {
+            assert!(!a.meets(b), "{name}: {:?} lies on {:?}", a.text, b.text);
+        }
+    }
+    texts.into_iter().map(|text| text.text).collect()
+}
+
+/// Numbers as of a run: fast methods in f32 with errors, the others without or, if `crowded`, all
+/// without at nearly one speed.
+fn run(crowded: bool) -> (Vec<Time>, Vec<ErrorCounts>) {
+    let (mut times, mut counts) = (Vec::new(), Vec::new());
+    for workload in Workload::ALL.map(|workload| (workload.name(), workload.form().name())) {
+        for (k, method) in METHODS.iter().map(|method| method.name).enumerate() {
+            let single = method.ends_with("f32") && !crowded;
+            let step = if crowded { 0.001 } else { 0.25 };
+            let times_faster = if single { 13.0 } else { 5.0 } + step * k as f64;
+            times.push(Time {
+                workload: workload.0,
+                method,
+                form: workload.1,
+                lanes: 8,
+                ns_per_test: 1.0,
+                times_faster,
+                times_faster_p25: 0.98 * times_faster,
+                times_faster_p75: 1.02 * times_faster,
+            });
+            let wrong = if single { 3 << k } else { 0 };
+            counts.push(ErrorCounts {
+                workload: workload.0,
+                method,
+                trials: 1_000_192,
+                wrong,
+                leaks: wrong,
+                doubles: 900_000,
+                not_reference: wrong,
+            });
+        }
+        counts.push(ErrorCounts { method: ON_GRID, ..counts[counts.len() - 1].clone() });
+    }
+    (times, counts)
+}
+
+#[test]
+fn the_chart_names_each_method_in_each_panel() {
+    for crowded in [false, true] {
+        let (times, counts) = run(crowded);
+        let texts = texts("chart", &chart(&times, &counts, "one\ntwo"));
+        for method in METHODS.iter().map(|method| method.name).chain([ON_GRID]) {
+            let label = method.trim_end_matches(" f32");
+            assert_eq!(texts.iter().filter(|text| *text == label).count(), 4, "{label}");
+        }
+    }
+}
+
+#[test]
+fn the_rows_of_onsets_and_edge_maps_name_each_method() {
+    let mut all = Vec::new();
+    for sweep in SWEEPS {
+        for method in METHODS {
+            for (parameter, false_hits) in [(sweep.from, 0), (sweep.to, 300)] {
+                let false_hits = if is_kernel(method.name) { 0 } else { false_hits };
+                all.push(Onset {
+                    sweep: sweep.name,
+                    parameter,
+                    method: method.name,
+                    trials: 20_000,
+                    false_misses: 0,
+                    false_hits,
+                    not_reference: 0,
+                });
+            }
+        }
+    }
+    let bands = SWEEPS.len().div_ceil(9);
+    let pictures = [
+        ("onsets", onsets(&all, "one"), bands),
+        ("heat", heat(&all, "one"), 1),
+        ("edge maps", edge_maps("one"), 1),
+    ];
+    for (name, picture, times) in pictures {
+        let texts = texts(name, &picture);
+        for method in METHODS {
+            let count = texts.iter().filter(|text| *text == method.name).count();
+            assert_eq!(count, times, "{name}: {}", method.name);
+        }
+        let none = texts.iter().filter(|text| *text == "none").count();
+        let modes = METHODS.iter().filter(|method| is_kernel(method.name)).count();
+        assert!(none == if name == "edge maps" { 0 } else { modes * SWEEPS.len() }, "{name}");
+    }
+}
