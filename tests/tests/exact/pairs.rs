@@ -142,7 +142,7 @@ fn every_tier_agrees_with_rationals() {
 /// An f64 product of the edges of this triangle rounds, and the normal is 0; but it has an area, and is hit.
 #[test]
 fn a_triangle_without_an_f64_normal_is_hit() {
-    let [a, b, c] = [[2.3207207e-9, 2.3207212e-9], [1.705962, 1.705962], [3.411924, 3.411924]];
+    let [a, b, c] = [[2.320_720_7e-9, 2.320_721_2e-9], [1.705_962; 2], [3.411_924; 2]];
     let triangle = Triangle([a, b, c].map(|[x, y]: [f32; 2]| [x, y, 0.0]));
     assert_eq!(triangle.normal(), [0.0; 3]);
     for [x, y, z] in triangle.0 {
