@@ -39,7 +39,9 @@ impl Digest {
     fn hit(&mut self, hit: &Hit) {
         self.hits += u64::from(hit.is_hit());
         self.word(hit.triangle.into());
-        [hit.t, hit.u, hit.v].map(|x| self.number(x));
+        for x in [hit.t, hit.u, hit.v] {
+            self.number(x);
+        }
     }
 }
 
