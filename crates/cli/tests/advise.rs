@@ -58,6 +58,9 @@ fn more_tolerance_takes_fewer_bits() {
         let enough = sound(&report);
         let take = report["take"].as_str().unwrap();
         assert_eq!(take, enough[0]);
+        // Without any tolerance, what is never wrong.
+        assert_eq!(take == "exact", tolerance == "0", "{take}");
+        assert!(enough.contains(&"exact".to_owned()), "{enough:?}");
         let choices = report["choices"].as_array().unwrap();
         let chosen = choices.iter().find(|choice| choice["name"] == take).unwrap();
         bits.push(chosen["bits_a_vertex"].as_u64().unwrap());

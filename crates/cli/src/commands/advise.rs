@@ -32,7 +32,7 @@ const TURNS: usize = 3;
 /// The grids that are tried, by the bits of a coordinate.
 const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 
-/// Say what a model needs: the coarsest grid, or else f64 answers
+/// Say what a model needs: the coarsest grid, or else exact answers
 ///
 /// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, checks
 /// that on a sample against exact arithmetic, and names the choice that takes the fewest bits a vertex
@@ -114,7 +114,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // What each choice can do at worst.
     let candidates = candidates(&triangles, camera.eye, threshold);
-    let arithmetics: Vec<Arithmetic> = candidates.iter().map(|c| c.arithmetic).collect();
+    let arithmetics: Vec<Arithmetic> = candidates.iter().filter_map(|c| c.arithmetic).collect();
     let every = frame.hits.len().div_ceil(SAMPLE);
     let bar = Progress::new("predict", Some(u64::from(height)));
     let found = scan(&triangles, &camera, &frame.hits, &arithmetics, every, &|rows| bar.add(rows));
@@ -124,22 +124,25 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let bar = Progress::new("sample", Some(candidates.len() as u64));
     let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
     let tolerance = options.tolerance.of(frame.hits.len());
-    let (sample, eye) = (&found.sample[..], camera.eye);
+    let (triangles, sample, eye) = (&triangles[..], &found.sample[..], camera.eye);
     let primary = &primary_rays(&scene.camera, options.size)[..];
-    let mut trials =
-        Trials { triangles: &triangles, threshold, eye, engines, primary, rays: &rays, sample };
+    let mut trials = Trials { triangles, threshold, eye, engines, primary, rays: &rays, sample };
     let mut choices = vec![];
-    for (k, candidate) in candidates.into_iter().enumerate() {
+    let bound = |k: usize| (found.shift[k], found.doubtful[k], found.doubtful_in_sample[k]);
+    let mut bounds = (0..arithmetics.len()).map(bound);
+    for candidate in candidates {
         let (wrong, speed) = trials.run(&candidate)?;
+        let (pixels, wrong_at_most, wrong_in_sample_at_most) =
+            candidate.arithmetic.and_then(|_| bounds.next()).unwrap_or_default();
         choices.push(Choice {
             name: candidate.name,
             bits_a_vertex: candidate.bits,
-            pixels: found.shift[k],
-            wrong_at_most: found.doubtful[k],
-            wrong_in_sample_at_most: found.doubtful_in_sample[k],
+            pixels,
+            wrong_at_most,
+            wrong_in_sample_at_most,
             wrong_in_sample: wrong as u64,
             speed,
-            enough: found.doubtful[k] <= tolerance,
+            enough: wrong_at_most <= tolerance,
         });
         bar.add(1);
     }
@@ -172,7 +175,8 @@ struct Candidate {
     name: String,
     /// Of the three coordinates of a vertex.
     bits: u32,
-    arithmetic: Arithmetic,
+    /// None where it is exact: nothing moves, and nothing is in doubt.
+    arithmetic: Option<Arithmetic>,
     /// None where no engine offers it.
     engine: Option<(EngineName, Bits)>,
 }
@@ -189,7 +193,7 @@ fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Ve
         candidates.push(Candidate {
             name: format!("fixed --grid {b}"),
             bits: 3 * (b + 1),
-            arithmetic: Arithmetic::Grid { step: grid.step(), q },
+            arithmetic: Some(Arithmetic::Grid { step: grid.step(), q }),
             engine: Some((EngineName::Fixed, grid.bits())),
         });
     }
@@ -199,10 +203,11 @@ fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Ve
         arithmetic,
         engine: engine.map(|name| (name, Bits::FINE)),
     };
-    let double = Arithmetic::Double { threshold: threshold.get() };
+    let double = Some(Arithmetic::Double { threshold: threshold.get() });
+    candidates.push(floating("exact", None, Some(EngineName::Exact)));
     candidates.push(floating("certified", double, Some(EngineName::Certified)));
     candidates.push(floating("double", double, Some(EngineName::Double)));
-    candidates.push(floating("plain f32", Arithmetic::Single, None));
+    candidates.push(floating("plain f32", Some(Arithmetic::Single), None));
     candidates
 }
 
@@ -234,6 +239,9 @@ impl Trials<'_> {
 
     /// Makes an engine. Those that do not snap the triangles share one hierarchy.
     fn engine(&mut self, name: EngineName, bits: Bits) -> Result<RayEngine> {
+        if name == EngineName::Exact {
+            return self.engines.engine(name);
+        }
         let threshold = self.threshold;
         Ok(match self.engines.engine(EngineName::Certified)? {
             RayEngine::Certified(bvh, _) if name == EngineName::Certified => {
