@@ -177,8 +177,9 @@ fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
         let mut start = 0;
         for run in row.chunk_by(|&a, &b| colour(a) == colour(b)) {
             let at = [x + PIXEL * start as f64, y + PIXEL * j as f64];
-            // A hair higher, so that no seam shows between rows.
-            svg.rect(at, [PIXEL * run.len() as f64, PIXEL + 0.1], colour(run[0]));
+            // Into the next row, so that no seam shows between rows.
+            let high = if j + 1 < side { 1.5 * PIXEL } else { PIXEL };
+            svg.rect(at, [PIXEL * run.len() as f64, high], colour(run[0]));
             start += run.len();
         }
     }

@@ -77,17 +77,19 @@ fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onse
     svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
-/// A field's colour, from dark red (0) to pale yellow (1), and the ink that is read on it.
+/// A field's colour, from dark red (0) to pale yellow (1), and the ink that is read on it. No middling
+/// orange lies between, for no ink is read on that both by daylight and, turned over, at night.
 fn shade(share: f64) -> (String, &'static str) {
     let share = share.clamp(0.0, 1.0);
-    let stops = [[0x8b, 0x1a, 0x1a], [0xd5, 0x5e, 0x00], [0xf0, 0xb0, 0x50], [0xff, 0xf4, 0xcc]];
-    let place = share * 3.0;
-    let k = (place as usize).min(2);
-    let mix = |c: usize| {
-        let (a, b) = (f64::from(stops[k][c]), f64::from(stops[k + 1][c]));
-        (a + (b - a) * (place - k as f64)).round() as u8
+    let (from, to, place, ink) = if share < 0.45 {
+        ([0x70, 0x12, 0x12], [0xb8, 0x4a, 0x10], share / 0.45, "#ffffff")
+    } else {
+        ([0xf2, 0xa4, 0x5c], [0xff, 0xf4, 0xcc], (share - 0.45) / 0.55, "#111111")
     };
-    let ink = if share < 0.3 { "#ffffff" } else { "#111111" };
+    let mix = |c: usize| {
+        let (a, b) = (f64::from(from[c]), f64::from(to[c]));
+        (a + (b - a) * place).round() as u8
+    };
     (format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2)), ink)
 }
 
