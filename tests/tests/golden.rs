@@ -14,7 +14,7 @@ use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, Place, Solid};
 
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/golden.txt");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/golden/answers.txt");
 
 /// FNV-1a over 64-bit words, and how many answers are no miss.
 struct Digest {
