@@ -101,30 +101,38 @@ fn of_mode<M: Mode>(scene: &Scene, bvh: &Bvh, mode: &M, name: &str, lines: &mut 
 
     let mut digest = Digest::new();
     bvh.closest_batch(mode, rays, &mut hits);
-    hits.iter().for_each(|hit| digest.hit(hit));
+    for hit in &hits {
+        digest.hit(hit);
+    }
     put("closest, batch", &digest);
 
     let mut digest = Digest::new();
     let few = &rays[..rays.len().min(100)];
-    few.iter().for_each(|ray| digest.hit(&bvh.closest(mode, ray).unwrap_or(Hit::MISS)));
+    for ray in few {
+        digest.hit(&bvh.closest(mode, ray).unwrap_or(Hit::MISS));
+    }
     put("closest, one", &digest);
 
     let mut digest = Digest::new();
     let slices = &mut hits[..few.len()];
     mode.closest_batch(triangles, few, slices);
-    slices.iter().for_each(|hit| digest.hit(hit));
+    for hit in slices {
+        digest.hit(hit);
+    }
     put("closest, slices", &digest);
 
     let mut digest = Digest::new();
     bvh.any_batch(mode, rays, &mut any);
-    any.iter().for_each(|&any| {
+    for any in any {
         digest.word(any.into());
         digest.hits += u64::from(any);
-    });
+    }
     put("any", &digest);
 
     let mut digest = Digest::new();
-    few.iter().flat_map(|ray| bvh.all(mode, ray)).for_each(|hit| digest.hit(&hit));
+    for hit in few.iter().flat_map(|ray| bvh.all(mode, ray)) {
+        digest.hit(&hit);
+    }
     put("all", &digest);
 }
 
