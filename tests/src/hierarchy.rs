@@ -55,7 +55,7 @@ fn check_mode<M: Mode>(
         if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
             return Err(of("any", format!("is not that of {want:?}")));
         }
-        let listed = truth.all_sorted(i);
+        let listed = truth.all_sorted(i, ray);
         let all = bvh.all(mode, ray);
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
         if all != listed {

@@ -7,6 +7,7 @@ mod crossings;
 mod fixture;
 pub mod fuzz;
 mod hierarchy;
+pub mod oracle;
 mod scene;
 mod solid;
 mod truth;
@@ -238,7 +239,7 @@ fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> 
         }
         let all = mode.all(&scene.triangles, ray);
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
-        let listed = truth.all_sorted(i);
+        let listed = truth.all_sorted(i, ray);
         if all != listed {
             return Err(of("all", format!("{all:x?} is not {listed:x?}")));
         }

@@ -60,10 +60,14 @@ impl Truth {
         self.t[i].iter().copied().enumerate().filter(|(_, t)| !t.is_nan())
     }
 
-    /// The number and bits of t of every hit of ray i, in order of t, then of the numbers.
-    pub fn all_sorted(&self, i: usize) -> Vec<(usize, u64)> {
+    /// The number and bits of t of every hit of a ray, which is that of number i: in order of t, exact or
+    /// not, then of the numbers.
+    pub fn all_sorted(&self, i: usize, ray: &Ray) -> Vec<(usize, u64)> {
         let mut all: Vec<_> = self.all(i).collect();
-        all.sort_by(|a, b| a.1.total_cmp(&b.1));
+        all.sort_by(|a, b| match &self.plain {
+            Plain::Reference(_) => a.1.total_cmp(&b.1),
+            Plain::Exact(of) => exact::order_from(Tier::Narrow, ray, &of[a.0], &of[b.0]),
+        });
         all.into_iter().map(|(obj, t)| (obj, t.to_bits())).collect()
     }
 

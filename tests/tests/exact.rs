@@ -4,7 +4,7 @@
 mod cases;
 #[path = "exact/meshes.rs"]
 mod meshes;
-#[path = "exact/oracle.rs"]
-mod oracle;
 #[path = "exact/pairs.rs"]
 mod pairs;
+#[path = "exact/solids.rs"]
+mod solids;

@@ -3,6 +3,7 @@
 //! Fuzzers (`fuzz/`) find the bytes; on stable, the ordinary tests replay those that were kept
 //! (`fuzz/corpus`, `tests/fixtures`) through the same functions.
 
+mod exact;
 mod files;
 mod input;
 mod integers;
@@ -10,6 +11,7 @@ mod raster;
 mod scenes;
 mod text;
 
+pub use exact::exact;
 pub use files::models;
 pub use integers::{fans, fixed};
 pub use raster::{clip, shadows, z_buffer};
@@ -23,6 +25,7 @@ pub type Entry = fn(&[u8]);
 pub const ENTRIES: &[(&str, Entry)] = &[
     ("kernel", kernel),
     ("hierarchy", hierarchy),
+    ("exact", exact),
     ("fixed", fixed),
     ("fans", fans),
     ("clip", clip),

@@ -1,58 +1,14 @@
 //! The three theorems, on closed meshes: what counts once counts by the closed rule; the signed crossings of
 //! every ray are the winding number of its origin; where that is not 0, no ray leaks.
 
+use std::collections::BTreeMap;
+
 use intertri::internal::exact::{self, Rule, Side, Tier, crossing_from};
-use intertri::{Ray, Triangle};
-use intertri_lab::meshes::Mesh;
+use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle};
 use intertri_lab::rng::Rng;
+use intertri_trace::{Place, Solid};
 
-/// The corners on a grid, so that directions between them are exact.
-fn snapped(mesh: Mesh, scale: f64, center: [f64; 3]) -> Vec<Triangle> {
-    mesh.map(|p| {
-        let on_grid = p.map(|x| (x * 4096.0).round() / 4096.0);
-        [0, 1, 2].map(|k| f64::from((on_grid[k] * scale + center[k]) as f32))
-    })
-    .triangles()
-}
-
-/// Two cubes that share an edge, and one that shares a face with the first.
-fn stuck() -> Vec<Triangle> {
-    let cube = |by: [f64; 3]| Mesh::cube(2).map(|p| [0, 1, 2].map(|k| p[k] + by[k])).triangles();
-    [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(cube).concat()
-}
-
-/// With triangles that cancel, lie twice, or have no area.
-fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
-    for _ in 0..mesh.len() / 4 {
-        let Triangle([a, b, c]) = rng.pick(&mesh);
-        mesh.extend([Triangle([a, b, c]), Triangle([a, c, b])]);
-        mesh.extend([Triangle([a, a, b]), Triangle([c, c, c])]);
-    }
-    mesh
-}
-
-/// Meshes whose oriented boundary cancels, and how large they are around which point.
-fn meshes() -> Vec<(Vec<Triangle>, f64, [f64; 3])> {
-    let (mut rng, o) = (Rng::new(7), [0.0; 3]);
-    let sphere = |scale, center| (snapped(Mesh::icosphere(2), scale, center), scale, center);
-    let torus = snapped(Mesh::torus(24, 12), 1.0, o);
-    let twice = [snapped(Mesh::icosphere(1), 1.0, o), snapped(Mesh::icosphere(1), 1.0, o)].concat();
-    let inverted = torus.iter().map(|&Triangle([a, b, c])| Triangle([a, c, b])).collect();
-    let mut all = vec![
-        sphere(1.0, o),
-        sphere(1.0, [148_376.0, 1_234.0, -223_423.0]),
-        sphere(1e18, o),
-        sphere(1e-18, o),
-        sphere(1e-39, o),
-        (torus, 1.0, o),
-        (inverted, 1.0, o),
-        (twice, 1.0, o),
-        (stuck(), 2.0, o),
-    ];
-    let more = [0, 5].map(|i| (soiled(all[i].0.clone(), &mut rng), 1.0, o));
-    all.extend(more);
-    all
-}
+use crate::solids::{Closed, meshes};
 
 /// The winding number of a mesh about a point, by the solid angles of its triangles; of a point on the
 /// mesh or too near to tell, none.
@@ -91,25 +47,31 @@ fn directions(mesh: &[Triangle], origin: [f32; 3], rng: &mut Rng) -> Vec<[f32; 3
     all
 }
 
+/// On the grid, near a corner, or anywhere.
+fn origin(i: usize, mesh: &Closed, rng: &mut Rng) -> [f32; 3] {
+    let Closed { triangles, scale, center, .. } = mesh;
+    let near = rng.pick(triangles).0[0].map(f64::from);
+    let step = 2.0_f64.powi(-rng.within(5).abs() * (i % 12) as i32) * scale;
+    [0, 1, 2].map(|k| match i % 3 {
+        0 => (center[k] + (rng.signed() * 1024.0).round() / 1024.0 * scale) as f32,
+        1 => (near[k] + step * rng.signed()) as f32,
+        _ => (center[k] + 1.5 * rng.signed() * scale) as f32,
+    })
+}
+
 #[test]
 fn signed_crossings_are_the_winding_number() {
     let mut rng = Rng::new(9);
-    let mut seen = std::collections::BTreeMap::new();
-    for (mesh, scale, center) in meshes() {
+    let mut seen = BTreeMap::new();
+    for mesh in meshes(1) {
+        let Closed { name, triangles, .. } = &mesh;
         for i in 0..24 {
-            // On the grid, near a corner, or anywhere.
-            let near = rng.pick(&mesh).0[0].map(f64::from);
-            let step = 2.0_f64.powi(-rng.within(5).abs() * i % 12) * scale;
-            let origin = [0, 1, 2].map(|k| match i % 3 {
-                0 => (center[k] + (rng.signed() * 1024.0).round() / 1024.0 * scale) as f32,
-                1 => (near[k] + step * rng.signed()) as f32,
-                _ => (center[k] + 1.5 * rng.signed() * scale) as f32,
-            });
-            let Some(winding) = winding(&mesh, origin) else { continue };
-            for dir in directions(&mesh, origin, &mut rng) {
+            let origin = origin(i, &mesh, &mut rng);
+            let Some(winding) = winding(triangles, origin) else { continue };
+            for dir in directions(triangles, origin, &mut rng) {
                 let ray = Ray::new(origin, dir);
                 let (mut crossings, mut hits) = (0, 0);
-                for triangle in &mesh {
+                for triangle in triangles {
                     let side = exact::crossing(&ray, triangle);
                     let hit = exact::hit(&ray, triangle);
                     assert!(hit || side.is_none(), "{ray:?} {triangle:?}");
@@ -120,8 +82,8 @@ fn signed_crossings_are_the_winding_number() {
                         assert_eq!(wide, side, "{ray:?} {triangle:?}");
                     }
                 }
-                assert_eq!(crossings, winding, "{ray:?} {scale:e} {center:?}");
-                assert!(winding == 0 || hits > 0, "{ray:?} leaks");
+                assert_eq!(crossings, winding, "{name} {ray:?}");
+                assert!(winding == 0 || hits > 0, "{name} {ray:?} leaks");
                 *seen.entry(winding).or_insert(0) += 1;
             }
         }
@@ -131,4 +93,76 @@ fn signed_crossings_are_the_winding_number() {
         [-1, 0, 1, 2].iter().all(|number| seen.get(number).is_some_and(|&n| n > 300)),
         "{seen:?}"
     );
+}
+
+/// So many rays of a mesh through its hierarchy; how many there were of each winding number.
+fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i32, usize> {
+    let Closed { name, triangles, .. } = mesh;
+    let solid = Solid::new(triangles).unwrap();
+    let (bvh, exact) = (solid.bvh(), Exact::default());
+    let (mut seen, mut done) = (BTreeMap::new(), 0);
+    for i in 0.. {
+        if done >= rays {
+            break;
+        }
+        let origin = origin(i, mesh, rng);
+        let Some(winding) = winding(triangles, origin) else { continue };
+        let place = if winding == 0 { Place::Outside } else { Place::Inside(winding) };
+        assert_eq!(solid.place(origin), place, "{name} {origin:?}");
+
+        // From one origin, as a bundle, or each from its own side of it.
+        let dirs = (0..3).flat_map(|_| directions(triangles, origin, rng));
+        let rays: Vec<Ray> = dirs.map(|dir| Ray::new(origin, dir)).collect();
+        let mut counts = vec![Crossings::default(); rays.len()];
+        let (mut any, mut hits) = (vec![false; rays.len()], vec![Hit::MISS; rays.len()]);
+        bvh.crossings_batch(&exact, &rays, &mut counts);
+        bvh.any_batch(&exact, &rays, &mut any);
+        bvh.closest_batch(&exact, &rays, &mut hits);
+        for (k, ray) in rays.iter().enumerate() {
+            assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
+            assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
+            assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
+            // The plain loop: index and every bit.
+            if k % 61 == i % 61 {
+                let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
+                let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);
+                let one = bvh.closest(&exact, ray).unwrap_or(Hit::MISS);
+                assert_eq!([bits(hits[k]), bits(one)], [bits(want); 2], "{name} {ray:?}");
+                assert_eq!(bvh.all(&exact, ray), exact.all(triangles, ray), "{name} {ray:?}");
+                let crossings = exact.crossings(triangles, ray);
+                assert_eq!(bvh.crossings(&exact, ray), crossings, "{name} {ray:?}");
+                assert_eq!(counts[k].unsigned, crossings.len() as u64, "{name} {ray:?}");
+            }
+        }
+        done += rays.len();
+        *seen.entry(winding).or_insert(0) += rays.len();
+    }
+    seen
+}
+
+fn through_hierarchies(finer: usize, rays: usize) {
+    let (mut rng, meshes) = (Rng::new(10), meshes(finer));
+    let each = rays.div_ceil(meshes.len());
+    let (mut all, mut inside) = (0, 0);
+    for mesh in &meshes {
+        let seen = through_a_hierarchy(mesh, each, &mut rng);
+        println!("{}, {} triangles: {seen:?}", mesh.name, mesh.triangles.len());
+        all += seen.values().sum::<usize>();
+        inside += seen.iter().filter(|(winding, _)| **winding != 0).map(|(_, n)| n).sum::<usize>();
+    }
+    println!("{all} rays in {} meshes, {inside} of them from inside", meshes.len());
+    assert!(inside > all / 10);
+}
+
+#[test]
+fn hierarchies_count_the_winding_number() {
+    through_hierarchies(1, 200_000);
+}
+
+/// By hand; more by `INTERTRI_EXACT_RAYS`.
+#[test]
+#[ignore = "takes minutes"]
+fn ten_million_rays_count_the_winding_number() {
+    let rays = std::env::var("INTERTRI_EXACT_RAYS").map_or(10_000_000, |n| n.parse().unwrap());
+    through_hierarchies(3, rays);
 }

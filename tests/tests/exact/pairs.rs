@@ -4,11 +4,12 @@ use intertri::internal::exact::{
     self, Rule, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t,
     t_from,
 };
-use intertri::{Ray, Triangle};
+use intertri::{Crossing, Exact, Hit, Mode, Ray, Triangle};
 use intertri_lab::rng::Rng;
+use intertri_tests::oracle::{self, Truth, truth};
+use intertri_trace::Bvh;
 
 use crate::cases::{KINDS, case};
-use crate::oracle::{self, Truth, truth};
 
 /// How many of what were compared.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,6 +20,17 @@ struct Counts {
     rounded: usize,
     equal: usize,
     ordered: usize,
+}
+
+impl Counts {
+    fn add(&mut self, more: Self) {
+        self.hits += more.hits;
+        self.crossings += more.crossings;
+        self.ends += more.ends;
+        self.rounded += more.rounded;
+        self.equal += more.equal;
+        self.ordered += more.ordered;
+    }
 }
 
 /// What is true of a pair, whatever the interval.
@@ -151,11 +163,45 @@ fn a_triangle_without_an_f64_normal_is_hit() {
     }
 }
 
-/// By hand: `cargo test --release -p intertri-tests --test exact -- --ignored --nocapture`; more by
-/// `INTERTRI_EXACT_PAIRS`.
+/// Two t that f64 cannot tell apart: everything that gives an order gives the exact one, not that of the indices.
 #[test]
-#[ignore = "takes minutes"]
-fn a_million_of_each_kind_agree_with_rationals() {
-    let pairs = std::env::var("INTERTRI_EXACT_PAIRS").map_or(1_000_000, |n| n.parse().unwrap());
-    println!("{:#?}", run_on_all(pairs, 1_000));
+fn equal_rounded_t_are_told_apart() {
+    // Through the middle of both: t is the mean of the three heights.
+    let at = |z: f32| {
+        let heights = [1.0, 2.0_f32.powi(-30), z];
+        let corners = [[-1.0, -1.0], [2.0, -1.0], [-1.0, 2.0]];
+        Triangle([0, 1, 2].map(|i| [corners[i][0], corners[i][1], heights[i]]))
+    };
+    let triangles = [at(2.0_f32.powi(-60)), at(2.0_f32.powi(-61)), at(2.0_f32.powi(-61))];
+    let ray = Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    assert!(triangles.iter().all(|triangle| t(&ray, triangle) == t(&ray, &triangles[0])));
+    let (mode, bvh) = (Exact::default(), Bvh::new(&triangles).unwrap());
+    let numbers = |hits: Vec<Hit>| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
+    let crossings = |all: Vec<Crossing>| numbers(all.iter().map(|one| one.hit).collect());
+    assert_eq!(numbers(mode.all(&triangles, &ray)), [1, 2, 0]);
+    assert_eq!(numbers(bvh.all(&mode, &ray)), [1, 2, 0]);
+    assert_eq!(crossings(mode.crossings(&triangles, &ray)), [1, 2, 0]);
+    assert_eq!(crossings(bvh.crossings(&mode, &ray)), [1, 2, 0]);
+    let mut hits = [Hit::MISS; 2000];
+    bvh.closest_batch(&mode, &[ray; 2000], &mut hits);
+    hits[0] = mode.closest(&triangles, &ray).unwrap();
+    hits[1] = bvh.closest(&mode, &ray).unwrap();
+    assert!(hits.iter().all(|hit| hit.triangle == 1));
+}
+
+/// By hand: `cargo test --release -p intertri-tests --test exact -- --ignored --nocapture`; so many pairs by
+/// `INTERTRI_EXACT_PAIRS`, the first of them by `INTERTRI_EXACT_SEED`.
+#[test]
+#[ignore = "takes hours"]
+fn a_hundred_million_pairs_agree_with_rationals() {
+    let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
+    let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);
+    let seed = number("INTERTRI_EXACT_SEED", 1_000) as u64;
+    let (a_round, mut all) = (1_000_000_usize.div_ceil(KINDS), Counts::default());
+    for round in 0..pairs.div_ceil(a_round * KINDS) {
+        for counts in run_on_all(a_round, seed + 100 * round as u64) {
+            all.add(counts);
+        }
+        println!("{} pairs: {all:?}", (round + 1) * a_round * KINDS);
+    }
 }

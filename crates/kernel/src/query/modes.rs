@@ -122,17 +122,12 @@ impl Exact {
     /// and from where it starts the crossings with the normal, less those against it, are what the mesh
     /// winds around that point. Each crossing is a hit, too.
     pub fn crossings(&self, triangles: &[Triangle], ray: &Ray) -> Vec<Crossing> {
-        let triangle = |hit: &Hit| &triangles[hit.triangle as usize];
         let crossing = |hit: Hit| {
-            let leaves = exact::crossing(ray, triangle(&hit))? == exact::Side::Leaves;
+            let triangle = &triangles[hit.triangle as usize];
+            let leaves = exact::crossing(ray, triangle)? == exact::Side::Leaves;
             Some(Crossing { hit, leaves })
         };
-        let mut all: Vec<_> = self.all(triangles, ray).into_iter().filter_map(crossing).collect();
-        all.sort_by(|a, b| {
-            let exactly = || exact::order(ray, triangle(&a.hit), triangle(&b.hit));
-            a.hit.t.total_cmp(&b.hit.t).then_with(exactly)
-        });
-        all
+        self.all(triangles, ray).into_iter().filter_map(crossing).collect()
     }
 }
 

@@ -57,12 +57,16 @@ impl Which {
 
     /// See [`Mode::all`](super::Mode::all).
     pub(super) fn all(self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
-        let mut hits = match self {
-            Self::Filter(test) => test.level().run(All { test, triangles, ray }),
-            Self::Lanes64(test) => test.level().run(All { test, triangles, ray }),
+        let (mut hits, resolver) = match self {
+            Self::Filter(test) => {
+                (test.level().run(All { test, triangles, ray }), test.resolver())
+            }
+            Self::Lanes64(test) => {
+                (test.level().run(All { test, triangles, ray }), test.resolver())
+            }
         };
-        // Stable: of equal t the lower index stays first.
-        hits.sort_by(|a, b| a.t.total_cmp(&b.t));
+        let found = |hit: &Hit| &triangles[hit.triangle as usize];
+        hits.sort_unstable_by(|a, b| resolver.first(ray, (a, found(a)), (b, found(b))));
         hits
     }
 }

@@ -1,5 +1,6 @@
 //! Where rays cross a mesh, each edge and corner once: by the mode `exact`.
 
+use intertri::internal::Resolver;
 use intertri::internal::exact::{self, Side};
 use intertri::{Counts, Crossing, Crossings, Exact, Mode, Ray};
 
@@ -24,7 +25,7 @@ impl Bvh {
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
     pub fn crossings(&self, mode: &Exact, ray: &Ray) -> Vec<Crossing> {
-        let resolver = intertri::internal::Resolver::Exact;
+        let resolver = Resolver::Exact;
         let mut all: Vec<_> = self
             .crossed(*mode, ray)
             .map(|(place, side)| {
@@ -33,11 +34,7 @@ impl Bvh {
                 (Crossing { hit, leaves: side == Side::Leaves }, triangle)
             })
             .collect();
-        all.sort_unstable_by(|(a, a_triangle), (b, b_triangle)| {
-            (a.hit.t.total_cmp(&b.hit.t))
-                .then_with(|| exact::order(ray, a_triangle, b_triangle))
-                .then(a.hit.triangle.cmp(&b.hit.triangle))
-        });
+        all.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (&a.hit, at), (&b.hit, bt)));
         all.into_iter().map(|(crossing, _)| crossing).collect()
     }
 

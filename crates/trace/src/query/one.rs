@@ -34,10 +34,13 @@ pub(super) fn any(bvh: &Bvh, which: Which, ray: &Ray) -> bool {
 /// See [`Bvh::all`].
 pub(super) fn all(bvh: &Bvh, which: Which, ray: &Ray) -> Vec<Hit> {
     let resolver = of_either!(which, test => test.resolver());
-    let hit = |place| resolver.hit_attributes(ray, &bvh.triangle_in(place), bvh.index_of(place));
-    let mut hits: Vec<Hit> = places(bvh, which, ray).into_iter().map(hit).collect();
-    hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
-    hits
+    let hit = |place| {
+        let triangle = bvh.triangle_in(place);
+        (resolver.hit_attributes(ray, &triangle, bvh.index_of(place)), triangle)
+    };
+    let mut hits: Vec<_> = places(bvh, which, ray).into_iter().map(hit).collect();
+    hits.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (a, at), (b, bt)));
+    hits.into_iter().map(|(hit, _)| hit).collect()
 }
 
 /// The places of all triangles that a ray hits, in any order.

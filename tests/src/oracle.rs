@@ -11,7 +11,7 @@ use intertri::{Ray, Triangle};
 type Vector = [IBig; 3];
 
 /// Where the line of a ray meets the plane of a triangle.
-pub(crate) struct Truth {
+pub struct Truth {
     t: Ratio,
     u: Ratio,
     v: Ratio,
@@ -20,7 +20,7 @@ pub(crate) struct Truth {
 }
 
 /// `num / den * 2^exponent`, with a positive denominator.
-pub(crate) struct Ratio {
+struct Ratio {
     num: IBig,
     den: IBig,
     exponent: i64,
@@ -48,6 +48,20 @@ fn integers(vectors: &[[f32; 3]]) -> (Vec<Vector>, i64) {
 /// `x * 2^by`, which is an integer.
 fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
+}
+
+/// Whether a point lies on a triangle that has an area; of one without, never.
+pub fn is_on(point: [f32; 3], triangle: &Triangle) -> bool {
+    let [c1, c2, c3] = triangle.0;
+    let (points, _) = integers(&[point, c1, c2, c3]);
+    let [p, c1, c2, c3] = &points[..] else { unreachable!() };
+    let n = cross(&minus(c2, c1), &minus(c3, c1));
+    let side = |a, b| dot(&cross(&minus(b, a), &minus(p, a)), &n) >= IBig::ZERO;
+    n.iter().any(|x| *x != IBig::ZERO)
+        && dot(&n, &minus(p, c1)) == IBig::ZERO
+        && side(c1, c2)
+        && side(c2, c3)
+        && side(c3, c1)
 }
 
 fn minus(a: &Vector, b: &Vector) -> Vector {
@@ -88,7 +102,7 @@ fn along(ray: &Ray, (dir, dir_low): (&Vector, i64), triangle: &Triangle) -> Opti
 }
 
 /// Where the line meets the plane in one point.
-pub(crate) fn truth(ray: &Ray, triangle: &Triangle) -> Option<Truth> {
+pub fn truth(ray: &Ray, triangle: &Triangle) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
     }
@@ -104,12 +118,12 @@ impl Truth {
     }
 
     /// Whether the point is in the closed triangle and before the origin.
-    pub(crate) fn is_closed_hit(&self) -> bool {
+    pub fn is_closed_hit(&self) -> bool {
         self.t.num > IBig::ZERO && self.weights().iter().all(|weight| *weight >= IBig::ZERO)
     }
 
     /// Whether t is in the interval of a ray.
-    pub(crate) fn is_within(&self, ray: &Ray) -> bool {
+    pub fn is_within(&self, ray: &Ray) -> bool {
         // Both ends are compared as they are given, those below 0, too: t is not.
         let (near, far) = (ray.t_min, ray.t_max);
         let from = !near.is_finite() || self.t.cmp(near.into()).is_ge();
@@ -118,7 +132,7 @@ impl Truth {
     }
 
     /// Whether one t is below another's, of the same ray.
-    pub(crate) fn order(&self, other: &Self) -> Ordering {
+    pub fn order(&self, other: &Self) -> Ordering {
         let (a, b) = (&self.t, &other.t);
         let low = a.exponent.min(b.exponent);
         let over = |a: &Ratio, b: &Ratio| shifted(&a.num * &b.den, a.exponent - low);
@@ -126,12 +140,12 @@ impl Truth {
     }
 
     /// Whether three f64 are t, u and v, each rounded to nearest, ties to even.
-    pub(crate) fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
+    pub fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
         self.t.is_rounded(t) && self.u.is_rounded(u) && self.v.is_rounded(v)
     }
 
     /// An f32 near t.
-    pub(crate) fn t_f32(&self) -> f32 {
+    pub fn t_f32(&self) -> f32 {
         // Twice the digits that are asked for, then a power of two that may be beyond any f32.
         let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
         let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
@@ -177,7 +191,7 @@ const STEP: usize = 600;
 
 /// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is
 /// moved by (ε, ε², ε³), with an ε below what any two terms can differ by.
-pub(crate) fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Option<bool> {
+pub fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Option<bool> {
     if !is_finite(ray, triangle) || ray.dir == [0.0; 3] {
         return None;
     }

@@ -1,0 +1,212 @@
+//! The mode `exact` against integers of any size: pairs at every tier, scenes by every way to ask, and closed
+//! fans around points.
+
+use intertri::internal::exact::{self, Rule, Side, Tier};
+use intertri::simd::Level;
+use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle};
+use intertri_trace::{Bvh, Place, Solid};
+
+use super::input::Input;
+use crate::oracle::{self, Truth};
+use crate::{Scene, as_source};
+
+/// A scene or a fan.
+pub fn exact(bytes: &[u8]) {
+    let mut input = Input::new(bytes);
+    match input.below(4) {
+        0 => pairs(&input.scene(4, 4)),
+        1 => fan(&mut input),
+        2 => queries(&input.scene(24, 10)),
+        _ => {
+            // All from one origin, to where they went: a bundle.
+            let mut scene = input.scene(24, 20);
+            let origin = scene.rays[0].origin;
+            for ray in &mut scene.rays {
+                ray.dir = [0, 1, 2].map(|k| ray.origin[k] - origin[k] + ray.dir[k]);
+                ray.origin = origin;
+            }
+            queries(&scene);
+        }
+    }
+}
+
+/// Fails with the scene as a fixture.
+macro_rules! same {
+    ($scene:expr, $found:expr, $want:expr, $what:expr) => {
+        assert_eq!($found, $want, "{}\n{}", $what, as_source($scene))
+    };
+}
+
+/// What is true of a ray: the triangles that it hits within its interval, in order, and those among them that
+/// it crosses.
+struct Hits {
+    closed: Vec<(usize, Truth)>,
+    /// The numbers, and whether the ray leaves there.
+    once: Vec<(usize, bool)>,
+}
+
+impl Hits {
+    fn of(ray: &Ray, triangles: &[Triangle]) -> Self {
+        let truth = |i: usize| oracle::truth(ray, &triangles[i]).filter(|t| t.is_within(ray));
+        let hits = (0..triangles.len()).filter_map(|i| truth(i).map(|truth| (i, truth)));
+        let mut hits: Vec<_> = hits.filter(|(_, truth)| truth.is_closed_hit()).collect();
+        // Stable: of equal t the lower number stays first.
+        hits.sort_by(|(_, a), (_, b)| a.order(b));
+        let once = |(i, truth): &(usize, Truth)| {
+            oracle::once(ray, &triangles[*i], Some(truth)).map(|leaves| (*i, leaves))
+        };
+        let once = hits.iter().filter_map(once).collect();
+        Self { closed: hits, once }
+    }
+}
+
+/// Each pair by itself, at every tier: both rules, t, u, v, and the order of two.
+fn pairs(scene: &Scene) {
+    for ray in &scene.rays {
+        let mut met: Vec<(&Triangle, Truth)> = vec![];
+        for triangle in &scene.triangles {
+            let truth = oracle::truth(ray, triangle);
+            let once = oracle::once(ray, triangle, truth.as_ref());
+            let within = truth.as_ref().filter(|truth| truth.is_within(ray));
+            let closed = within.is_some_and(Truth::is_closed_hit);
+            let once = once.filter(|_| within.is_some());
+            for tier in Tier::ALL {
+                let of = |rule| exact::crossing_from(tier, rule, ray, triangle);
+                let leaves = of(Rule::Once).map(|side| side == Side::Leaves);
+                same!(scene, (of(Rule::Closed).is_some(), leaves), (closed, once), tier_name(tier));
+            }
+            let Some(truth) = truth else { continue };
+            let (t, u, v) = exact::attributes(ray, triangle);
+            same!(scene, truth.are_rounded([t, u, v]), true, format!("{t:e} {u:e} {v:e}"));
+            for tier in Tier::ALL {
+                let (t_from, u_from, v_from) = exact::attributes_from(tier, ray, triangle);
+                let all = [t_from, u_from, v_from, exact::t_from(tier, ray, triangle)];
+                let bits = |x: [f64; 4]| x.map(f64::to_bits);
+                same!(scene, bits(all), bits([t, u, v, t]), tier_name(tier));
+            }
+            met.push((triangle, truth));
+        }
+        for (one, truth) in &met {
+            for (other, of_other) in &met {
+                let order = truth.order(of_other);
+                same!(scene, exact::order(ray, one, other), order, "order");
+                for tier in Tier::ALL {
+                    let from = exact::order_from(tier, ray, one, other);
+                    same!(scene, from, order, tier_name(tier));
+                }
+            }
+        }
+    }
+}
+
+fn tier_name(tier: Tier) -> String {
+    format!("{tier:?}")
+}
+
+/// Whether a hit is that of a triangle, with its numbers rounded once.
+fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
+    match want {
+        None => !hit.is_hit(),
+        Some((i, truth)) => hit.triangle as usize == *i && truth.are_rounded([hit.t, hit.u, hit.v]),
+    }
+}
+
+/// A scene by the plain loops and by the hierarchy: closest, any, all, crossings; one by one and in batches.
+fn queries(scene: &Scene) {
+    let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
+    let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
+    let bvh = Bvh::new(triangles).unwrap();
+    for mode in [Exact::at(Level::best()), Exact::at(Level::PORTABLE)] {
+        let (mut looped, mut hits) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
+        let (mut any, mut counts) =
+            (vec![false; rays.len()], vec![Crossings::default(); rays.len()]);
+        mode.closest_batch(triangles, rays, &mut looped);
+        bvh.closest_batch(&mode, rays, &mut hits);
+        bvh.any_batch(&mode, rays, &mut any);
+        bvh.crossings_batch(&mode, rays, &mut counts);
+        let mut numbers = vec![0; rays.len()];
+        bvh.triangles_batch(&mode, rays, &mut numbers);
+
+        for (i, (ray, want)) in rays.iter().zip(&truth).enumerate() {
+            let at = format!("{} ray {i}", mode.level().name());
+            let first = want.closed.first();
+            let one = |hit: Option<Hit>| hit.unwrap_or(Hit::MISS);
+            let closest = [
+                looped[i],
+                hits[i],
+                one(mode.closest(triangles, ray)),
+                one(bvh.closest(&mode, ray)),
+            ];
+            for hit in closest {
+                same!(scene, is_right(hit, first), true, format!("{at}: {hit:?}"));
+            }
+            let triangle = first.map_or(Hit::MISS.triangle, |(i, _)| *i as u32);
+            same!(scene, numbers[i], triangle, at);
+            let is_hit = [any[i], mode.any(triangles, ray), bvh.any(&mode, ray)];
+            same!(scene, is_hit, [first.is_some(); 3], at);
+
+            for all in [mode.all(triangles, ray), bvh.all(&mode, ray)] {
+                same!(scene, all.len(), want.closed.len(), at);
+                for (hit, want) in all.into_iter().zip(&want.closed) {
+                    same!(scene, is_right(hit, Some(want)), true, format!("{at}, all: {hit:?}"));
+                }
+            }
+            for all in [mode.crossings(triangles, ray), bvh.crossings(&mode, ray)] {
+                let all: Vec<_> = all.iter().map(|c| (c.hit.triangle as usize, c.leaves)).collect();
+                same!(scene, all, want.once, at);
+            }
+            let mut count = Crossings::default();
+            want.once.iter().for_each(|&(_, leaves)| count.add(leaves));
+            same!(scene, counts[i], count, at);
+        }
+    }
+}
+
+/// Two fans from two tips to one rim, which close whatever their corners are: from a point off the surface the
+/// signed crossings are the same in every direction, and where they are not 0 no ray leaks.
+fn fan(input: &mut Input<'_>) {
+    let (tip, other) = (input.point(), input.point());
+    let rim: Vec<[f32; 3]> = (0..3 + input.below(6)).map(|_| input.point()).collect();
+    let next = rim.iter().cycle().skip(1);
+    let fan = rim.iter().zip(next).flat_map(|(&r, &s)| [[tip, r, s], [other, s, r]]);
+    let triangles: Vec<Triangle> = fan.map(Triangle).collect();
+    let origin = input.point();
+    let points = triangles.iter().flat_map(|t| t.0).chain([origin]);
+    if points.flatten().any(|x| !x.is_finite()) {
+        return;
+    }
+
+    let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
+    let mut dirs = vec![[1.0, 0.0, 0.0], [-0.0, -1e-30, 0.0], [0.0, 0.0, 1.0], input.point()];
+    for Triangle([a, b, _]) in &triangles {
+        let (a, b) = (to(*a), to(*b));
+        dirs.extend([a, a.map(|x| -x), [0, 1, 2].map(|k| a[k] + b[k])]);
+    }
+    dirs.retain(|dir| dir.iter().all(|x| x.is_finite()) && *dir != [0.0; 3]);
+    let rays: Vec<Ray> = dirs.iter().map(|&dir| Ray::new(origin, dir)).collect();
+    let scene = Scene { triangles, rays, threshold: 0.0 };
+    let Scene { triangles, rays, .. } = &scene;
+
+    let solid = Solid::new(triangles).unwrap();
+    let is_on = triangles.iter().any(|triangle| oracle::is_on(origin, triangle));
+    same!(&scene, solid.place(origin) == Place::Surface, is_on, "on the surface");
+    if is_on {
+        return;
+    }
+    let winding = match solid.place(origin) {
+        Place::Inside(times) => times,
+        _ => 0,
+    };
+    let (mut counts, mut any) = (vec![Crossings::default(); rays.len()], vec![false; rays.len()]);
+    solid.bvh().crossings_batch(&Exact::default(), rays, &mut counts);
+    solid.bvh().any_batch(&Exact::default(), rays, &mut any);
+    for ((ray, count), any) in rays.iter().zip(counts).zip(any) {
+        same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
+        same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
+    }
+    // Of one of them by integers.
+    let crossing =
+        |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
+    let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });
+    same!(&scene, sides.sum::<i32>(), winding, "winding");
+}
