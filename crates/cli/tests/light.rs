@@ -77,9 +77,13 @@ fn every_light_makes_a_picture_of_its_own() {
 #[test]
 fn a_light_so_far_away_that_shadows_suffer_is_told_of() {
     let place = place();
-    let arguments = "render m.obj --size 61x45 --light 3e5,1e6,2e5";
+    let arguments = "render m.obj --size 61x45 --engine certified --light 3e5,1e6,2e5";
     common::one_line(arguments, &place.run(arguments), 0, &["far away", "--sun X,Y,Z"]);
     place.ok(&format!("{arguments} --shadows none"));
+    // Exact rays begin on the surface, and so do their shadows.
+    let of = |arguments: &str| report(&place, &format!("--engine exact {arguments}"));
+    let [far, sun] = [of("--light 3e5,1e6,2e5"), of("--sun 0.3,1,0.2")];
+    assert!((far["dark"].as_i64().unwrap() - sun["dark"].as_i64().unwrap()).abs() < 5);
 }
 
 #[test]

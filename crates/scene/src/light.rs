@@ -1,7 +1,7 @@
 //! One light, at a place or in a direction, and its shadow rays.
 
 use glam::DVec3;
-use intertri::{Hit, Ray};
+use intertri::{Hit, Ray, Triangle, leave};
 
 use crate::camera::Camera;
 use crate::mesh::{Bounds, double, single};
@@ -78,6 +78,21 @@ impl Light {
         Ray::new(origin, single(dir)).between(0.0, Self::REACH)
     }
 
+    /// The shadow ray of what `ray` hit on a triangle by the mode [`Exact`](intertri::Exact), from there to the
+    /// light: any hit occludes it. It never meets that triangle ([`leave`]), and needs no share of the way to be
+    /// left out.
+    pub fn shadow_ray_of(&self, ray: &Ray, hit: &Hit, triangle: &Triangle) -> Ray {
+        match *self {
+            Self::Point { position } => {
+                let toward = double(position) - DVec3::from(hit_point(ray, hit));
+                let next = leave(ray, hit, triangle, single(toward));
+                // To the light from where it starts: by less than the rounding of its direction another way.
+                next.between(0.0, 1.0)
+            }
+            Self::Directional { toward } => leave(ray, hit, triangle, toward),
+        }
+    }
+
     /// The direction from a point to the light, of unit length.
     pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
         let toward = match *self {
@@ -95,6 +110,8 @@ pub fn hit_point(ray: &Ray, hit: &Hit) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
+    use intertri::{Exact, Mode};
+
     use super::*;
 
     fn sun(toward: DVec3) -> Light {
@@ -137,6 +154,44 @@ mod tests {
         }
         // The attack was one: rounding does move the own surface before the point.
         assert!(worst < 1.0 - 1e-5, "{worst}");
+    }
+
+    #[test]
+    fn an_exact_shadow_ray_never_meets_its_triangle_and_all_that_stands_beside_it() {
+        let (exact, mut blocked) = (Exact::default(), 0);
+        for i in 0..3000_u32 {
+            let angle = f64::from(i) * 2.399_963;
+            let size = 1.07_f64.powi((i % 200) as i32 - 100);
+            let (along, up) = (angle.cos() * size, (angle * 0.37).sin() * size);
+            let at = |x: f64, y: f64| single(DVec3::new(x, 0.1 * size + 0.3 * x * along / size, y));
+            let triangle = Triangle([at(-size, -size), at(size, -size), at(0.0, size)]);
+            let ray = Ray::new(single(DVec3::new(along, 9.0 * size, up)), [0.0, -1.0, 0.0]);
+            let ray =
+                Ray { origin: [ray.origin[0] * 0.3, ray.origin[1], ray.origin[2] * 0.3], ..ray };
+            let Some(hit) = exact.closest(&[triangle], &ray) else { continue };
+
+            // A light nearly in the triangle's plane, or over it; what stands a millionth of the way before it.
+            let point = DVec3::from(hit_point(&ray, &hit));
+            let over = if i % 2 == 0 { 1e-6 } else { 3.0 };
+            let toward = DVec3::new(2.0 * size, over * size, size);
+            let lights = [Light::Point { position: single(point + toward) }, sun(toward)];
+            let near = point + toward * 1e-5;
+            let side = toward.any_orthonormal_vector() * size;
+            let other = toward.normalize().cross(side);
+            let wall = [near - side - other, near + side * 2.0, near + other * 2.0].map(single);
+            let far = [wall, wall.map(|p| single(double(p) + toward * 1.1))].map(Triangle);
+            for light in lights {
+                let next = light.shadow_ray_of(&ray, &hit, &triangle);
+                assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");
+                assert!(exact.any(&far[..1], &next), "{i}: {next:?}");
+                blocked += u32::from(!exact.any(&[far[0]], &light.shadow_ray(point.to_array())));
+                // Nothing behind a light shadows it.
+                let beyond = exact.any(&far[1..], &next);
+                assert_eq!(beyond, matches!(light, Light::Directional { .. }), "{i}: {next:?}");
+            }
+        }
+        // A reach of 0.9999 misses those walls.
+        assert!(blocked > 1000, "{blocked}");
     }
 
     #[test]

@@ -204,7 +204,10 @@ fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
     let exact = options.engine.is_exact() || options.engine == EngineName::Fixed;
     let chosen = options.threshold.is_some();
     let small = if chosen || exact { None } else { notes::small(scene, triangles) };
-    let far = if options.shadows == Shadows::None { None } else { notes::far(scene) };
+    // Exact shadow rays begin on the surface, whatever the way is.
+    let whole = options.engine.is_exact() || options.engine == EngineName::Raster;
+    let none = options.shadows == Shadows::None || options.shadows == Shadows::Rays && whole;
+    let far = if none { None } else { notes::far(scene) };
     for note in [small, far].iter().flatten() {
         tell(note);
     }

@@ -1,7 +1,7 @@
 //! A frame: the visibility buffer and the shadow mask of one picture, from any engine.
 
 use clap::ValueEnum;
-use intertri::{Counts, Hit, Ray};
+use intertri::{Counts, Hit, Ray, Triangle};
 use intertri_scene::{Light, Scene, check_size, hit_point};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -18,7 +18,7 @@ use crate::io::progress::{Progress, timed};
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shadows {
-    /// A ray from the light to each point that is seen; those of engine raster by engine exact
+    /// A ray between the light and each point that is seen; those of engine raster by engine exact
     Rays,
     /// Counting the volumes of shadow that each point is in: no rays
     Volumes,
@@ -119,7 +119,8 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray from the light to each point that is seen.
+    /// Traces a shadow ray between the light and each point that is seen: from there, where answers are
+    /// exact, so that no part of the way has to be left out; else from the light.
     fn trace_shadows(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
         let (width, height) = size;
         self.lit = filled(self.hits.len(), true)?;
@@ -134,8 +135,13 @@ impl Frame {
                 pixels.filter(|&pixel| hits[index(pixel)].is_hit()).collect();
             let ray = |&(x, y): &(u32, u32)| {
                 let ray = scene.camera.ray(x, y, width, height);
+                let hit = &hits[index((x, y))];
+                if engine.is_exact() {
+                    let triangle = Triangle(scene.mesh.corners(hit.triangle as usize));
+                    return scene.light.shadow_ray_of(&ray, hit, &triangle);
+                }
                 let ray = Ray { origin: engine.place(ray.origin), ..ray };
-                let point = hit_point(&ray, &hits[index((x, y))]);
+                let point = hit_point(&ray, hit);
                 // A ray from an origin that is not snapped would miss the surface of its point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };

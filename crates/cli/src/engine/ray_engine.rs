@@ -34,6 +34,11 @@ impl RayEngine {
         64 * self.chunk_size()
     }
 
+    /// Whether its answers are right on the coordinates as given.
+    pub(crate) fn is_exact(&self) -> bool {
+        matches!(self, Self::Exact(..) | Self::Oracle(_))
+    }
+
     /// Where a point is for this engine: `fixed` has it on its grid.
     pub(crate) fn place(&self, point: [f32; 3]) -> [f32; 3] {
         match self {

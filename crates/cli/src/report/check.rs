@@ -5,7 +5,8 @@
 //!   must say that `exact` is right.
 //! - The z-buffer and the shadow volumes see the scene along lines that are a rounding apart. Where one
 //!   of them takes part, a pixel may differ only where an edge, a tie of depths or the surface of a
-//!   volume passes within that rounding: the rule of `docs/raster.md`, decided for each pixel.
+//!   volume passes within that rounding: the rule of `docs/raster.md`, decided for each pixel. Exact shadow
+//!   rays go all the way to the surface, volumes end a ten thousandth before: the oracle settles that.
 //! - The engine `fixed` sees a scene that was snapped to its grid, and any pixel may differ by that.
 
 use intertri::Hit;
@@ -65,7 +66,8 @@ impl Difference {
             if exact.lit[i] == other.lit[i] || !hit.is_hit() {
                 return Verdict::Same;
             }
-            let shadow_ray = scene.light.shadow_ray(hit_point(&ray, hit));
+            let triangle = &triangles[hit.triangle as usize];
+            let shadow_ray = scene.light.shadow_ray_of(&ray, hit, triangle);
             settle(oracle::any(triangles, &shadow_ray) != exact.lit[i])
         });
         Self { hits: hits.collect(), shadows: shadows.collect() }
@@ -79,7 +81,17 @@ impl Difference {
         let same = |i: usize| a.hits[i].triangle == b.hits[i].triangle;
         let other: Vec<bool> =
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
-        let shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
+        let mut shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
+
+        // Exact rays go all the way. What lies in the part that the others leave out is in no volume.
+        let unexcused = shadows.par_iter_mut().enumerate();
+        unexcused.filter(|(_, verdict)| **verdict == Verdict::Unexcused).for_each(
+            |(i, verdict)| {
+                if left_out(raster, i, &a.hits[i]) {
+                    *verdict = Verdict::Excused;
+                }
+            },
+        );
         Ok(Self { hits, shadows })
     }
 
@@ -118,6 +130,19 @@ impl Difference {
         };
         difference(image, &self.pixels().map(colour).collect::<Vec<_>>())
     }
+}
+
+/// Whether all that stands between the light and what a pixel shows stands in the last part of the way, which
+/// [`Light::REACH`](intertri_scene::Light::REACH) leaves out.
+fn left_out(raster: &Raster<'_>, i: usize, hit: &Hit) -> bool {
+    if !hit.is_hit() {
+        return false;
+    }
+    let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
+    let ray = scene.camera.ray(i as u32 % width, i as u32 / width, width, height);
+    let whole = scene.light.shadow_ray_of(&ray, hit, &triangles[hit.triangle as usize]);
+    let from_the_light = scene.light.shadow_ray(hit_point(&ray, hit));
+    oracle::any(triangles, &whole) && !oracle::any(triangles, &from_the_light)
 }
 
 /// All that a hit tells of a pixel, to be compared.

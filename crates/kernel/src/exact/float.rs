@@ -9,6 +9,8 @@
 //!
 //! Bounds and proof: `docs/numerics/exact.md`, section 3.
 
+use core::cmp::Ordering;
+
 use crate::packet::RayLanes;
 use crate::simd::{Lanes, Mask, Vec3};
 
@@ -113,6 +115,22 @@ pub fn decide<D: Lanes<Scalar = f64>>(
         inside: inside & range,
         leaves: t_over,
     }
+}
+
+/// The signs of T and of D where f64 is sure of both; D = d·(h4 × h5) is within T's bound.
+#[inline(always)]
+pub(super) fn plane_signs(
+    [c1, c2, c3]: [Vec3<f64>; 3],
+    org: Vec3<f64>,
+    dir: Vec3<f64>,
+) -> Option<(Ordering, Ordering)> {
+    let (a, h4, h5) = (c1 - org, c2 - c1, c3 - c1);
+    let sign = |x| {
+        let [over, under, zero] = Sum::volume(x, h4, h5).signs(VOLUME).map(|mask| mask.any());
+        let order = if over { Ordering::Greater } else { Ordering::Less };
+        if zero { Some(Ordering::Equal) } else { (over || under).then_some(order) }
+    };
+    Some((sign(a)?, sign(dir)?))
 }
 
 /// Where `num / den` is surely beyond an end of the interval, and where surely before.

@@ -11,9 +11,11 @@
 
 use core::cmp::Ordering;
 
-use super::input::is_finite;
+use super::float;
+use super::input::{is_finite, is_plain};
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier};
+use crate::simd::Vec3;
 use crate::{Hit, Ray, Triangle};
 
 /// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
@@ -79,6 +81,13 @@ fn goes_away(plane: Ordering, side: Ordering) -> bool {
 
 /// The signs of T and of D.
 fn signs(ray: &Ray, triangle: &Triangle) -> (Ordering, Ordering) {
+    if is_plain(ray, triangle) {
+        let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
+        let corners = triangle.0.map(vec3);
+        if let Some(signs) = float::plane_signs(corners, vec3(ray.origin), vec3(ray.dir)) {
+            return signs;
+        }
+    }
     let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
     let scales = pair.scales();
     at_tier!(scales.tier(), both::<C, N, V>(&pair, scales))
