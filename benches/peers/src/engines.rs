@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use intertri::simd::Level;
-use intertri::{Certified, Double, Exact, Mode, Triangle};
+use intertri::{Certified, Double, Exact, Mode, Threshold, Triangle};
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
 
@@ -18,12 +18,14 @@ use crate::ours::{Batch, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 28] = [
+pub const ENGINES: [(&str, &str); 30] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
+    ("certified-zero", "batch calls with Threshold 0; differs by that"),
+    ("certified-zero-triangles", ""),
     ("exact", "batch calls; differs where document A errs"),
     ("exact-triangles", "batch calls for the triangle alone"),
     ("exact-avx2", "batch calls held to AVX2"),
@@ -70,10 +72,11 @@ fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Bo
 /// A mode of ours, through the calls that a name tells.
 fn ours<M: Mode + 'static>(name: &str, bvh: &Arc<Bvh>, mode: M) -> Box<dyn Engine> {
     let bvh = bvh.clone();
-    match name.split('-').nth(1) {
-        Some("triangles") => Box::new(Triangles::new(bvh, mode)),
-        Some("single") => Box::new(Single::new(bvh, mode)),
-        _ => Box::new(Batch::new(bvh, mode)),
+    let has = |word| name.split('-').any(|part| part == word);
+    match () {
+        () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
+        () if has("single") => Box::new(Single::new(bvh, mode)),
+        () => Box::new(Batch::new(bvh, mode)),
     }
 }
 
@@ -99,6 +102,10 @@ pub fn engines(
         }
         let has = |word| name.split('-').any(|part| part == word);
         let engine: Option<Box<dyn Engine>> = match name {
+            name if has("zero") => {
+                let threshold = Threshold::new(0.0).expect("0 is a threshold");
+                Some(ours(name, bvh, Certified::new(threshold)))
+            }
             name if has("certified") => {
                 level(name).map(|level| ours(name, bvh, Certified::default().at(level)))
             }

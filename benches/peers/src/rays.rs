@@ -1,4 +1,4 @@
-//! The rays: those of a camera, those to a light, those that bounce.
+//! The rays: those of a camera, those to a light, those that bounce, those that aim at edges and vertices.
 
 use intertri::{Double, Hit, Ray};
 use intertri_scene::{Scene, hit_point};
@@ -18,6 +18,12 @@ pub enum Kind {
     Light,
     /// From what the camera sees, cosine-distributed about the normal: the closest hit.
     Diffuse,
+    /// The same from the points themselves, rounded to f32, which lie on the surface or beside it.
+    Surface,
+    /// From the camera at the middle of an edge of what it sees: the closest hit.
+    Edges,
+    /// From the camera at a corner of what it sees.
+    Vertices,
 }
 
 impl Kind {
@@ -27,13 +33,16 @@ impl Kind {
             Self::Shadow => "shadow",
             Self::Light => "light",
             Self::Diffuse => "diffuse",
+            Self::Surface => "surface",
+            Self::Edges => "edges",
+            Self::Vertices => "vertices",
         }
     }
 
     pub fn question(self) -> Question {
         Question {
             any: matches!(self, Self::Shadow | Self::Light),
-            coherent: self != Self::Diffuse,
+            coherent: !matches!(self, Self::Diffuse | Self::Surface),
         }
     }
 }
@@ -86,10 +95,20 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
             let normal =
                 normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
             let point = hit_point(ray, hit);
+            let away = if kind == Kind::Surface { 0.0 } else { away };
             let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
+            let corner = [c1, c2, c3][i % 3];
+            let at = |p: [f64; 3]| {
+                Ray::new(ray.origin, [0, 1, 2].map(|k| (p[k] - f64::from(ray.origin[k])) as f32))
+            };
             let light = scene.light.origin(point);
             match kind {
-                Kind::Primary | Kind::Diffuse => {
+                Kind::Edges => {
+                    let next = [c2, c3, c1][i % 3];
+                    at([0, 1, 2].map(|k| 0.5 * (corner[k] + next[k])))
+                }
+                Kind::Vertices => at(corner),
+                Kind::Primary | Kind::Diffuse | Kind::Surface => {
                     // A point of the unit sphere on top of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
