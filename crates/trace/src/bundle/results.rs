@@ -42,41 +42,45 @@ impl Results {
         self.found.clear();
     }
 
-    /// Writes the answers of the last bundle.
+    /// Writes the answers of the last bundle. Of a grid, `on_grid` are the rays as their caller has them.
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &mut self,
         bvh: &Bvh,
         resolver: Resolver,
-        rays: &[Ray],
+        (rays, on_grid): (&[Ray], &[fixed::Ray]),
         answers: Answers<'_>,
     ) {
-        match answers {
+        let hits = match answers {
             Answers::Any(any) => {
                 for (any, found) in any.iter_mut().zip(&self.found) {
                     *any = *found != NOTHING;
                 }
+                return;
             }
-            Answers::Triangles(triangles) => self.triangles(bvh, triangles),
-            Answers::Hits(hits) => {
-                self.distinct();
-                match resolver {
-                    Resolver::Document(_) => {
-                        let mut eights = std::mem::take(&mut self.coefficients);
-                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
-                        self.coefficients = eights;
-                    }
-                    Resolver::Grid => {
-                        let mut eights = std::mem::take(&mut self.on_grid);
-                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
-                        self.on_grid = eights;
-                    }
-                    Resolver::Exact => {
-                        let mut eights = std::mem::take(&mut self.exact);
-                        self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
-                        self.exact = eights;
-                    }
+            Answers::Triangles(triangles) => return self.triangles(bvh, triangles),
+            Answers::Hits(hits) => hits,
+        };
+        self.distinct();
+        match resolver {
+            Resolver::Document(_) => {
+                let mut eights = std::mem::take(&mut self.coefficients);
+                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.coefficients = eights;
+            }
+            Resolver::Grid => {
+                let mut eights = std::mem::take(&mut self.on_grid);
+                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.on_grid = eights;
+                // While they are in the cache. The t of a miss is infinite, and stays so.
+                for (hit, ray) in hits.iter_mut().zip(on_grid) {
+                    hit.t = ray.t_of_caller(hit.t);
                 }
+            }
+            Resolver::Exact => {
+                let mut eights = std::mem::take(&mut self.exact);
+                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.exact = eights;
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use intertri::internal::{Filter, Lanes64, Test, Which};
 use intertri::simd::{Simd, WithSimd};
-use intertri::{Counts, Hit, LaneQueries, Ray};
+use intertri::{Counts, Hit, LaneQueries, Ray, fixed};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
@@ -41,12 +41,17 @@ pub(super) fn answer(bvh: &Bvh, which: Which, rays: &[Ray], answers: Answers<'_>
 
 /// By the filter: coherent rays in bundles, the others in streams.
 fn by_filter(bvh: &Bvh, test: Filter, rays: &[Ray], answers: Answers<'_>) -> Counts {
-    in_chunks(rays, answers, |rays, answers| chunk(bvh, test, rays, answers))
+    in_chunks(rays, answers, |rays, answers| chunk(bvh, test, (rays, &[]), answers))
 }
 
-/// A chunk of rays on this thread.
-pub(super) fn chunk(bvh: &Bvh, test: Filter, rays: &[Ray], answers: Answers<'_>) -> Counts {
-    test.level().run(Chunk { bvh, test, rays, answers })
+/// A chunk of rays on this thread. Of a grid, `on_grid` are the rays as their caller has them.
+pub(super) fn chunk(
+    bvh: &Bvh,
+    test: Filter,
+    (rays, on_grid): (&[Ray], &[fixed::Ray]),
+    answers: Answers<'_>,
+) -> Counts {
+    test.level().run(Chunk { bvh, test, rays, on_grid, answers })
 }
 
 /// In f64 lanes: a ray a call, for this is only there to compare with.
@@ -119,6 +124,7 @@ struct Chunk<'a, 'b> {
     bvh: &'a Bvh,
     test: Filter,
     rays: &'a [Ray],
+    on_grid: &'a [fixed::Ray],
     answers: Answers<'b>,
 }
 
@@ -127,7 +133,7 @@ impl WithSimd for Chunk<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, test, rays: all, answers: mut all_answers } = self;
+        let Self { bvh, test, rays: all, on_grid, answers: mut all_answers } = self;
         let any = all_answers.any();
         let mut projection = Projection::<S>::empty();
         let (mut room, mut results) = (Room::default(), Results::default());
@@ -152,6 +158,7 @@ impl WithSimd for Chunk<'_, '_> {
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
                     let answers = all_answers.part(at, end);
+                    let rays = (rays, on_grid.get(at..end).unwrap_or(&[]));
                     S::vectorize(
                         #[inline(always)]
                         || results.write::<S>(bvh, test.resolver(), rays, answers),
@@ -180,7 +187,15 @@ impl WithSimd for Chunk<'_, '_> {
             if others.len() >= enough || at == all.len() && !others.is_empty() {
                 let (answers, counts) = (&mut all_answers, &mut counts);
                 let numbers = &others[..];
-                test.level().run(Stream { bvh, test, rays: all, numbers, answers, counts });
+                test.level().run(Stream {
+                    bvh,
+                    test,
+                    rays: all,
+                    on_grid,
+                    numbers,
+                    answers,
+                    counts,
+                });
                 others.clear();
             }
         }

@@ -14,6 +14,9 @@ use crate::memory::NoMemory;
 use crate::threads::each;
 use crate::tree::Bvh;
 
+/// Rays whose f32 are made at a time: those fit into the cache, until they are traced.
+const LINES: usize = 1 << 14;
+
 /// A bounding volume hierarchy over triangles of a grid, for the mode `fixed`.
 ///
 /// Its answers are those of [`Fixed`]'s queries over all triangles, whatever the hierarchy and the
@@ -103,13 +106,7 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_batch(&self, mode: &Fixed, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::chunks(rays, hits, |rays, hits| {
-            let counts = self.chunk(*mode, rays, Answers::Hits(hits));
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = of_caller(*hit, ray);
-            }
-            counts
-        })
+        batch::chunks(rays, hits, |rays, hits| self.chunk(*mode, rays, Answers::Hits(hits)))
     }
 
     /// [`FixedBvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
@@ -129,10 +126,17 @@ impl FixedBvh {
         })
     }
 
-    /// The answers of a chunk of rays, as f32 hold them.
-    fn chunk(&self, mode: Fixed, rays: &[Ray], answers: Answers<'_>) -> Counts {
-        let lines: Vec<_> = rays.iter().map(|ray| *ray.to_f32()).collect();
-        batch::chunk(&self.tree, test(mode), &lines, answers)
+    /// The answers of a chunk of rays, some at a time.
+    fn chunk(&self, mode: Fixed, rays: &[Ray], mut answers: Answers<'_>) -> Counts {
+        let mut lines = Vec::with_capacity(rays.len().min(LINES));
+        let mut counts = Counts::default();
+        for (some, from) in rays.chunks(LINES).zip((0..).step_by(LINES)) {
+            lines.clear();
+            lines.extend(some.iter().map(|ray| *ray.to_f32()));
+            let answers = answers.part(from, from + some.len());
+            counts += batch::chunk(&self.tree, test(mode), (&lines, some), answers);
+        }
+        counts
     }
 }
 

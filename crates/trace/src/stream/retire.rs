@@ -3,23 +3,24 @@
 
 use intertri::internal::{Pairs, Resolver, exact};
 use intertri::simd::Simd;
-use intertri::{ClosestHit, Ray};
+use intertri::{ClosestHit, Hit, Ray, fixed};
 
 use crate::answers::Answers;
 use crate::tree::Bvh;
 
 /// Hits that wait.
-pub(super) struct Retired {
+pub(super) struct Retired<'a> {
     resolver: Resolver,
+    on_grid: &'a [fixed::Ray],
     pairs: Pairs,
     numbers: [u32; 8],
     len: usize,
 }
 
-impl Retired {
-    /// None yet.
-    pub(super) fn new(resolver: Resolver) -> Self {
-        Self { resolver, pairs: Pairs::new(), numbers: [0; 8], len: 0 }
+impl<'a> Retired<'a> {
+    /// None yet. Of a grid, `on_grid` are the rays as their caller has them.
+    pub(super) fn new(resolver: Resolver, on_grid: &'a [fixed::Ray]) -> Self {
+        Self { resolver, on_grid, pairs: Pairs::new(), numbers: [0; 8], len: 0 }
     }
 
     /// Takes the closest hit of a ray, whose number in `answers` is `number`.
@@ -39,7 +40,8 @@ impl Retired {
             let triangle = bvh.triangle_in(place);
             if let Resolver::Grid = self.resolver {
                 let hit = self.resolver.hit_attributes(ray, &triangle, index);
-                answers.write_hit(number as usize, hit);
+                let t = self.on_grid[number as usize].t_of_caller(hit.t);
+                answers.write_hit(number as usize, Hit { t, ..hit });
                 return;
             }
             self.pairs.set(self.len, ray, &triangle, index);

@@ -20,7 +20,7 @@
 
 use intertri::internal::{Filter, Test};
 use intertri::simd::{Simd, WithSimd};
-use intertri::{ClosestHit, Counts, LaneQueries, Ray};
+use intertri::{ClosestHit, Counts, LaneQueries, Ray, fixed};
 
 use super::active::{ACTIVE, AtLeaves, Set, Way};
 use super::nodes::{prefetch_next, visit_nodes};
@@ -39,6 +39,8 @@ pub(crate) struct Stream<'a, 'b> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: Filter,
     pub(crate) rays: &'a [Ray],
+    /// Of a grid, the rays as their caller has them.
+    pub(crate) on_grid: &'a [fixed::Ray],
     pub(crate) numbers: &'a [u32],
     pub(crate) answers: &'a mut Answers<'b>,
     pub(crate) counts: &'a mut Counts,
@@ -49,7 +51,7 @@ impl WithSimd for Stream<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { bvh, test, rays, numbers, answers, counts } = self;
+        let Self { bvh, test, rays, on_grid, numbers, answers, counts } = self;
         let any = answers.any();
         let Some(first) = rays.first() else { return };
         let idle =
@@ -67,7 +69,7 @@ impl WithSimd for Stream<'_, '_> {
             stacks: Stack::for_rays(ACTIVE, bvh),
             ways: [Way::default(); ACTIVE],
             at_leaves: [idle; ACTIVE],
-            retired: Retired::new(test.resolver()),
+            retired: Retired::new(test.resolver(), on_grid),
             prefetch: Prefetch::of(&rays[next..], numbers.len()),
         };
         for (octant, waiting) in by_octant(rays, numbers).iter().enumerate() {
@@ -99,7 +101,7 @@ struct Active<'a, 'b> {
     stacks: Stack,
     ways: [Way; ACTIVE],
     at_leaves: [AtLeaves<Filter>; ACTIVE],
-    retired: Retired,
+    retired: Retired<'a>,
     prefetch: Prefetch<'a>,
 }
 
