@@ -106,14 +106,14 @@ impl SharedOriginHit for HitCoefficients {
         let mut known = [[0.0; 8]; 2];
         num[0].store(&mut known[0]);
         num[1].store(&mut known[1]);
-        for (i, sight) in to.iter_mut().enumerate() {
+        for (i, triangle) in to.iter_mut().enumerate() {
             for half in [0, 1] {
-                for (row, coefficients) in rows[half].iter().zip(&mut sight.coefficients[half]) {
+                for (row, coefficients) in rows[half].iter().zip(&mut triangle.coefficients[half]) {
                     row[i / 4][i % 4].store(coefficients);
                 }
-                sight.known[half] = [known[half][i], 0.0, 0.0, 0.0];
+                triangle.known[half] = [known[half][i], 0.0, 0.0, 0.0];
             }
-            sight.index = indices[i];
+            triangle.index = indices[i];
         }
     }
 
@@ -161,8 +161,8 @@ mod tests {
                 &mut coefficients,
             );
             let mut hits = [(Hit::MISS, false); 8];
-            for (sight, (hit, sure)) in coefficients.iter().zip(&mut hits) {
-                *sure = sight.hit_in::<S>(self.1.to_f32().dir, hit);
+            for (triangle, (hit, sure)) in coefficients.iter().zip(&mut hits) {
+                *sure = triangle.hit_in::<S>(self.1.to_f32().dir, hit);
             }
             hits
         }

@@ -44,7 +44,7 @@ impl Frame {
     /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
     /// starts there, all of them at points of the projection within ±`reach` in x and y: rays *toward* a point
     /// that they miss by rounding alone, turned round, with t counted backwards. Then only what they hit is
-    /// known, not which hit is nearest: the [`Judge`] of such rays must not be asked for t. What `off` must be
+    /// known, not which hit is nearest: the resolver must not be asked for t of such rays. What `off` must be
     /// is derived in `docs/numerics/projection.md`, section 6.
     ///
     /// ```
