@@ -95,6 +95,26 @@ fn any_limit_ends_in_one_line() {
     }
 }
 
+/// What takes most, at whatever point it runs out: the rays, their origins and answers.
+#[test]
+fn rays_that_are_measured_end_in_one_line_of_the_program() {
+    let place = Place::new();
+    place.put("m.obj", MODEL);
+    let limits = (30_000..).step_by(10_007).take(12);
+    let mut told = vec![];
+    for limit in limits {
+        let output = within(&place, limit, "bench m.obj --size 1024x768 --turns 1");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let small = |bytes: &str| bytes.parse::<usize>().is_ok_and(|bytes| bytes < 1 << 20);
+        match error.strip_prefix("memory allocation of ").and_then(|e| e.split(' ').next()) {
+            Some(bytes) => assert!(small(bytes), "{limit} KB: {error}"),
+            None => told.extend(error.lines().map(str::to_owned)),
+        }
+    }
+    assert!(told.iter().all(|line| line.contains("more memory than there is")), "{told:?}");
+    assert!(told.iter().any(|line| line.contains("rays")), "{told:?}");
+}
+
 #[test]
 fn rays_take_no_more_memory_the_more_there_are() {
     let place = Place::new();

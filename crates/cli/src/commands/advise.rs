@@ -125,7 +125,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
     let tolerance = options.tolerance.of(frame.hits.len());
     let (triangles, sample, eye) = (&triangles[..], &found.sample[..], camera.eye);
-    let primary = &primary_rays(&scene.camera, options.size)[..];
+    let primary = &primary_rays(&scene.camera, options.size)?[..];
     let mut trials = Trials { triangles, threshold, eye, engines, primary, rays: &rays, sample };
     let mut choices = vec![];
     let bound = |k: usize| (found.shift[k], found.doubtful[k], found.doubtful_in_sample[k]);

@@ -11,6 +11,7 @@ use intertri_scene::{Rays, RaysFormat, Scene, hit_point, load};
 
 use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
+use crate::engine::memory::{filled, room};
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
@@ -80,7 +81,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     // The rays.
     let certified = engines.engine(EngineName::Certified)?;
-    let mut kinds = kinds(&scene, &triangles, options.size, &certified);
+    let mut kinds = kinds(&scene, &triangles, options.size, &certified)?;
     if let Some(path) = &options.rays {
         let rays = first_rays(path, options.rays_format)?;
         kinds.push(Kind { name: "file", rays, any: false });
@@ -88,7 +89,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     kinds.retain(|kind| !kind.rays.is_empty());
 
     // The grid must hold all origins.
-    let origins = kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)).collect();
+    let mut origins = room(kinds.iter().map(|kind| kind.rays.len()).sum(), "rays")?;
+    origins.extend(kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)));
     let mut engines = Engines::new(&triangles, Threshold::default()).on_grid(Bits::FINE, origins);
     let names = [
         EngineName::Exact,
@@ -131,13 +133,19 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
 }
 
 /// Camera rays, shadow rays to what they hit, and diffuse rays from there.
-fn kinds(scene: &Scene, triangles: &[Triangle], size: (u32, u32), engine: &RayEngine) -> Vec<Kind> {
-    let primary = primary_rays(&scene.camera, size);
-    let mut hits = vec![Hit::MISS; primary.len()];
+fn kinds(
+    scene: &Scene,
+    triangles: &[Triangle],
+    size: (u32, u32),
+    engine: &RayEngine,
+) -> Result<Vec<Kind>> {
+    let primary = primary_rays(&scene.camera, size)?;
+    let mut hits = filled(primary.len(), Hit::MISS, "hits")?;
     engine.closest(&primary, &mut hits);
 
     let mut rng = Rng::new(1);
-    let (mut shadow, mut diffuse) = (vec![], vec![]);
+    let seen = hits.iter().filter(|hit| hit.is_hit()).count();
+    let (mut shadow, mut diffuse) = (room(seen, "rays")?, room(seen, "rays")?);
     for (ray, hit) in primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
         let point = hit_point(ray, hit);
         shadow.push(scene.light.shadow_ray(point));
@@ -150,11 +158,11 @@ fn kinds(scene: &Scene, triangles: &[Triangle], size: (u32, u32), engine: &RayEn
         let near = (hit.t * 1e-4) as f32;
         diffuse.push(Ray::new(point.map(|x| x as f32), dir).between(near, f32::INFINITY));
     }
-    vec![
+    Ok(vec![
         Kind { name: "primary", rays: primary, any: false },
         Kind { name: "shadow", rays: shadow, any: true },
         Kind { name: "diffuse", rays: diffuse, any: false },
-    ]
+    ])
 }
 
 /// A normal, not of unit length.
@@ -179,7 +187,10 @@ fn measure(
         _ => &kind.rays[..],
     };
     let mut seconds = vec![vec![]; names.len()];
-    let mut answers = vec![Answers::default(); names.len()];
+    let mut answers = Vec::with_capacity(names.len());
+    for &name in names {
+        answers.push(Answers::of(rays_of(name).len(), kind.any)?);
+    }
     // The first turn warms up.
     for turn in 0..=turns {
         for (k, engine) in contenders.iter().enumerate() {
@@ -221,19 +232,23 @@ fn measure(
 }
 
 /// What an engine answered.
-#[derive(Clone, Default)]
 struct Answers {
     closest: Vec<Hit>,
     any: Vec<bool>,
 }
 
 impl Answers {
+    /// Room for the answers of so many rays, which ask for any hit or the closest.
+    fn of(rays: usize, any: bool) -> Result<Self> {
+        let (closest, any) = if any { (0, rays) } else { (rays, 0) };
+        let closest = filled(closest, Hit::MISS, "hits")?;
+        Ok(Self { closest, any: filled(any, false, "answers")? })
+    }
+
     fn ask(&mut self, engine: &RayEngine, rays: &[Ray], any: bool) {
         if any {
-            self.any.resize(rays.len(), false);
             engine.any(rays, &mut self.any);
         } else {
-            self.closest.resize(rays.len(), Hit::MISS);
             engine.closest(rays, &mut self.closest);
         }
     }

@@ -6,7 +6,8 @@ use intertri_trace::FixedBvh;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::error::{Error, Result};
+use crate::engine::memory::room;
+use crate::error::Result;
 use crate::io::progress::Progress;
 
 /// How many rays a thread snaps and asks at a time.
@@ -29,9 +30,7 @@ impl FixedScene {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
         let grid = Grid::around(points.clone(), bits)?;
-        let mut facets: Vec<Facet> = Vec::new();
-        let room = facets.try_reserve_exact(triangles.len());
-        room.map_err(|_| Error::no_memory(format_args!("{} triangles", triangles.len())))?;
+        let mut facets: Vec<Facet> = room(triangles.len(), "triangles")?;
         for triangle in triangles {
             facets.push(grid.triangle(triangle)?);
         }

@@ -7,11 +7,12 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::engine::engines::Engines;
+use crate::engine::memory::{filled, room};
 use crate::engine::name::EngineName;
 use crate::engine::pixels::Tiles;
 use crate::engine::raster::Raster;
 use crate::engine::ray_engine::RayEngine;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::progress::{Progress, timed};
 
 /// How the shadow mask is made.
@@ -25,6 +26,9 @@ pub(crate) enum Shadows {
     /// Everything is lit
     None,
 }
+
+/// What a frame has many of.
+const PIXELS: &str = "pixels";
 
 /// What is seen, and what is lit.
 pub(crate) struct Frame {
@@ -77,7 +81,7 @@ impl Frame {
         // The shadow mask.
         let pixels = frame.hits.len();
         match shadows {
-            Shadows::None => frame.lit = filled(pixels, true)?,
+            Shadows::None => frame.lit = filled(pixels, true, PIXELS)?,
             Shadows::Rays => {
                 let engine = engines.engine(tracer)?;
                 timed(&mut shadow_seconds, || frame.trace_shadows(scene, raster.size, &engine))?;
@@ -93,10 +97,11 @@ impl Frame {
     /// Traces a camera ray through each pixel.
     fn trace(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
         let (width, height) = size;
-        self.hits = filled(check_size(width, height)?, Hit::MISS)?;
+        self.hits = filled(check_size(width, height)?, Hit::MISS, PIXELS)?;
         let bar = Progress::new("trace", Some(self.hits.len() as u64));
         let tiles = Tiles::new(size);
-        let (mut rays, mut found) = (Vec::new(), Vec::new());
+        let many = in_bands(tiles, engine).min(self.hits.len());
+        let (mut rays, mut found) = (room(many, PIXELS)?, filled(many, Hit::MISS, PIXELS)?);
         for (hits, first) in bands(&mut self.hits, tiles, engine) {
             let ray = |place| {
                 let (x, y) = tiles.pixel(place);
@@ -123,12 +128,13 @@ impl Frame {
     /// exact, so that no part of the way has to be left out; else from the light.
     fn trace_shadows(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
         let (width, height) = size;
-        self.lit = filled(self.hits.len(), true)?;
+        self.lit = filled(self.hits.len(), true, PIXELS)?;
         let bar = Progress::new("shadows", Some(self.hits.len() as u64));
         let tiles = Tiles::new(size);
         let hits = &self.hits;
         let index = |(x, y): (u32, u32)| y as usize * width as usize + x as usize;
-        let (mut rays, mut occluded) = (Vec::new(), Vec::new());
+        let many = in_bands(tiles, engine).min(hits.len());
+        let (mut rays, mut occluded) = (room(many, PIXELS)?, filled(many, false, PIXELS)?);
         for (lit, first) in bands(&mut self.lit, tiles, engine) {
             let pixels = (first..first + lit.len()).into_par_iter().map(|place| tiles.pixel(place));
             let seen: Vec<(u32, u32)> =
@@ -197,8 +203,13 @@ fn bands<'a, T>(
     tiles: Tiles,
     engine: &RayEngine,
 ) -> impl Iterator<Item = (&'a mut [T], usize)> {
-    let entries = engine.batch_size().div_ceil(tiles.band()) * tiles.band();
+    let entries = in_bands(tiles, engine);
     all.chunks_mut(entries).zip((0..).step_by(entries))
+}
+
+/// How many entries these are.
+fn in_bands(tiles: Tiles, engine: &RayEngine) -> usize {
+    engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
 /// Rays and the room for their answers, so many as to be asked at once.
@@ -209,13 +220,4 @@ fn in_batches<'a, T>(
 ) -> impl Iterator<Item = (&'a [Ray], &'a mut [T])> {
     let size = engine.batch_size();
     rays.chunks(size).zip(answers.chunks_mut(size))
-}
-
-/// A buffer; an error if it is too large for this machine.
-fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>> {
-    let mut buffer = Vec::new();
-    let room = buffer.try_reserve_exact(count);
-    room.map_err(|_| Error::no_memory(format_args!("{count} pixels")))?;
-    buffer.resize(count, value);
-    Ok(buffer)
 }

@@ -31,9 +31,14 @@ impl EngineName {
     /// Why the rasterizer is not asked for rays.
     pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, double, fixed, reference or oracle";
 
-    /// Whether it answers for the real numbers that the coordinates are, without any threshold.
+    /// Whether it answers for the real numbers that the coordinates are.
     pub(crate) fn is_exact(self) -> bool {
         matches!(self, Self::Exact | Self::Oracle)
+    }
+
+    /// Whether it has the threshold of document A.
+    pub(crate) fn has_threshold(self) -> bool {
+        matches!(self, Self::Certified | Self::Double | Self::Reference | Self::Raster)
     }
 }
 

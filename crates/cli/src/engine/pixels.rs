@@ -11,6 +11,9 @@
 use intertri::Ray;
 use intertri_scene::Camera;
 
+use crate::engine::memory::room;
+use crate::error::Result;
+
 /// Pixels along a tile's side: 32 by 32 pixels are the 1024 rays of one bundle in the hierarchy.
 const TILE: u32 = 32;
 
@@ -69,8 +72,10 @@ pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)>
 }
 
 /// The rays of a camera through all pixels, in that order: those that are measured.
-pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Vec<Ray> {
-    tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)).collect()
+pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Result<Vec<Ray>> {
+    let mut rays = room(width as usize * height as usize, "rays")?;
+    rays.extend(tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)));
+    Ok(rays)
 }
 
 /// The number that bits 0, 2, 4, 6 and 8 make.

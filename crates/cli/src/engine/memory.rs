@@ -1,0 +1,18 @@
+//! Memory that there may not be: for what a model or a picture has many of.
+
+use crate::error::{Error, Result};
+
+/// An empty list with room for `count` of `what`; an error where there is too little memory.
+pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
+    let mut list = Vec::new();
+    let room = list.try_reserve_exact(count);
+    room.map_err(|_| Error::no_memory(format_args!("{count} {what}")))?;
+    Ok(list)
+}
+
+/// A list of `count` times a value, of `what` the error speaks.
+pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec<T>> {
+    let mut list = room(count, what)?;
+    list.resize(count, value);
+    Ok(list)
+}
