@@ -42,7 +42,11 @@ enum Command {
 fn main() -> ExitCode {
     let command = match CommandLine::try_parse() {
         Ok(line) => line.command,
-        Err(error) => return error::command_line(&error),
+        Err(error) => {
+            // Help would be lost without a word, too.
+            let closed = if error.use_stderr() { Ok(()) } else { io::standard_output::check() };
+            return closed.map_or_else(|e| e.tell(), |()| error::command_line(&error));
+        }
     };
     match prepare().and_then(|()| run(command)) {
         Ok(()) => ExitCode::SUCCESS,

@@ -198,6 +198,8 @@ fn wrong_command_lines() {
         ("render --threshold 1e-9", ["engine exact has none", "certified"]),
         ("render --engine exact --threshold 0 --check certified", ["--threshold", "exact"]),
         ("render --engine oracle --threshold 0", ["engine oracle has none", "certified"]),
+        ("render --engine fixed --threshold 0", ["engine fixed has none", "certified"]),
+        ("trace m.obj --rays rays --engine fixed --threshold 0", ["engine fixed", "certified"]),
         ("trace m.obj --rays rays --json", ["--output", "required"]),
     ] {
         place.fails(arguments, 2, &words);

@@ -25,11 +25,16 @@ fn square() -> Place {
 #[test]
 fn it_is_the_default_and_has_no_threshold() {
     let place = square();
-    for command in ["render m.obj --size 16x12", "trace m.obj --rays r.csv -o a.csv"] {
+    for (command, grid) in [
+        ("render m.obj --size 16x12", ""),
+        ("trace m.obj --rays r.csv -o a.csv", "--grid-bounds 0,0,0,9,9,9"),
+    ] {
         let told = report(&place, command);
         assert_eq!((&told["engine"], &told["threshold"]), (&"exact".into(), &Value::Null));
         let told = report(&place, &format!("{command} --engine certified"));
         assert_eq!((&told["engine"], &told["threshold"]), (&"certified".into(), &1e-9.into()));
+        let told = report(&place, &format!("{command} --engine fixed {grid}"));
+        assert_eq!((&told["engine"], &told["threshold"]), (&"fixed".into(), &Value::Null));
     }
     // A threshold belongs to the engine that draws; here it is not exact.
     place.ok("render m.obj --size 16x12 --engine certified --threshold 0 --check exact");

@@ -135,6 +135,23 @@ fn nothing_is_written_onto_what_is_read() {
     fs::create_dir(place.path("folder")).unwrap();
     place.ok("trace m.obj --rays rays.csv -o folder/rays.csv");
 
+    // Nor onto what a model names.
+    let buffer: Vec<u8> = [0_f32, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0]
+        .into_iter()
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    place.put("m.bin", &buffer).put(
+        "m.gltf",
+        r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"uri":"m.bin","byteLength":36}]}"#,
+    );
+    place.fails("trace m.gltf --rays rays.csv -o m.bin", 2, &["m.bin", "another"]);
+    assert_eq!(place.read("m.bin"), buffer);
+    place.ok("trace m.gltf --rays rays.csv -o m.csv");
+    assert_eq!(String::from_utf8(place.read("m.csv")).unwrap(), ANSWERS);
+
     place.put("model.png", MODEL);
     place.fails("render model.png --size 8x6 -o model.png", 2, &["model.png", "another"]);
     assert_eq!(place.read("model.png"), MODEL.as_bytes());
@@ -166,6 +183,8 @@ fn a_closed_standard_output_is_an_error() {
         "trace m.obj --rays rays.csv",
         "trace m.obj --rays rays.csv -o a.csv --json",
         "render --size 8x6",
+        "trace --help",
+        "--version",
     ] {
         let run = |redirection: &str| {
             let mut shell = Command::new("sh");

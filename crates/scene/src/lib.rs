@@ -45,7 +45,7 @@ mod texture;
 pub use crate::camera::{Camera, CameraError};
 pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
 pub use crate::light::{Light, hit_point};
-pub use crate::load::{LoadError, load, read};
+pub use crate::load::{LoadError, load, load_with_files, read};
 pub use crate::mesh::{Bounds, Mesh, Part};
 pub use crate::partial_file::PartialFile;
 pub use crate::rays::{Rays, RaysFormat};

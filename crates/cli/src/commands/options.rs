@@ -142,13 +142,13 @@ fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
 }
 
-/// The threshold of an engine, the default if none was given; an engine that is exact has none.
+/// The threshold of an engine that has one, the default if none was given.
 pub(crate) fn threshold_of(
     engine: EngineName,
     given: Option<Threshold>,
 ) -> Result<Option<Threshold>> {
     match given {
-        _ if !engine.is_exact() => Ok(Some(given.unwrap_or_default())),
+        _ if engine.has_threshold() => Ok(Some(given.unwrap_or_default())),
         None => Ok(None),
         Some(_) => Err(Error::usage(format!(
             "--threshold: engine {engine} has none; leave it out, or choose --engine certified"

@@ -201,9 +201,8 @@ fn refuse_unused_grid(options: &Options) -> Result<()> {
 
 /// Says what the picture may lose to tolerances that nobody chose.
 fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
-    let exact = options.engine.is_exact() || options.engine == EngineName::Fixed;
-    let chosen = options.threshold.is_some();
-    let small = if chosen || exact { None } else { notes::small(scene, triangles) };
+    let usual = options.engine.has_threshold() && options.threshold.is_none();
+    let small = if usual { notes::small(scene, triangles) } else { None };
     // Exact shadow rays begin on the surface, whatever the way is.
     let whole = options.engine.is_exact() || options.engine == EngineName::Raster;
     let none = options.shadows == Shadows::None || options.shadows == Shadows::Rays && whole;

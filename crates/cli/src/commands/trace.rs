@@ -1,11 +1,11 @@
 //! `intertri trace`: a file of rays answered, so that other programs can ask and compare.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Ray, Threshold};
-use intertri_scene::{Rays, RaysFormat, load};
+use intertri_scene::{Rays, RaysFormat, load_with_files};
 
 use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
@@ -159,7 +159,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut seconds = TraceSeconds::default();
     let triangles = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
-        triangles(&load(&options.model)?).map_err(|error| error.of(&options.model))
+        let (mesh, files) = load_with_files(&options.model)?;
+        let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+        refuse_same_file(options.output.as_deref(), &files)?;
+        triangles(&mesh).map_err(|error| error.of(&options.model))
     })?;
 
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);

@@ -1,12 +1,20 @@
 //! Files that can be models.
 
 use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::error::{Fault, fault};
 
 /// The endings of the formats' names.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
+
+/// The files beside a model.
+pub(super) struct Beside<'a> {
+    /// The folder in which they are.
+    pub(super) folder: &'a Path,
+    /// Those that were read.
+    pub(super) read: Vec<PathBuf>,
+}
 
 /// Opens a regular file.
 pub(super) fn open(path: &Path) -> Result<File, Fault> {

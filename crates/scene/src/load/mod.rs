@@ -12,11 +12,11 @@ mod stl;
 mod text;
 
 use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use self::error::LoadError;
 use self::error::{Fault, fault};
-use self::file::open;
+use self::file::{Beside, open};
 use self::text::{skip_mark, without_mark};
 use crate::mesh::Mesh;
 
@@ -54,11 +54,18 @@ use crate::mesh::Mesh;
 /// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a
 /// coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
-    let mesh = open(path).and_then(|file| {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        unpacked(path, BufReader::new(file), Some(folder))
-    });
-    mesh.map_err(|fault| fault.of(path))
+    load_with_files(path).map(|(mesh, _)| mesh)
+}
+
+/// [`load`], and which files beside the model were read for it: the buffers of a glTF.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with_files(path: &Path) -> Result<(Mesh, Vec<PathBuf>), LoadError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut beside = Beside { folder, read: vec![] };
+    let mesh = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
+    mesh.map(|mesh| (mesh, beside.read)).map_err(|fault| fault.of(path))
 }
 
 /// [`load`] of bytes that are in memory: a file of that name would hold them.
@@ -79,16 +86,19 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
 fn unpacked(
     path: &Path,
     mut input: impl BufRead + Seek,
-    folder: Option<&Path>,
+    beside: Option<&mut Beside<'_>>,
 ) -> Result<Mesh, Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
     if input.fill_buf()?.starts_with(gzip::MAGIC) {
         let bytes = gzip::unpack(input, size)?;
+        if bytes.starts_with(gzip::MAGIC) {
+            return fault("is a gzip in a gzip; unpack it first (gunzip)");
+        }
         let size = bytes.len() as u64;
-        return model(&gzip::inner(path), Cursor::new(bytes), size, folder);
+        return model(&gzip::inner(path), Cursor::new(bytes), size, beside);
     }
-    model(path, input, size, folder)
+    model(path, input, size, beside)
 }
 
 /// The model in a file of that name and size, at whose beginning the input is.
@@ -96,7 +106,7 @@ fn model(
     path: &Path,
     mut input: impl BufRead + Seek,
     size: u64,
-    folder: Option<&Path>,
+    beside: Option<&mut Beside<'_>>,
 ) -> Result<Mesh, Fault> {
     if size == 0 {
         return fault("the file is empty");
@@ -109,7 +119,7 @@ fn model(
         Format::Obj => obj::read(input)?,
         Format::Ply => ply::read(input)?,
         Format::Stl => stl::read(input, size)?,
-        Format::Gltf => gltf::read(input, folder)?,
+        Format::Gltf => gltf::read(input, beside)?,
     };
     if mesh.triangles.is_empty() {
         return fault("there is no triangle in it; is it really a model?");

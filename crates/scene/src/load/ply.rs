@@ -24,7 +24,13 @@ const FACES: [&str; 2] = ["face", "tristrips"];
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// Reads vertices and faces; other elements are skipped.
-pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
+pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, Fault> {
+    let beginning = input.fill_buf()?;
+    if beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n") {
+        return fault(
+            "its lines end in carriage returns alone, which PLY does not have; save it anew",
+        );
+    }
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(input.take(LONGEST_HEADER));
     let header = parser.read_header(&mut reader);

@@ -2,28 +2,28 @@
 
 use std::borrow::Cow;
 use std::io::Read;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, PathBuf};
 
 use data_url::DataUrl;
 use gltf::json::{Buffer, Root};
 use percent_encoding::percent_decode_str;
 
 use crate::load::error::{Fault, fault, quote};
-use crate::load::file::open;
+use crate::load::file::{Beside, open};
 
 /// All buffers of a file.
 pub(super) struct Buffers<'a>(Vec<Cow<'a, [u8]>>);
 
 impl<'a> Buffers<'a> {
-    /// Reads them; `blob` is the binary chunk of a GLB, and other files are in `folder`.
+    /// Reads them; `blob` is the binary chunk of a GLB, and other files are beside it.
     pub(super) fn read(
         root: &Root,
         blob: Option<&'a [u8]>,
-        folder: Option<&Path>,
+        mut beside: Option<&mut Beside<'_>>,
     ) -> Result<Self, Fault> {
         let read = |(i, buffer): (usize, &Buffer)| match &buffer.uri {
             Some(uri) if uri.starts_with("data:") => inline(i, uri),
-            Some(uri) => external(i, uri, buffer.byte_length.0, folder),
+            Some(uri) => external(i, uri, buffer.byte_length.0, beside.as_deref_mut()),
             // Only the first may be the chunk.
             None => match blob.filter(|_| i == 0) {
                 Some(blob) => Ok(Cow::Borrowed(blob)),
@@ -79,21 +79,22 @@ fn external<'a>(
     i: usize,
     uri: &str,
     length: u64,
-    folder: Option<&Path>,
+    beside: Option<&mut Beside<'_>>,
 ) -> Result<Cow<'a, [u8]>, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let wrong = |cause: &str| format!("buffer {i} is in the file {}: {cause}", quote(&name));
-    let Some(folder) = folder else {
+    let Some(beside) = beside else {
         return fault(wrong("give the model as a file, with that beside it, or as GLB"));
     };
     let name = PathBuf::from(&*name);
-    let beside = name.components().all(|part| matches!(part, Component::Normal(_)));
-    if uri.contains(':') || !beside {
+    let is_beside = name.components().all(|part| matches!(part, Component::Normal(_)));
+    if uri.contains(':') || !is_beside {
         return fault(wrong("only files in the model's own folder are read"));
     }
-    let mut bytes = Vec::new();
-    open(&folder.join(name))
+    let (path, mut bytes) = (beside.folder.join(name), Vec::new());
+    open(&path)
         .and_then(|file| Ok(file.take(length).read_to_end(&mut bytes)?))
         .map_err(|fault| Fault { cause: wrong(&fault.cause), ..fault })?;
+    beside.read.push(path);
     Ok(bytes.into())
 }

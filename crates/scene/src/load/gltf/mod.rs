@@ -9,7 +9,6 @@ mod buffers;
 mod primitive;
 
 use std::io::Read;
-use std::path::Path;
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf::json::{Index, Root, scene};
@@ -17,6 +16,7 @@ use gltf::json::{Index, Root, scene};
 use self::buffers::Buffers;
 use self::primitive::Primitives;
 use super::error::{Fault, fault, quote};
+use super::file::Beside;
 use crate::mesh::Mesh;
 
 /// How a GLB begins.
@@ -39,8 +39,8 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
 
-/// Reads the default scene into one mesh. Its other files, if it has any, are in `folder`.
-pub(super) fn read(mut input: impl Read, folder: Option<&Path>) -> Result<Mesh, Fault> {
+/// Reads the default scene into one mesh. Its other files, if it has any, are beside it.
+pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Result<Mesh, Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
@@ -52,7 +52,7 @@ pub(super) fn read(mut input: impl Read, folder: Option<&Path>) -> Result<Mesh, 
         Fault { line, cause: format!("its JSON is no glTF 2.0: {text}") }
     })?;
     check(&root)?;
-    let buffers = Buffers::read(&root, blob.as_deref(), folder)?;
+    let buffers = Buffers::read(&root, blob.as_deref(), beside)?;
     let mut primitives = Primitives::new(&root, &buffers, bytes.len());
     walk(&root, &mut primitives)?;
     Ok(primitives.builder.mesh)
