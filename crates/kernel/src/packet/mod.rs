@@ -256,8 +256,8 @@ fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mu
     let largest = a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {
-        // The second number above.
-        let above = f32::from_bits((*edge + SHORTEST).to_bits() + 2);
+        // The second number above; of a NaN any bits.
+        let above = f32::from_bits((*edge + SHORTEST).to_bits().wrapping_add(2));
         *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
     }
 }
