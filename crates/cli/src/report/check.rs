@@ -9,9 +9,9 @@
 //!   rays go all the way to the surface, volumes end a ten thousandth before: the oracle settles that.
 //! - The engine `fixed` sees a scene that was snapped to its grid, and any pixel may differ by that.
 
-use intertri::Hit;
+use intertri::{Hit, Triangle};
 use intertri_raster::{Verdict, differences, shadow_differences};
-use intertri_scene::{Image, difference, hit_point};
+use intertri_scene::{Image, Scene, difference, hit_point};
 use rayon::prelude::*;
 
 use crate::engine::frame::Frame;
@@ -84,14 +84,12 @@ impl Difference {
         let mut shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
 
         // Exact rays go all the way. What lies in the part that the others leave out is in no volume.
-        let unexcused = shadows.par_iter_mut().enumerate();
-        unexcused.filter(|(_, verdict)| **verdict == Verdict::Unexcused).for_each(
-            |(i, verdict)| {
-                if left_out(raster, i, &a.hits[i]) {
-                    *verdict = Verdict::Excused;
-                }
-            },
-        );
+        let (triangles, scene, size) = (raster.triangles, raster.scene, raster.size);
+        shadows.par_iter_mut().zip(&a.hits).enumerate().for_each(|(i, (verdict, hit))| {
+            if *verdict == Verdict::Unexcused && left_out(triangles, scene, size, i, hit) {
+                *verdict = Verdict::Excused;
+            }
+        });
         Ok(Self { hits, shadows })
     }
 
@@ -134,11 +132,16 @@ impl Difference {
 
 /// Whether all that stands between the light and what a pixel shows stands in the last part of the way, which
 /// [`Light::REACH`](intertri_scene::Light::REACH) leaves out.
-fn left_out(raster: &Raster<'_>, i: usize, hit: &Hit) -> bool {
+fn left_out(
+    triangles: &[Triangle],
+    scene: &Scene,
+    (width, height): (u32, u32),
+    i: usize,
+    hit: &Hit,
+) -> bool {
     if !hit.is_hit() {
         return false;
     }
-    let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
     let ray = scene.camera.ray(i as u32 % width, i as u32 / width, width, height);
     let whole = scene.light.shadow_ray_of(&ray, hit, &triangles[hit.triangle as usize]);
     let from_the_light = scene.light.shadow_ray(hit_point(&ray, hit));
@@ -175,7 +178,6 @@ mod tests {
     use crate::engine::frame::Shadows;
     use crate::engine::name::EngineName;
     use intertri::{Counts, Threshold};
-    use intertri_scene::Scene;
 
     fn frame() -> Frame {
         Frame {
