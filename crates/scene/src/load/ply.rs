@@ -27,9 +27,7 @@ const LONGEST_HEADER: u64 = 1 << 20;
 pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, Fault> {
     let beginning = input.fill_buf()?;
     if beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n") {
-        return fault(
-            "its lines end in carriage returns alone, which PLY does not have; save it anew",
-        );
+        return fault("its lines end in carriage returns alone; save it with line feeds");
     }
     let parser = Parser::<Element>::new();
     let mut reader = Reader::new(input.take(LONGEST_HEADER));

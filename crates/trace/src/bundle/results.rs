@@ -65,21 +65,17 @@ impl Results {
         match resolver {
             Resolver::Document(_) => {
                 let mut eights = std::mem::take(&mut self.coefficients);
-                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, &[]), &mut eights, hits);
                 self.coefficients = eights;
             }
             Resolver::Grid => {
                 let mut eights = std::mem::take(&mut self.on_grid);
-                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, on_grid), &mut eights, hits);
                 self.on_grid = eights;
-                // While they are in the cache. The t of a miss is infinite, and stays so.
-                for (hit, ray) in hits.iter_mut().zip(on_grid) {
-                    hit.t = ray.t_of_caller(hit.t);
-                }
             }
             Resolver::Exact => {
                 let mut eights = std::mem::take(&mut self.exact);
-                self.hits::<S, _>(bvh, resolver, rays, &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, &[]), &mut eights, hits);
                 self.exact = eights;
             }
         }
@@ -129,7 +125,7 @@ impl Results {
         &self,
         bvh: &Bvh,
         resolver: Resolver,
-        rays: &[Ray],
+        (rays, on_grid): (&[Ray], &[fixed::Ray]),
         eights: &mut Vec<[C; 8]>,
         hits: &mut [Hit],
     ) {
@@ -153,6 +149,9 @@ impl Results {
                 let place = hit[slot];
                 let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
                 hits[i] = resolver.hit_attributes(ray, &triangle, index);
+            }
+            if let Some(ray) = on_grid.get(i) {
+                hits[i].t = ray.t_of_caller(hits[i].t);
             }
         }
     }
