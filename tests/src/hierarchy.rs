@@ -35,6 +35,11 @@ fn check_mode<M: Mode>(
     let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
     bvh.closest_batch(mode, rays, &mut closest);
     bvh.any_batch(mode, rays, &mut any);
+    let limits = [None, Some(0), Some(1), Some(3), Some(usize::MAX)];
+    let mut lists = vec![];
+    for limit in limits {
+        lists.push((limit, bvh.all_batch(mode, rays, limit).map_err(|e| e.to_string())?));
+    }
     for (i, ray) in rays.iter().enumerate() {
         let want = truth.closest(ray);
         let of = |query: &str, e: String| {
@@ -57,6 +62,13 @@ fn check_mode<M: Mode>(
         }
         let listed = truth.all_sorted(i, ray);
         let all = bvh.all(mode, ray);
+        for (limit, lists) in &lists {
+            let some = &all[..all.len().min(limit.unwrap_or(usize::MAX))];
+            if !lists.of(i).iter().copied().map(bits).eq(some.iter().copied().map(bits)) {
+                let got = lists.of(i);
+                return Err(of("all batch", format!("{limit:?}: {got:?} is not {some:?}")));
+            }
+        }
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
         if all != listed {
             return Err(of("all", format!("{all:x?} is not {listed:x?}")));

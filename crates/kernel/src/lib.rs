@@ -59,7 +59,7 @@ pub mod internal {
         Frame, Nearest, Outline, Outlines, Points, Ranges, Settle, Starts, Windows,
     };
     pub use crate::filter::{
-        Constants, Evidence, Filter, Precheck, Rays, SharedOriginBlock, Triangles,
+        BlockHits, Constants, Evidence, Filter, Precheck, Rays, SharedOriginBlock, Triangles,
     };
     pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
     pub use crate::intersect::{Found, Test};
@@ -73,8 +73,8 @@ pub mod internal {
     pub mod exact {
         pub use crate::exact::{
             Decided, HitCoefficients, Rule, Seen, SeenPlane, Side, Tier, attributes,
-            attributes_from, crossing, crossing_from, decide, has_area, hit, hits_in, is_on,
-            is_plain, order, order_from, subnormals_are_read, t, t_from,
+            attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
+            is_on, is_plain, order, order_from, subnormals_are_read, t, t_from,
         };
     }
 }

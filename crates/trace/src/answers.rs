@@ -1,7 +1,10 @@
-//! What may be asked of many rays: their closest hits, their closest triangles, or whether they hit.
+//! What may be asked of many rays: their closest hits, their closest triangles, whether they hit, every hit.
 
 use intertri::internal::prefetch;
-use intertri::{ClosestHit, Hit};
+use intertri::{ClosestHit, Crossings, Hit};
+
+use crate::pairs::HitPairs;
+use crate::place::Place;
 
 /// A slice of answers, one a ray.
 pub(crate) enum Answers<'a> {
@@ -11,6 +14,12 @@ pub(crate) enum Answers<'a> {
     Triangles(&'a mut [u32]),
     /// Whether anything is hit.
     Any(&'a mut [bool]),
+    /// Every hit.
+    Pairs(&'a mut HitPairs),
+    /// How often rays cross.
+    Crossings(&'a mut [Crossings]),
+    /// Where rays start.
+    Places(&'a mut [Place]),
 }
 
 impl Answers<'_> {
@@ -20,6 +29,12 @@ impl Answers<'_> {
         matches!(self, Self::Any(_))
     }
 
+    /// Whether every hit is asked for, and not only the closest or any.
+    #[inline(always)]
+    pub(crate) fn every(&self) -> bool {
+        matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Places(_))
+    }
+
     /// The answers from one ray to before another.
     #[inline(always)]
     pub(crate) fn part(&mut self, from: usize, to: usize) -> Answers<'_> {
@@ -27,6 +42,9 @@ impl Answers<'_> {
             Self::Hits(hits) => Answers::Hits(&mut hits[from..to]),
             Self::Triangles(triangles) => Answers::Triangles(&mut triangles[from..to]),
             Self::Any(any) => Answers::Any(&mut any[from..to]),
+            Self::Pairs(pairs) => Answers::Pairs(pairs),
+            Self::Crossings(crossings) => Answers::Crossings(&mut crossings[from..to]),
+            Self::Places(places) => Answers::Places(&mut places[from..to]),
         }
     }
 
@@ -37,6 +55,9 @@ impl Answers<'_> {
             Self::Hits(hits) => prefetch(&hits[ray..][..1]),
             Self::Triangles(triangles) => prefetch(&triangles[ray..][..1]),
             Self::Any(any) => prefetch(&any[ray..][..1]),
+            Self::Pairs(_) => (),
+            Self::Crossings(crossings) => prefetch(&crossings[ray..][..1]),
+            Self::Places(places) => prefetch(&places[ray..][..1]),
         }
     }
 
@@ -54,6 +75,7 @@ impl Answers<'_> {
                 triangles[ray] = closest.triangle().map_or(Hit::NO_TRIANGLE, |(index, _)| index);
             }
             Self::Any(any) => any[ray] = closest.is_hit(),
+            Self::Pairs(_) | Self::Crossings(_) | Self::Places(_) => (),
         }
         true
     }

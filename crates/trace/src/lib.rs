@@ -8,8 +8,11 @@ mod answers;
 mod build;
 mod bundle;
 mod memory;
+mod pairs;
+mod place;
 mod prefetch;
 mod query;
+mod select;
 mod single;
 mod solid;
 mod stream;
@@ -21,7 +24,11 @@ mod tree;
 pub use intertri;
 
 pub use build::BuildError;
+pub use memory::OutOfMemory;
+pub use place::Place;
 #[cfg(feature = "fixed")]
 pub use query::FixedBvh;
-pub use solid::{Place, Solid, SolidError};
+pub use query::{HitLists, Only};
+pub use select::{Faces, Select};
+pub use solid::{Solid, SolidError};
 pub use tree::Bvh;

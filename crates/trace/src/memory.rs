@@ -1,6 +1,7 @@
 //! Memory that there may not be.
 
 use std::collections::TryReserveError;
+use std::fmt;
 
 /// There is too little memory.
 #[derive(Debug)]
@@ -8,6 +9,26 @@ pub(crate) struct NoMemory;
 
 impl From<TryReserveError> for NoMemory {
     fn from(_: TryReserveError) -> Self {
+        Self
+    }
+}
+
+/// There is too little memory for the hits that were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutOfMemory;
+
+impl fmt::Display for OutOfMemory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(
+            "too little memory for the hits: ask fewer rays at a time, or fewer hits of each",
+        )
+    }
+}
+
+impl std::error::Error for OutOfMemory {}
+
+impl From<NoMemory> for OutOfMemory {
+    fn from(NoMemory: NoMemory) -> Self {
         Self
     }
 }

@@ -133,6 +133,15 @@ pub(super) fn plane_signs(
     Some((sign(a)?, sign(dir)?))
 }
 
+/// The sign of D, that of the direction along the normal: equal where the bound does not tell. No input may be
+/// subnormal.
+#[inline(always)]
+pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
+    // D is T with the direction, which is exact, for A.
+    let [over, under, _] = Sum::volume(dir, c2 - c1, c3 - c1).signs(VOLUME);
+    over.cmp(&under)
+}
+
 /// Where `num / den` is surely beyond an end of the interval, and where surely before.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {

@@ -13,6 +13,7 @@
 //! ([`projection`]).
 
 mod beam;
+mod block_hits;
 mod bound;
 mod decided;
 mod edges;
@@ -22,6 +23,7 @@ pub(crate) mod projection;
 mod shared_origin;
 mod shared_origin_list;
 
+pub use block_hits::BlockHits;
 pub use edges::{Rays, Triangles};
 pub use evidence::Evidence;
 pub use precheck::{Constants, Precheck};

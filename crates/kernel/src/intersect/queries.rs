@@ -125,10 +125,67 @@ pub trait LaneQueries: Test {
         closest: &mut ClosestHit,
         counts: &mut Counts,
     ) {
+        self.closest_among_in::<S>(
+            ray,
+            block,
+            indices,
+            place,
+            find,
+            #[inline(always)]
+            |lanes| lanes,
+            closest,
+            counts,
+        );
+    }
+
+    /// [`LaneQueries::closest_in`] among the triangles that count: of the lanes that may be hits those that
+    /// `keep` gives back. It is asked only where there are such lanes.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{ClosestHit, Counts, Exact, LaneQueries, Mode, Ray, Triangle, TriangleBlock};
+    ///
+    /// /// The closest of two walls but for those in the lanes of a mask.
+    /// struct Without<'a>(u32, &'a Ray, &'a [Triangle; 2]);
+    /// impl WithSimd for Without<'_> {
+    ///     type Output = Option<(u32, u32)>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let Self(skip, ray, walls) = self;
+    ///         let (test, block) = (Exact::default().test(), TriangleBlock::new(walls));
+    ///         let (mut closest, counts) = (ClosestHit::new(ray.t_max), &mut Counts::default());
+    ///         let (find, keep) = (|place: u32| walls[place as usize], |lanes| lanes & !skip);
+    ///         let (ray, indices) = (test.prepare_ray(ray), [0, 1, 2, 3, 4, 5, 6, 7]);
+    ///         test.closest_among_in::<S>(&ray, &block, &indices, 0, find, keep, &mut closest, counts);
+    ///         closest.triangle()
+    ///     }
+    /// }
+    ///
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let (walls, ray) = ([at(3.0), at(5.0)], Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
+    /// let without = [0b00, 0b01, 0b11].map(|skip| dispatch(Without(skip, &ray, &walls)));
+    /// assert_eq!(without, [Some((0, 0)), Some((1, 1)), None]);
+    /// ```
+    #[inline(always)]
+    fn closest_among_in<S: Simd>(
+        &self,
+        ray: &PreparedRay<Self>,
+        block: &TriangleBlock<8>,
+        indices: &[u32; 8],
+        place: u32,
+        find: impl Fn(u32) -> Triangle,
+        keep: impl FnOnce(u32) -> u32,
+        closest: &mut ClosestHit,
+        counts: &mut Counts,
+    ) {
         let triangles = self.triangles::<S::F32x8, S::F64x8, 8>(block);
         let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
         let far = Lanes::splat(closest.t_hi());
-        if let Some(found) = self.test(&triangles, &lanes, far, block.live(), counts) {
+        if let Some(mut found) = self.test(&triangles, &lanes, far, block.live(), counts) {
+            if found.lanes() == 0 {
+                return;
+            }
+            found.keep(keep(found.lanes()));
             let pairs = RayOnBlock { resolver: self.resolver(), ray: &ray.ray, block, find };
             closest.offer_block(&found, indices, place, &pairs);
         }

@@ -46,6 +46,14 @@ impl<F, D> Found<F, D> {
     pub(crate) fn lanes(&self) -> u32 {
         self.near | self.exact | self.undecided
     }
+
+    /// Drops all other lanes.
+    #[inline(always)]
+    pub(crate) fn keep(&mut self, lanes: u32) {
+        self.near &= lanes;
+        self.exact &= lanes;
+        self.undecided &= lanes;
+    }
 }
 
 /// The one test of a mode, generic over its width. All else that a mode can do is made of it, in

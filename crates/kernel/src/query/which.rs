@@ -9,6 +9,7 @@ use super::slices::{All, Any, ClosestBatch, SharedOriginBatch, shares_origin};
 use crate::filter::Filter;
 use crate::intersect::Test;
 use crate::lanes64::Lanes64;
+use crate::resolve::Resolver;
 use crate::{Hit, Ray, Triangle};
 
 /// The test of a mode: every mode is one of these, with a resolver of its own.
@@ -35,6 +36,15 @@ impl From<Lanes64> for Which {
 }
 
 impl Which {
+    /// What settles the pairs that its test leaves undecided.
+    #[inline]
+    pub fn resolver(self) -> Resolver {
+        match self {
+            Self::Filter(test) => test.resolver(),
+            Self::Lanes64(test) => test.resolver(),
+        }
+    }
+
     /// See [`Mode::closest_batch`](super::Mode::closest_batch).
     pub(super) fn closest_batch(self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
         assert_eq!(rays.len(), hits.len(), "one hit a ray");
@@ -58,9 +68,7 @@ impl Which {
     /// See [`Mode::all`](super::Mode::all).
     pub(super) fn all(self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
         let (mut hits, resolver) = match self {
-            Self::Filter(test) => {
-                (test.level().run(All { test, triangles, ray }), test.resolver())
-            }
+            Self::Filter(test) => (test.level().run(All { test, triangles, ray }), test.resolver()),
             Self::Lanes64(test) => {
                 (test.level().run(All { test, triangles, ray }), test.resolver())
             }

@@ -76,7 +76,12 @@ impl Resolver {
 
     /// Which of two hits of a ray comes first: by t, and where that is equal, by the index.
     #[inline]
-    pub fn first(self, ray: &Ray, (a, at): (&Hit, &Triangle), (b, bt): (&Hit, &Triangle)) -> Ordering {
+    pub fn first(
+        self,
+        ray: &Ray,
+        (a, at): (&Hit, &Triangle),
+        (b, bt): (&Hit, &Triangle),
+    ) -> Ordering {
         (a.t.total_cmp(&b.t))
             .then_with(|| self.order(ray, at, bt))
             .then(a.triangle.cmp(&b.triangle))

@@ -35,9 +35,9 @@ pub use error::BuildError;
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
-use crate::memory::NoMemory;
+use crate::memory::{NoMemory, room};
 use crate::threads;
-use crate::tree::{BLOCK, Bvh, LEAF, Leaf, NONE, Node};
+use crate::tree::{BLOCK, Bvh, Geometries, LEAF, Leaf, NONE, Node};
 use layout::Layout;
 
 impl Bvh {
@@ -47,6 +47,35 @@ impl Bvh {
     /// If there are 2^31 triangles or more, or too little memory.
     pub fn new(triangles: &[Triangle]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
+    }
+
+    /// A hierarchy over several meshes, each a geometry by its place among them: hits tell it beside the
+    /// triangle's number within it. Of equal t, the lowest geometry is closer, then the lowest triangle.
+    ///
+    /// # Errors
+    /// If there are 2^31 triangles or more, or too little memory.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::of_meshes(&[&[at(7.0)], &[], &[at(5.0), at(3.0)]])?;
+    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    /// let hits = bvh.all(&Exact::default(), &ray);
+    /// assert!(hits.iter().map(|hit| (hit.geometry, hit.triangle)).eq([(2, 1), (2, 0), (0, 0)]));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn of_meshes(meshes: &[&[Triangle]]) -> Result<Self, BuildError> {
+        let count = meshes.iter().map(|mesh| mesh.len()).sum();
+        if count >= LEAF as usize {
+            return Err(BuildError::TooManyTriangles { count });
+        }
+        let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
+        let mut all = room(count).map_err(out_of_memory)?;
+        meshes.iter().for_each(|mesh| all.extend_from_slice(mesh));
+        let counts = meshes.iter().map(|mesh| mesh.len());
+        let geometries = Geometries::of(counts).map_err(out_of_memory)?;
+        Ok(Self { geometries, ..Self::new(&all)? })
     }
 
     /// A hierarchy over triangles that share vertices: three indices a triangle.
@@ -113,6 +142,7 @@ impl Bvh {
             reach,
             stack: 8 * depth + 8,
             triangles: triangles.len(),
+            geometries: Geometries::one(),
         })
     }
 }

@@ -68,7 +68,8 @@ mod tests {
             let projection = &mut Projection::<S>::empty();
             let room = (projection, &mut Room::default(), &mut Results::default());
             let counts = &mut Counts::default();
-            let bundle = Bundle { bvh, test: Certified::default().test(), any: false };
+            let bundle =
+                Bundle { bvh, test: Certified::default().test(), any: false, every: false };
             match bundle.trace::<S>(&rays, room, counts) {
                 Outcome::Traced { left, .. } => Some(left),
                 _ => None,

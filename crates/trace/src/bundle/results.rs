@@ -5,6 +5,7 @@ use intertri::simd::Simd;
 use intertri::{Hit, Ray, Triangle, fixed};
 
 use crate::answers::Answers;
+use crate::pairs::HitPairs;
 use crate::tree::Bvh;
 
 /// The number of no triangle.
@@ -14,6 +15,14 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// the stores of more than some tens of hits cannot wait for it.
 const AHEAD: usize = 40;
 
+/// The rays of a packet that hit a triangle.
+#[derive(Clone, Copy)]
+pub(super) struct PacketHits {
+    pub(super) place: u32,
+    pub(super) packet: u16,
+    pub(super) lanes: u16,
+}
+
 /// What a bundle's rays hit.
 #[derive(Default)]
 pub(crate) struct Results {
@@ -21,6 +30,8 @@ pub(crate) struct Results {
     pub(super) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
+    /// Where every hit is asked for: the places of triangles, each with a packet of whose rays these hit it.
+    pub(super) every: Vec<PacketHits>,
     /// For each of `seen` its index, or its number in `hit`; and one more, for none.
     slot: Vec<u32>,
     /// The places of those that are hit.
@@ -40,6 +51,21 @@ impl Results {
     pub(crate) fn clear(&mut self) {
         self.seen.clear();
         self.found.clear();
+        self.every.clear();
+    }
+
+    /// Lists every hit of the last bundle, whose first ray has this number, but for the packets that are left.
+    pub(crate) fn list(&self, pairs: &mut HitPairs, first: usize, left: u64) {
+        for PacketHits { place, packet, lanes } in &self.every {
+            if left >> packet & 1 != 0 || !pairs.reserve(16) {
+                continue;
+            }
+            let (first, mut lanes) = (first as u32 + 16 * u32::from(*packet), *lanes);
+            while lanes != 0 {
+                pairs.push(first + lanes.trailing_zeros(), *place);
+                lanes &= lanes - 1;
+            }
+        }
     }
 
     /// Writes the answers of the last bundle. Of a grid, `on_grid` are the rays as their caller has them.
@@ -58,6 +84,7 @@ impl Results {
                 }
                 return;
             }
+            Answers::Pairs(_) | Answers::Crossings(_) | Answers::Places(_) => return,
             Answers::Triangles(triangles) => return self.triangles(bvh, triangles),
             Answers::Hits(hits) => hits,
         };

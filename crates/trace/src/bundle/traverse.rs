@@ -22,7 +22,7 @@ use super::leaf_tests::{AT_ONCE, Leaves, Listed, PacketTest};
 use super::parts::{WIDTHS, Waiting, budget};
 use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::BundleRays;
-use super::results::{NOTHING, Results};
+use super::results::{NOTHING, PacketHits, Results};
 use crate::prefetch::Prefetch;
 use crate::tree::Bvh;
 
@@ -33,6 +33,8 @@ pub(crate) struct Bundle<'a> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: Filter,
     pub(crate) any: bool,
+    /// Every hit of each ray.
+    pub(crate) every: bool,
 }
 
 /// What became of some rays in a row.
@@ -65,7 +67,7 @@ impl Bundle<'_> {
         (projection, room, results): (&mut Projection<S>, &mut Room, &mut Results),
         counts: &mut Counts,
     ) -> Outcome {
-        let Self { bvh, test, any } = self;
+        let Self { bvh, test, any, .. } = self;
         let mut prefetch = Prefetch::of(rays.next, RAYS);
         let Some(window) = projection.project(&test, rays, bvh.reach, &mut prefetch) else {
             return Outcome::TooWide;
@@ -90,13 +92,14 @@ impl Bundle<'_> {
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let (resolver, reversed) = (test.resolver(), rays.reversed.is_some());
         let settle = Settle { resolver, rays: rays.rays, find, index, reversed };
-        let seen = &mut results.seen;
+        let (seen, every) = (&mut results.seen, &mut results.every);
         let mut tracing = Tracing {
             bundle: self,
             settle,
             projection,
             prefetch,
             seen,
+            every,
             work: 0,
             density_known: false,
         };
@@ -117,6 +120,7 @@ struct Tracing<'a, S: Simd, T, I> {
     projection: &'a mut Projection<S>,
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<u32>,
+    every: &'a mut Vec<PacketHits>,
     /// Tests of packets, and what costs about as much.
     work: usize,
     /// Whether the first leaves told how dense triangles are.
@@ -235,7 +239,7 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
     fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
         let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
             *self;
-        let Bundle { bvh, test, any } = bundle;
+        let Bundle { bvh, test, any, every } = bundle;
         let first = seen.len();
         let Listed { pairs, mut tests } =
             leaves.list((bvh, used), (&test, projection), seen, prefetch);
@@ -243,6 +247,11 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
         for (group, pairs) in pairs.iter().enumerate() {
             let rays = settle.rays.len().saturating_sub(group * RAYS / GROUPS).min(RAYS / GROUPS);
             counts.tests += (pairs * rays) as u64;
+        }
+
+        if every {
+            self.visit_every((leaves, tests), first, counts);
+            return false;
         }
 
         // Rays that end before what they see are near most of what they miss: a precheck of all, without a
@@ -277,6 +286,33 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
             changed |= u64::from(may_change) << packet;
         }
         update::<S>(projection, changed, any)
+    }
+
+    /// Lists every hit of the tests of some leaves, whose triangles were seen from the `first` on.
+    #[inline(always)]
+    fn visit_every(
+        &mut self,
+        (leaves, tests): (&mut Leaves, usize),
+        first: usize,
+        counts: &mut Counts,
+    ) {
+        let Self { settle, projection, seen, every, .. } = self;
+        for i in 0..tests {
+            let PacketTest { packet, number } = leaves.test(i);
+            let place = seen[first + number];
+            let lanes = projection.nearest[packet].hit_by(
+                (&projection.points[packet], &projection.ranges),
+                &leaves.outline(number),
+                place,
+                (16 * packet, settle),
+                projection.live[packet],
+                counts,
+            );
+            if lanes != 0 {
+                every.push(PacketHits { place, packet: packet as u16, lanes: lanes as u16 });
+            }
+        }
+        seen.truncate(first);
     }
 
     /// Bit p is set where rays of packet p still look for a hit.

@@ -10,6 +10,7 @@ use crate::answers::Answers;
 use crate::bundle::{
     Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Room, shares_origin,
 };
+use crate::select::Choice;
 use crate::single::{Closest, Kept};
 use crate::stream::Stream;
 use crate::tree::Bvh;
@@ -31,70 +32,107 @@ const SMALLEST: usize = 16;
 const BUSY: usize = 5;
 const BUSY_RAYS: usize = 256;
 
-/// The answer of each ray, on all threads where there are threads.
-pub(super) fn answer(bvh: &Bvh, which: Which, rays: &[Ray], answers: Answers<'_>) -> Counts {
-    match which {
-        Which::Filter(test) => by_filter(bvh, test, rays, answers),
-        Which::Lanes64(test) => by_lanes64(bvh, test, rays, answers),
+/// Rays that are asked in one call, as far as a chunk of them goes.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<'a> {
+    pub(super) bvh: &'a Bvh,
+    pub(super) choice: Choice<'a>,
+    pub(super) rays: &'a [Ray],
+    /// Of a grid, the rays as their caller has them; else none.
+    pub(super) on_grid: &'a [fixed::Ray],
+}
+
+impl<'a> Asked<'a> {
+    /// The rays from one to before another, with what they skip.
+    pub(super) fn part(self, from: usize, to: usize) -> Self {
+        let choice = self.choice.map(|choice| choice.part(from, to));
+        let on_grid = self.on_grid.get(from..to).unwrap_or(&[]);
+        Self { choice, rays: &self.rays[from..to], on_grid, ..self }
     }
 }
 
-/// By the filter: coherent rays in bundles, the others in streams.
-fn by_filter(bvh: &Bvh, test: Filter, rays: &[Ray], answers: Answers<'_>) -> Counts {
-    in_chunks(rays, answers, |rays, answers| chunk(bvh, test, (rays, &[]), answers))
+/// The answer of each ray, on all threads where there are threads.
+pub(super) fn answer(asked: Asked<'_>, which: Which, answers: Answers<'_>) -> Counts {
+    match which {
+        Which::Filter(test) => in_chunks(asked, answers, |asked, mut answers| {
+            let counts = chunk(asked, test, answers.part(0, asked.rays.len()));
+            tell(asked.bvh, answers);
+            counts
+        }),
+        Which::Lanes64(test) => in_chunks(asked, answers, |asked, mut answers| {
+            let counts = one_by_one(asked, test, &mut answers);
+            tell(asked.bvh, answers);
+            counts
+        }),
+    }
 }
 
-/// A chunk of rays on this thread. Of a grid, `on_grid` are the rays as their caller has them.
-pub(super) fn chunk(
-    bvh: &Bvh,
-    test: Filter,
-    (rays, on_grid): (&[Ray], &[fixed::Ray]),
-    answers: Answers<'_>,
-) -> Counts {
-    test.level().run(Chunk { bvh, test, rays, on_grid, answers })
+/// Hits are told by geometry and number.
+fn tell(bvh: &Bvh, answers: Answers<'_>) {
+    if let Answers::Hits(hits) = answers {
+        bvh.geometries.tell(hits);
+    }
+}
+
+/// A chunk of rays on this thread, by the filter: coherent rays in bundles, the others in streams.
+pub(super) fn chunk(asked: Asked<'_>, test: Filter, answers: Answers<'_>) -> Counts {
+    test.level().run(Chunk { asked, test, answers })
 }
 
 /// In f64 lanes: a ray a call, for this is only there to compare with.
-fn by_lanes64(bvh: &Bvh, test: Lanes64, rays: &[Ray], answers: Answers<'_>) -> Counts {
-    in_chunks(rays, answers, |rays, mut answers| {
-        let mut counts = Counts::default();
-        let kept = &mut *Kept::lend(bvh);
-        for (number, ray) in rays.iter().enumerate() {
-            let counts = &mut counts;
-            let closest = if answers.any() {
-                test.level().run(Closest::<_, true> { bvh, test, ray, kept, counts })
-            } else {
-                test.level().run(Closest::<_, false> { bvh, test, ray, kept, counts })
-            };
-            if !answers.write(number, &closest) {
-                let hit = test.hit(ray, &closest, |place| bvh.triangle_in(place));
-                answers.write_hit(number, hit.unwrap_or(Hit::MISS));
-            }
+fn one_by_one(asked: Asked<'_>, test: Lanes64, answers: &mut Answers<'_>) -> Counts {
+    let Asked { bvh, choice, rays, .. } = asked;
+    let mut counts = Counts::default();
+    let kept = &mut *Kept::lend(bvh);
+    for (number, ray) in rays.iter().enumerate() {
+        let (counts, choice) = (&mut counts, (&choice, number));
+        let closest = if answers.any() {
+            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
+        } else {
+            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept, counts })
+        };
+        if !answers.write(number, &closest) {
+            let hit = test.hit(ray, &closest, |place| bvh.triangle_in(place));
+            answers.write_hit(number, hit.unwrap_or(Hit::MISS));
         }
-        counts
-    })
+    }
+    counts
 }
 
 /// Hands chunks of rays and their answers to all threads.
-fn in_chunks(
-    rays: &[Ray],
+fn in_chunks<'a>(
+    asked: Asked<'a>,
     answers: Answers<'_>,
-    each: impl Fn(&[Ray], Answers<'_>) -> Counts + Sync,
+    each: impl Fn(Asked<'a>, Answers<'_>) -> Counts + Sync,
 ) -> Counts {
+    let rays = asked.rays;
+    let part = |from: usize, rays: &[Ray]| asked.part(from, from + rays.len());
     match answers {
-        Answers::Hits(hits) => chunks(rays, hits, |rays, hits| each(rays, Answers::Hits(hits))),
-        Answers::Triangles(triangles) => {
-            chunks(rays, triangles, |rays, some| each(rays, Answers::Triangles(some)))
+        Answers::Hits(hits) => {
+            chunks(rays, hits, |from, rays, hits| each(part(from, rays), Answers::Hits(hits)))
         }
-        Answers::Any(any) => chunks(rays, any, |rays, any| each(rays, Answers::Any(any))),
+        Answers::Triangles(some) => {
+            chunks(rays, some, |from, rays, some| each(part(from, rays), Answers::Triangles(some)))
+        }
+        Answers::Any(any) => {
+            chunks(rays, any, |from, rays, any| each(part(from, rays), Answers::Any(any)))
+        }
+        Answers::Crossings(all) => {
+            chunks(rays, all, |from, rays, all| each(part(from, rays), Answers::Crossings(all)))
+        }
+        Answers::Places(all) => {
+            chunks(rays, all, |from, rays, all| each(part(from, rays), Answers::Places(all)))
+        }
+        // Their chunks are put together by who asks for them.
+        Answers::Pairs(pairs) => each(asked, Answers::Pairs(pairs)),
     }
 }
 
-/// The same of one kind of answer, and of rays of any kind.
+/// The same of one kind of answer, and of rays of any kind, each chunk with the number of its first.
 pub(crate) fn chunks<R: Sync, A: Send>(
     rays: &[R],
     answers: &mut [A],
-    each: impl Fn(&[R], &mut [A]) -> Counts + Sync,
+    each: impl Fn(usize, &[R], &mut [A]) -> Counts + Sync,
 ) -> Counts {
     assert_eq!(rays.len(), answers.len(), "one answer a ray");
     let add = |mut a: Counts, b: Counts| {
@@ -108,23 +146,23 @@ pub(crate) fn chunks<R: Sync, A: Send>(
         let chunk = even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK);
         rays.par_chunks(chunk)
             .zip(answers.par_chunks_mut(chunk))
-            .map(|(rays, answers)| each(rays, answers))
+            .enumerate()
+            .map(|(i, (rays, answers))| each(i * chunk, rays, answers))
             .reduce(Counts::default, add)
     }
     #[cfg(not(feature = "parallel"))]
     {
         let chunk = CHUNKS * CHUNK;
-        let chunks = rays.chunks(chunk).zip(answers.chunks_mut(chunk));
-        chunks.map(|(rays, answers)| each(rays, answers)).fold(Counts::default(), add)
+        let chunks = rays.chunks(chunk).zip(answers.chunks_mut(chunk)).enumerate();
+        let each = |(i, (rays, answers)): (usize, (&[R], &mut [A]))| each(i * chunk, rays, answers);
+        chunks.map(each).fold(Counts::default(), add)
     }
 }
 
 /// A chunk of rays.
 struct Chunk<'a, 'b> {
-    bvh: &'a Bvh,
+    asked: Asked<'a>,
     test: Filter,
-    rays: &'a [Ray],
-    on_grid: &'a [fixed::Ray],
     answers: Answers<'b>,
 }
 
@@ -133,8 +171,11 @@ impl WithSimd for Chunk<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Counts {
-        let Self { bvh, test, rays: all, on_grid, answers: mut all_answers } = self;
-        let any = all_answers.any();
+        let Self { asked, test, answers: mut all_answers } = self;
+        let Asked { bvh, choice, rays: all, on_grid } = asked;
+        let (any, every) = (all_answers.any(), all_answers.every());
+        // A bundle knows nothing of who counts, and crossings are counted ray by ray.
+        let bundles = choice.is_none() && (!every || matches!(all_answers, Answers::Pairs(_)));
         let mut projection = Projection::<S>::empty();
         let (mut room, mut results) = (Room::default(), Results::default());
         let (mut counts, mut others) = (Counts::default(), Vec::new());
@@ -145,24 +186,27 @@ impl WithSimd for Chunk<'_, '_> {
 
             // Coherent rays make a bundle, unless they go too far apart: then a smaller one.
             results.clear();
-            let outcome = match bundle_of(rays, next, test, any) {
+            let bundle = if bundles { bundle_of(rays, next, test, any) } else { None };
+            let outcome = match bundle {
                 None => Outcome::NotCoherent,
                 Some(rays) => S::vectorize(
                     #[inline(always)]
                     || {
                         let room = (&mut projection, &mut room, &mut results);
-                        Bundle { bvh, test, any }.trace::<S>(&rays, room, &mut counts)
+                        Bundle { bvh, test, any, every }.trace::<S>(&rays, room, &mut counts)
                     },
                 ),
             };
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
-                    let answers = all_answers.part(at, end);
                     let rays = (rays, on_grid.get(at..end).unwrap_or(&[]));
-                    S::vectorize(
-                        #[inline(always)]
-                        || results.write::<S>(bvh, test.resolver(), rays, answers),
-                    );
+                    match all_answers.part(at, end) {
+                        Answers::Pairs(pairs) => results.list(pairs, at, left),
+                        answers => S::vectorize(
+                            #[inline(always)]
+                            || results.write::<S>(bvh, test.resolver(), rays, answers),
+                        ),
+                    }
                     (true, left, work)
                 }
                 Outcome::TooWide if size > SMALLEST => {
@@ -185,17 +229,10 @@ impl WithSimd for Chunk<'_, '_> {
 
             let enough = if is_bundle { usize::MAX } else { STREAM };
             if others.len() >= enough || at == all.len() && !others.is_empty() {
-                let (answers, counts) = (&mut all_answers, &mut counts);
+                let (answers, choice, counts) = (&mut all_answers, &choice, &mut counts);
                 let numbers = &others[..];
-                test.level().run(Stream {
-                    bvh,
-                    test,
-                    rays: all,
-                    on_grid,
-                    numbers,
-                    answers,
-                    counts,
-                });
+                let rays = (all, on_grid);
+                test.level().run(Stream { bvh, test, rays, numbers, answers, choice, counts });
                 others.clear();
             }
         }

@@ -1,11 +1,19 @@
 //! Where rays cross a mesh, each edge and corner once: by the mode `exact`.
 
-use intertri::internal::Resolver;
+use intertri::internal::Test;
 use intertri::internal::exact::{self, Side};
-use intertri::{Counts, Crossing, Crossings, Exact, Mode, Ray};
+use intertri::{Crossing, Crossings, Exact, Mode, Ray};
 
-use super::{batch, one};
+use super::{Only, batch, one};
+use crate::answers::Answers;
+use crate::place::Place;
+use crate::select::Select;
+use crate::single::is_on_surface;
 use crate::tree::Bvh;
+
+/// The way in which winding numbers are counted: any is as good as another. Of the common ones it is none, so
+/// that few edges are met exactly.
+const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
 impl Bvh {
     /// Where a ray crosses the triangles, in order of the exact t; of equal t, of the index.
@@ -25,17 +33,7 @@ impl Bvh {
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
     pub fn crossings(&self, mode: &Exact, ray: &Ray) -> Vec<Crossing> {
-        let resolver = Resolver::Exact;
-        let mut all: Vec<_> = self
-            .crossed(*mode, ray)
-            .map(|(place, side)| {
-                let triangle = self.triangle_in(place);
-                let hit = resolver.hit_attributes(ray, &triangle, self.index_of(place));
-                (Crossing { hit, leaves: side == Side::Leaves }, triangle)
-            })
-            .collect();
-        all.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (&a.hit, at), (&b.hit, bt)));
-        all.into_iter().map(|(crossing, _)| crossing).collect()
+        self.only(&Select::ALL).crossings(mode, ray)
     }
 
     /// How often each of many rays crosses the triangles: `crossings[i]` becomes the count of `rays[i]`.
@@ -43,26 +41,68 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn crossings_batch(&self, mode: &Exact, rays: &[Ray], crossings: &mut [Crossings]) {
-        batch::chunks(rays, crossings, |rays, crossings| {
-            for (ray, to) in rays.iter().zip(crossings) {
-                *to = self.count(*mode, ray);
+        self.only(&Select::ALL).crossings_batch(mode, rays, crossings);
+    }
+
+    /// Where a point lies.
+    pub(crate) fn place(&self, mode: &Exact, point: [f32; 3]) -> Place {
+        if is_on_surface(self, point) {
+            return Place::Surface;
+        }
+        let ray = Ray::new(point, DIR);
+        let places = one::places(self, (&None, 0), mode.test().into(), &ray);
+        let sides = places.iter().filter_map(|&i| exact::crossing(&ray, &self.triangle_in(i)));
+        sides.fold(Place::Outside, |place, side| place.crossed(side == Side::Leaves))
+    }
+
+    /// Where points lie, told by a function of that.
+    pub(crate) fn places<A: Send>(
+        &self,
+        mode: &Exact,
+        points: &[[f32; 3]],
+        answers: &mut [A],
+        answer: impl Fn(Place) -> A + Sync,
+    ) {
+        batch::chunks(points, answers, |_, points, answers| {
+            let rays: Vec<Ray> = points.iter().map(|&point| Ray::new(point, DIR)).collect();
+            let mut places = vec![Place::Outside; points.len()];
+            let asked = batch::Asked { bvh: self, choice: None, rays: &rays, on_grid: &[] };
+            let counts = batch::chunk(asked, mode.test(), Answers::Places(&mut places));
+            for (place, to) in places.into_iter().zip(answers) {
+                *to = answer(place);
             }
-            Counts::default()
+            counts
         });
     }
+}
 
-    /// How often a ray crosses the triangles.
-    pub(crate) fn count(&self, mode: Exact, ray: &Ray) -> Crossings {
-        let mut count = Crossings::default();
-        self.crossed(mode, ray).for_each(|(_, side)| count.add(side == Side::Leaves));
-        count
+impl Only<'_> {
+    /// [`Bvh::crossings`] of the triangles that count.
+    pub fn crossings(&self, mode: &Exact, ray: &Ray) -> Vec<Crossing> {
+        let (bvh, resolver) = (self.bvh, mode.test().resolver());
+        let crossed = |place: u32| {
+            let triangle = bvh.triangle_in(place);
+            let leaves = exact::crossing(ray, &triangle)? == Side::Leaves;
+            let hit = resolver.hit_attributes(ray, &triangle, bvh.index_of(place));
+            Some((Crossing { hit, leaves }, triangle))
+        };
+        let choice = self.one();
+        let places = one::places(bvh, (&choice, 0), mode.test().into(), ray);
+        let mut all: Vec<_> = places.into_iter().filter_map(crossed).collect();
+        all.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (&a.hit, at), (&b.hit, bt)));
+        let told = |(mut crossing, _): (Crossing, _)| {
+            bvh.geometries.tell(std::slice::from_mut(&mut crossing.hit));
+            crossing
+        };
+        all.into_iter().map(told).collect()
     }
 
-    /// The places of the triangles that a ray crosses, and from which side. Each is hit, too.
-    fn crossed(&self, mode: Exact, ray: &Ray) -> impl Iterator<Item = (u32, Side)> {
-        let places = one::places(self, mode.test().into(), ray);
-        places.into_iter().filter_map(|place| {
-            exact::crossing(ray, &self.triangle_in(place)).map(|side| (place, side))
-        })
+    /// [`Bvh::crossings_batch`] of the triangles that count.
+    ///
+    /// # Panics
+    /// If the slices, or the lists of what rays skip, differ in length.
+    pub fn crossings_batch(&self, mode: &Exact, rays: &[Ray], crossings: &mut [Crossings]) {
+        crossings.fill(Crossings::default());
+        batch::answer(self.many(rays), mode.test().into(), Answers::Crossings(crossings));
     }
 }

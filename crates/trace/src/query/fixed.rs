@@ -66,12 +66,13 @@ impl FixedBvh {
 
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
     pub fn closest(&self, mode: &Fixed, ray: &Ray) -> Option<Hit> {
-        one::closest(&self.tree, test(*mode).into(), ray.to_f32()).map(|hit| of_caller(hit, ray))
+        one::closest(&self.tree, &None, test(*mode).into(), ray.to_f32())
+            .map(|hit| of_caller(hit, ray))
     }
 
     /// Whether anything is hit.
     pub fn any(&self, mode: &Fixed, ray: &Ray) -> bool {
-        one::any(&self.tree, test(*mode).into(), ray.to_f32())
+        one::any(&self.tree, &None, test(*mode).into(), ray.to_f32())
     }
 
     /// Every hit, in order of the exact t; of equal t, of the index.
@@ -106,7 +107,7 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_batch(&self, mode: &Fixed, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::chunks(rays, hits, |rays, hits| self.chunk(*mode, rays, Answers::Hits(hits)))
+        batch::chunks(rays, hits, |_, rays, hits| self.chunk(*mode, rays, Answers::Hits(hits)))
     }
 
     /// [`FixedBvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
@@ -114,12 +115,12 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_batch(&self, mode: &Fixed, rays: &[Ray], any: &mut [bool]) -> Counts {
-        batch::chunks(rays, any, |rays, any| self.chunk(*mode, rays, Answers::Any(any)))
+        batch::chunks(rays, any, |_, rays, any| self.chunk(*mode, rays, Answers::Any(any)))
     }
 
     /// The places of the triangles that a ray crosses, and where.
     fn places(&self, mode: Fixed, ray: &Ray) -> impl Iterator<Item = (u32, Crossing)> {
-        let places = one::places(&self.tree, test(mode).into(), ray.to_f32());
+        let places = one::places(&self.tree, (&None, 0), test(mode).into(), ray.to_f32());
         places.into_iter().map(|place| {
             let triangle = Triangle::from_f32(&self.tree.triangle_in(place));
             (place, Sides::new(&triangle, ray.origin()).crossing(ray))
@@ -134,7 +135,8 @@ impl FixedBvh {
             lines.clear();
             lines.extend(some.iter().map(|ray| *ray.to_f32()));
             let answers = answers.part(from, from + some.len());
-            counts += batch::chunk(&self.tree, test(mode), (&lines, some), answers);
+            let asked = batch::Asked { bvh: &self.tree, choice: None, rays: &lines, on_grid: some };
+            counts += batch::chunk(asked, test(mode), answers);
         }
         counts
     }

@@ -4,32 +4,35 @@ mod batch;
 mod crossings;
 #[cfg(feature = "fixed")]
 mod fixed;
+mod lists;
 mod one;
+mod only;
 
 #[cfg(feature = "fixed")]
 pub use fixed::FixedBvh;
-
-pub(crate) use batch::chunks;
+pub use lists::HitLists;
+pub use only::Only;
 
 use intertri::{Counts, Hit, Mode, Ray};
 
-use crate::answers::Answers;
+use crate::memory::OutOfMemory;
+use crate::select::Select;
 use crate::tree::Bvh;
 
 impl Bvh {
     /// The closest hit; of equal t, the lowest index.
     pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
-        one::closest(self, mode.test().into(), ray)
+        self.only(&Select::ALL).closest(mode, ray)
     }
 
     /// Whether anything is hit.
     pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
-        one::any(self, mode.test().into(), ray)
+        self.only(&Select::ALL).any(mode, ray)
     }
 
     /// Every hit, in order of t; of equal t, of the index.
     pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
-        one::all(self, mode.test().into(), ray)
+        self.only(&Select::ALL).all(mode, ray)
     }
 
     /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where there is
@@ -42,11 +45,12 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_batch<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::answer(self, mode.test().into(), rays, Answers::Hits(hits))
+        self.only(&Select::ALL).closest_batch(mode, rays, hits)
     }
 
     /// The triangles of [`Bvh::closest_batch`] alone, [`Hit::NO_TRIANGLE`] for a miss: where nobody asks for
-    /// t, it need not be computed in f64.
+    /// t, it need not be computed in f64. Of several meshes these are positions in the whole
+    /// ([`Bvh::geometry_of`]).
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -56,7 +60,7 @@ impl Bvh {
         rays: &[Ray],
         triangles: &mut [u32],
     ) -> Counts {
-        batch::answer(self, mode.test().into(), rays, Answers::Triangles(triangles))
+        self.only(&Select::ALL).triangles_batch(mode, rays, triangles)
     }
 
     /// [`Bvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
@@ -67,6 +71,45 @@ impl Bvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_batch<M: Mode>(&self, mode: &M, rays: &[Ray], any: &mut [bool]) -> Counts {
-        batch::answer(self, mode.test().into(), rays, Answers::Any(any))
+        self.only(&Select::ALL).any_batch(mode, rays, any)
+    }
+
+    /// [`Bvh::all`] of many rays, in compact arrays; of each ray the first `limit` hits, if there is a limit.
+    ///
+    /// Rays are best ordered as for [`Bvh::closest_batch`]. With a limit a ray looks no farther than the last
+    /// of so many hits.
+    ///
+    /// # Errors
+    /// If there is too little memory for what is found.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::new(&[at(5.0), at(7.0), at(3.0)])?;
+    /// let rays = [0.2, 9.0, 0.3].map(|x| Ray::new([x, 0.2, 0.0], [0.0, 0.0, 1.0]));
+    /// let lists = bvh.all_batch(&Exact::default(), &rays, Some(2))?;
+    /// assert_eq!(lists.offsets, [0, 2, 2, 4]);
+    /// assert!(lists.of(2).iter().map(|hit| hit.triangle).eq([2, 0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn all_batch<M: Mode>(
+        &self,
+        mode: &M,
+        rays: &[Ray],
+        limit: Option<usize>,
+    ) -> Result<HitLists, OutOfMemory> {
+        self.only(&Select::ALL).all_batch(mode, rays, limit)
+    }
+
+    /// The same queries among some of the triangles: by a mask of geometries, by the side from which they are
+    /// met, and without what rays skip.
+    ///
+    /// The answers are those of a plain loop over the triangles that count. Bundles know nothing of the choice:
+    /// rays of one origin are then traced as streams. Where every triangle counts, it costs nothing.
+    ///
+    /// An example stands at [`Select`].
+    pub fn only<'a>(&'a self, select: &'a Select<'a>) -> Only<'a> {
+        Only::new(self, select)
     }
 }

@@ -4,6 +4,7 @@
 use intertri::internal::{Test, Which};
 use intertri::{Counts, Hit, Ray};
 
+use crate::select::Choice;
 use crate::single::{All, Closest, Hits, Kept};
 use crate::tree::Bvh;
 
@@ -18,32 +19,37 @@ macro_rules! of_either {
 }
 
 /// See [`Bvh::closest`].
-pub(super) fn closest(bvh: &Bvh, which: Which, ray: &Ray) -> Option<Hit> {
-    of_either!(which, test => test.level().run(Hits { bvh, test, ray }))
+pub(super) fn closest(bvh: &Bvh, choice: &Choice<'_>, which: Which, ray: &Ray) -> Option<Hit> {
+    let mut hit = of_either!(which, test => test.level().run(Hits { bvh, test, ray, choice }))?;
+    bvh.geometries.tell(std::slice::from_mut(&mut hit));
+    Some(hit)
 }
 
 /// See [`Bvh::any`].
-pub(super) fn any(bvh: &Bvh, which: Which, ray: &Ray) -> bool {
+pub(super) fn any(bvh: &Bvh, choice: &Choice<'_>, which: Which, ray: &Ray) -> bool {
     let (kept, counts) = (&mut *Kept::lend(bvh), &mut Counts::default());
+    let choice = (choice, 0);
     let closest = of_either!(which, test => {
-        test.level().run(Closest::<_, true> { bvh, test, ray, kept, counts })
+        test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
     });
     closest.is_hit()
 }
 
 /// See [`Bvh::all`].
-pub(super) fn all(bvh: &Bvh, which: Which, ray: &Ray) -> Vec<Hit> {
-    let resolver = of_either!(which, test => test.resolver());
+pub(super) fn all(bvh: &Bvh, choice: (&Choice<'_>, usize), which: Which, ray: &Ray) -> Vec<Hit> {
+    let resolver = which.resolver();
     let hit = |place| {
         let triangle = bvh.triangle_in(place);
         (resolver.hit_attributes(ray, &triangle, bvh.index_of(place)), triangle)
     };
-    let mut hits: Vec<_> = places(bvh, which, ray).into_iter().map(hit).collect();
+    let mut hits: Vec<_> = places(bvh, choice, which, ray).into_iter().map(hit).collect();
     hits.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (a, at), (b, bt)));
-    hits.into_iter().map(|(hit, _)| hit).collect()
+    let mut hits: Vec<Hit> = hits.into_iter().map(|(hit, _)| hit).collect();
+    bvh.geometries.tell(&mut hits);
+    hits
 }
 
 /// The places of all triangles that a ray hits, in any order.
-pub(super) fn places(bvh: &Bvh, which: Which, ray: &Ray) -> Vec<u32> {
-    of_either!(which, test => test.level().run(All { bvh, test, ray }))
+pub(super) fn places(bvh: &Bvh, choice: (&Choice<'_>, usize), which: Which, ray: &Ray) -> Vec<u32> {
+    of_either!(which, test => test.level().run(All { bvh, test, ray, choice }))
 }

@@ -1,11 +1,13 @@
 //! A ray a call: the closest hit, any hit, or all hits of one ray.
 
 mod child_predictor;
+mod on_surface;
 mod queries;
 mod slab;
 mod stack;
 mod traverse;
 
+pub(crate) use on_surface::is_on_surface;
 pub(crate) use queries::{All, Closest, Hits};
 pub(crate) use slab::{SlabLanes, Slabs, octant};
 pub(crate) use stack::{BOTTOM, Kept, Stack};

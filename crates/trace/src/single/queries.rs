@@ -8,6 +8,7 @@ use intertri::{ClosestHit, Counts, Hit, LaneQueries, PreparedRay, Ray};
 
 use super::stack::Kept;
 use super::traverse::{Visit, traverse};
+use crate::select::{Choice, chosen};
 use crate::tree::{Bvh, Leaf};
 
 /// The closest hit of a ray; with `ANY`, some hit.
@@ -15,6 +16,8 @@ pub(crate) struct Closest<'a, T, const ANY: bool> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
+    /// Which triangles count, and as which of the query's rays this one skips some.
+    pub(crate) choice: (&'a Choice<'a>, usize),
     pub(crate) kept: &'a mut Kept,
     pub(crate) counts: &'a mut Counts,
 }
@@ -24,11 +27,12 @@ impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> ClosestHit {
-        let Self { bvh, test, ray, kept, counts } = self;
+        let Self { bvh, test, ray, choice, kept, counts } = self;
         let (prepared, closest) = (test.prepare_ray(ray), ClosestHit::new(ray.t_max));
         let level = PhantomData::<S>;
+        let asked = (choice, ray);
         let mut visitor =
-            VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, closest, counts, level };
+            VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, asked, closest, counts, level };
         traverse::<S>(bvh, ray, kept, !ANY, &mut visitor);
         visitor.closest
     }
@@ -39,6 +43,7 @@ pub(crate) struct Hits<'a, T> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
+    pub(crate) choice: &'a Choice<'a>,
 }
 
 impl<T: LaneQueries> WithSimd for Hits<'_, T> {
@@ -46,9 +51,10 @@ impl<T: LaneQueries> WithSimd for Hits<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<Hit> {
-        let Self { bvh, test, ray } = self;
+        let Self { bvh, test, ray, choice } = self;
         let (kept, counts) = (&mut *Kept::lend(bvh), &mut Counts::default());
-        let closest = Closest::<_, false> { bvh, test, ray, kept, counts }.run::<S>();
+        let choice = (choice, 0);
+        let closest = Closest::<_, false> { bvh, test, ray, choice, kept, counts }.run::<S>();
         test.hit(ray, &closest, |place| bvh.triangle_in(place))
     }
 }
@@ -57,6 +63,7 @@ struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
     bvh: &'a Bvh,
     test: T,
     ray: PreparedRay<T>,
+    asked: ((&'a Choice<'a>, usize), &'a Ray),
     closest: ClosestHit,
     counts: &'a mut Counts,
     level: PhantomData<S>,
@@ -65,10 +72,22 @@ struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
 impl<T: LaneQueries, S: Simd, const ANY: bool> Visit for VisitClosest<'_, T, S, ANY> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        let Self { bvh, test, ray, closest, counts, .. } = self;
+        let Self { bvh, test, ray, asked, closest, counts, .. } = self;
         let Leaf { block, indices } = &bvh.leaves[leaf];
         let find = |place| bvh.triangle_in(place);
-        test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
+        let ((choice, number), asked) = *asked;
+        let place = 8 * leaf as u32;
+        test.closest_among_in::<S>(
+            ray,
+            block,
+            indices,
+            place,
+            find,
+            #[inline(always)]
+            |lanes| chosen(choice, bvh, (number, asked), leaf, lanes),
+            closest,
+            counts,
+        );
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }
@@ -78,6 +97,8 @@ pub(crate) struct All<'a, T> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
+    /// See [`Closest::choice`].
+    pub(crate) choice: (&'a Choice<'a>, usize),
 }
 
 impl<T: LaneQueries> WithSimd for All<'_, T> {
@@ -85,8 +106,9 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<u32> {
-        let Self { bvh, test, ray } = self;
-        let mut visitor = VisitAll { bvh, test, ray, places: Vec::new(), level: PhantomData::<S> };
+        let Self { bvh, test, ray, choice } = self;
+        let (places, level) = (Vec::new(), PhantomData::<S>);
+        let mut visitor = VisitAll { bvh, test, ray, choice, places, level };
         traverse::<S>(bvh, ray, &mut Kept::lend(bvh), false, &mut visitor);
         visitor.places
     }
@@ -96,6 +118,7 @@ struct VisitAll<'a, T, S> {
     bvh: &'a Bvh,
     test: T,
     ray: &'a Ray,
+    choice: (&'a Choice<'a>, usize),
     places: Vec<u32>,
     level: PhantomData<S>,
 }
@@ -105,8 +128,12 @@ impl<T: LaneQueries, S: Simd> Visit for VisitAll<'_, T, S> {
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let block = &self.bvh.leaves[leaf].block;
         let hits = self.test.block_in::<S, 8>(self.ray, block, &mut Counts::default());
-        for lane in (0..8).filter(|lane| hits.bits >> lane & 1 != 0) {
-            self.places.push(8 * leaf as u32 + lane);
+        if hits.bits != 0 {
+            let (choice, number) = self.choice;
+            let bits = chosen(choice, self.bvh, (number, self.ray), leaf, hits.bits);
+            for lane in (0..8).filter(|lane| bits >> lane & 1 != 0) {
+                self.places.push(8 * leaf as u32 + lane);
+            }
         }
         Some(self.ray.t_max)
     }

@@ -1,29 +1,15 @@
 //! Solids: what a closed mesh winds around.
 
 mod boundary;
-mod on_surface;
 
 use std::fmt;
 
-use intertri::{Counts, Exact, Ray, Triangle};
+use intertri::{Exact, Triangle};
 
 use crate::build::BuildError;
-use crate::query::chunks;
+use crate::place::Place;
 use crate::tree::Bvh;
 use boundary::open_edge;
-
-/// Where a point lies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Place {
-    /// The mesh does not wind around it.
-    #[default]
-    Outside,
-    /// The mesh winds around it so often: once, counter-clockwise as seen from outside, where its corners run
-    /// so; more where parts overlap, below 0 where they are turned inside out.
-    Inside(i32),
-    /// It lies on a triangle.
-    Surface,
-}
 
 /// A closed mesh, and the hierarchy over it: it tells inside from outside, exactly.
 ///
@@ -45,10 +31,6 @@ pub enum Place {
 pub struct Solid {
     bvh: Bvh,
 }
-
-/// The way in which winding numbers are counted: any is as good as another. Of the common ones it is none, so
-/// that few edges are met exactly.
-const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
 impl Solid {
     /// Of a closed mesh.
@@ -81,14 +63,7 @@ impl Solid {
 
     /// Where a point lies. One that is not finite is outside.
     pub fn place(&self, point: [f32; 3]) -> Place {
-        if on_surface::is_on_surface(&self.bvh, point) {
-            return Place::Surface;
-        }
-        let ray = Ray::new(point, DIR);
-        match self.bvh.count(Exact::default(), &ray).signed {
-            0 => Place::Outside,
-            times => Place::Inside(times as i32),
-        }
+        self.bvh.place(&Exact::default(), point)
     }
 
     /// [`Solid::place`] of many points: `places[i]` becomes that of `points[i]`.
@@ -96,12 +71,7 @@ impl Solid {
     /// # Panics
     /// If the slices differ in length.
     pub fn place_batch(&self, points: &[[f32; 3]], places: &mut [Place]) {
-        chunks(points, places, |points, places| {
-            for (&point, place) in points.iter().zip(places) {
-                *place = self.place(point);
-            }
-            Counts::default()
-        });
+        self.bvh.places(&Exact::default(), points, places, |place| place);
     }
 
     /// Whether points are inside or on the surface: `contains[i]` becomes the answer for `points[i]`.
@@ -109,12 +79,7 @@ impl Solid {
     /// # Panics
     /// If the slices differ in length.
     pub fn contains_batch(&self, points: &[[f32; 3]], contains: &mut [bool]) {
-        chunks(points, contains, |points, contains| {
-            for (&point, is_in) in points.iter().zip(contains) {
-                *is_in = self.place(point) != Place::Outside;
-            }
-            Counts::default()
-        });
+        self.bvh.places(&Exact::default(), points, contains, |place| place != Place::Outside);
     }
 }
 

@@ -4,6 +4,7 @@
 //! in that rays are sorted by what they do next; here each keeps a stack of its own.
 
 mod active;
+mod every_hit;
 mod nodes;
 mod retire;
 mod traverse;

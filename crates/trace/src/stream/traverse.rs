@@ -23,11 +23,14 @@ use intertri::simd::{Simd, WithSimd};
 use intertri::{ClosestHit, Counts, LaneQueries, Ray, fixed};
 
 use super::active::{ACTIVE, AtLeaves, Set, Way};
+use super::every_hit::Looking;
 use super::nodes::{prefetch_next, visit_nodes};
 use super::retire::Retired;
 use crate::answers::Answers;
+use crate::pairs::NearestFew;
 use crate::prefetch::Prefetch;
-use crate::single::{BOTTOM, Closest, Kept, Slabs, Stack, octant};
+use crate::select::{Choice, chosen};
+use crate::single::{All, BOTTOM, Closest, Kept, Slabs, Stack, octant};
 use crate::tree::{Bvh, LEAF, Leaf};
 
 /// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
@@ -38,11 +41,12 @@ const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 pub(crate) struct Stream<'a, 'b> {
     pub(crate) bvh: &'a Bvh,
     pub(crate) test: Filter,
-    pub(crate) rays: &'a [Ray],
-    /// Of a grid, the rays as their caller has them.
-    pub(crate) on_grid: &'a [fixed::Ray],
+    /// The rays; of a grid, also as their caller has them.
+    pub(crate) rays: (&'a [Ray], &'a [fixed::Ray]),
     pub(crate) numbers: &'a [u32],
     pub(crate) answers: &'a mut Answers<'b>,
+    /// Which triangles count.
+    pub(crate) choice: &'a Choice<'a>,
     pub(crate) counts: &'a mut Counts,
 }
 
@@ -51,8 +55,8 @@ impl WithSimd for Stream<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { bvh, test, rays, on_grid, numbers, answers, counts } = self;
-        let any = answers.any();
+        let Self { bvh, test, rays: (rays, on_grid), numbers, answers, choice, counts } = self;
+        let (any, every, few) = (answers.any(), answers.every(), nearest_few(answers));
         let Some(first) = rays.first() else { return };
         let idle =
             AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0), number: 0 };
@@ -62,8 +66,11 @@ impl WithSimd for Stream<'_, '_> {
             test,
             rays,
             answers,
+            choice,
             counts,
             any,
+            every,
+            few,
             all_boxed: bvh.boxed == bvh.leaves.len(),
             large: size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE,
             stacks: Stack::for_rays(ACTIVE, bvh),
@@ -77,6 +84,13 @@ impl WithSimd for Stream<'_, '_> {
         }
         active.retired.flush::<S>(active.answers);
     }
+}
+
+/// The nearest hits of each active ray, where a number of them is asked for.
+fn nearest_few(answers: &Answers<'_>) -> Vec<NearestFew> {
+    let is_limited = matches!(answers, Answers::Pairs(pairs) if pairs.limit.is_some());
+    let few = if is_limited { ACTIVE } else { 0 };
+    (0..few).map(|_| NearestFew::default()).collect()
 }
 
 /// The numbers of rays by octant.
@@ -94,8 +108,13 @@ struct Active<'a, 'b> {
     test: Filter,
     rays: &'a [Ray],
     answers: &'a mut Answers<'b>,
+    choice: &'a Choice<'a>,
     counts: &'a mut Counts,
     any: bool,
+    /// Whether every hit is asked for.
+    every: bool,
+    /// The nearest hits of each, where a number of them is asked for.
+    few: Vec<NearestFew>,
     all_boxed: bool,
     large: bool,
     stacks: Stack,
@@ -118,7 +137,11 @@ impl Active<'_, '_> {
             if nodes.union(leaves).is_empty() {
                 return;
             }
-            free = self.visit_leaves::<S>(leaves);
+            free = if self.every {
+                self.visit_every::<S>(leaves)
+            } else {
+                self.visit_leaves::<S>(leaves)
+            };
 
             let Self { bvh, test, ways, stacks, .. } = self;
             let (at_node, met_nothing) =
@@ -135,7 +158,9 @@ impl Active<'_, '_> {
                 prefetch_next(&self.bvh.leaves, &self.ways, leaves);
                 prefetch_next(&self.bvh.nodes, &self.ways, nodes);
             }
-            self.retire::<S>(free);
+            if !self.every {
+                self.retire::<S>(free);
+            }
         }
     }
 
@@ -153,7 +178,11 @@ impl Active<'_, '_> {
                 let ray = &self.rays[number as usize];
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| starts) else {
-                    let closest = self.alone(ray);
+                    if self.every {
+                        self.every_alone(number);
+                        continue;
+                    }
+                    let closest = self.alone(ray, number);
                     self.retired.retire::<S>(bvh, ray, number, &closest, self.answers);
                     continue;
                 };
@@ -161,6 +190,9 @@ impl Active<'_, '_> {
                 self.ways[place] = Way { slabs, t_min, far, next: 0, top };
                 let (ray, closest) = (test.prepare_ray(ray), ClosestHit::new(far));
                 self.at_leaves[place] = AtLeaves { ray, closest, number };
+                if let Some(few) = self.few.get_mut(place) {
+                    few.clear();
+                }
                 started.put(place, true);
                 self.answers.prefetch(number as usize);
                 self.prefetch.lines(1);
@@ -172,30 +204,75 @@ impl Active<'_, '_> {
 
     /// A ray that must not start is asked by itself.
     #[cold]
-    fn alone(&mut self, ray: &Ray) -> ClosestHit {
-        let (bvh, test) = (self.bvh, self.test);
+    fn alone(&mut self, ray: &Ray, number: u32) -> ClosestHit {
+        let (bvh, test, choice) = (self.bvh, self.test, (self.choice, number as usize));
         let (kept, counts) = (&mut *Kept::lend(bvh), &mut *self.counts);
         if self.any {
-            test.level().run(Closest::<_, true> { bvh, test, ray, kept, counts })
+            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
         } else {
-            test.level().run(Closest::<_, false> { bvh, test, ray, kept, counts })
+            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept, counts })
         }
+    }
+
+    /// The same for every hit.
+    #[cold]
+    fn every_alone(&mut self, number: u32) {
+        let (bvh, test, choice) = (self.bvh, self.test, (self.choice, number as usize));
+        let ray = &self.rays[number as usize];
+        let places = test.level().run(All { bvh, test, ray, choice });
+        let mut looking = Looking { bvh, test, number, ray, few: None, far: ray.t_max };
+        looking.take_alone(&places, self.answers);
     }
 
     /// Tests the triangles of the leaves that rays are at. Gives who needs no more.
     #[inline(always)]
     fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
-        let Self { bvh, test, any, ways, at_leaves, counts, .. } = self;
+        let Self { bvh, test, any, rays, choice, ways, at_leaves, counts, .. } = self;
         let mut done = Set::EMPTY;
         for place in leaves.places() {
             let (way, at) = (&mut ways[place], &mut at_leaves[place]);
             let leaf = (way.next ^ LEAF) as usize;
             let Leaf { block, indices } = &bvh.leaves[leaf];
             let (ray, closest) = (&at.ray, &mut at.closest);
-            let find = |place| bvh.triangle_in(place);
-            test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
+            let (find, first) = (|place| bvh.triangle_in(place), 8 * leaf as u32);
+            let number = at.number as usize;
+            test.closest_among_in::<S>(
+                ray,
+                block,
+                indices,
+                first,
+                find,
+                #[inline(always)]
+                |lanes| chosen(choice, bvh, (number, &rays[number]), leaf, lanes),
+                closest,
+                counts,
+            );
             way.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
+        }
+        done
+    }
+
+    /// The same for every hit.
+    #[inline(always)]
+    fn visit_every<S: Simd>(&mut self, leaves: Set) -> Set {
+        let Self { bvh, test, rays, choice, ways, at_leaves, few, answers, counts, .. } = self;
+        let mut done = Set::EMPTY;
+        for place in leaves.places() {
+            let (way, at) = (&mut ways[place], &at_leaves[place]);
+            let leaf = (way.next ^ LEAF) as usize;
+            let block = &bvh.leaves[leaf].block;
+            let Some(mut hits) = test.block_hits_in::<S>(&at.ray, block, way.far, counts) else {
+                continue;
+            };
+            let (number, ray) = (at.number, &rays[at.number as usize]);
+            let lanes = hits.sure | hits.undecided;
+            let lanes = chosen(choice, bvh, (number as usize, ray), leaf, lanes);
+            (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
+            let (bvh, test, few, far) = (*bvh, *test, few.get_mut(place), way.far);
+            let mut looking = Looking { bvh, test, number, ray, few, far };
+            done.put(place, looking.take(&hits, leaf, answers));
+            way.far = looking.far;
         }
         done
     }

@@ -3,6 +3,7 @@
 use intertri::{Triangle, TriangleBlock};
 
 use super::aabb::Aabb;
+use super::geometries::Geometries;
 use super::node::Node;
 
 /// Up to eight triangles, in six cache lines.
@@ -44,6 +45,8 @@ pub struct Bvh {
     /// A stack of this size always suffices.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
+    /// Which triangle is whose.
+    pub(crate) geometries: Geometries,
 }
 
 impl Bvh {
@@ -89,5 +92,48 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn index_of(&self, place: u32) -> u32 {
         self.leaves[place as usize / 8].indices[place as usize % 8]
+    }
+}
+
+impl Bvh {
+    /// How many geometries there are: the meshes of [`Bvh::of_meshes`], else 1.
+    pub fn geometries(&self) -> usize {
+        self.geometries.count()
+    }
+
+    /// The geometry of a triangle by its position in the whole, where all meshes follow each other, and the
+    /// triangle's number within it: what [`Hit::geometry`] and [`Hit::triangle`] tell.
+    ///
+    /// # Panics
+    /// If there are not so many triangles.
+    pub fn geometry_of(&self, position: u32) -> (u32, u32) {
+        assert!((position as usize) < self.triangles, "no triangle {position}");
+        self.geometries.name(position)
+    }
+
+    /// Sets the mask of a geometry, of 32 bits that mean what the caller likes; at first all are set. Queries
+    /// by [`Bvh::only`] count a geometry where its mask and the query's have a bit in common. One whose mask
+    /// is 0 never counts.
+    ///
+    /// # Panics
+    /// If there are not so many geometries.
+    ///
+    /// ```
+    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// use intertri_trace::{Bvh, Select};
+    /// const GLASS: u32 = 0b01;
+    /// const WALLS: u32 = 0b10;
+    /// let at = |z| [Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z])];
+    /// let mut bvh = Bvh::of_meshes(&[&at(3.0), &at(5.0)])?;
+    /// bvh.set_mask(0, GLASS);
+    /// bvh.set_mask(1, WALLS);
+    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    /// let walls = Select { mask: WALLS, ..Select::default() };
+    /// let hit = bvh.only(&walls).closest(&Exact::default(), &ray).unwrap();
+    /// assert_eq!((hit.geometry, hit.triangle, hit.t), (1, 0, 5.0));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn set_mask(&mut self, geometry: usize, mask: u32) {
+        self.geometries.set_mask(geometry, mask);
     }
 }

@@ -2,6 +2,7 @@
 
 mod aabb;
 mod bvh;
+mod geometries;
 mod hit_bounds;
 mod node;
 mod octant_order;
@@ -9,6 +10,7 @@ mod octant_order;
 pub(crate) use aabb::Aabb;
 pub use bvh::Bvh;
 pub(crate) use bvh::Leaf;
+pub(crate) use geometries::Geometries;
 pub(crate) use hit_bounds::{HitBounds, hit_bounds};
 pub(crate) use node::{BLOCK, EMPTY, LEAF, NONE, Node};
 pub(crate) use octant_order::{far_to_near, first_slot};

@@ -140,6 +140,29 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         (found.hit | found.undecided) != 0
     }
 
+    /// Which of the live rays hit the triangle in a place, however many they hit before it; nothing is taken.
+    /// For rays that are not reversed. Otherwise as [`Nearest::take`].
+    #[inline(always)]
+    pub fn hit_by<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+        &self,
+        (points, ranges): (&Points<F>, &Ranges<F>),
+        outline: &Outline,
+        place: u32,
+        (first, settle): (usize, &Settle<'_, T, I>),
+        live: u32,
+        counts: &mut Counts,
+    ) -> u32 {
+        let found = self.test(outline, points, ranges, live);
+        counts.undecided += u64::from(found.undecided.count_ones());
+
+        // What may lie beyond the end of its ray is settled, too.
+        let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
+        for lane in lanes_of((found.hit & !hits) | found.undecided) {
+            hits |= u32::from(settle.hit(place, first + lane).is_some()) << lane;
+        }
+        hits
+    }
+
     /// Whether a live ray may hit a triangle where that is nearer: a first look without a branch, after
     /// which [`Nearest::take`] is asked.
     #[inline(always)]

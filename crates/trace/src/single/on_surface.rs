@@ -5,7 +5,7 @@ use intertri::internal::exact::is_on;
 use crate::tree::{Bvh, EMPTY, LEAF};
 
 /// Whether a point lies on a triangle, exactly.
-pub(super) fn is_on_surface(bvh: &Bvh, point: [f32; 3]) -> bool {
+pub(crate) fn is_on_surface(bvh: &Bvh, point: [f32; 3]) -> bool {
     let leaf = |i: usize| {
         let block = &bvh.leaves[i].block;
         (0..block.live().count_ones()).any(|lane| is_on(&block.triangle(lane as usize), point))

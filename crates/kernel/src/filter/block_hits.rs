@@ -1,0 +1,87 @@
+//! All hits of a ray with a block of triangles, as far as the filter tells.
+
+use crate::intersect::{Counts, PreparedRay};
+use crate::packet::TriangleBlock;
+use crate::simd::{Lanes, Mask, Simd};
+
+use super::Filter;
+use super::decided::Decided;
+use super::edges::{Edges, Rays, Triangles};
+
+/// What a ray does to the triangles of a block. A lane that is in neither mask is a miss.
+///
+/// ```
+/// use intertri::internal::BlockHits;
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Counts, Exact, LaneQueries, Mode, Ray, Triangle, TriangleBlock};
+///
+/// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Ray);
+/// impl WithSimd for Leaf<'_> {
+///     type Output = Option<BlockHits>;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let (test, counts) = (Exact::default().test(), &mut Counts::default());
+///         test.block_hits_in::<S>(&test.prepare_ray(self.1), self.0, self.1.t_max, counts)
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let block = TriangleBlock::new(&[at(5.0), at(-1.0), at(3.0)]);
+/// let ask = |x| dispatch(Leaf(&block, &Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0])));
+/// let inside = ask(0.25).unwrap();
+/// assert_eq!((inside.sure, inside.undecided, inside.leaves & 0b101), (0b101, 0, 0b101));
+/// assert!(inside.t_lo[2] < 3.0 && 3.0 < inside.t_hi[2]);
+/// // On an edge f32 does not decide.
+/// assert_eq!(ask(0.0).unwrap().undecided, 0b101);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct BlockHits {
+    /// Surely hits within the interval, and inside of all edges.
+    pub sure: u32,
+    /// What the resolver has to settle.
+    pub undecided: u32,
+    /// Of the sure ones those through which the ray goes with the normal.
+    pub leaves: u32,
+    /// Of the sure ones: no t is smaller.
+    pub t_lo: [f32; 8],
+    /// Of the sure ones: no t is larger.
+    pub t_hi: [f32; 8],
+}
+
+impl Filter {
+    /// The hits of a ray with a block; none where t surely exceeds `far`.
+    #[inline(always)]
+    pub fn block_hits_in<S: Simd>(
+        &self,
+        ray: &PreparedRay<Self>,
+        block: &TriangleBlock<8>,
+        far: f32,
+        counts: &mut Counts,
+    ) -> Option<BlockHits> {
+        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block), block.live());
+        let rays = Rays::splat(&ray.constants);
+        counts.tests += u64::from(live.count_ones());
+        let edges = Edges::new(&triangles, &rays);
+        let far = Lanes::splat(far);
+        let Decided { hit, undecided, t_lo, t_hi } =
+            edges.decide(&triangles, &rays, far, live, self.threshold);
+        if hit | undecided == 0 {
+            return None;
+        }
+        counts.undecided += u64::from(undecided.count_ones());
+
+        // What may lie beyond the end of the interval is not sure, either.
+        let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(ray.ray.t_max)));
+        let leaves = sure & !Mask::bits(edges.den.negative());
+        let mut hits = BlockHits {
+            sure,
+            undecided: undecided | hit & !sure,
+            leaves,
+            t_lo: [0.0; 8],
+            t_hi: [0.0; 8],
+        };
+        t_lo.store(&mut hits.t_lo);
+        t_hi.store(&mut hits.t_hi);
+        Some(hits)
+    }
+}

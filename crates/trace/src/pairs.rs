@@ -1,0 +1,87 @@
+//! Pairs of a ray and a triangle that it hits, as they are found.
+
+use std::collections::BinaryHeap;
+
+/// Pairs in any order. Their memory grows with what is found.
+#[derive(Default)]
+pub(crate) struct HitPairs {
+    /// Each ray by its number, and the place of the triangle.
+    pub(crate) pairs: Vec<(u32, u32)>,
+    /// So many hits of a ray are asked for: the nearest.
+    pub(crate) limit: Option<usize>,
+    /// Whether some pair found no room. Then no answer is right.
+    pub(crate) is_full: bool,
+}
+
+impl HitPairs {
+    /// For so many hits of a ray.
+    pub(crate) fn new(limit: Option<usize>) -> Self {
+        Self { limit, ..Self::default() }
+    }
+
+    /// Makes room for some more; whether there is.
+    #[inline(always)]
+    pub(crate) fn reserve(&mut self, more: usize) -> bool {
+        if self.pairs.capacity() - self.pairs.len() < more {
+            self.grow(more);
+        }
+        !self.is_full
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self, more: usize) {
+        self.is_full |= self.pairs.try_reserve(more).is_err();
+    }
+
+    /// Adds a pair, for which there is room.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, ray: u32, place: u32) {
+        self.pairs.push((ray, place));
+    }
+}
+
+/// The nearest hits of a ray so far, as many as are asked for: the largest t that each can have. Beyond the
+/// largest of them nothing counts.
+#[derive(Default)]
+pub(crate) struct NearestFew {
+    /// As bits, whose order is that of positive numbers.
+    t_hi: BinaryHeap<u32>,
+}
+
+impl NearestFew {
+    pub(crate) fn clear(&mut self) {
+        self.t_hi.clear();
+    }
+
+    /// Adds a hit whose t is positive and no larger than this. Gives the far end of the query; `None` where
+    /// there is too little memory.
+    pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
+        if self.t_hi.len() < most {
+            self.t_hi.try_reserve(1).ok()?;
+            self.t_hi.push(t_hi.to_bits());
+        } else if let Some(mut last) = self.t_hi.peek_mut() {
+            *last = (*last).min(t_hi.to_bits());
+        }
+        let last = self.t_hi.peek().filter(|_| self.t_hi.len() == most);
+        Some(last.map_or(far, |&last| f32::from_bits(last).min(far)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NearestFew;
+
+    #[test]
+    fn the_far_end_is_the_last_of_the_nearest() {
+        let mut few = NearestFew::default();
+        let mut far = 9.0;
+        let ends = [5.0, 3.0, 4.0, 8.0, 1.0, 1.0].map(|t| {
+            far = few.add(t, 3, far).unwrap();
+            far
+        });
+        assert_eq!(ends, [9.0, 9.0, 5.0, 5.0, 4.0, 3.0]);
+        few.clear();
+        assert_eq!(few.add(7.0, 1, 9.0), Some(7.0));
+    }
+}

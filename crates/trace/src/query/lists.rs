@@ -1,0 +1,265 @@
+//! Every hit of many rays, in compact arrays.
+//!
+//! ```text
+//!   rays      0   1     2          offsets   0 1 1 3
+//!             │   │    ╱ ╲         hits      a b c
+//!   hits      a        b  c
+//! ```
+//!
+//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. They are put in the
+//! order of the rays, t and weights are computed eight side by side, and each ray's are sorted.
+
+use intertri::internal::{Pairs, Resolver, Test, Which, exact};
+use intertri::simd::{Simd, WithSimd};
+use intertri::{Hit, Ray};
+
+use super::batch::{self, Asked};
+use super::one;
+use crate::answers::Answers;
+use crate::memory::{NoMemory, room};
+use crate::pairs::HitPairs;
+use crate::tree::Bvh;
+
+/// The hits of many rays, one ray's after the other's: what [`Bvh::all_batch`] gives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HitLists {
+    /// Where the hits of each ray begin and, after the last, where they end: one more than there are rays, from
+    /// 0 up, as in the lists of Arrow.
+    pub offsets: Vec<i64>,
+    /// The hits, of each ray in order of t; of equal t, of the index.
+    pub hits: Vec<Hit>,
+}
+
+impl HitLists {
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there is no ray.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The hits of a ray.
+    ///
+    /// # Panics
+    /// If there are not so many rays.
+    pub fn of(&self, ray: usize) -> &[Hit] {
+        &self.hits[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
+    }
+
+    /// The hits of each ray.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[Hit]> {
+        (0..self.len()).map(|ray| self.of(ray))
+    }
+}
+
+/// Rays a thread takes at a time, and how many such chunks wait to be put together, at most.
+const CHUNK: usize = 1 << 14;
+const WAITING: usize = 64;
+
+/// See [`Bvh::all_batch`].
+pub(super) fn lists(
+    asked: Asked<'_>,
+    which: Which,
+    limit: Option<usize>,
+) -> Result<HitLists, NoMemory> {
+    let rays = asked.rays.len();
+    let mut lists = HitLists { offsets: room(rays + 1)?, hits: Vec::new() };
+    lists.offsets.push(0);
+    for from in (0..rays).step_by(WAITING * CHUNK) {
+        let part = asked.part(from, rays.min(from + WAITING * CHUNK));
+        for chunk in chunks(part, which, limit) {
+            lists.add(&chunk?)?;
+        }
+    }
+    lists.hits.shrink_to_fit();
+    Ok(lists)
+}
+
+/// The hits of some rays by chunks, on all threads where there are threads.
+fn chunks(asked: Asked<'_>, which: Which, limit: Option<usize>) -> Vec<Result<Listed, NoMemory>> {
+    let rays = asked.rays.len();
+    let chunk = |i: usize| {
+        let asked = asked.part(i * CHUNK, rays.min(i * CHUNK + CHUNK));
+        match which {
+            Which::Filter(test) => {
+                let mut pairs = HitPairs::new(limit);
+                batch::chunk(asked, test, Answers::Pairs(&mut pairs));
+                let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
+                let listed = Listed::by_ray(rays.len(), pairs)?;
+                test.level().run(WithAttributes { bvh, rays, resolver, limit, listed })
+            }
+            Which::Lanes64(_) => one_by_one(asked, which, limit),
+        }
+    };
+    let count = rays.div_ceil(CHUNK);
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().map(chunk).collect()
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).map(chunk).collect()
+}
+
+/// The same, a ray a call.
+fn one_by_one(asked: Asked<'_>, which: Which, limit: Option<usize>) -> Result<Listed, NoMemory> {
+    let Asked { bvh, choice, rays, .. } = asked;
+    let mut listed = Listed { ends: room(rays.len())?, ..Listed::default() };
+    for (number, ray) in rays.iter().enumerate() {
+        let all = one::all(bvh, (&choice, number), which, ray);
+        let some = &all[..all.len().min(limit.unwrap_or(usize::MAX))];
+        listed.hits.try_reserve(some.len())?;
+        listed.hits.extend_from_slice(some);
+        listed.ends.push(listed.hits.len());
+    }
+    Ok(listed)
+}
+
+impl HitLists {
+    /// Adds those of the next rays.
+    fn add(&mut self, Listed { ends, hits, .. }: &Listed) -> Result<(), NoMemory> {
+        let first = self.hits.len();
+        self.hits.try_reserve(hits.len())?;
+        self.hits.extend_from_slice(hits);
+        self.offsets.extend(ends.iter().map(|end| (first + end) as i64));
+        Ok(())
+    }
+}
+
+/// The hits of a chunk of rays.
+#[derive(Default)]
+struct Listed {
+    /// Where those of each ray end.
+    ends: Vec<usize>,
+    /// The places of the triangles, by ray.
+    places: Vec<u32>,
+    hits: Vec<Hit>,
+}
+
+impl Listed {
+    /// Pairs in the order of their rays.
+    fn by_ray(rays: usize, pairs: HitPairs) -> Result<Self, NoMemory> {
+        let HitPairs { pairs, is_full: false, .. } = pairs else { return Err(NoMemory) };
+
+        // How many each ray has, then where they begin; placing them moves that to where they end.
+        let mut ends = room(rays)?;
+        ends.resize(rays, 0_usize);
+        for &(ray, _) in &pairs {
+            ends[ray as usize] += 1;
+        }
+        let mut begin = 0;
+        for end in &mut ends {
+            begin += std::mem::replace(end, begin);
+        }
+        let mut places = room(pairs.len())?;
+        places.resize(pairs.len(), 0);
+        for (ray, place) in pairs {
+            let at = &mut ends[ray as usize];
+            places[*at] = place;
+            *at += 1;
+        }
+        Ok(Self { ends, places, hits: Vec::new() })
+    }
+
+    /// The first and last places of each ray's hits.
+    fn ranges(ends: &[usize]) -> impl Iterator<Item = std::ops::Range<usize>> {
+        ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
+    }
+}
+
+/// Pairs with t and weights, those of each ray in order.
+struct WithAttributes<'a> {
+    bvh: &'a Bvh,
+    rays: &'a [Ray],
+    resolver: Resolver,
+    limit: Option<usize>,
+    listed: Listed,
+}
+
+impl WithSimd for WithAttributes<'_> {
+    type Output = Result<Listed, NoMemory>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { bvh, rays, resolver, limit, mut listed } = self;
+        let Listed { ends, places, hits } = &mut listed;
+        *hits = room(places.len())?;
+        hits.resize(places.len(), Hit::MISS);
+
+        // Eight pairs side by side, whosever they are.
+        let (mut pairs, mut waiting, mut first) = (Pairs::new(), 0, 0);
+        for (ray, range) in rays.iter().zip(Listed::ranges(ends)) {
+            for &place in &places[range] {
+                pairs.set(waiting, ray, &bvh.triangle_in(place), bvh.index_of(place));
+                waiting += 1;
+                if waiting == 8 {
+                    hits[first..first + 8].copy_from_slice(&hits_in::<S>(resolver, &pairs, 8));
+                    (first, waiting) = (first + 8, 0);
+                }
+            }
+        }
+        let last = hits_in::<S>(resolver, &pairs, waiting);
+        hits[first..].copy_from_slice(&last[..waiting]);
+
+        for (ray, range) in rays.iter().zip(Listed::ranges(ends)) {
+            let (places, hits) = (&places[range.clone()], &mut hits[range]);
+            sort(bvh, resolver, ray, places, hits);
+        }
+        if let Some(limit) = limit {
+            cut(ends, hits, limit);
+        }
+        bvh.geometries.tell(hits);
+        Ok(listed)
+    }
+}
+
+/// The hits of the first `len` pairs; no grid comes here.
+#[inline(always)]
+fn hits_in<S: Simd>(resolver: Resolver, pairs: &Pairs, len: usize) -> [Hit; 8] {
+    match resolver {
+        Resolver::Exact => exact::hits_in::<S>(pairs, len),
+        _ => pairs.hits_in::<S>(),
+    }
+}
+
+/// The hits of a ray on the triangles in these places, in order of t; of equal t, of the index.
+#[inline(always)]
+fn sort(bvh: &Bvh, resolver: Resolver, ray: &Ray, places: &[u32], hits: &mut [Hit]) {
+    if hits.len() > 1 {
+        hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+        if hits.windows(2).any(|pair| pair[0].t == pair[1].t) {
+            sort_ties(bvh, resolver, ray, places, hits);
+        }
+    }
+}
+
+/// The same where rounded t do not tell.
+#[cold]
+#[inline(never)]
+fn sort_ties(bvh: &Bvh, resolver: Resolver, ray: &Ray, places: &[u32], hits: &mut [Hit]) {
+    let hit = |&place: &u32| {
+        let triangle = bvh.triangle_in(place);
+        (resolver.hit_attributes(ray, &triangle, bvh.index_of(place)), triangle)
+    };
+    let mut all: Vec<_> = places.iter().map(hit).collect();
+    all.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (a, at), (b, bt)));
+    for (to, (hit, _)) in hits.iter_mut().zip(all) {
+        *to = hit;
+    }
+}
+
+/// Leaves so many hits of each ray.
+fn cut(ends: &mut [usize], hits: &mut Vec<Hit>, limit: usize) {
+    let (mut begin, mut kept) = (0_usize, 0);
+    for end in ends {
+        let some = begin..(*end).min(begin.saturating_add(limit));
+        begin = *end;
+        hits.copy_within(some.clone(), kept);
+        kept += some.len();
+        *end = kept;
+    }
+    hits.truncate(kept);
+}

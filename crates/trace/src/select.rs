@@ -1,0 +1,134 @@
+//! Which triangles count: asked where lanes that may be hits are offered, so that the walk knows nothing of it.
+
+use intertri::internal::exact::{Side, facing};
+use intertri::{Hit, Ray};
+
+use crate::tree::Bvh;
+
+/// Which side of a triangle counts.
+///
+/// A triangle is met from its front where the ray runs against its normal: from there its corners run
+/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode; where
+/// that is 0 neither side is met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Faces {
+    /// Either side.
+    #[default]
+    Both,
+    /// The front alone: back faces are culled.
+    Front,
+    /// The back alone: front faces are culled.
+    Back,
+}
+
+/// Which triangles count in a query by [`Bvh::only`]; by default all.
+///
+/// ```
+/// use intertri_trace::intertri::{Exact, Ray, Triangle};
+/// use intertri_trace::{Bvh, Faces, Select};
+/// // Two walls whose corners run clockwise, and counter-clockwise, as the ray sees them.
+/// let back = Triangle::new([0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]);
+/// let front = Triangle::new([0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 0.0, 5.0]);
+/// let (bvh, mode) = (Bvh::new(&[back, front])?, Exact::default());
+/// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+/// let first = bvh.closest(&mode, &ray).unwrap();
+/// assert_eq!(first.triangle, 0);
+///
+/// let culled = Select { faces: Faces::Front, ..Select::default() };
+/// assert_eq!(bvh.only(&culled).closest(&mode, &ray).unwrap().triangle, 1);
+/// // All but what was hit so far.
+/// let others = Select { skip: &[&[first]], ..Select::default() };
+/// assert_eq!(bvh.only(&others).closest(&mode, &ray).unwrap().triangle, 1);
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Select<'a> {
+    /// A geometry counts where this and its own mask ([`Bvh::set_mask`]) have a bit in common. The mask is the
+    /// query's: rays stay the eight numbers that they are in files and arrays.
+    pub mask: u32,
+    /// Which side of a triangle counts.
+    pub faces: Faces,
+    /// What each ray skips, such as what it leaves: the triangles of a list of hits for each ray of the query,
+    /// by [`Hit::geometry`] and [`Hit::triangle`]. A miss skips nothing, and without lists nobody does.
+    pub skip: &'a [&'a [Hit]],
+}
+
+impl Select<'_> {
+    /// All triangles.
+    pub const ALL: Select<'static> = Select { mask: u32::MAX, faces: Faces::Both, skip: &[] };
+}
+
+impl Default for Select<'_> {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
+/// What is left of the choice in a walk: nothing, where all triangles count.
+pub(crate) type Choice<'a> = Option<Select<'a>>;
+
+impl<'a> Select<'a> {
+    /// What a walk has to ask about.
+    #[inline(always)]
+    pub(crate) fn of(self, bvh: &Bvh) -> Choice<'a> {
+        let all = self.faces == Faces::Both && self.skip.is_empty();
+        if all && bvh.geometries.all_have(self.mask) { None } else { Some(self) }
+    }
+
+    /// The choice for some of the query's rays.
+    pub(crate) fn part(self, from: usize, to: usize) -> Self {
+        let skip = if self.skip.is_empty() { self.skip } else { &self.skip[from..to] };
+        Self { skip, ..self }
+    }
+
+    /// The lanes of a leaf that count, of those that may be hits of a ray, which is the `number`-th of the query.
+    #[inline(never)]
+    pub(crate) fn keep(
+        &self,
+        bvh: &Bvh,
+        (number, ray): (usize, &Ray),
+        leaf: usize,
+        lanes: u32,
+    ) -> u32 {
+        let skipped = self.skip.get(number).copied().unwrap_or(&[]);
+        let counts = |lane: &u32| {
+            let position = bvh.leaves[leaf].indices[*lane as usize];
+            bvh.geometries.mask_of(position) & self.mask != 0
+                && !is_among(bvh, skipped, position)
+                && self.faces_count(ray, || bvh.triangle_in(8 * leaf as u32 + lane))
+        };
+        let listed = (0..8_u32).filter(|lane| lanes >> lane & 1 != 0);
+        listed.filter(counts).map(|lane| 1 << lane).sum()
+    }
+
+    /// Whether the side from which a ray comes counts.
+    fn faces_count(&self, ray: &Ray, triangle: impl FnOnce() -> intertri::Triangle) -> bool {
+        let side = match self.faces {
+            Faces::Both => return true,
+            Faces::Front => Side::Enters,
+            Faces::Back => Side::Leaves,
+        };
+        facing(ray, &triangle()) == Some(side)
+    }
+}
+
+/// Whether a triangle is one of those that were hit.
+fn is_among(bvh: &Bvh, hits: &[Hit], position: u32) -> bool {
+    let name = bvh.geometries.name(position);
+    !hits.is_empty() && hits.iter().any(|hit| (hit.geometry, hit.triangle) == name)
+}
+
+/// The lanes of a leaf that count, of those that may be hits.
+#[inline(always)]
+pub(crate) fn chosen(
+    choice: &Choice<'_>,
+    bvh: &Bvh,
+    ray: (usize, &Ray),
+    leaf: usize,
+    lanes: u32,
+) -> u32 {
+    match choice {
+        None => lanes,
+        Some(select) => select.keep(bvh, ray, leaf, lanes),
+    }
+}

@@ -1,0 +1,94 @@
+//! Several meshes in one hierarchy: which triangle is whose, and which masks they have.
+//!
+//! ```text
+//!   position in the whole   0 1 2 3 4 5 6 7 8        what ties go by, and leaves hold
+//!   geometry                0 0 0 1 1 2 2 2 2
+//!   triangle                0 1 2 0 1 0 1 2 3        what a hit tells
+//! ```
+
+use intertri::Hit;
+
+use crate::memory::{NoMemory, room};
+
+/// The geometries of a hierarchy. One mesh by itself has no tables.
+#[derive(Clone, Debug)]
+pub(crate) struct Geometries {
+    /// Where each begins; nothing if there is one mesh by itself.
+    firsts: Vec<u32>,
+    /// The geometry of each triangle by its position in the whole; nothing if there is one mesh by itself.
+    of: Vec<u32>,
+    /// The mask of each.
+    masks: Vec<u32>,
+    /// The bits that all masks have.
+    common: u32,
+}
+
+impl Geometries {
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.masks.len()
+    }
+
+    /// Sets the mask of one.
+    pub(crate) fn set_mask(&mut self, geometry: usize, mask: u32) {
+        self.masks[geometry] = mask;
+        self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
+    }
+
+    /// One mesh by itself.
+    pub(crate) fn one() -> Self {
+        Self { firsts: Vec::new(), of: Vec::new(), masks: vec![u32::MAX], common: u32::MAX }
+    }
+
+    /// Meshes of so many triangles.
+    pub(crate) fn of(
+        counts: impl ExactSizeIterator<Item = usize> + Clone,
+    ) -> Result<Self, NoMemory> {
+        let (mut firsts, mut masks) = (room(counts.len())?, room(counts.len())?);
+        let mut of = room(counts.clone().sum())?;
+        for (geometry, count) in counts.enumerate() {
+            firsts.push(of.len() as u32);
+            masks.push(u32::MAX);
+            of.resize(of.len() + count, geometry as u32);
+        }
+        Ok(Self { firsts, of, masks, common: u32::MAX })
+    }
+
+    /// Whether there are several, or none: then hits are told by geometry.
+    #[inline(always)]
+    fn are_told(&self) -> bool {
+        !self.of.is_empty()
+    }
+
+    /// The geometry of a triangle, and the triangle's number within it.
+    #[inline(always)]
+    pub(crate) fn name(&self, position: u32) -> (u32, u32) {
+        match self.of.get(position as usize) {
+            Some(&geometry) => (geometry, position - self.firsts[geometry as usize]),
+            None => (0, position),
+        }
+    }
+
+    /// The mask of a triangle's geometry.
+    #[inline(always)]
+    pub(crate) fn mask_of(&self, position: u32) -> u32 {
+        let geometry = self.of.get(position as usize).map_or(0, |&geometry| geometry);
+        self.masks[geometry as usize]
+    }
+
+    /// Whether every geometry has a bit of a mask. It may say no where that is so.
+    #[inline(always)]
+    pub(crate) fn all_have(&self, mask: u32) -> bool {
+        self.common & mask != 0
+    }
+
+    /// Hits whose triangles are told by their positions, in the end by geometry and number.
+    #[inline(always)]
+    pub(crate) fn tell(&self, hits: &mut [Hit]) {
+        if self.are_told() {
+            for hit in hits.iter_mut().filter(|hit| hit.is_hit()) {
+                (hit.geometry, hit.triangle) = self.name(hit.triangle);
+            }
+        }
+    }
+}
