@@ -17,6 +17,7 @@ use intertri_scene::Mesh;
 use rayon::prelude::*;
 
 use crate::engine::{Answer, CHUNK, Engine, Question};
+use crate::lists::Found;
 
 /// A device, a scene, a geometry, or any pointer.
 type Ptr = *mut c_void;
@@ -56,6 +57,7 @@ api! {
     release_geometry = "rtcReleaseGeometry": fn(Ptr);
     new_buffer = "rtcSetNewGeometryBuffer": fn(Ptr, i32, u32, i32, usize, usize) -> Ptr;
     commit_geometry = "rtcCommitGeometry": fn(Ptr);
+    intersect_filter = "rtcSetGeometryIntersectFilterFunction": fn(Ptr, Ptr);
     attach_geometry = "rtcAttachGeometry": fn(Ptr, Ptr) -> u32;
     intersect_1 = "rtcIntersect1": fn(Ptr, Ptr, Ptr);
     intersect_8 = "rtcIntersect8": fn(*const i32, Ptr, Ptr, Ptr);
@@ -114,6 +116,8 @@ pub struct Build {
     pub avx2: bool,
     /// Threads of the build; 0 for all.
     pub threads: u32,
+    /// With a filter that collects every hit.
+    pub collect: bool,
 }
 
 /// A mesh as Embree holds it.
@@ -152,6 +156,9 @@ impl Scene {
             let bits: Vec<_> = mesh.positions.iter().map(|p| p.map(f32::to_bits)).collect();
             fill(VERTEX_BUFFER, FLOAT3, &bits);
             fill(INDEX_BUFFER, UINT3, &mesh.triangles);
+            if build.collect {
+                (api.intersect_filter)(geometry, collect as *const () as Ptr);
+            }
             (api.commit_geometry)(geometry);
             let scene = (api.new_scene)(device);
             (api.scene_flags)(scene, if build.robust { ROBUST } else { 0 });
@@ -187,11 +194,24 @@ impl Drop for Scene {
 /// Rays in groups: origin, near end, direction, far end.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-struct Group<const N: usize>([[f32; N]; 8]);
+pub struct Group<const N: usize>([[f32; N]; 8]);
+
+impl<const N: usize> Group<N> {
+    pub fn new(rays: &[Ray]) -> Self {
+        let mut group = Self([[0.0; N]; 8]);
+        for (lane, r) in rays.iter().enumerate() {
+            let [[a, b, c], [d, e, f]] = [r.origin, r.dir];
+            for (row, x) in group.0.iter_mut().zip([a, b, c, r.t_min, d, e, f, r.t_max]) {
+                row[lane] = x;
+            }
+        }
+        group
+    }
+}
 
 /// What Embree reads and writes: `RTCRayHit`, `RTCRayHit8` and `RTCRayHit16` all look like this.
 #[repr(C, align(64))]
-struct RayHit<const N: usize> {
+pub struct RayHit<const N: usize> {
     origin: [[f32; N]; 3],
     near: [f32; N],
     dir: [[f32; N]; 3],
@@ -226,7 +246,59 @@ impl<const N: usize> RayHit<N> {
     };
 }
 
+impl<const N: usize> RayHit<N> {
+    /// Each ray with the number of its lane.
+    pub fn numbered() -> Self {
+        Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
+    }
+}
+
+/// What a filter collects, by the numbers of rays.
+#[derive(Default)]
+pub struct Collector([Vec<Found>; 16]);
+
+impl Collector {
+    /// The hits of the first so many rays.
+    pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
+        &mut self.0[..rays]
+    }
+}
+
+/// `RTCFilterFunctionNArguments`.
+#[repr(C)]
+struct FilterArguments {
+    valid: *mut i32,
+    user: Ptr,
+    context: *mut Context,
+    ray: *const u32,
+    hit: *const u32,
+    count: u32,
+}
+
+/// Collects hits and turns them down.
+unsafe extern "C" fn collect(arguments: *const FilterArguments) {
+    // SAFETY: the structures are those of Embree's manual, rows of `count` numbers each; the context is
+    // the caller's, whose collector lives as long as the call.
+    unsafe {
+        let FilterArguments { valid, context, ray, hit, count, .. } = *arguments;
+        let collector = &mut *(*context).collector.cast::<Collector>();
+        let count = count as usize;
+        for lane in 0..count {
+            if *valid.add(lane) != -1 {
+                continue;
+            }
+            let (ray, hit) = (ray.add(lane), hit.add(lane));
+            let [t, id] = [8, 10].map(|row| *ray.add(row * count));
+            let [u, v, triangle] = [3, 4, 5].map(|row| *hit.add(row * count));
+            let [t, u, v] = [t, u, v].map(f32::from_bits);
+            collector.0[id as usize % 16].push(Found { t, triangle, u, v });
+            *valid.add(lane) = 0;
+        }
+    }
+}
+
 /// `RTCIntersectArguments` and `RTCOccludedArguments` of version 4.
+#[derive(Clone, Copy)]
 #[repr(C)]
 struct Arguments {
     flags: u32,
@@ -241,6 +313,8 @@ struct Context {
     flags: u32,
     filter: Ptr,
     instance: [u32; 2],
+    /// The caller's own: where hits are collected. Version 4 has fewer numbers before it, none of which is read.
+    collector: Ptr,
 }
 
 /// A scene asked by calls of N rays: 1, 8 or 16.
@@ -262,17 +336,7 @@ impl<const N: usize> Embree<N> {
 
 impl<const N: usize> Engine for Embree<N> {
     fn load(&mut self, rays: &[Ray], question: Question) {
-        let group = |rays: &[Ray]| {
-            let mut group = Group([[0.0; N]; 8]);
-            for (lane, r) in rays.iter().enumerate() {
-                let [[a, b, c], [d, e, f]] = [r.origin, r.dir];
-                for (row, x) in group.0.iter_mut().zip([a, b, c, r.t_min, d, e, f, r.t_max]) {
-                    row[lane] = x;
-                }
-            }
-            group
-        };
-        self.groups = rays.chunks(N).map(group).collect();
+        self.groups = rays.chunks(N).map(Group::new).collect();
         self.triangles = vec![[u32::MAX; N]; self.groups.len()];
         self.t = vec![[0.0; N]; self.groups.len()];
         (self.question, self.count) = (question, rays.len());
@@ -315,7 +379,7 @@ impl<const N: usize> Engine for Embree<N> {
 }
 
 /// The call, ready to be made.
-struct Caller<'a> {
+pub struct Caller<'a> {
     scene: &'a Scene,
     any: bool,
     arguments: Arguments,
@@ -331,12 +395,24 @@ impl<'a> Caller<'a> {
             scene,
             any: question.any,
             arguments: Arguments { flags: flag(16), features: !0, pointers, min_width: 0.0 },
-            context: Context { flags: flag(0), filter: null_mut(), instance: [!0; 2] },
+            context: Context {
+                flags: flag(0),
+                filter: null_mut(),
+                instance: [!0; 2],
+                collector: null_mut(),
+            },
         }
     }
 
+    /// The call that collects every hit. The collector must live as long.
+    pub fn collecting(scene: &'a Scene, collector: *mut Collector) -> Self {
+        let mut caller = Self::new(scene, Question { any: false, coherent: false });
+        caller.context.collector = collector.cast();
+        caller
+    }
+
     #[inline(always)]
-    fn ask<const N: usize>(&self, group: &Group<N>, live: usize, hit: &mut RayHit<N>) {
+    pub fn ask<const N: usize>(&self, group: &Group<N>, live: usize, hit: &mut RayHit<N>) {
         let [x, y, z, near, dx, dy, dz, far] = group.0;
         (hit.origin, hit.near) = ([x, y, z], near);
         (hit.dir, hit.far) = ([dx, dy, dz], far);
@@ -345,8 +421,14 @@ impl<'a> Caller<'a> {
         let api = &self.scene.api;
         let scene = self.scene.scene;
         // Both take two pointers behind the scene, in their own order.
+        let mut arguments = self.arguments;
+        arguments.pointers[0] = if self.context.collector.is_null() {
+            null_mut()
+        } else {
+            (&raw const self.context).cast_mut().cast()
+        };
         let (one, two): (Ptr, Ptr) = if self.scene.version >= 40_000 {
-            (ray, (&raw const self.arguments).cast_mut().cast())
+            (ray, (&raw const arguments).cast_mut().cast())
         } else {
             ((&raw const self.context).cast_mut().cast(), ray)
         };
@@ -377,7 +459,7 @@ impl<'a> Caller<'a> {
 
 /// Runs with subnormal numbers taken for zero, as Embree's manual asks for.
 #[cfg(target_arch = "x86_64")]
-fn with_flush_to_zero(run: impl FnOnce()) {
+pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;
     let mut before = 0_u32;
     // SAFETY: the control word is read, two bits of it are set, and it is put back.
@@ -391,6 +473,6 @@ fn with_flush_to_zero(run: impl FnOnce()) {
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-fn with_flush_to_zero(run: impl FnOnce()) {
+pub fn with_flush_to_zero(run: impl FnOnce()) {
     run();
 }

@@ -54,12 +54,21 @@ pub const ENGINES: [(&str, &str); 30] = [
 /// Whether a name is meant by one of the filters: the name itself, or its beginning up to a dash. No
 /// filter means all.
 pub fn wanted(name: &str, filters: &[String]) -> bool {
+    wanted_of(name, filters, ENGINES.iter().map(|(name, _)| *name))
+}
+
+/// The same among names of another list.
+pub fn wanted_of<'a>(
+    name: &str,
+    filters: &[String],
+    names: impl Iterator<Item = &'a str> + Clone,
+) -> bool {
     let meant = |filter: &String| match name.strip_prefix(filter.as_str()) {
         Some(rest) => rest.is_empty() || rest.starts_with('-'),
         None => false,
     };
     // A name that is also the beginning of others stands for itself.
-    let whole = |filter: &String| ENGINES.iter().any(|(name, _)| name == filter) && filter != name;
+    let whole = |filter: &String| names.clone().any(|name| name == filter) && filter != name;
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
@@ -124,6 +133,7 @@ pub fn engines(
                     high: has("high"),
                     avx2: has("avx2"),
                     threads: 0,
+                    collect: false,
                 };
                 let scene = scenes.entry(build).or_insert_with(|| {
                     let scene = Scene::new(api, mesh, build).inspect_err(|e| eprintln!("{e}"));

@@ -10,6 +10,7 @@ mod engine;
 mod engines;
 mod fixed;
 mod leaks;
+mod lists;
 mod measure;
 mod obvhs;
 mod ours;
@@ -51,6 +52,8 @@ enum Command {
     Builds(BuildOptions),
     /// Count rays from inside closed meshes, aimed at vertices and edges, that hit nothing.
     Leaks(leaks::Options),
+    /// Measure every hit of each ray.
+    Lists(lists::Options),
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
@@ -129,6 +132,7 @@ fn main() -> ExitCode {
         Command::Rays(options) => rays_of_all(options),
         Command::Builds(options) => builds_of_all(&options),
         Command::Leaks(options) => leaks::run(&options),
+        Command::Lists(options) => lists::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
         Command::List => {

@@ -13,16 +13,16 @@ use obvhs::rt_triangle::RtTriangle;
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-enum Layout {
+pub enum Layout {
     Two(Bvh2),
     Eight(CwBvh),
 }
 
 pub struct Obvhs {
-    layout: Layout,
+    pub layout: Layout,
     /// In the order of the leaves.
-    triangles: Vec<RtTriangle>,
-    indices: Vec<u32>,
+    pub triangles: Vec<RtTriangle>,
+    pub indices: Vec<u32>,
     rays: Singles<obvhs::ray::Ray>,
 }
 

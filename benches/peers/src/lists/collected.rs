@@ -1,0 +1,75 @@
+//! What a peer collects: the hits of each ray in order of t, one after the other, by chunks of rays.
+
+use std::ops::Range;
+
+use intertri::Ray;
+use rayon::prelude::*;
+
+use super::answer;
+use crate::engine::{Answer, CHUNK};
+
+/// A hit as a peer tells it.
+#[derive(Clone, Copy)]
+pub struct Found {
+    pub t: f32,
+    pub triangle: u32,
+    pub u: f32,
+    pub v: f32,
+}
+
+/// Puts the hits of a ray in order.
+#[inline(always)]
+pub fn sort(hits: &mut [Found]) {
+    if hits.len() > 1 {
+        hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
+    }
+}
+
+/// The hits of a chunk of rays, and where those of each end.
+#[derive(Default)]
+pub struct Lists {
+    pub hits: Vec<Found>,
+    pub ends: Vec<usize>,
+}
+
+impl Lists {
+    /// How many hits each ray has.
+    pub fn answers(&self) -> Vec<Answer> {
+        let begins = [0].into_iter().chain(self.ends.iter().copied());
+        begins.zip(&self.ends).map(|(begin, end)| answer(end - begin)).collect()
+    }
+}
+
+/// Rays, and what is collected of them by chunks. The memory stays from one repeat to the next.
+pub struct Collected<R> {
+    rays: Vec<R>,
+    lists: Vec<Lists>,
+}
+
+impl<R> Default for Collected<R> {
+    fn default() -> Self {
+        Self { rays: Vec::new(), lists: Vec::new() }
+    }
+}
+
+impl<R: Send + Sync> Collected<R> {
+    pub fn load(&mut self, rays: &[Ray], convert: impl Fn(&Ray) -> R) {
+        self.rays = rays.iter().map(convert).collect();
+        self.lists = (0..rays.len().div_ceil(CHUNK)).map(|_| Lists::default()).collect();
+    }
+
+    /// The lists of each chunk of a part.
+    pub fn trace(&mut self, part: Range<usize>, each: impl Fn(&[R], &mut Lists) + Sync) {
+        let chunks = part.start / CHUNK..part.end.div_ceil(CHUNK);
+        let rays = self.rays[part].par_chunks(CHUNK);
+        rays.zip(&mut self.lists[chunks]).for_each(|(rays, lists)| {
+            lists.hits.clear();
+            lists.ends.clear();
+            each(rays, lists);
+        });
+    }
+
+    pub fn answers(&self) -> Vec<Answer> {
+        self.lists.iter().flat_map(Lists::answers).collect()
+    }
+}

@@ -1,0 +1,187 @@
+//! Every hit of each ray, in order of t: intertri's batches and single calls beside Embree with a filter that
+//! collects and turns down every hit, and obvhs with a closure that does.
+
+mod collected;
+mod embree;
+mod obvhs;
+mod ours;
+
+pub use collected::Found;
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use clap::Args;
+use intertri::{Certified, Double, Exact, Mode, Ray, Triangle};
+use intertri_trace::Bvh;
+use rayon::prelude::*;
+
+use crate::clock::Clock;
+use crate::embree::{Api, Build, Scene};
+use crate::engine::{Answer, Engine, Question};
+use crate::engines::wanted_of;
+use crate::measure::{self, Named, Row};
+use crate::rays::{self, Kind, Order};
+use crate::{report, scenes};
+
+/// What is measured, by name.
+pub const ENGINES: [&str; 11] = [
+    "certified-single",
+    "exact-single",
+    "certified",
+    "exact",
+    "embree-fast-1",
+    "embree-fast-8",
+    "embree-fast-16",
+    "embree-robust-1",
+    "embree-robust-8",
+    "obvhs-2",
+    "obvhs-8",
+];
+
+/// A list is asked for, of rays that are not told to be coherent.
+const QUESTION: Question = Question { any: false, coherent: false };
+
+#[derive(Args)]
+pub struct Options {
+    /// Scenes, as for `rays`.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Kinds of rays: primary or diffuse.
+    #[arg(long, value_delimiter = ',', default_value = "primary,diffuse")]
+    kind: Vec<Kind>,
+    /// Engines, or what their names begin with up to a dash; all unless given.
+    #[arg(long, value_delimiter = ',')]
+    engine: Vec<String>,
+    /// So many hits of each ray; all unless given. Peers are asked for all.
+    #[arg(long)]
+    limit: Option<usize>,
+    /// Threads; 0 for all.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Seconds for each engine, scene and kind.
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Pixels along a side of the picture, a power of two.
+    #[arg(long, default_value_t = 1024)]
+    size: u32,
+    /// Where to write the figures for programs.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Embree's shared library, as for `rays`.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+pub fn run(options: &Options) -> Result<(), String> {
+    if !options.size.is_power_of_two() || options.size > 1 << 14 {
+        return Err("--size: a power of two, at most 16384".into());
+    }
+    let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(options.threads)?);
+    report::header(pool.install(Clock::fastest), pool.current_num_threads(), options.size);
+    let mut rows = Vec::new();
+    for name in &options.scene {
+        let scene = scenes::scene(name)?;
+        let triangles = scene.mesh.to_triangles();
+        let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
+        let mut engines = engines(options, &scene, &triangles, &bvh, api.as_ref());
+        for &kind in &options.kind {
+            let rays = rays::rays(kind, &scene, &bvh, options.size, Order::Tiles);
+            let truth = pool.install(|| truth(&bvh, &rays, options.limit));
+            let hits: usize =
+                truth.iter().filter(|a| a.is_hit()).map(|a| a.triangle as usize).sum();
+            let seconds = options.seconds;
+            let measured =
+                measure::measure(&mut engines, &rays, QUESTION, &truth, seconds, &pool);
+            let measured: Vec<Row> = measured
+                .into_iter()
+                .map(|row| Row {
+                    scene: name.clone(),
+                    triangles: triangles.len(),
+                    kind: format!("{}, every hit", kind.name()),
+                    order: Order::Tiles.name().into(),
+                    threads: pool.current_num_threads(),
+                    ..row
+                })
+                .collect();
+            report::table(&measured);
+            println!("{} hits", report::grouped(hits));
+            rows.extend(measured);
+        }
+    }
+    if let Some(path) = &options.json {
+        let text = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
+        crate::write(path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// How many hits each ray has, by `double`.
+fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
+    let count = |ray| bvh.all(&Double::default(), ray).len().min(limit.unwrap_or(usize::MAX));
+    rays.par_iter().map(|ray| answer(count(ray))).collect()
+}
+
+/// So many hits as an answer: the number stands where else the triangle does.
+fn answer(hits: usize) -> Answer {
+    if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
+}
+
+fn engines(
+    options: &Options,
+    scene: &intertri_scene::Scene,
+    triangles: &[Triangle],
+    bvh: &Arc<Bvh>,
+    api: Option<&Arc<Api>>,
+) -> Vec<Named> {
+    let mut scenes = HashMap::new();
+    let mut engines: Vec<Named> = Vec::new();
+    for name in ENGINES {
+        if !wanted_of(name, &options.engine, ENGINES.iter().copied()) {
+            continue;
+        }
+        let engine: Option<Box<dyn Engine>> = match name {
+            "certified" | "certified-single" => {
+                Some(ours(name, bvh, Certified::default(), options.limit))
+            }
+            "exact" | "exact-single" => Some(ours(name, bvh, Exact::default(), options.limit)),
+            "obvhs-2" | "obvhs-8" => Some(Box::new(obvhs::Every::new(triangles, name == "obvhs-8"))),
+            _ => api.and_then(|api| {
+                let robust = name.contains("robust");
+                let scene = scenes.entry(robust).or_insert_with(|| {
+                    let build =
+                        Build { robust, high: false, avx2: false, threads: 0, collect: true };
+                    let scene = Scene::new(api, &scene.mesh, build).inspect_err(|e| eprintln!("{e}"));
+                    scene.ok().map(|scene| {
+                        scene.commit();
+                        Arc::new(scene)
+                    })
+                });
+                let scene = scene.clone()?;
+                Some(match name.rsplit('-').next() {
+                    Some("1") => Box::new(embree::Every::<1>::new(scene)) as Box<dyn Engine>,
+                    Some("8") => Box::new(embree::Every::<8>::new(scene)),
+                    _ => Box::new(embree::Every::<16>::new(scene)),
+                })
+            }),
+        };
+        engines.extend(engine.map(|engine| (name.to_owned(), engine)));
+    }
+    engines
+}
+
+/// A mode of ours: a batch, or a call a ray.
+fn ours<M: Mode + 'static>(
+    name: &str,
+    bvh: &Arc<Bvh>,
+    mode: M,
+    limit: Option<usize>,
+) -> Box<dyn Engine> {
+    let bvh = bvh.clone();
+    if name.ends_with("single") {
+        Box::new(ours::Single::new(bvh, mode))
+    } else {
+        Box::new(ours::Batch::new(bvh, mode, limit))
+    }
+}
