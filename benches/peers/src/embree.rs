@@ -58,6 +58,10 @@ api! {
     new_buffer = "rtcSetNewGeometryBuffer": fn(Ptr, i32, u32, i32, usize, usize) -> Ptr;
     commit_geometry = "rtcCommitGeometry": fn(Ptr);
     intersect_filter = "rtcSetGeometryIntersectFilterFunction": fn(Ptr, Ptr);
+    geometry_quality = "rtcSetGeometryBuildQuality": fn(Ptr, i32);
+    update_buffer = "rtcUpdateGeometryBuffer": fn(Ptr, i32, u32);
+    buffer_data = "rtcGetGeometryBufferData": fn(Ptr, i32, u32) -> Ptr;
+    get_geometry = "rtcGetGeometry": fn(Ptr, u32) -> Ptr;
     attach_geometry = "rtcAttachGeometry": fn(Ptr, Ptr) -> u32;
     intersect_1 = "rtcIntersect1": fn(Ptr, Ptr, Ptr);
     intersect_8 = "rtcIntersect8": fn(*const i32, Ptr, Ptr, Ptr);
@@ -77,6 +81,8 @@ const ROBUST: i32 = 1 << 2;
 const VERSION: i32 = 0;
 const MEDIUM: i32 = 1;
 const HIGH: i32 = 2;
+const REFIT: i32 = 3;
+const DYNAMIC: i32 = 1;
 
 impl Api {
     /// The library at a path or, without one, wherever the system has it, the newer version first.
@@ -171,6 +177,33 @@ impl Scene {
                 0 => Ok(made),
                 error => Err(format!("Embree's error {error} while it takes the mesh")),
             }
+        }
+    }
+
+    /// The same, to be refitted when its vertices move.
+    pub fn for_refits(self) -> Self {
+        // SAFETY: the scene has this one geometry, and is not committed.
+        unsafe {
+            let geometry = (self.api.get_geometry)(self.scene, 0);
+            (self.api.geometry_quality)(geometry, REFIT);
+            (self.api.commit_geometry)(geometry);
+            (self.api.scene_flags)(self.scene, DYNAMIC);
+        }
+        self
+    }
+
+    /// Moves all vertices, of which there are as many as at the beginning.
+    pub fn refit(&self, vertices: &[[f32; 3]]) {
+        // SAFETY: the buffer has as many rows as the mesh, and nothing asks the scene meanwhile.
+        unsafe {
+            let geometry = (self.api.get_geometry)(self.scene, 0);
+            let to = (self.api.buffer_data)(geometry, VERTEX_BUFFER, 0);
+            if !to.is_null() {
+                std::ptr::copy_nonoverlapping(vertices.as_ptr(), to.cast(), vertices.len());
+            }
+            (self.api.update_buffer)(geometry, VERTEX_BUFFER, 0);
+            (self.api.commit_geometry)(geometry);
+            (self.api.commit_scene)(self.scene);
         }
     }
 

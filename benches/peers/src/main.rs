@@ -5,6 +5,7 @@ mod bvh;
 #[cfg(feature = "chart")]
 mod chart;
 mod clock;
+mod distances;
 mod embree;
 mod engine;
 mod engines;
@@ -12,6 +13,7 @@ mod fixed;
 mod leaks;
 mod lists;
 mod measure;
+mod moves;
 mod obvhs;
 mod ours;
 mod parry;
@@ -57,6 +59,10 @@ enum Command {
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
+    /// Measure signed distances of a million points.
+    Distances(distances::Options),
+    /// Measure saving, loading and refitting.
+    Moves(moves::Options),
     /// List the engines and the scenes.
     List,
 }
@@ -135,6 +141,8 @@ fn main() -> ExitCode {
         Command::Lists(options) => lists::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
+        Command::Distances(options) => distances::run(&options),
+        Command::Moves(options) => moves::run(&options),
         Command::List => {
             report::list();
             Ok(())

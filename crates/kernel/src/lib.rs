@@ -72,6 +72,9 @@ pub mod internal {
     /// The arithmetic of the mode `exact`.
     pub mod exact {
         pub use crate::exact::{
+            Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
+        };
+        pub use crate::exact::{
             Decided, HitCoefficients, Rule, Seen, SeenPlane, Side, Tier, attributes,
             attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
             is_on, is_plain, order, order_from, subnormals_are_read, t, t_from,

@@ -1,4 +1,4 @@
-//! Sums and extremes across lanes.
+//! Sums and extremes across lanes, and the lanes of a mask.
 
 use intertri::simd::{Lanes, Simd};
 
@@ -30,4 +30,24 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
         four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
     }
     (four[0] + four[1]) + (four[2] + four[3])
+}
+
+/// The smallest of eight lanes.
+#[inline(always)]
+pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
+    let lanes = lanes.min(S::permute(lanes, 0x03_02_01_00_07_06_05_04));
+    let lanes = lanes.min(S::permute(lanes, 0x05_04_07_06_01_00_03_02));
+    let mut numbers = [0.0; 8];
+    lanes.min(S::permute(lanes, 0x06_07_04_05_02_03_00_01)).store(&mut numbers);
+    numbers[0]
+}
+
+/// The bits of a mask, from the lowest.
+#[inline(always)]
+pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
 }

@@ -8,10 +8,13 @@ mod answers;
 mod build;
 mod bundle;
 mod memory;
+mod nearest;
 mod pairs;
 mod place;
 mod prefetch;
 mod query;
+mod refit;
+mod save;
 mod select;
 mod single;
 mod solid;
@@ -25,10 +28,19 @@ pub use intertri;
 
 pub use build::BuildError;
 pub use memory::OutOfMemory;
+pub use nearest::ClosestPoint;
 pub use place::Place;
 #[cfg(feature = "fixed")]
 pub use query::FixedBvh;
 pub use query::{HitLists, Only};
+pub use refit::{Refit, RefitError};
+pub use save::{LoadError, SAVED_MAGIC};
 pub use select::{Faces, Select};
 pub use solid::{Solid, SolidError};
 pub use tree::Bvh;
+
+/// What the tests ask for. It changes without notice.
+#[doc(hidden)]
+pub mod internal {
+    pub use crate::save::seal;
+}

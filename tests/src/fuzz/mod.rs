@@ -8,6 +8,7 @@ mod files;
 mod input;
 mod integers;
 mod raster;
+mod saved;
 mod scenes;
 mod text;
 
@@ -15,6 +16,7 @@ pub use exact::exact;
 pub use files::models;
 pub use integers::{fans, fixed};
 pub use raster::{clip, shadows, z_buffer};
+pub use saved::saved;
 pub use scenes::{hierarchy, kernel};
 pub use text::{numbers, rays};
 
@@ -34,4 +36,5 @@ pub const ENTRIES: &[(&str, Entry)] = &[
     ("models", models),
     ("rays", rays),
     ("numbers", numbers),
+    ("saved", saved),
 ];

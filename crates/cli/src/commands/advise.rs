@@ -7,11 +7,11 @@ use clap::Args;
 use intertri::fixed::{Bits, Grid};
 use intertri::{Certified, Double, Hit, Ray, Threshold, Triangle};
 use intertri_lab::advise::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
-use intertri_scene::load;
 
 use crate::commands::options::CameraOptions;
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
+use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::raster::Raster;
@@ -40,7 +40,7 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 /// without any rounding or snapping. Plain f32, which no engine offers, is told for comparison.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// How many pixels may be wrong: a number, or a share such as 0.1%
@@ -93,13 +93,16 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
-    let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
+    let scene = options
+        .camera
+        .scene(model.map(|model| model.mesh), f64::from(width) / f64::from(height))?;
     let triangles = triangles(&scene.mesh)?;
 
     // What is seen, whatever the threshold.
     let zero = Threshold::new(0.0).unwrap_or_default();
     let raster = Raster::new(&scene, &triangles, options.size, zero);
-    let mut engines = Engines::new(&triangles, zero);
+    let mut engines = Engines::new(&triangles, zero).with_bvh(bvh);
     let frame = Frame::draw(&scene, &raster, &mut engines, EngineName::Certified, Shadows::None)?;
     let pixel = |x, y| scene.camera.ray(x, y, width, height);
     let camera = PinholeCamera {

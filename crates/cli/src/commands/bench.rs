@@ -7,11 +7,12 @@ use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Hit, Ray, Threshold, Triangle};
 use intertri_lab::rng::Rng;
-use intertri_scene::{Rays, RaysFormat, Scene, hit_point, load};
+use intertri_scene::{Rays, RaysFormat, Scene, hit_point};
 
 use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
 use crate::engine::memory::{filled, room};
+use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
@@ -36,7 +37,7 @@ const REFERENCE_TESTS: usize = 20_000_000;
 /// all triangles, gets fewer rays. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// Pixels in a row, and rows
@@ -75,9 +76,12 @@ struct Kind {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
-    let scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
+    let scene = options
+        .camera
+        .scene(model.map(|model| model.mesh), f64::from(width) / f64::from(height))?;
     let triangles = triangles(&scene.mesh)?;
-    let mut engines = Engines::new(&triangles, Threshold::default());
+    let mut engines = Engines::new(&triangles, Threshold::default()).with_bvh(bvh.clone());
 
     // The rays.
     let certified = engines.engine(EngineName::Certified)?;
@@ -91,7 +95,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     // The grid must hold all origins.
     let mut origins = room(kinds.iter().map(|kind| kind.rays.len()).sum(), "rays")?;
     origins.extend(kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)));
-    let mut engines = Engines::new(&triangles, Threshold::default()).on_grid(Bits::FINE, origins);
+    let mut engines =
+        Engines::new(&triangles, Threshold::default()).on_grid(Bits::FINE, origins).with_bvh(bvh);
     let names = [
         EngineName::Exact,
         EngineName::Certified,

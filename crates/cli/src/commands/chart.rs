@@ -12,10 +12,10 @@ use intertri_lab::pareto::{Baseline, fastest, pareto_front};
 use intertri_lab::tables::count;
 use intertri_lab::timing::{Time, measure};
 use intertri_lab::workloads::{Model, Workload};
-use intertri_scene::load;
 use serde::Serialize;
 
 use crate::commands::options::ChartOptions;
+use crate::engine::model::load;
 use crate::error::{Error, Result};
 use crate::io::progress::Progress;
 use crate::report::charts::{ChartFolder, Written};
@@ -26,7 +26,7 @@ use crate::report::print::print;
 /// Writes a chart (SVG and PNG), its numbers (CSV), and all on one page (HTML). Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file for the camera and secondary rays [default: a sphere and a torus]
+    /// An OBJ, PLY, STL or glTF file, or what build has saved, for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
     /// Where the random numbers start: the same seed gives the same counts
@@ -53,7 +53,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
     let model = match &options.model {
         None => Model::built_in(),
-        Some(path) => Model::new(&load(path)?.to_triangles())
+        Some(path) => Model::new(&load(path)?.mesh.to_triangles())
             .ok_or_else(|| Error::at(path.display(), "has no triangle to measure with"))?,
     };
     let seed = options.seed;

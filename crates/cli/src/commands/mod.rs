@@ -2,6 +2,7 @@
 
 pub(crate) mod advise;
 pub(crate) mod bench;
+pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod crossover;
 mod notes;

@@ -1,17 +1,20 @@
 //! `intertri render`: a model, or the built-in scene, as a picture.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Threshold, Triangle};
-use intertri_scene::{Image, Scene, Texture, check_output, load, shade};
+use intertri_scene::{Image, Scene, Texture, check_output, shade};
+use intertri_trace::Bvh;
 
 use crate::commands::notes;
 use crate::commands::options::{CameraOptions, LightOptions, grid_bits, threshold_of};
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
+use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::raster::{Raster, Wire};
 use crate::engine::triangles::triangles;
@@ -26,7 +29,7 @@ use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 /// Draw a model, or the built-in scene, to a PNG file
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// Where the picture goes
@@ -97,10 +100,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
     refuse_same_file(Some(&options.output), &read)?;
     let mut seconds = RenderSeconds::default();
-    let (scene, triangles) = timed(&mut seconds.load, || -> Result<_> {
-        let scene = load_scene(options)?;
+    let (scene, triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
+        let (scene, bvh) = load_scene(options)?;
         let triangles = triangles(&scene.mesh)?;
-        Ok((scene, triangles))
+        Ok((scene, triangles, bvh))
     })?;
 
     // What is seen, and what is lit.
@@ -109,7 +112,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let raster =
         Raster::new(&scene, &triangles, options.size, threshold.unwrap_or(Threshold::ZERO));
     let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
-        .on_grid(options.grid.unwrap_or(Bits::FINE), scene.ray_origins());
+        .on_grid(options.grid.unwrap_or(Bits::FINE), scene.ray_origins())
+        .with_bvh(bvh);
     let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
     (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
 
@@ -164,10 +168,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// The model or the built-in scene, with its camera and texture.
-fn load_scene(options: &Options) -> Result<Scene> {
+fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
     let model = options.model.as_deref().map(load).transpose()?;
+    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
+    let model = model.map(|model| model.mesh);
     let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
     options.light.shine_on(&mut scene)?;
     if let Some(path) = &options.texture {
@@ -177,7 +183,7 @@ fn load_scene(options: &Options) -> Result<Scene> {
             return Err(Error::at(model, "has no texture coordinates; leave out --texture"));
         }
     }
-    Ok(scene)
+    Ok((scene, bvh))
 }
 
 /// A picture, or the document's pattern.

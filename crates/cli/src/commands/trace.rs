@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Ray, Threshold};
-use intertri_scene::{Rays, RaysFormat, load_with_files};
+use intertri_scene::{Rays, RaysFormat};
 
 use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
 use crate::engine::engines::Engines;
+use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result, note};
@@ -45,7 +46,7 @@ const CHUNKS: usize = 4;
 #[expect(clippy::doc_markdown, reason = "it is printed as it stands")]
 #[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
 pub(crate) struct Options {
-    /// An OBJ, PLY or STL file
+    /// An OBJ, PLY, STL or glTF file, or what build has saved
     model: PathBuf,
 
     /// The file of rays, or - for the standard input
@@ -157,17 +158,19 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let mut rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
-    let triangles = timed(&mut seconds.load, || {
+    let (triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
         let _bar = Progress::new("load", None);
-        let (mesh, files) = load_with_files(&options.model)?;
-        let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+        let model = load(&options.model)?;
+        let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
         refuse_same_file(options.output.as_deref(), &files)?;
-        triangles(&mesh).map_err(|error| error.of(&options.model))
+        let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
+        Ok((triangles, model.bvh))
     })?;
 
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
-        .on_grid(options.grid.unwrap_or(Bits::FINE), room_for);
+        .on_grid(options.grid.unwrap_or(Bits::FINE), room_for)
+        .with_bvh(bvh);
     let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
 

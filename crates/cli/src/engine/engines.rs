@@ -37,6 +37,11 @@ impl<'a> Engines<'a> {
         Self { bits, room_for, ..self }
     }
 
+    /// The same with a hierarchy over the triangles that is there already, if there is one.
+    pub(crate) fn with_bvh(self, bvh: Option<Arc<Bvh>>) -> Self {
+        Self { bvh, ..self }
+    }
+
     /// The engine of that name.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {

@@ -45,6 +45,15 @@ impl<const N: usize> Int<N> {
         if self.is_negative() { (Self([0; N]) - *self).0 } else { self.0 }
     }
 
+    /// The same number, which must not be negative, in more limbs.
+    #[inline(always)]
+    pub(super) fn widened<const M: usize>(&self) -> Int<M> {
+        const { assert!(M >= N) };
+        let mut limbs = [0; M];
+        limbs[..N].copy_from_slice(&self.0);
+        Int(limbs)
+    }
+
     /// The product, of as many limbs as both factors have together.
     #[inline]
     pub(super) fn times<const M: usize, const R: usize>(&self, b: &Int<M>) -> Int<R> {

@@ -15,6 +15,7 @@
 
 mod along;
 mod area;
+mod closest;
 mod crossing;
 mod double;
 mod facing;
@@ -35,6 +36,9 @@ mod tier;
 
 pub use along::{attributes_from, order_from, t_from};
 pub use area::has_area;
+pub use closest::{
+    Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
+};
 pub use crossing::{Rule, Side, crossing_from};
 pub use facing::facing;
 pub use float::{Decided, decide};

@@ -202,6 +202,35 @@ impl TriangleBlock<8> {
         longest_edges(&corners, &mut block.longest_edges);
         block
     }
+
+    /// A block of lanes that are side by side already: `corners[k][axis][lane]` is of corner k+1. Lanes that are
+    /// not `live` are dead, wherever they are.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{Exact, Mode, Ray, Triangle, TriangleBlock};
+    ///
+    /// struct Without<'a>(&'a TriangleBlock<8>, u32);
+    /// impl WithSimd for Without<'_> {
+    ///     type Output = TriangleBlock<8>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         TriangleBlock::of_lanes_in::<S>(*self.0.corners(), self.0.live() & !self.1)
+    ///     }
+    /// }
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let block = dispatch(Without(&TriangleBlock::new(&[at(5.0), at(3.0)]), 0b10));
+    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+    /// assert!(Exact::default().block(&ray, &block).iter().eq([(0, 5.0)]));
+    /// ```
+    #[inline(always)]
+    pub fn of_lanes_in<S: Simd>(corners: [[[f32; 8]; 3]; 3], live: u32) -> Self {
+        let mut block = Self { corners, longest_edges: [0.0; 8], live: live & mask(8) };
+        let [c1, c2, c3] = &block.corners;
+        let lanes = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        longest_edges(&lanes, &mut block.longest_edges);
+        block
+    }
 }
 
 /// The answers of a packet of rays or a block of triangles.

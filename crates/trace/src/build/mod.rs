@@ -39,6 +39,7 @@ use crate::memory::{NoMemory, room};
 use crate::threads;
 use crate::tree::{BLOCK, Bvh, Geometries, LEAF, Leaf, NONE, Node};
 use layout::Layout;
+pub(crate) use layout::MAX_DEPTH;
 
 impl Bvh {
     /// Builds a hierarchy over triangles, which keep their indices.
@@ -115,14 +116,6 @@ impl Bvh {
             layout_at(triangles, Level::best(), progress)?;
         let boxed = blocks.len();
 
-        // No coordinate is larger than those of the root's boxes, and of triangles without a box.
-        let none = |side: &&f32| side.is_finite();
-        let sides =
-            (0..3).flat_map(|axis| [nodes[0].sides(axis, false), nodes[0].sides(axis, true)]);
-        let corners = unbounded.iter().flat_map(|&i| triangles[i as usize].0.as_flattened());
-        let reach = |reach: f32, x: &f32| reach.max(x.abs());
-        let reach = sides.flatten().filter(none).chain(corners).fold(0.0, reach);
-
         // Triangles of which no box is known follow the leaves, in blocks of their own.
         blocks.try_reserve(unbounded.len().div_ceil(8))?;
         blocks.extend(unbounded.chunks(8).map(|chunk| {
@@ -135,15 +128,18 @@ impl Bvh {
             let indices = blocks[i];
             Leaf { block: level.run(SideBySide { triangles, indices: &indices }), indices }
         };
-        Ok(Self {
+        let mut bvh = Self {
             leaves: threads::each(blocks.len(), leaf)?,
             nodes,
             boxed,
-            reach,
-            stack: 8 * depth + 8,
+            reach: 0.0,
+            stack: Self::stack_for(depth),
             triangles: triangles.len(),
             geometries: Geometries::one(),
-        })
+            cost_as_built: None,
+        };
+        bvh.reach = bvh.find_reach();
+        Ok(bvh)
     }
 }
 

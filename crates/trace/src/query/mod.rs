@@ -13,6 +13,8 @@ pub use fixed::FixedBvh;
 pub use lists::HitLists;
 pub use only::Only;
 
+pub(crate) use batch::chunks;
+
 use intertri::{Counts, Hit, Mode, Ray};
 
 use crate::memory::OutOfMemory;

@@ -2,13 +2,14 @@
 
 use intertri::internal::exact::is_on;
 
+use crate::across::lanes_of;
 use crate::tree::{Bvh, EMPTY, LEAF};
 
 /// Whether a point lies on a triangle, exactly.
 pub(crate) fn is_on_surface(bvh: &Bvh, point: [f32; 3]) -> bool {
     let leaf = |i: usize| {
         let block = &bvh.leaves[i].block;
-        (0..block.live().count_ones()).any(|lane| is_on(&block.triangle(lane as usize), point))
+        lanes_of(block.live()).any(|lane| is_on(&block.triangle(lane), point))
     };
 
     // The boxes that hold it. There is always room on the stack for what a node adds.

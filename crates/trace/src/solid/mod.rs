@@ -1,6 +1,7 @@
 //! Solids: what a closed mesh winds around.
 
 mod boundary;
+mod distance;
 
 use std::fmt;
 
@@ -54,6 +55,17 @@ impl Solid {
     /// If there is no hierarchy over it.
     pub fn assume_closed(triangles: &[Triangle]) -> Result<Self, BuildError> {
         Ok(Self { bvh: Bvh::new(triangles)? })
+    }
+
+    /// Of a mesh over which there is a hierarchy, one that was loaded or refitted for instance, as by
+    /// [`Solid::assume_closed`].
+    pub fn assume_closed_bvh(bvh: Bvh) -> Self {
+        Self { bvh }
+    }
+
+    /// The hierarchy over the mesh, and nothing else.
+    pub fn into_bvh(self) -> Bvh {
+        self.bvh
     }
 
     /// The hierarchy over the mesh.

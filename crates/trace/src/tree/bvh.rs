@@ -4,7 +4,9 @@ use intertri::{Triangle, TriangleBlock};
 
 use super::aabb::Aabb;
 use super::geometries::Geometries;
-use super::node::Node;
+use super::node::{NONE, Node};
+use crate::across::lanes_of;
+use crate::memory::{NoMemory, room};
 
 /// Up to eight triangles, in six cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +49,8 @@ pub struct Bvh {
     pub(crate) triangles: usize,
     /// Which triangle is whose.
     pub(crate) geometries: Geometries,
+    /// What it cost as built; known once it was refitted.
+    pub(crate) cost_as_built: Option<f64>,
 }
 
 impl Bvh {
@@ -72,14 +76,68 @@ impl Bvh {
     pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {
         let mut all = Aabb::EMPTY;
         for leaf in &self.leaves {
-            for lane in 0..leaf.block.live().count_ones() {
-                if let Some(bounds) = Aabb::of(&leaf.block.triangle(lane as usize)) {
+            for lane in lanes_of(leaf.block.live()) {
+                if let Some(bounds) = Aabb::of(&leaf.block.triangle(lane)) {
                     all.join(&bounds);
                 }
             }
         }
         let corner = |[x, y, z, _]: [f32; 4]| [x, y, z];
         (all.lo[0] <= all.hi[0]).then(|| [corner(all.lo), corner(all.hi)])
+    }
+
+    /// The triangles, in the order in which they were given. Those that can never be hit, which have no area or a
+    /// corner that is not finite, are not kept: all their coordinates are NaN here.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::Triangle};
+    /// let floor = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    /// let bvh = Bvh::new(&[floor, Triangle([[7.0; 3]; 3])])?;
+    /// let triangles = bvh.to_triangles();
+    /// assert!(triangles[0] == floor && triangles[1].0[0][0].is_nan());
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn to_triangles(&self) -> Vec<Triangle> {
+        let mut triangles = vec![Triangle([[f32::NAN; 3]; 3]); self.triangles];
+        for leaf in &self.leaves {
+            for lane in lanes_of(leaf.block.live()) {
+                triangles[leaf.indices[lane] as usize] = leaf.block.triangle(lane);
+            }
+        }
+        triangles
+    }
+
+    /// The triangles that have no place in the tree, ascending: they could not be hit when it was built, or had no
+    /// box.
+    pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
+        let in_tree = || {
+            let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
+            indices.filter(|&index| index != NONE)
+        };
+        if in_tree().count() == self.triangles {
+            return Ok(Vec::new());
+        }
+        let mut is_in = room(self.triangles)?;
+        is_in.resize(self.triangles, false);
+        in_tree().for_each(|index| is_in[index as usize] = true);
+        let mut left_out = room(is_in.iter().filter(|&&is_in| !is_in).count())?;
+        left_out.extend((0..self.triangles as u32).filter(|&index| !is_in[index as usize]));
+        Ok(left_out)
+    }
+
+    /// The stack for a tree of so many nodes on its longest path.
+    pub(crate) fn stack_for(depth: usize) -> usize {
+        8 * depth + 8
+    }
+
+    /// No coordinate of a triangle is larger: of the boxes of the root, and of the leaves without a box.
+    pub(crate) fn find_reach(&self) -> f32 {
+        let root = &self.nodes[0];
+        let sides = (0..3).flat_map(|axis| [root.sides(axis, false), root.sides(axis, true)]);
+        let sides = sides.flatten().filter(|side| side.is_finite());
+        let unboxed = self.leaves[self.boxed..].iter();
+        let corners = unboxed.flat_map(|leaf| leaf.block.corners().as_flattened().as_flattened());
+        sides.chain(corners).fold(0.0, |reach, x| reach.max(x.abs()))
     }
 
     /// The triangle in a place of the leaves.

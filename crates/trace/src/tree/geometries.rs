@@ -35,6 +35,27 @@ impl Geometries {
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
+    /// Sets the masks of all.
+    pub(crate) fn set_masks(&mut self, masks: impl ExactSizeIterator<Item = u32>) {
+        for (geometry, mask) in masks.enumerate() {
+            self.masks[geometry] = mask;
+        }
+        self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
+    }
+
+    /// How many triangles each has, of `all` in the whole, and its mask.
+    pub(crate) fn counts_and_masks(&self, all: usize) -> impl Iterator<Item = (u32, u32)> {
+        let ends = self.firsts.iter().skip(1).copied().chain([all as u32]);
+        let firsts = self.firsts.iter().copied().chain(self.firsts.is_empty().then_some(0));
+        let counts = firsts.zip(ends).map(|(first, end)| end - first);
+        counts.zip(self.masks.iter().copied())
+    }
+
+    /// Whether this is one mesh by itself that every mask has.
+    pub(crate) fn is_plain(&self) -> bool {
+        !self.are_told() && self.masks == [u32::MAX]
+    }
+
     /// One mesh by itself.
     pub(crate) fn one() -> Self {
         Self { firsts: Vec::new(), of: Vec::new(), masks: vec![u32::MAX], common: u32::MAX }

@@ -2,8 +2,10 @@
 
 mod aabb;
 mod bvh;
+mod cost;
 mod geometries;
 mod hit_bounds;
+mod leaf_bounds;
 mod node;
 mod octant_order;
 
@@ -12,5 +14,6 @@ pub use bvh::Bvh;
 pub(crate) use bvh::Leaf;
 pub(crate) use geometries::Geometries;
 pub(crate) use hit_bounds::{HitBounds, hit_bounds};
+pub(crate) use leaf_bounds::{LaneBounds, LeafBounds};
 pub(crate) use node::{BLOCK, EMPTY, LEAF, NONE, Node};
 pub(crate) use octant_order::{far_to_near, first_slot};

@@ -58,6 +58,16 @@ impl Node {
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
+    /// All of it, by rows of eight.
+    pub(crate) fn rows(&self) -> &[[f32; 8]; 8] {
+        &self.rows
+    }
+
+    /// The node of such rows.
+    pub(crate) fn of_rows(rows: [[f32; 8]; 8]) -> Self {
+        Self { rows }
+    }
+
     /// [`Node::children`] as lanes take them.
     #[inline(always)]
     pub(crate) fn child_lanes(&self) -> &[f32; 8] {
@@ -79,7 +89,6 @@ impl Node {
     }
 
     /// The box of the child in a slot.
-    #[cfg(test)]
     pub(crate) fn bounds(&self, slot: usize) -> Aabb {
         let side = |upper| {
             let of = |axis| self.sides(axis, upper)[slot];

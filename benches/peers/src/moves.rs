@@ -1,0 +1,113 @@
+//! Hierarchies that are saved and loaded, and refitted to triangles that have moved; beside building them anew, and
+//! beside Embree's refit.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use intertri::Triangle;
+use intertri_scene::Mesh;
+use intertri_trace::Bvh;
+use rayon::ThreadPool;
+
+use crate::embree::{Api, Build, Scene};
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scenes, as for `rays`.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Threads; 0 for all.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Embree's shared library, as for `rays`.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+pub fn run(options: &Options) -> Result<(), String> {
+    let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(options.threads)?);
+    for name in &options.scene {
+        let mesh = crate::scenes::scene(name)?.mesh;
+        let triangles = mesh.to_triangles();
+        let threads = pool.current_num_threads();
+        println!("{name}: {} triangles, {threads} threads, milliseconds", triangles.len());
+        let build = pool.install(|| ours(&triangles))?;
+        if let Some(api) = &api {
+            theirs(api, &mesh, &pool, build)?;
+        }
+    }
+    Ok(())
+}
+
+/// The fastest of some.
+fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
+    let mut once = || {
+        let start = Instant::now();
+        let _kept = work();
+        start.elapsed().as_secs_f64() * 1e3
+    };
+    (0..7).map(|_| once()).fold(f64::INFINITY, f64::min)
+}
+
+/// A little of everything: twisted about y.
+fn twisted(p: [f32; 3], by: f32) -> [f32; 3] {
+    let (s, c) = (by * p[1]).sin_cos();
+    [p[0] * c - p[2] * s, p[1], p[0] * s + p[2] * c]
+}
+
+fn ours(triangles: &[Triangle]) -> Result<f64, String> {
+    let error = |e: &dyn std::fmt::Display| e.to_string();
+    let mut bvh = Bvh::new(triangles).map_err(|e| error(&e))?;
+    let build = fastest(|| Bvh::new(triangles));
+    println!("  build             {build:9.2}");
+    let tell = |what: &str, time: f64| {
+        println!("  {what:17} {time:9.2}   {:5.1} times as fast as building", build / time);
+    };
+
+    let moved: Vec<Triangle> =
+        triangles.iter().map(|t| Triangle(t.0.map(|p| twisted(p, 0.3)))).collect();
+    let time = fastest(|| bvh.refit(&moved));
+    tell("refit", time);
+    let refit = bvh.refit(&moved).map_err(|e| error(&e))?;
+    println!("  twisted by 0.3: {:.3} times the cost", refit.ratio());
+
+    let bytes = bvh.to_bytes();
+    tell("to bytes", fastest(|| bvh.to_bytes()));
+    tell("from bytes", fastest(|| Bvh::from_bytes(&bytes)));
+    let path = std::env::temp_dir().join(format!("intertri-moves-{}", std::process::id()));
+    std::fs::File::create(&path)
+        .and_then(|mut file| file.write_all(&bytes))
+        .map_err(|e| error(&e))?;
+    tell("load from a file", fastest(|| Bvh::load(&path)));
+    std::fs::remove_file(&path).map_err(|e| error(&e))?;
+    println!("  {:.1} bytes a triangle", bytes.len() as f64 / triangles.len() as f64);
+    Ok(build)
+}
+
+fn theirs(
+    api: &std::sync::Arc<Api>,
+    mesh: &Mesh,
+    pool: &ThreadPool,
+    build: f64,
+) -> Result<(), String> {
+    let threads = pool.current_num_threads() as u32;
+    let scene = Scene::new(api, mesh, Build { robust: false, high: false, avx2: false, threads })?;
+    let scene = scene.for_refits();
+    scene.commit();
+    let mut turn = 0.3;
+    let time = fastest(|| {
+        turn = -turn;
+        let moved: Vec<[f32; 3]> = mesh.positions.iter().map(|&p| twisted(p, turn)).collect();
+        let start = Instant::now();
+        scene.refit(&moved);
+        start.elapsed()
+    });
+    let copies = fastest(|| mesh.positions.iter().map(|&p| twisted(p, turn)).collect::<Vec<_>>());
+    println!(
+        "  Embree's refit    {:9.2}   {:5.1} times intertri's build",
+        time - copies,
+        build / (time - copies)
+    );
+    Ok(())
+}

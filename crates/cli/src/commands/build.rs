@@ -1,0 +1,95 @@
+//! `intertri build`: a hierarchy, saved as a file that is a model again.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::engine::model::load;
+use crate::engine::triangles::triangles;
+use crate::error::{Error, Result};
+use crate::io::output::Output;
+use crate::io::progress::{Progress, timed};
+use crate::io::same_file::refuse_same_file;
+use crate::report::build::{BuildReport, BuildSeconds};
+use crate::report::print::print;
+
+/// Build the hierarchy over a model, and save it to a file
+///
+/// Every command takes such a file for a model: it is checked and loaded some ten times as fast as it was
+/// built. It holds the triangles and their numbers; texture coordinates, colors and the sharing of
+/// vertices are not kept. It has the same bytes on every CPU.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY, STL or glTF file
+    model: PathBuf,
+
+    /// Where the hierarchy goes
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Builds and saves.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    refuse_same_file(Some(&options.output), &[&options.model])?;
+    let mut seconds = BuildSeconds::default();
+    let triangles = timed(&mut seconds.load, || {
+        let _bar = Progress::new("load", None);
+        let model = load(&options.model)?;
+        let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
+        refuse_same_file(Some(&options.output), &files)?;
+        triangles(&model.mesh).map_err(|error| error.of(&options.model))
+    })?;
+    let bar = Progress::new("build", Some(triangles.len() as u64));
+    let bvh = timed(&mut seconds.build, || {
+        intertri_trace::Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))
+    });
+    drop(bar);
+    let bvh = bvh.map_err(|error| Error::from(error).of(&options.model))?;
+
+    let mut output = Sink { output: Output::open(Some(&options.output))?, bytes: 0, error: None };
+    timed(&mut seconds.write, || {
+        let written = bvh.write_to(&mut output);
+        match output.error.take() {
+            Some(error) => Err(error),
+            None => written.map_err(|error| Error::at(options.output.display(), error)),
+        }
+    })?;
+    output.output.finish()?;
+    let report = BuildReport {
+        model: options.model.clone(),
+        output: options.output.clone(),
+        triangles: triangles.len(),
+        bytes: output.bytes,
+        seconds,
+    };
+    print(&report, options.json)
+}
+
+/// The output as a writer, which counts the bytes and keeps the error that tells of the file.
+struct Sink {
+    output: Output,
+    bytes: u64,
+    error: Option<Error>,
+}
+
+impl io::Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bytes += bytes.len() as u64;
+        match self.output.write(bytes) {
+            Ok(()) => Ok(bytes.len()),
+            Err(error) => {
+                self.error = Some(error);
+                Err(io::ErrorKind::Other.into())
+            }
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

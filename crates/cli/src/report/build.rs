@@ -1,0 +1,36 @@
+//! What `build` did.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use intertri_lab::tables::grouped;
+use serde::Serialize;
+
+/// The report of `build`.
+#[derive(Serialize)]
+pub(crate) struct BuildReport {
+    pub(crate) model: PathBuf,
+    pub(crate) output: PathBuf,
+    pub(crate) triangles: usize,
+    /// The size of the file.
+    pub(crate) bytes: u64,
+    pub(crate) seconds: BuildSeconds,
+}
+
+/// How long each step took.
+#[derive(Default, Serialize)]
+pub(crate) struct BuildSeconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    pub(crate) write: f64,
+}
+
+impl fmt::Display for BuildReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let triangles = grouped(self.triangles as u64);
+        writeln!(f, "{triangles:>12} triangles of {}", self.model.display())?;
+        writeln!(f, "{:>12} bytes to {}", grouped(self.bytes), self.output.display())?;
+        let BuildSeconds { load, build, write } = self.seconds;
+        write!(f, "     seconds: load {load:.3}, build {build:.3}, write {write:.3}")
+    }
+}

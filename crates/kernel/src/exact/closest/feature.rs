@@ -1,0 +1,136 @@
+//! Where on a triangle the closest point lies, after Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5:
+//! with exact signs.
+
+use core::cmp::Ordering;
+
+use super::super::input::is_plain;
+use super::super::int::Int;
+use super::super::scale::Scale;
+use super::super::tier::Tier;
+use super::offsets::{Offsets, at_widths, scale, tier};
+use crate::{Ray, Triangle};
+
+/// Where on a triangle the closest point lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feature {
+    /// It is a corner: 0, 1 or 2.
+    Corner(usize),
+    /// Within the edge from a corner to the next.
+    Edge(usize),
+    /// Within the triangle.
+    Face,
+}
+
+/// `2^-50`: a product of two vectors in f64 is within this times the sum of its products' sizes.
+const SUM: f64 = 4.0 * f64::EPSILON;
+
+/// `2^-48`: so are products of two of those, times the products of their sums.
+const AREA: f64 = 16.0 * f64::EPSILON;
+
+/// Where on a finite triangle with an area the point closest to a finite one lies.
+pub fn feature(point: [f32; 3], triangle: &Triangle) -> Feature {
+    feature_from(Tier::Float, point, triangle)
+}
+
+/// The same by a tier or one behind it.
+pub fn feature_from(from: Tier, point: [f32; 3], triangle: &Triangle) -> Feature {
+    if from == Tier::Float
+        && is_plain(&Ray::new(point, [1.0, 0.0, 0.0]), triangle)
+        && let Some(feature) = by_float(point, triangle)
+    {
+        return feature;
+    }
+    let scale = scale(point, triangle.0);
+    at_widths!(from.max(tier(scale)), exactly(scale, point, triangle))
+}
+
+#[inline(never)]
+fn exactly<
+    const C: usize,
+    const N: usize,
+    const T: usize,
+    const Q: usize,
+    const V: usize,
+    const P: usize,
+>(
+    scale: Scale,
+    point: [f32; 3],
+    triangle: &Triangle,
+) -> Feature {
+    let offsets = Offsets::<C, N>::new(scale, point, triangle.0);
+    let along = offsets.along();
+    let area = |a: usize, b: usize, c: usize, d: usize| -> Int<Q> {
+        along[a].times(&along[b]) - along[c].times(&along[d])
+    };
+    let found = find(
+        |i| Some(along[i].sign()),
+        |i, j| Some((along[i] - along[j]).sign()),
+        |[a, b, c, d]| Some(area(a, b, c, d).sign()),
+    );
+    found.unwrap_or(Feature::Face)
+}
+
+/// In f64, where its bounds tell.
+#[inline(always)]
+fn by_float(point: [f32; 3], triangle: &Triangle) -> Option<Feature> {
+    let p = point.map(f64::from);
+    let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let corners = triangle.0.map(|corner| corner.map(f64::from));
+    let [a, b, c] = corners;
+    let (ab, ac) = (minus(b, a), minus(c, a));
+
+    // Each number and the sum of sizes that its error is relative to.
+    let dot = |x: [f64; 3], y: [f64; 3]| {
+        let [a, b, c] = [x[0] * y[0], x[1] * y[1], x[2] * y[2]];
+        ((a + b) + c, (a.abs() + b.abs()) + c.abs())
+    };
+    let offsets = corners.map(|corner| minus(corner, p));
+    let [a, b, c] = offsets;
+    let along = [dot(ab, a), dot(ac, a), dot(ab, b), dot(ac, b), dot(ab, c), dot(ac, c)];
+    // Where all products are 0, so is the number.
+    let sign = |x: f64, bound: f64| {
+        let sure = x.abs() > bound || bound == 0.0;
+        sure.then(|| x.partial_cmp(&0.0)).flatten()
+    };
+    find(
+        |i| sign(along[i].0, along[i].1 * SUM),
+        |i, j| sign(along[i].0 - along[j].0, (along[i].1 + along[j].1) * SUM),
+        |[a, b, c, d]| {
+            let [a, b, c, d] = [along[a], along[b], along[c], along[d]];
+            sign(a.0 * b.0 - c.0 * d.0, (a.1 * b.1 + c.1 * d.1) * AREA)
+        },
+    )
+}
+
+/// Finds the feature by the signs of `along`, of differences of two, and of `xy - zw` of four; none where a sign
+/// that counts is not known.
+#[inline(always)]
+fn find(
+    sign: impl Fn(usize) -> Option<Ordering>,
+    minus: impl Fn(usize, usize) -> Option<Ordering>,
+    area: impl Fn([usize; 4]) -> Option<Ordering>,
+) -> Option<Feature> {
+    // The corners: in the cones of their normals.
+    let signs = [sign(0)?, sign(1)?, sign(2)?, sign(3)?, sign(4)?, sign(5)?];
+    if signs[0].is_ge() && signs[1].is_ge() {
+        return Some(Feature::Corner(0));
+    }
+    if signs[2].is_le() && minus(3, 2)?.is_ge() {
+        return Some(Feature::Corner(1));
+    }
+    if signs[5].is_le() && minus(4, 5)?.is_ge() {
+        return Some(Feature::Corner(2));
+    }
+
+    // The edges: outside of them, between their ends.
+    if signs[0].is_le() && signs[2].is_ge() && area([0, 3, 2, 1])?.is_le() {
+        return Some(Feature::Edge(0));
+    }
+    if signs[1].is_le() && signs[5].is_ge() && area([4, 1, 0, 5])?.is_le() {
+        return Some(Feature::Edge(2));
+    }
+    if area([2, 5, 4, 3])?.is_le() && minus(2, 3)?.is_ge() && minus(5, 4)?.is_ge() {
+        return Some(Feature::Edge(1));
+    }
+    Some(Feature::Face)
+}

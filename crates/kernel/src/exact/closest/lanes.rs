@@ -1,0 +1,102 @@
+//! Bounds of squared distances in f64, a triangle a lane.
+//!
+//! ```text
+//!   to the plane  <=  to the triangle  <=  to the nearest edge       always
+//!   to the plane   =  to the triangle                                where the point is surely above it
+//!                     to the triangle   =  to the nearest edge       where it surely is not
+//! ```
+
+use crate::simd::{Lanes, Vec3};
+
+/// Between two squares of distances: those of the triangles in lanes.
+#[derive(Clone, Copy)]
+pub struct Squares<D: Lanes> {
+    /// No triangle is nearer than this.
+    pub least: D,
+    /// None is farther.
+    pub most: D,
+    /// Which surely have an area.
+    pub has_area: D::Mask,
+}
+
+/// `2^-29`: squares are within this of themselves, and within [`PLACE`] besides.
+const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
+
+/// `2^-64`: of the square of the farthest corner's distance.
+const PLACE: f64 = SHARE * SHARE / 64.0;
+
+/// What subnormal numbers that are read as 0 can make of a square: `2^-200`.
+const TINY: f64 = f64::from_bits((1023 - 200) << 52);
+
+/// `2^-48`: the side of an edge is known beyond this times the lengths that it is a product of.
+const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
+
+/// `2^-60`: of triangles that are no longer than this only the distance to edges is taken, from above.
+const SHORTEST: f64 = 1.0 / (1_u64 << 60) as f64;
+
+/// `2^-90`: a normal whose square is a larger share of the longest edge's fourth power is none of a line.
+const AREA: f64 = f64::from_bits((1023 - 90) << 52);
+
+/// Bounds the squared distances of a point to finite triangles. They need no area, but only where they have one
+/// is the square that of the triangle; else it is that of a line.
+#[inline(always)]
+pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) -> Squares<D> {
+    let splat = D::splat;
+    let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
+    let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
+    let farthest = a.dot_fused(a).max(b.dot_fused(b)).max(c.dot_fused(c));
+
+    // To the edges.
+    let [x, y, z] = [to_edge(a, edges[0]), to_edge(b, edges[1]), to_edge(c, edges[2])];
+    let edge = x.min(y).min(z);
+
+    // To the plane.
+    let normal = edges[0].cross_fused(edges[1]);
+    let square = normal.dot_fused(normal);
+    let volume = a.dot_fused(normal);
+    let inverse = splat(1.0) / square;
+    let plane = (volume * volume) * inverse;
+
+    // Above which sides of the edges?
+    let length = edges[0].norm1().max(edges[1].norm1()).max(edges[2].norm1());
+    let fourth = (length * length) * (length * length);
+    let known = length.gt(splat(SHORTEST));
+    let bound = (length * splat(SIDE)) * (length * length);
+    let side = |corner: Vec3<D>, edge: Vec3<D>| {
+        let side = normal.cross_fused(edge).dot_fused(corner);
+        let bound = bound * corner.norm1();
+        (side.gt(bound), side.lt(-bound))
+    };
+    let ([ab_out, bc_out, ca_out], [ab_in, bc_in, ca_in]) = {
+        let [x, y, z] = [side(a, edges[0]), side(b, edges[1]), side(c, edges[2])];
+        ([x.0, y.0, z.0], [x.1, y.1, z.1])
+    };
+    let outside = known & (ab_out | bc_out | ca_out);
+    let inside = known & ab_in & bc_in & ca_in;
+
+    let (less, more) = (splat(1.0 - SHARE), splat(1.0 + SHARE));
+    let edge_doubt = farthest.mul_add(splat(PLACE), splat(TINY));
+    let plane_doubt = (farthest * splat(PLACE)).mul_add(fourth * inverse, splat(TINY));
+    let none = splat(0.0);
+    let least = D::select(outside, edge * less - edge_doubt, plane * less - plane_doubt);
+    let least = D::select(known & least.ge(none), least, none);
+    let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
+    let most = D::select(inside & above.lt(most), above, most);
+    Squares { least, most, has_area: known & square.gt(fourth * splat(AREA)) }
+}
+
+/// The squared distance to the points of an edge, from a corner on.
+#[inline(always)]
+fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
+    let (none, all) = (D::splat(0.0), D::splat(1.0));
+    let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
+    // A NaN is none.
+    let share = D::select(share.ge(none), share, none);
+    let share = D::select(share.le(all), share, all);
+    let to = Vec3 {
+        x: share.mul_add(edge.x, corner.x),
+        y: share.mul_add(edge.y, corner.y),
+        z: share.mul_add(edge.z, corner.z),
+    };
+    to.dot_fused(to)
+}

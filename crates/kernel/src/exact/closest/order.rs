@@ -1,0 +1,95 @@
+//! Which of two triangles is closer to a point, exactly.
+
+use core::cmp::Ordering;
+
+use super::super::int::{Int, cross, dot};
+use super::super::scale::Scale;
+use super::super::tier::Tier;
+use super::feature::{Feature, feature_from};
+use super::offsets::{Offsets, at_widths, tier};
+use crate::Triangle;
+
+/// Which of two finite triangles with an area is closer to a finite point.
+pub fn closer(point: [f32; 3], one: &Triangle, other: &Triangle) -> Ordering {
+    closer_from(Tier::Float, point, one, other)
+}
+
+/// The same by a tier or one behind it.
+pub fn closer_from(from: Tier, point: [f32; 3], one: &Triangle, other: &Triangle) -> Ordering {
+    let features = [one, other].map(|triangle| feature_from(from, point, triangle));
+
+    // Neighbours share corners and edges.
+    if from == Tier::Float && is_same(features, [one, other]) {
+        return Ordering::Equal;
+    }
+    let ([a, b, c], [d, e, f]) = (one.0, other.0);
+    let scale = Scale::of(&[point, a, b, c, d, e, f]);
+    at_widths!(from.max(tier(scale)), exactly(scale, point, [one, other], features))
+}
+
+/// Whether both closest points lie on the same corner or edge.
+#[inline(always)]
+fn is_same(features: [Feature; 2], [one, other]: [&Triangle; 2]) -> bool {
+    match features {
+        [Feature::Corner(i), Feature::Corner(j)] => one.0[i] == other.0[j],
+        [Feature::Edge(i), Feature::Edge(j)] => {
+            let (a, b) = (one.0[i], one.0[(i + 1) % 3]);
+            let (c, d) = (other.0[j], other.0[(j + 1) % 3]);
+            (a == c && b == d) || (a == d && b == c)
+        }
+        _ => false,
+    }
+}
+
+#[inline(never)]
+fn exactly<
+    const C: usize,
+    const N: usize,
+    const T: usize,
+    const Q: usize,
+    const V: usize,
+    const P: usize,
+>(
+    scale: Scale,
+    point: [f32; 3],
+    triangles: [&Triangle; 2],
+    features: [Feature; 2],
+) -> Ordering {
+    let square = |i: usize| {
+        let offsets = Offsets::<C, N>::new(scale, point, triangles[i].0);
+        square::<C, N, T, Q, V>(&offsets, features[i])
+    };
+    let ((num, den), (other_num, other_den)) = (square(0), square(1));
+    num.times::<Q, P>(&other_den).cmp(&other_num.times(&den))
+}
+
+/// The squared distance: numerator and denominator, which is positive.
+#[inline(always)]
+pub(super) fn square<
+    const C: usize,
+    const N: usize,
+    const T: usize,
+    const Q: usize,
+    const V: usize,
+>(
+    offsets: &Offsets<C, N>,
+    feature: Feature,
+) -> (Int<V>, Int<Q>) {
+    match feature {
+        Feature::Corner(i) => {
+            let corner = &offsets.corners[i];
+            (dot::<C, C, N>(corner, corner).widened(), Int::new(1, 0))
+        }
+        Feature::Edge(i) => {
+            let edge = offsets.edge(i);
+            let area: [Int<N>; 3] = cross(&offsets.corners[i], &edge);
+            (dot::<N, N, Q>(&area, &area).widened(), dot::<C, C, N>(&edge, &edge).widened())
+        }
+        Feature::Face => {
+            let [ab, ac] = &offsets.sides;
+            let normal: [Int<N>; 3] = cross(ab, ac);
+            let volume: Int<T> = dot(&offsets.corners[0], &normal);
+            (volume.times(&volume), dot(&normal, &normal))
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Whether nodes, leaves and numbers belong together.
+//!
+//! What passes gives the right answers about the triangles in its leaves: every child is there, once, below one
+//! parent; every box holds what is below it, with the padding that needles need; no number is given twice.
+
+use super::error::LoadError;
+use crate::build::MAX_DEPTH;
+use crate::memory::{NoMemory, room};
+use crate::threads;
+use crate::tree::{Aabb, EMPTY, Geometries, LEAF, Leaf, LeafBounds, NONE, Node};
+
+/// The depth of a tree: each node but the first comes after its one parent, and each of its leaves has one.
+pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
+    let (mut depths, mut leaves) = (zeros::<u8>(nodes.len())?, zeros::<bool>(boxed)?);
+    let wrong = LoadError::damaged("its nodes are no tree");
+    if let Some(root) = depths.first_mut() {
+        *root = 1;
+    }
+    let (mut deepest, mut count) = (0, 0);
+    for (i, node) in nodes.iter().enumerate() {
+        let depth = depths[i];
+        deepest = deepest.max(depth);
+        for &child in node.children().iter().filter(|&&child| child != EMPTY) {
+            let index = (child & !LEAF) as usize;
+            if child & LEAF == 0 {
+                match depths.get_mut(index) {
+                    // Also where nobody has this node for a child.
+                    Some(below) if index > i && *below == 0 && depth > 0 => *below = depth + 1,
+                    _ => return wrong,
+                }
+            } else {
+                match leaves.get_mut(index) {
+                    Some(seen) if !*seen && depth > 0 => *seen = true,
+                    _ => return wrong,
+                }
+                count += 1;
+            }
+        }
+        if depth == 0 || usize::from(depth) > MAX_DEPTH {
+            return wrong;
+        }
+    }
+    if deepest == 0 || count != boxed { wrong } else { Ok(deepest.into()) }
+}
+
+/// The geometries, each given as how many triangles it has and its mask: all triangles are in one.
+pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometries, LoadError> {
+    let counts = all.iter().map(|&(count, _)| count as usize);
+    if counts.clone().map(|count| count as u64).sum::<u64>() != triangles {
+        return LoadError::damaged("its geometries are not of its triangles");
+    }
+    let mut geometries = match all {
+        [_] => Geometries::one(),
+        _ => Geometries::of(counts)?,
+    };
+    geometries.set_masks(all.iter().map(|&(_, mask)| mask));
+    Ok(geometries)
+}
+
+/// Every box holds what is below it, and no triangle that is to be tested with every ray is in a box.
+pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
+    let is_in = |inner: &Aabb, outer: &Aabb| {
+        (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
+    };
+    let holds = |node: &Node| {
+        (0..8).filter(|&slot| node.children()[slot] != EMPTY).all(|slot| {
+            let (bounds, child) = (node.bounds(slot), node.children()[slot]);
+            if child & LEAF == 0 {
+                let node = &nodes[child as usize];
+                return (0..8).all(|slot| is_in(&node.bounds(slot), &bounds));
+            }
+            let leaf = &leaves[(child & !LEAF) as usize];
+            leaf.unbounded == 0 && is_in(&leaf.bounds, &bounds)
+        })
+    };
+    if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }
+}
+
+/// Each triangle has one place in the tree or is among those left out; and of those without a box none is in the
+/// tree, too, where it can be hit, or twice among them.
+pub(super) fn numbers(
+    leaves: &[Leaf],
+    boxed: usize,
+    left_out: &[u32],
+    triangles: usize,
+) -> Result<(), LoadError> {
+    let wrong = LoadError::damaged("the numbers of its triangles make no sense");
+    let (tree, unboxed) = leaves.split_at(boxed);
+    let lanes = |leaf: &Leaf| leaf.indices.iter().take_while(|&&index| index != NONE).count();
+    let in_tree: usize = tree.iter().map(lanes).sum();
+    if in_tree + left_out.len() != triangles {
+        return wrong;
+    }
+
+    let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
+    let mut is_new = |index: u32| {
+        let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));
+        let new = *word & bit == 0;
+        *word |= bit;
+        new
+    };
+    let mut once = true;
+    for leaf in tree {
+        for &index in leaf.indices.iter().take_while(|&&index| index != NONE) {
+            once &= is_new(index);
+        }
+    }
+    for &index in left_out {
+        once = once && (index as usize) < triangles && is_new(index);
+    }
+    if !once {
+        return wrong;
+    }
+    if unboxed.is_empty() {
+        return Ok(());
+    }
+
+    // Those that may stand there: the silent ones of the tree, and those left out.
+    let mut away = zeros::<u64>(triangles.div_ceil(64))?;
+    let silent = tree.iter().flat_map(|leaf| {
+        let is_silent = |lane: &usize| leaf.block.live() >> lane & 1 == 0;
+        (0..lanes(leaf)).filter(is_silent).map(|lane| leaf.indices[lane])
+    });
+    for index in silent.chain(left_out.iter().copied()) {
+        away[index as usize / 64] |= 1 << (index % 64);
+    }
+    for leaf in unboxed {
+        for &index in leaf.indices.iter().take_while(|&&index| index != NONE) {
+            let (word, bit) = (&mut away[index as usize / 64], 1 << (index % 64));
+            once &= *word & bit != 0;
+            *word &= !bit;
+        }
+    }
+    if once { Ok(()) } else { wrong }
+}
+
+fn zeros<T: Default + Clone>(count: usize) -> Result<Vec<T>, NoMemory> {
+    let mut all = room(count)?;
+    all.resize(count, T::default());
+    Ok(all)
+}

@@ -1,0 +1,75 @@
+//! Why a saved hierarchy could not be loaded.
+
+use std::{fmt, io};
+
+use crate::memory::NoMemory;
+
+/// Why a saved hierarchy could not be loaded, in one line.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// It does not begin as a saved hierarchy does.
+    NotSaved,
+    /// A later version of this crate has written it.
+    Newer {
+        /// What this one does not know.
+        what: String,
+    },
+    /// It ends before it should.
+    CutOff,
+    /// It is not what was written.
+    Damaged {
+        /// What is wrong.
+        what: &'static str,
+    },
+    /// There is too little memory.
+    OutOfMemory,
+    /// It cannot be read.
+    Io(io::Error),
+}
+
+impl LoadError {
+    pub(super) fn damaged<T>(what: &'static str) -> Result<T, Self> {
+        Err(Self::Damaged { what })
+    }
+}
+
+impl From<NoMemory> for LoadError {
+    fn from(_: NoMemory) -> Self {
+        Self::OutOfMemory
+    }
+}
+
+impl From<io::Error> for LoadError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::CutOff,
+            io::ErrorKind::OutOfMemory => Self::OutOfMemory,
+            _ => Self::Io(error),
+        }
+    }
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotSaved => f.write_str("is no saved hierarchy"),
+            Self::Newer { what } => {
+                write!(f, "a later version has saved it ({what}); save it again by this one")
+            }
+            Self::CutOff => f.write_str("the saved hierarchy is cut off"),
+            Self::Damaged { what } => write!(f, "the saved hierarchy is damaged: {what}"),
+            Self::OutOfMemory => f.write_str("the saved hierarchy needs more memory than there is"),
+            Self::Io(error) => write!(f, "cannot read it: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for LoadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io(error) => Some(error),
+            _ => None,
+        }
+    }
+}

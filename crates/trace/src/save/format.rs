@@ -1,0 +1,207 @@
+//! The header and the table of a saved hierarchy. All numbers are little-endian.
+//!
+//! ```text
+//!   header  0 magic            8 version: u32      12 sections: u32     16 triangles: u64
+//!          24 boxed: u64      32 cost: f64         40 size: u64         48 zero            56 checksum: u64
+//!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
+//! ```
+//!
+//! `boxed` is how many leaves are in the tree; the others are tested with every ray. `cost` is that of the tree as
+//! built, NaN unless it was refitted. Of a section, `record` is the size of what it is made of. Its checksum is
+//! that of the checksums of its blocks of 1024 records. The header's is that of its other bytes and the table, so
+//! it stands for the whole file.
+//!
+//! **To add a section**: a kind, here; its records beside those of leaves. A reader that does not know a kind
+//! refuses the file, unless the kind has the bit [`OPTIONAL`]. Kinds 5 to 15 are kept free for f64 corners. Where nodes or leaves get another shape, [`VERSION`] goes up.
+
+use super::SAVED_MAGIC;
+use super::checksum::checksum;
+use super::error::LoadError;
+use crate::tree::LEAF;
+
+pub(super) const VERSION: u32 = 1;
+
+/// The size of the header, and of an entry of the table.
+pub(super) const HEADER: usize = 64;
+pub(super) const ENTRY: usize = 32;
+
+/// Sections begin at multiples of this, so that who maps a file into memory has them aligned.
+pub(super) const ALIGN: usize = 64;
+
+/// So many sections there may be.
+const SECTIONS: u32 = 64;
+
+/// Records with one checksum.
+pub(super) const BLOCK: usize = 1024;
+
+/// No record is larger.
+const RECORD: usize = 4096;
+
+/// A kind with this bit may be skipped by who does not know it.
+pub(super) const OPTIONAL: u32 = 1 << 31;
+
+/// The kinds of sections, and the sizes of their records.
+pub(super) const NODES: u32 = 1;
+pub(super) const NODE: usize = 256;
+pub(super) const LEAVES: u32 = 2;
+pub(super) const LEAF_SIZE: usize = 320;
+pub(super) const LEFT_OUT: u32 = 3;
+pub(super) const NUMBER: usize = 4;
+pub(super) const GEOMETRIES: u32 = 4;
+pub(super) const GEOMETRY: usize = 8;
+
+/// Where the header has its checksum.
+const SUM: usize = HEADER - 8;
+
+/// What the header says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Header {
+    pub triangles: u64,
+    pub boxed: u64,
+    pub cost: f64,
+    pub size: u64,
+}
+
+/// What the table says of a section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Entry {
+    pub kind: u32,
+    pub record: u32,
+    pub place: u64,
+    pub size: u64,
+    pub checksum: u64,
+}
+
+impl Entry {
+    /// How many records it has.
+    pub(super) fn count(&self) -> usize {
+        (self.size / u64::from(self.record)) as usize
+    }
+}
+
+/// The header and the table.
+pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
+    let mut bytes = Vec::from(SAVED_MAGIC);
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend((entries.len() as u32).to_le_bytes());
+    bytes.extend(header.triangles.to_le_bytes());
+    bytes.extend(header.boxed.to_le_bytes());
+    bytes.extend(header.cost.to_bits().to_le_bytes());
+    bytes.extend(header.size.to_le_bytes());
+    bytes.resize(HEADER, 0);
+    for entry in entries {
+        bytes.extend(entry.kind.to_le_bytes());
+        bytes.extend(entry.record.to_le_bytes());
+        bytes.extend([entry.place, entry.size, entry.checksum].map(u64::to_le_bytes).concat());
+    }
+    let sum = sum_of(&bytes);
+    bytes[SUM..HEADER].copy_from_slice(&sum.to_le_bytes());
+    bytes
+}
+
+/// The checksum of header and table.
+fn sum_of(front: &[u8]) -> u64 {
+    checksum(&[&front[..SUM], &front[HEADER..]].concat())
+}
+
+/// How many bytes of entries follow a header. What is checked here is told before any checksum.
+pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
+    if header[..8] != SAVED_MAGIC {
+        return Err(LoadError::NotSaved);
+    }
+    let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
+    if version > VERSION {
+        return Err(LoadError::Newer { what: format!("version {version}") });
+    }
+    if version == 0 || sections > SECTIONS {
+        return LoadError::damaged("the header makes no sense");
+    }
+    Ok(sections as usize * ENTRY)
+}
+
+/// What header and table say, where they make sense.
+pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
+    if u64_at(front, SUM) != sum_of(front) {
+        return LoadError::damaged("the checksum of its header differs");
+    }
+    let header = Header {
+        triangles: u64_at(front, 16),
+        boxed: u64_at(front, 24),
+        cost: f64::from_bits(u64_at(front, 32)),
+        size: u64_at(front, 40),
+    };
+    let entries: Vec<Entry> = front[HEADER..].chunks_exact(ENTRY).map(entry).collect();
+
+    // Sections follow each other without gaps but for their alignment.
+    let mut end = front.len() as u64;
+    for Entry { kind, record, place, size, .. } in &entries {
+        let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
+        if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
+            return LoadError::damaged("its table of sections makes no sense");
+        }
+        let known = match *kind {
+            NODES => *record == NODE as u32,
+            LEAVES => *record == LEAF_SIZE as u32,
+            LEFT_OUT => *record == NUMBER as u32,
+            GEOMETRIES => *record == GEOMETRY as u32,
+            _ if kind & OPTIONAL != 0 => true,
+            _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
+        };
+        if !known || u64::from(*record) * u64::from(LEAF) < *size {
+            return LoadError::damaged("its table of sections makes no sense");
+        }
+        end = place + size;
+    }
+    if end != header.size || header.triangles >= u64::from(LEAF) {
+        return LoadError::damaged("the header makes no sense");
+    }
+    Ok((header, entries))
+}
+
+fn entry(bytes: &[u8]) -> Entry {
+    Entry {
+        kind: u32_at(bytes, 0),
+        record: u32_at(bytes, 4),
+        place: u64_at(bytes, 8),
+        size: u64_at(bytes, 16),
+        checksum: u64_at(bytes, 24),
+    }
+}
+
+pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    let mut number = [0; 4];
+    number.copy_from_slice(&bytes[at..at + 4]);
+    u32::from_le_bytes(number)
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
+}
+
+/// The checksum of the checksums of blocks.
+pub(super) fn checksum_of_blocks(blocks: &[u64]) -> u64 {
+    checksum(&blocks.iter().flat_map(|sum| sum.to_le_bytes()).collect::<Vec<u8>>())
+}
+
+/// See [`super::seal`].
+pub(super) fn seal(bytes: &mut [u8]) {
+    if bytes.len() < HEADER {
+        return;
+    }
+    let table = u32_at(bytes, 12).min(SECTIONS) as usize * ENTRY;
+    let Some(front) = bytes.get(..HEADER + table).map(<[u8]>::to_vec) else { return };
+    for (i, entry) in front[HEADER..].chunks_exact(ENTRY).map(entry).enumerate() {
+        let (Ok(place), Ok(size)) = (usize::try_from(entry.place), usize::try_from(entry.size))
+        else {
+            return;
+        };
+        let section = place.checked_add(size).and_then(|end| bytes.get(place..end));
+        let (Some(section), 1..=4096) = (section, entry.record) else { return };
+        let blocks = section.chunks(BLOCK * entry.record as usize).map(checksum);
+        let sum = checksum_of_blocks(&blocks.collect::<Vec<u64>>());
+        let at = HEADER + i * ENTRY + 24;
+        bytes[at..at + 8].copy_from_slice(&sum.to_le_bytes());
+    }
+    let sum = sum_of(&bytes[..HEADER + table]);
+    bytes[SUM..HEADER].copy_from_slice(&sum.to_le_bytes());
+}

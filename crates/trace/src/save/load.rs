@@ -1,0 +1,215 @@
+//! Reading a hierarchy: a section at a time, each batch of it summed up and put in its place while it is in the
+//! cache.
+
+use intertri::simd::Level;
+
+use super::check;
+use super::checksum::checksum;
+use super::error::LoadError;
+use super::format::{
+    BLOCK, Entry, GEOMETRIES, GEOMETRY, HEADER, Header, LEAF_SIZE, LEAVES, LEFT_OUT, NODE, NODES,
+    NUMBER, checksum_of_blocks, parse, table_size, u32_at,
+};
+use super::input::Input;
+use super::records::{ReadLeaf, read_node};
+use crate::memory::NoMemory;
+use crate::threads;
+use crate::tree::{Bvh, Geometries, LaneBounds, Leaf, LeafBounds, Node};
+
+/// Blocks read at a time for each thread, which are small enough for its cache.
+const BATCH: usize = 4;
+
+/// Records that a thread takes at a time, at least.
+const LEAST: usize = 128;
+
+/// What the sections have.
+#[derive(Default)]
+struct Parts {
+    nodes: Option<Vec<Node>>,
+    leaves: Option<Vec<Leaf>>,
+    bounds: Vec<LeafBounds>,
+    left_out: Option<Vec<u32>>,
+    /// Of each geometry how many triangles it has, and its mask.
+    geometries: Option<Vec<(u32, u32)>>,
+}
+
+/// Reads all of it, and nothing that follows.
+pub(super) fn read(input: &mut dyn Input) -> Result<Bvh, LoadError> {
+    let mut header = [0; HEADER];
+    header.copy_from_slice(input.take(HEADER).map_err(not_saved)?);
+    let mut front = header.to_vec();
+    front.extend(input.take(table_size(&header)?)?);
+    let (header, entries) = parse(&front)?;
+
+    let mut parts = Parts::default();
+    let mut end = front.len() as u64;
+    for entry in &entries {
+        let gap = input.take((entry.place - end) as usize)?;
+        if gap.iter().any(|&byte| byte != 0) {
+            return LoadError::damaged("there is something between its sections");
+        }
+        parts.read(input, entry, &header)?;
+        end = entry.place + entry.size;
+    }
+    parts.bvh(&header)
+}
+
+/// What is too short for a header is hardly one that was cut off.
+fn not_saved(error: LoadError) -> LoadError {
+    if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
+}
+
+impl Parts {
+    /// Reads a section.
+    fn read(
+        &mut self,
+        input: &mut dyn Input,
+        entry: &Entry,
+        header: &Header,
+    ) -> Result<(), LoadError> {
+        let triangles = header.triangles as u32;
+        let again = match entry.kind {
+            NODES => {
+                let mut nodes = room(input, entry)?;
+                in_batches(input, entry, |batch| {
+                    let node = |i: usize| read_node(&batch[i * NODE..][..NODE]);
+                    let none = || Node::NO_CHILDREN;
+                    append(&mut nodes, batch.len() / NODE, none, node, "a node makes no sense")
+                })?;
+                self.nodes.replace(nodes).is_some()
+            }
+            LEAVES => {
+                let (mut leaves, mut bounds) = (room(input, entry)?, room(input, entry)?);
+                let level = Level::best();
+                in_batches(input, entry, |batch| {
+                    let leaf = |i: usize| {
+                        let bytes = &batch[i * LEAF_SIZE..][..LEAF_SIZE];
+                        level.run(ReadLeaf { bytes, triangles })
+                    };
+                    let (done, count) = (leaves.len(), batch.len() / LEAF_SIZE);
+                    append(&mut leaves, count, no_leaf, leaf, "a leaf makes no sense")?;
+                    let new = &leaves[done..];
+                    let around = |i: usize| level.run(LaneBounds::of(&new[i].block));
+                    Ok(threads::extend(&mut bounds, count, LEAST, around)?)
+                })?;
+                self.bounds = bounds;
+                self.leaves.replace(leaves).is_some()
+            }
+            LEFT_OUT => {
+                let mut numbers = room(input, entry)?;
+                in_batches(input, entry, |batch| {
+                    let count = batch.len() / NUMBER;
+                    let number = |i: usize| u32_at(batch, i * NUMBER);
+                    Ok(threads::extend(&mut numbers, count, BLOCK, number)?)
+                })?;
+                self.left_out.replace(numbers).is_some()
+            }
+            GEOMETRIES => {
+                let mut geometries = room(input, entry)?;
+                in_batches(input, entry, |batch| {
+                    let count = batch.len() / GEOMETRY;
+                    let one =
+                        |i: usize| (u32_at(batch, i * GEOMETRY), u32_at(batch, i * GEOMETRY + 4));
+                    Ok(threads::extend(&mut geometries, count, BLOCK, one)?)
+                })?;
+                self.geometries.replace(geometries).is_some()
+            }
+            // Nobody needs it; its checksum is right or not.
+            _ => {
+                in_batches(input, entry, |_| Ok(()))?;
+                false
+            }
+        };
+        if again { LoadError::damaged("it has a section twice") } else { Ok(()) }
+    }
+
+    /// The hierarchy, if all belongs together.
+    fn bvh(self, header: &Header) -> Result<Bvh, LoadError> {
+        let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
+            return LoadError::damaged("it has no nodes or no leaves");
+        };
+        let left_out = self.left_out.unwrap_or_default();
+        if header.boxed > leaves.len() as u64 {
+            return LoadError::damaged("the header makes no sense");
+        }
+        let boxed = header.boxed as usize;
+        let depth = check::tree(&nodes, boxed)?;
+        let (boxes, numbers) = threads::join(
+            || check::boxes(&nodes, &self.bounds[..boxed]),
+            || check::numbers(&leaves, boxed, &left_out, header.triangles as usize),
+        );
+        boxes.and(numbers)?;
+
+        let geometries = match &self.geometries {
+            None => Geometries::one(),
+            Some(all) => check::geometries(all, header.triangles)?,
+        };
+        let cost = header.cost;
+        let mut bvh = Bvh {
+            nodes,
+            leaves,
+            boxed,
+            reach: 0.0,
+            stack: Bvh::stack_for(depth),
+            triangles: header.triangles as usize,
+            geometries,
+            cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
+        };
+        bvh.reach = bvh.find_reach();
+        Ok(bvh)
+    }
+}
+
+/// Room for all records of a section, if they are surely there.
+fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
+    let there = input.known() as u64 >= entry.size;
+    crate::memory::room(if there { entry.count() } else { 0 })
+}
+
+/// Hands on a section in batches of blocks, and compares its checksum.
+fn in_batches(
+    input: &mut dyn Input,
+    entry: &Entry,
+    mut each: impl FnMut(&[u8]) -> Result<(), LoadError>,
+) -> Result<(), LoadError> {
+    let block = BLOCK * entry.record as usize;
+    let (mut left, mut sums) = (entry.size, Vec::new());
+    while left > 0 {
+        let size = left.min((BATCH * threads::count() * block) as u64) as usize;
+        let batch = input.take(size)?;
+        let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
+        threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
+        each(batch)?;
+        left -= size as u64;
+    }
+    if checksum_of_blocks(&sums) == entry.checksum {
+        Ok(())
+    } else {
+        LoadError::damaged("the checksum of a section differs")
+    }
+}
+
+/// Appends records, or says that one of them makes no sense.
+fn append<T: Send>(
+    all: &mut Vec<T>,
+    count: usize,
+    none: impl Fn() -> T + Sync,
+    of: impl Fn(usize) -> Option<T> + Sync,
+    what: &'static str,
+) -> Result<(), LoadError> {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    let bad = AtomicBool::new(false);
+    let of = |i: usize| {
+        of(i).unwrap_or_else(|| {
+            bad.store(true, Ordering::Relaxed);
+            none()
+        })
+    };
+    threads::extend(all, count, LEAST, of)?;
+    if bad.into_inner() { LoadError::damaged(what) } else { Ok(()) }
+}
+
+/// A leaf of no triangle.
+fn no_leaf() -> Leaf {
+    Leaf { block: intertri::TriangleBlock::new(&[]), indices: [crate::tree::NONE; 8] }
+}

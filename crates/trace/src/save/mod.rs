@@ -1,0 +1,119 @@
+//! Saved hierarchies: to bytes and back, the same bytes on every CPU.
+//!
+//! ```text
+//!   header    magic, version, how much there is      64 bytes
+//!   table     kind, place, checksum of each section  32 bytes a section
+//!   sections  nodes; leaves; triangles left out      each from a multiple of 64 on
+//! ```
+//!
+//! [`format`] has every field; `docs/saved.md` tells it to those who write programs of their own. A section is
+//! copied once, from where it is read to where the walk wants it, and every number is looked at on the way
+//! ([`records`], [`check`]): what passes gives the right answers about the triangles that it holds, whoever
+//! wrote it.
+
+mod check;
+mod checksum;
+mod error;
+mod format;
+mod input;
+mod load;
+mod records;
+mod store;
+#[cfg(test)]
+mod tests;
+
+pub use error::LoadError;
+
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use crate::tree::Bvh;
+use input::{Slice, Stream};
+
+/// What a saved hierarchy begins with.
+///
+/// ```
+/// use intertri_trace::{Bvh, SAVED_MAGIC};
+/// assert!(Bvh::new(&[])?.to_bytes().starts_with(&SAVED_MAGIC));
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
+
+impl Bvh {
+    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
+    ///
+    /// They hold the triangles that can be hit, their numbers, and the tree: 80 to 90 bytes a triangle.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+    /// let saved = Bvh::new(&[floor])?.to_bytes();
+    /// let bvh = Bvh::from_bytes(&saved)?;
+    /// let hit = bvh.closest(&Exact::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
+    /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 2.0)));
+    /// assert!(Bvh::from_bytes(&saved[..99]).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let written = self.write_to(&mut bytes);
+        debug_assert!(written.is_ok(), "a vector takes all bytes");
+        bytes
+    }
+
+    /// Writes [`Bvh::to_bytes`], some at a time.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
+        store::write(self, &mut output)
+    }
+
+    /// A hierarchy that was saved.
+    ///
+    /// Whatever the bytes are, there is an error or a hierarchy that is sound: every child, number and box is
+    /// checked against what lies below it. So who tampers with a tree can leave out triangles, or give others,
+    /// but never make it miss one that it holds. A checksum tells damage.
+    ///
+    /// # Errors
+    /// If they are not a saved hierarchy, damaged, cut off, followed by more, of a later version, or too large
+    /// for the memory.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
+        let mut input = Slice::new(bytes);
+        let bvh = load::read(&mut input)?;
+        input.end()?;
+        Ok(bvh)
+    }
+
+    /// [`Bvh::from_bytes`] of what a stream gives, as far as the hierarchy goes: what follows is not read.
+    /// Memory grows with what arrives, whatever the header promises. It reads large pieces: there is no
+    /// use in a buffer before it.
+    ///
+    /// # Errors
+    /// As [`Bvh::from_bytes`]; and if it cannot be read.
+    pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
+        load::read(&mut Stream::new(input, 0))
+    }
+
+    /// [`Bvh::from_bytes`] of a file.
+    ///
+    /// # Errors
+    /// As [`Bvh::from_bytes`]; and if it cannot be read.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
+        let file = File::open(path)?;
+        let size = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
+        let mut input = Stream::new(file, size);
+        let bvh = load::read(&mut input)?;
+        input.end()?;
+        Ok(bvh)
+    }
+}
+
+/// Makes all checksums of a saved hierarchy right, where it is so whole that they can be found: for tests of what
+/// comes behind them.
+#[doc(hidden)]
+pub fn seal(bytes: &mut [u8]) {
+    format::seal(bytes);
+}

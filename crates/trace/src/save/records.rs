@@ -1,0 +1,105 @@
+//! Nodes and leaves as bytes.
+//!
+//! ```text
+//!   node   8 rows of 8 f32: lower x y z, upper x y z, the children by their bits, no child
+//!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
+//! ```
+//!
+//! A number with its highest bit set belongs to a triangle that can not be hit at present, in a hierarchy that
+//! was refitted; all bits set are no triangle.
+
+use intertri::TriangleBlock;
+use intertri::simd::{Simd, WithSimd};
+
+use super::format::{LEAF_SIZE, NODE};
+use crate::tree::{EMPTY, Leaf, NONE, Node};
+
+/// Marks the number of a triangle that can not be hit.
+const SILENT: u32 = 1 << 31;
+
+/// Writes a node down.
+pub(super) fn write_node(node: &Node, to: &mut [u8]) {
+    for (to, x) in to.chunks_exact_mut(4).zip(node.rows().as_flattened()) {
+        to.copy_from_slice(&x.to_bits().to_le_bytes());
+    }
+}
+
+/// Writes a leaf down.
+pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
+    let corners = leaf.block.corners().as_flattened().as_flattened().iter().map(|x| x.to_bits());
+    let live = leaf.block.live();
+    let numbers = leaf
+        .indices
+        .iter()
+        .enumerate()
+        .map(|(lane, &index)| if live >> lane & 1 == 0 { index | SILENT } else { index });
+    for (to, x) in to.chunks_exact_mut(4).zip(corners.chain(numbers)) {
+        to.copy_from_slice(&x.to_le_bytes());
+    }
+}
+
+/// The words of a record.
+#[inline(always)]
+fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
+    let mut words = [0; N];
+    for (word, bytes) in words.iter_mut().zip(bytes.as_chunks::<4>().0) {
+        *word = u32::from_le_bytes(*bytes);
+    }
+    words
+}
+
+/// Reads nodes. Whether they make sense is seen when all are there, but for what no node has.
+pub(super) fn read_node(bytes: &[u8]) -> Option<Node> {
+    let words: [u32; NODE / 4] = words(bytes);
+    let rows: [[f32; 8]; 8] = bytemuck::cast(words);
+    let mut sound = words[56..] == [EMPTY; 8];
+    for slot in 0..8 {
+        for axis in 0..3 {
+            let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
+            let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
+            // Around nothing: no child, or one below which nothing can be hit.
+            let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
+            sound &= is_none || is_box && words[48 + slot] != EMPTY;
+        }
+    }
+    sound.then(|| Node::of_rows(rows))
+}
+
+/// Reads a leaf: finite corners, and at least one number, in ascending order, below `triangles`.
+pub(super) struct ReadLeaf<'a> {
+    pub bytes: &'a [u8],
+    pub triangles: u32,
+}
+
+impl WithSimd for ReadLeaf<'_> {
+    type Output = Option<Leaf>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Leaf> {
+        let words: [u32; LEAF_SIZE / 4] = words(self.bytes);
+        let mut indices = [0; 8];
+        indices.copy_from_slice(&words[72..]);
+        let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
+        for (lane, index) in indices.iter_mut().enumerate() {
+            if *index == NONE {
+                // No other number follows.
+                next = SILENT;
+                continue;
+            }
+            live |= u32::from(*index & SILENT == 0) << lane;
+            *index &= !SILENT;
+            sound &= *index >= next && *index < self.triangles;
+            next = (*index + 1).max(next);
+        }
+
+        let mut corners = [[[0.0; 8]; 3]; 3];
+        let flat = corners.as_flattened_mut().as_flattened_mut();
+        let mut finite = true;
+        for (x, &bits) in flat.iter_mut().zip(&words) {
+            *x = f32::from_bits(bits);
+            finite &= bits & f32::INFINITY.to_bits() != f32::INFINITY.to_bits();
+        }
+        let block = TriangleBlock::of_lanes_in::<S>(corners, live);
+        (sound && finite).then_some(Leaf { block, indices })
+    }
+}

@@ -1,0 +1,100 @@
+//! Writing a hierarchy.
+
+use std::io::{self, Write};
+
+use super::checksum::checksum;
+use super::format::{
+    ALIGN, BLOCK, ENTRY, Entry, GEOMETRIES, GEOMETRY, HEADER, Header, LEAF_SIZE, LEAVES, LEFT_OUT,
+    NODE, NODES, NUMBER, checksum_of_blocks, front,
+};
+use super::records::{write_leaf, write_node};
+use crate::memory::NoMemory;
+use crate::threads;
+use crate::tree::Bvh;
+
+/// A section to be written: how many records of which size, and what writes one.
+struct Section<'a> {
+    kind: u32,
+    record: usize,
+    count: usize,
+    write: &'a (dyn Fn(usize, &mut [u8]) + Sync),
+}
+
+impl Section<'_> {
+    /// A block of it.
+    fn block(&self, block: usize) -> Vec<u8> {
+        let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
+        let mut bytes = vec![0; records.len() * self.record];
+        for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
+            (self.write)(i, to);
+        }
+        bytes
+    }
+}
+
+/// Writes all of it.
+pub(super) fn write(bvh: &Bvh, output: &mut dyn Write) -> io::Result<()> {
+    let left_out = bvh.left_out().map_err(no_memory)?;
+    let node = |i: usize, to: &mut [u8]| write_node(&bvh.nodes[i], to);
+    let leaf = |i: usize, to: &mut [u8]| write_leaf(&bvh.leaves[i], to);
+    let number = |i: usize, to: &mut [u8]| to.copy_from_slice(&left_out[i].to_le_bytes());
+    let geometries: Vec<_> = bvh.geometries.counts_and_masks(bvh.triangles).collect();
+    let geometry = |i: usize, to: &mut [u8]| {
+        let (count, mask) = geometries[i];
+        to[..4].copy_from_slice(&count.to_le_bytes());
+        to[4..].copy_from_slice(&mask.to_le_bytes());
+    };
+    let mut sections = vec![
+        Section { kind: NODES, record: NODE, count: bvh.nodes.len(), write: &node },
+        Section { kind: LEAVES, record: LEAF_SIZE, count: bvh.leaves.len(), write: &leaf },
+        Section { kind: LEFT_OUT, record: NUMBER, count: left_out.len(), write: &number },
+    ];
+    if !bvh.geometries.is_plain() {
+        let count = geometries.len();
+        sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });
+    }
+
+    // Where all goes, and its checksums.
+    let mut end = HEADER + sections.len() * ENTRY;
+    let mut entries = Vec::new();
+    for section in &sections {
+        let place = end.next_multiple_of(ALIGN);
+        let size = section.count * section.record;
+        let mut sums = Vec::new();
+        let sum = |block| checksum(&section.block(block));
+        threads::extend(&mut sums, section.count.div_ceil(BLOCK), 1, sum).map_err(no_memory)?;
+        entries.push(Entry {
+            kind: section.kind,
+            record: section.record as u32,
+            place: place as u64,
+            size: size as u64,
+            checksum: checksum_of_blocks(&sums),
+        });
+        end = place + size;
+    }
+
+    let header = Header {
+        triangles: bvh.triangles as u64,
+        boxed: bvh.boxed as u64,
+        cost: bvh.cost_as_built.unwrap_or(f64::NAN),
+        size: end as u64,
+    };
+    let mut written = front(&header, &entries);
+    output.write_all(&written)?;
+    let mut end = written.len();
+    for (section, entry) in sections.iter().zip(&entries) {
+        let place = entry.place as usize;
+        written.clear();
+        written.resize(place - end, 0);
+        output.write_all(&written)?;
+        for block in 0..section.count.div_ceil(BLOCK) {
+            output.write_all(&section.block(block))?;
+        }
+        end = place + entry.size as usize;
+    }
+    Ok(())
+}
+
+fn no_memory(_: NoMemory) -> io::Error {
+    io::ErrorKind::OutOfMemory.into()
+}

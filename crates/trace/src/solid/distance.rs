@@ -1,0 +1,58 @@
+//! Signed distances: how far the mesh is, and on which side.
+
+use intertri::Exact;
+
+use super::Solid;
+use crate::nearest::ClosestPoint;
+use crate::place::Place;
+
+/// Points that are worked on at a time, so that what is kept of them in between stays small.
+const SLAB: usize = 1 << 16;
+
+impl Solid {
+    /// How far a point is from the mesh: below 0 where the mesh winds around it, 0 on a triangle, above 0 outside.
+    /// The sign is exact, and the distance is that of [`ClosestPoint::distance`]. NaN where the point is not
+    /// finite, infinite where no triangle has an area.
+    ///
+    /// ```
+    /// use intertri_trace::{Solid, intertri::Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let solid = Solid::new(&faces)?;
+    /// let points = [[0.5, 1.0, 1.0], [-3.0, 1.0, -4.0], [1.0, 1.0, 2.0]];
+    /// assert_eq!(points.map(|point| solid.signed_distance(point)), [-0.5, 5.0, 0.0]);
+    /// # Ok::<(), intertri_trace::SolidError>(())
+    /// ```
+    pub fn signed_distance(&self, point: [f32; 3]) -> f64 {
+        let mut distance = [0.0];
+        self.signed_distance_batch(&[point], &mut distance);
+        distance[0]
+    }
+
+    /// [`Solid::signed_distance`] of many points, on all threads: `distances[i]` becomes that of `points[i]`.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn signed_distance_batch(&self, points: &[[f32; 3]], distances: &mut [f64]) {
+        assert_eq!(points.len(), distances.len(), "one distance a point");
+        let size = SLAB.min(points.len());
+        let mut closest = vec![ClosestPoint::NONE; size];
+        let mut inside = vec![false; size];
+        for (points, distances) in points.chunks(SLAB).zip(distances.chunks_mut(SLAB)) {
+            let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
+            self.bvh.closest_point_batch(points, f64::INFINITY, closest);
+            let winds = |place| matches!(place, Place::Inside(_));
+            self.bvh.places(&Exact::default(), points, inside, winds);
+            for (i, distance) in distances.iter_mut().enumerate() {
+                let far = closest[i].distance;
+                *distance = if !points[i].iter().all(|x| x.is_finite()) {
+                    f64::NAN
+                } else if inside[i] {
+                    -far
+                } else {
+                    far
+                };
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What a tree costs, by the surface-area heuristic.
+
+use super::bvh::Bvh;
+use super::node::{EMPTY, Node};
+use crate::memory::NoMemory;
+use crate::threads;
+
+/// Nodes summed up in a row, so that the sum is the same on any number of threads.
+const BLOCK: usize = 1 << 10;
+
+impl Bvh {
+    /// The expected visits of nodes and leaves of a random line through the root's box; leaves without a box are
+    /// always visited.
+    pub(crate) fn cost(&self) -> Result<f64, NoMemory> {
+        let mut sums = Vec::new();
+        let block = |i: usize| {
+            let nodes = &self.nodes[i * BLOCK..self.nodes.len().min((i + 1) * BLOCK)];
+            nodes.iter().map(|node| areas(node)[0]).sum::<f64>()
+        };
+        threads::extend(&mut sums, self.nodes.len().div_ceil(BLOCK), 1, block)?;
+        let root = areas(&self.nodes[0])[1];
+        let unboxed = (self.leaves.len() - self.boxed) as f64;
+        Ok(1.0 + sums.iter().sum::<f64>() / root + unboxed)
+    }
+}
+
+/// The sum of the areas of a node's children, and the area around all of them: of halves of the surfaces. Never 0.
+fn areas(node: &Node) -> [f64; 2] {
+    let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
+    let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {
+        let [x, y, z] = [0, 1, 2].map(|k| hi[k] - lo[k]);
+        x * (y + z) + y * z + 1e-300
+    };
+    for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {
+        let side = |upper| [0, 1, 2].map(|axis| f64::from(node.sides(axis, upper)[slot]));
+        let (child_lo, child_hi) = (side(false), side(true));
+        if child_lo[0] <= child_hi[0] {
+            sum += half_area(&child_lo, &child_hi);
+            lo = [0, 1, 2].map(|k| lo[k].min(child_lo[k]));
+            hi = [0, 1, 2].map(|k| hi[k].max(child_hi[k]));
+        }
+    }
+    [sum, if lo[0] <= hi[0] { half_area(&lo, &hi) } else { 1.0 }]
+}

@@ -1,0 +1,145 @@
+//! Where the triangles of a leaf can be hit, eight at once.
+//!
+//! Nearly all triangles are plain: finite, and far from being needles. Those have the boxes of their corners,
+//! which lanes of f32 find. What is not surely plain is asked of [`hit_bounds`], one by one.
+
+use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
+use intertri::{Triangle, TriangleBlock};
+
+use super::aabb::Aabb;
+use super::hit_bounds::{HitBounds, hit_bounds};
+use crate::across::{lanes_of, smallest_of_eight};
+
+/// A triangle of eight lanes is plain where its normal is surely longer than this share of its longest edge's
+/// square, `2^-8`, in sums of sizes. Then its thinness is below `2^12`, far from what needs padding: f32 is off by
+/// `2^-19` at most.
+const PLAIN: f32 = 1.0 / 256.0;
+
+/// Squares of edges beyond `2^-90..2^100` are not for f32 to judge.
+const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
+
+/// Where triangles side by side can be hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeafBounds {
+    /// The box around those that have one.
+    pub bounds: Aabb,
+    /// Which have one.
+    pub boxed: u32,
+    /// Which have none, but may be hit.
+    pub unbounded: u32,
+}
+
+/// Finds the [`LeafBounds`] of some of eight lanes.
+pub(crate) struct LaneBounds<'a> {
+    pub corners: &'a [[[f32; 8]; 3]; 3],
+    pub lanes: u32,
+}
+
+impl LaneBounds<'_> {
+    /// Of the triangles of a block.
+    pub(crate) fn of(block: &TriangleBlock<8>) -> LaneBounds<'_> {
+        LaneBounds { corners: block.corners(), lanes: block.live() }
+    }
+}
+
+impl WithSimd for LaneBounds<'_> {
+    type Output = LeafBounds;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> LeafBounds {
+        let [c1, c2, c3] = self.corners;
+        let [a, b, c] = [Vec3::<S::F32x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
+
+        // A sum of sizes that is finite has no NaN and no infinity in it.
+        let splat = S::F32x8::splat;
+        let finite = (a.norm1() + b.norm1() + c.norm1()).lt(splat(f32::INFINITY));
+        let (h4, h5) = (b - a, c - a);
+        let longest = h4.norm1().max(h5.norm1());
+        let square = longest * longest;
+        let known = square.gt(splat(SQUARES[0])) & square.lt(splat(SQUARES[1]));
+        let normal = h4.cross_fused(h5).norm1();
+        let plain = finite & known & normal.gt(square * splat(PLAIN));
+        let boxed = plain.bits() & self.lanes;
+
+        // The box of all lanes that are plain.
+        let taken = <S::F32x8 as Lanes>::Mask::from_bits(boxed);
+        let mut bounds = Aabb::EMPTY;
+        let axes = [(a.x, b.x, c.x), (a.y, b.y, c.y), (a.z, b.z, c.z)];
+        for (axis, (a, b, c)) in axes.into_iter().enumerate() {
+            let outside = splat(f32::INFINITY);
+            let lo = Lanes::select(taken, a.min(b).min(c), outside);
+            let hi = Lanes::select(taken, -a.max(b).max(c), outside);
+            bounds.lo[axis] = smallest_of_eight::<S>(lo);
+            bounds.hi[axis] = -smallest_of_eight::<S>(hi);
+        }
+        let mut leaf = LeafBounds { bounds, boxed, unbounded: 0 };
+        let others = self.lanes & !boxed;
+        if others != 0 {
+            leaf.add(self.corners, others);
+        }
+        leaf
+    }
+}
+
+impl LeafBounds {
+    /// The lanes that are not plain.
+    #[inline(never)]
+    fn add(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
+        for lane in lanes_of(lanes) {
+            let corner = |k: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
+            match hit_bounds(&Triangle([corner(0), corner(1), corner(2)])) {
+                HitBounds::Nowhere => {}
+                HitBounds::Box(bounds) => {
+                    self.bounds.join(&bounds);
+                    self.boxed |= 1 << lane;
+                }
+                HitBounds::Unbounded => self.unbounded |= 1 << lane,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::Level;
+
+    use super::*;
+
+    /// Numbers of every kind in every corner, against one triangle at a time.
+    #[test]
+    fn lanes_have_the_bounds_of_their_triangles() {
+        let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
+        let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
+        // Needles, up to those of which nothing is known.
+        let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
+        let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
+        let (mut seen, mut needles) = ([0; 3], 0);
+        for i in 0..9 * wild.len() * thin.len() {
+            let mut triangles = [plain; 8];
+            triangles[i % 8].0.as_flattened_mut()[i % 9] = wild[i / 9 % wild.len()];
+            let y = thin[i % thin.len()];
+            triangles[(i + 3) % 8] = Triangle([[0.0; 3], [1.0, y, 0.0], [2.0, y * 3.0, 0.0]]);
+            triangles[(i + 5) % 8].0[2] = triangles[(i + 5) % 8].0[1];
+            let block = TriangleBlock::<8>::new(&triangles);
+            let mut expected = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, unbounded: 0 };
+            let lanes = 0xff >> (i % 3);
+            expected.add(block.corners(), lanes);
+            for level in Level::all() {
+                let found = level.run(LaneBounds { corners: block.corners(), lanes });
+                let same = (0..3).all(|k| {
+                    found.bounds.lo[k] == expected.bounds.lo[k]
+                        && found.bounds.hi[k] == expected.bounds.hi[k]
+                });
+                assert!(same, "{triangles:?}: {found:?}, not {expected:?}");
+                let masks = (found.boxed, found.unbounded);
+                assert_eq!(masks, (expected.boxed, expected.unbounded), "{triangles:?}");
+            }
+            seen[0] += expected.boxed.count_ones();
+            seen[1] += expected.unbounded.count_ones();
+            seen[2] += (lanes & !expected.boxed & !expected.unbounded).count_ones();
+            let padded = |t: &Triangle| matches!(hit_bounds(t), HitBounds::Box(bounds) if Aabb::of(t) != Some(bounds));
+            needles += triangles.iter().filter(|t| padded(t)).count();
+        }
+        assert!(seen.iter().all(|&n| n > 50) && needles > 50, "{seen:?}, {needles}");
+    }
+}

@@ -1,0 +1,232 @@
+//! The closest point, held against rationals by another route: the plane and Cramer's rule for the face, a clamped
+//! parameter for each edge, and the least of all. Nothing of the kernel's is used.
+
+use dashu_ratio::RBig;
+use intertri::Triangle;
+use intertri::internal::exact::{Tier, closer_from, closest, squares};
+use intertri::simd::Vec3;
+use intertri_lab::rng::Rng;
+use intertri_trace::{Bvh, ClosestPoint};
+
+type V = [RBig; 3];
+
+fn rational(p: [f32; 3]) -> V {
+    p.map(|x| RBig::try_from(x).unwrap())
+}
+
+fn minus(a: &V, b: &V) -> V {
+    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
+}
+
+fn dot(a: &V, b: &V) -> RBig {
+    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+}
+
+/// The exact square of the distance, and the weights of the second and third corner; none for a line.
+fn truth(point: [f32; 3], triangle: &Triangle) -> Option<(RBig, [RBig; 2])> {
+    let [a, b, c] = triangle.0.map(rational);
+    let p = rational(point);
+    let (ab, ac, ap) = (minus(&b, &a), minus(&c, &a), minus(&p, &a));
+    let [x, y, z] = [dot(&ab, &ab), dot(&ab, &ac), dot(&ac, &ac)];
+    let det = &x * &z - &y * &y;
+    if det == RBig::ZERO {
+        return None;
+    }
+
+    // The foot on the plane, by the normal equations.
+    let (r, s) = (dot(&ab, &ap), dot(&ac, &ap));
+    let u = (&r * &z - &s * &y) / &det;
+    let v = (&s * &x - &r * &y) / &det;
+    let square_at = |u: &RBig, v: &RBig| {
+        let at = |k: usize| &ap[k] - &ab[k] * u - &ac[k] * v;
+        let d = [at(0), at(1), at(2)];
+        dot(&d, &d)
+    };
+    if u >= RBig::ZERO && v >= RBig::ZERO && &u + &v <= RBig::ONE {
+        return Some((square_at(&u, &v), [u, v]));
+    }
+
+    // Else the nearest of the edges.
+    let clamped = |x: RBig| x.clamp(RBig::ZERO, RBig::ONE);
+    let (bc, bp) = (minus(&c, &b), minus(&p, &b));
+    let along_bc = clamped(dot(&bc, &bp) / dot(&bc, &bc));
+    let ends = [
+        [clamped(r / x), RBig::ZERO],
+        [RBig::ZERO, clamped(s / z)],
+        [RBig::ONE - &along_bc, along_bc],
+    ];
+    let all = ends.into_iter().map(|[u, v]| (square_at(&u, &v), [u, v]));
+    all.min_by(|a, b| a.0.cmp(&b.0))
+}
+
+/// Whether a float is a number rounded once: nothing is nearer.
+fn is_rounded(x: f64, exact: &RBig) -> bool {
+    let off = |x: f64| {
+        let d = RBig::try_from(x).unwrap() - exact;
+        if d < RBig::ZERO { -d } else { d }
+    };
+    let here = off(x);
+    here <= off(x.next_up()) && here <= off(x.next_down())
+}
+
+/// Whether a distance is within a unit in the last place of a square's root.
+fn is_within_one_ulp(distance: f64, square: &RBig) -> bool {
+    let squared = |x: f64| {
+        let x = RBig::try_from(x).unwrap();
+        &x * &x
+    };
+    if *square == RBig::ZERO || distance == 0.0 {
+        return *square == RBig::ZERO && distance == 0.0;
+    }
+    squared(distance.next_down()) < *square && *square < squared(distance.next_up())
+}
+
+/// Numbers of many kinds: small grids, anywhere, beside each other, over the whole range, subnormal.
+struct Numbers {
+    rng: Rng,
+    kind: usize,
+}
+
+impl Numbers {
+    fn unit(&mut self) -> f64 {
+        self.rng.unit()
+    }
+
+    fn number(&mut self) -> f32 {
+        let unit = self.unit() * 2.0 - 1.0;
+        match self.kind {
+            0 => (unit * 2.5).round() as f32,
+            1 => unit as f32,
+            2 => (1000.0 + (unit * 40.0).round() / 8192.0) as f32,
+            3 => (unit * 10.0_f64.powf(self.unit() * 60.0 - 30.0)) as f32,
+            4 => f32::from_bits((self.unit() * 40.0) as u32),
+            5 => (unit * 3e38) as f32,
+            _ => (unit * 4.0).round() as f32 * f32::from_bits(1 << 20),
+        }
+    }
+
+    fn point(&mut self) -> [f32; 3] {
+        [self.number(), self.number(), self.number()]
+    }
+
+    /// A needle now and then.
+    fn triangle(&mut self) -> Triangle {
+        let mut t = Triangle([self.point(), self.point(), self.point()]);
+        if self.unit() < 0.2 {
+            let share = self.unit() as f32;
+            let at = |k: usize| t.0[0][k] * (1.0 - share) + t.0[1][k] * share;
+            t.0[2] = [at(0), at(1), at(2)];
+            let k = (self.unit() * 3.0) as usize;
+            t.0[2][k] = if self.unit() < 0.5 { t.0[2][k].next_up() } else { t.0[2][k] };
+        }
+        t
+    }
+
+    /// Anywhere, at a corner, on an edge, or about above a face.
+    fn point_near(&mut self, t: &Triangle) -> [f32; 3] {
+        let [a, b, c] = t.0;
+        let (u, v) = (self.unit() as f32, self.unit() as f32);
+        match (self.unit() * 6.0) as usize {
+            0 => a,
+            1 => [0, 1, 2].map(|k| a[k] * (1.0 - u) + b[k] * u),
+            2 => [0, 1, 2].map(|k| a[k] * (1.0 - u - v) + b[k] * u + c[k] * v),
+            3 => [0, 1, 2].map(|k| b[k] * 2.0 - a[k]),
+            _ => self.point(),
+        }
+    }
+}
+
+const KINDS: usize = 7;
+
+#[test]
+fn every_tier_is_right_of_every_pair() {
+    let (mut pairs, mut ties) = (0, 0);
+    for i in 0..14_000 {
+        let mut numbers = Numbers { rng: Rng::new(i), kind: i as usize % KINDS };
+        let (one, other) = (numbers.triangle(), numbers.triangle());
+        let mut other = other;
+        if i % 3 == 0 {
+            // Neighbours share an edge, or a corner.
+            other.0[0] = one.0[1];
+            other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
+        }
+        let point = numbers.point_near(&one);
+        if !point.iter().all(|x| x.is_finite()) {
+            continue;
+        }
+        let (Some(first), Some(second)) = (truth(point, &one), truth(point, &other)) else {
+            continue;
+        };
+        pairs += 1;
+        ties += usize::from(first.0 == second.0);
+        for tier in Tier::ALL {
+            let order = closer_from(tier, point, &one, &other);
+            assert_eq!(order, first.0.cmp(&second.0), "{tier:?}: {point:?}, {one:?}, {other:?}");
+            let found = closest(tier, point, &one);
+            assert!(
+                is_within_one_ulp(found.distance, &first.0),
+                "{tier:?}: {point:?}, {one:?}: {found:?}"
+            );
+            for (weight, exact) in found.weights.iter().zip(&first.1) {
+                assert!(is_rounded(*weight, exact), "{tier:?}: {point:?}, {one:?}: {found:?}");
+            }
+        }
+
+        // The bounds of the lanes.
+        let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
+        let bounds = squares(one.0.map(vec3), vec3(point));
+        let bound = |x: f64| RBig::try_from(x).unwrap();
+        assert!(
+            bound(bounds.least) <= first.0,
+            "{point:?}, {one:?}: {bounds:?}",
+            bounds = bounds.least
+        );
+        assert!(
+            bounds.most.is_infinite() || bound(bounds.most) >= first.0,
+            "{point:?}, {one:?}: {}",
+            bounds.most
+        );
+    }
+    assert!(pairs > 9000 && ties > 1000, "{pairs} pairs, {ties} ties");
+}
+
+#[test]
+fn bounds_are_sharp_where_numbers_are_sane() {
+    let mut numbers = Numbers { rng: Rng::new(7), kind: 1 };
+    let (mut sharp, mut all) = (0, 0);
+    for _ in 0..2000 {
+        let (t, point) = (numbers.triangle(), numbers.point());
+        let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
+        let bounds = squares(t.0.map(vec3), vec3(point));
+        all += 1;
+        sharp += usize::from(bounds.most - bounds.least <= bounds.most * 1e-8);
+    }
+    assert!(sharp * 100 > all * 95, "{sharp} of {all}");
+}
+
+#[test]
+fn meshes_are_asked_as_a_plain_loop() {
+    for kind in 0..KINDS {
+        let mut numbers = Numbers { rng: Rng::new(100 + kind as u64), kind };
+        let triangles: Vec<Triangle> = (0..60).map(|_| numbers.triangle()).collect();
+        let points: Vec<[f32; 3]> = (0..60)
+            .map(|i| numbers.point_near(&triangles[i % 60]))
+            .filter(|p| p.iter().all(|x| x.is_finite()))
+            .collect();
+        let bvh = Bvh::new(&triangles).unwrap();
+        let mut answers = vec![ClosestPoint::NONE; points.len()];
+        bvh.closest_point_batch(&points, f64::INFINITY, &mut answers);
+        for (&point, answer) in points.iter().zip(&answers) {
+            let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
+            let of =
+                |i: usize| finite(&triangles[i]).then(|| truth(point, &triangles[i])).flatten();
+            let all = (0..triangles.len()).filter_map(|i| of(i).map(|(square, _)| (square, i)));
+            let best = all.min();
+            let found = answer.some().map(|closest| closest.triangle as usize);
+            assert_eq!(found, best.as_ref().map(|best| best.1), "{point:?}");
+            if let Some((square, _)) = best {
+                assert!(is_within_one_ulp(answer.distance, &square));
+            }
+        }
+    }
+}
