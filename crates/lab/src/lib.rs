@@ -17,13 +17,14 @@
 //! | [`stress`] | where they begin to fail |
 //! | [`edge_count`] | the kernel's promises, on very many rays |
 //! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and does |
-//! | [`draw`], [`tables`], [`machine`] | pictures, text, and what was measured on |
+//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), text, and what was measured on |
 //!
 //! A seed gives the same counts on every run and every CPU; only times differ.
 
 pub mod accuracy;
 pub mod advise;
 mod case_answers;
+#[cfg(feature = "draw")]
 pub mod draw;
 pub mod edge_count;
 pub mod families;

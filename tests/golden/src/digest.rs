@@ -1,0 +1,38 @@
+//! How answers become one number.
+
+use intertri::Hit;
+
+/// FNV-1a over 64-bit words, and how many answers are no miss.
+pub(crate) struct Digest {
+    pub(crate) hash: u64,
+    pub(crate) hits: u64,
+}
+
+impl Digest {
+    pub(crate) fn new() -> Self {
+        Self { hash: 0xcbf2_9ce4_8422_2325, hits: 0 }
+    }
+
+    pub(crate) fn word(&mut self, word: u64) {
+        self.hash = (self.hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+
+    /// A number; of a NaN nothing but that it is one is promised.
+    pub(crate) fn number(&mut self, x: f64) {
+        self.word(if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() });
+    }
+
+    pub(crate) fn hit(&mut self, hit: &Hit) {
+        self.hits += u64::from(hit.is_hit());
+        self.word(hit.triangle.into());
+        for x in [hit.t, hit.u, hit.v] {
+            self.number(x);
+        }
+    }
+
+    /// A truth, which counts as a hit.
+    pub(crate) fn truth(&mut self, truth: bool) {
+        self.hits += u64::from(truth);
+        self.word(truth.into());
+    }
+}

@@ -1,0 +1,129 @@
+//! The golden answers: what every mode answers on fixed scenes, bit for bit, on any machine.
+//!
+//! A line is a scene, a mode and a query, how many answers are no miss, and a hash of all their bits. A
+//! [`Section`] has its lines in a file of its own, so that sections are added without a change to others.
+//! CONTRIBUTING.md says when a line may change.
+//!
+//! ```
+//! use intertri::simd::Level;
+//!
+//! for level in Level::all() {
+//!     for section in intertri_golden::SECTIONS {
+//!         assert_eq!(section.differences(level), []);
+//!     }
+//! }
+//! ```
+
+mod digest;
+mod grid;
+mod modes;
+mod report;
+mod scenes;
+#[cfg(target_arch = "wasm32")]
+mod wasm;
+
+use std::fmt;
+
+use intertri::simd::Level;
+
+use digest::Digest;
+pub use report::{Row, report};
+
+/// Answers of one kind, and what they must be.
+#[derive(Clone, Copy, Debug)]
+pub struct Section {
+    /// What it is about, in a word.
+    pub name: &'static str,
+    /// The file of its lines, in the folder of this crate.
+    pub file: &'static str,
+    golden: &'static str,
+    answers: fn(Level) -> Vec<Line>,
+}
+
+/// A section from its name, its file and what computes its lines.
+macro_rules! section {
+    ($name:literal, $file:literal, $answers:expr) => {
+        Section {
+            name: $name,
+            file: $file,
+            golden: include_str!(concat!("../", $file)),
+            answers: $answers,
+        }
+    };
+}
+
+/// Every section. A new one is a file of answers (empty at first), a function that computes them, and a row.
+pub const SECTIONS: &[Section] = &[
+    section!("modes", "answers.txt", modes::answers),
+    section!("fixed", "fixed.txt", grid::answers),
+];
+
+impl Section {
+    /// The lines as this machine computes them at a level.
+    pub fn answers(&self, level: Level) -> Vec<Line> {
+        (self.answers)(level)
+    }
+
+    /// The committed lines.
+    pub fn golden(&self) -> impl Iterator<Item = &'static str> {
+        self.golden.lines()
+    }
+
+    /// One number for all committed lines.
+    pub fn golden_hash(&self) -> u64 {
+        hash(self.golden())
+    }
+
+    /// Where what this machine computes is not what is committed: the line here, and the committed one.
+    pub fn differences(&self, level: Level) -> Vec<(String, String)> {
+        differences(&self.answers(level), self.golden())
+    }
+}
+
+/// Where lines differ from committed ones; where one side has no more, it is empty.
+pub fn differences<'a>(
+    lines: &[Line],
+    golden: impl Iterator<Item = &'a str>,
+) -> Vec<(String, String)> {
+    let mut lines = lines.iter().map(Line::to_string);
+    let mut golden = golden.map(str::to_owned);
+    let pairs = std::iter::from_fn(|| match (lines.next(), golden.next()) {
+        (None, None) => None,
+        (here, golden) => Some((here.unwrap_or_default(), golden.unwrap_or_default())),
+    });
+    pairs.filter(|(here, golden)| here != golden).collect()
+}
+
+/// One number for lines as they stand in a file.
+pub fn hash(lines: impl Iterator<Item = impl AsRef<str>>) -> u64 {
+    let mut digest = Digest::new();
+    for line in lines {
+        line.as_ref().bytes().chain([b'\n']).for_each(|byte| digest.word(byte.into()));
+    }
+    digest.hash
+}
+
+/// The answers of a mode to a query on a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    scene: String,
+    mode: String,
+    query: String,
+    hits: u64,
+    hash: u64,
+}
+
+impl Line {
+    fn new(scene: &str, mode: &str, query: &str, digest: &Digest) -> Self {
+        let [scene, mode, query] = [scene, mode, query].map(str::to_owned);
+        Self { scene, mode, query, hits: digest.hits, hash: digest.hash }
+    }
+}
+
+/// As in the files: `scene | mode | query | hits | hash`.
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { scene, mode, query, hits, hash } = self;
+        write!(f, "{scene} | {mode} | {query} | {hits} | {hash:#018x}")
+    }
+}

@@ -1,0 +1,105 @@
+//! The section `modes`: `certified`, `double` and `exact` over f32 scenes, by every query.
+
+use intertri::simd::Level;
+use intertri::{Certified, Crossings, Double, Exact, Hit, Mode};
+use intertri_trace::{Bvh, Place, Solid};
+
+use crate::Line;
+use crate::digest::Digest;
+use crate::scenes::{Scene, scenes};
+
+/// The lines of all scenes.
+pub(crate) fn answers(level: Level) -> Vec<Line> {
+    let mut lines = vec![];
+    for scene in &scenes() {
+        let bvh = Bvh::new(&scene.triangles).expect("small");
+        let (certified, double) = (Certified::new(scene.threshold), Double::new(scene.threshold));
+        of_mode(scene, &bvh, &certified.at(level), "certified", &mut lines);
+        of_mode(scene, &bvh, &double.at(level), "double", &mut lines);
+        of_mode(scene, &bvh, &Exact::at(level), "exact", &mut lines);
+        of_crossings(scene, &bvh, Exact::at(level), &mut lines);
+        if scene.closed {
+            lines.push(contains(scene));
+        }
+    }
+    lines
+}
+
+/// The lines of a mode.
+fn of_mode<M: Mode>(scene: &Scene, bvh: &Bvh, mode: &M, name: &str, lines: &mut Vec<Line>) {
+    let Scene { triangles, rays, .. } = scene;
+    let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+    let mut put = |query: &str, digest: Digest| {
+        lines.push(Line::new(&scene.name, name, query, &digest));
+    };
+
+    let mut digest = Digest::new();
+    bvh.closest_batch(mode, rays, &mut hits);
+    for hit in &hits {
+        digest.hit(hit);
+    }
+    put("closest, batch", digest);
+
+    let mut digest = Digest::new();
+    let few = &rays[..rays.len().min(100)];
+    for ray in few {
+        digest.hit(&bvh.closest(mode, ray).unwrap_or(Hit::MISS));
+    }
+    put("closest, one", digest);
+
+    let mut digest = Digest::new();
+    let slices = &mut hits[..few.len()];
+    mode.closest_batch(triangles, few, slices);
+    for hit in slices {
+        digest.hit(hit);
+    }
+    put("closest, slices", digest);
+
+    let mut digest = Digest::new();
+    bvh.any_batch(mode, rays, &mut any);
+    for any in any {
+        digest.truth(any);
+    }
+    put("any", digest);
+
+    let mut digest = Digest::new();
+    for hit in few.iter().flat_map(|ray| bvh.all(mode, ray)) {
+        digest.hit(&hit);
+    }
+    put("all", digest);
+}
+
+/// The line of crossings, by `exact`.
+fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Exact, lines: &mut Vec<Line>) {
+    let Scene { name, rays, .. } = scene;
+    let mut digest = Digest::new();
+    let mut counts = vec![Crossings::default(); rays.len()];
+    bvh.crossings_batch(&mode, rays, &mut counts);
+    for (ray, count) in rays.iter().zip(&counts).take(100) {
+        digest.word(count.signed as u64);
+        for crossing in bvh.crossings(&mode, ray) {
+            digest.hit(&crossing.hit);
+            digest.word(crossing.leaves.into());
+        }
+    }
+    lines.push(Line::new(name, "exact", "crossings", &digest));
+}
+
+/// The line of what is inside of a closed mesh, by `exact`.
+fn contains(Scene { name, triangles, rays, .. }: &Scene) -> Line {
+    let solid = Solid::new(triangles).expect("closed");
+    let points = rays.iter().map(|ray| [0, 1, 2].map(|k| ray.origin[k] + 0.9 * ray.dir[k]));
+    let points: Vec<[f32; 3]> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
+    let mut places = vec![Place::Outside; points.len()];
+    solid.place_batch(&points, &mut places);
+    let mut digest = Digest::new();
+    for place in places {
+        digest.hits += u64::from(place != Place::Outside);
+        digest.word(match place {
+            Place::Outside => 0,
+            Place::Inside(times) => times as u64,
+            Place::Surface => u64::MAX / 2,
+        });
+    }
+    Line::new(name, "exact", "contains", &digest)
+}
