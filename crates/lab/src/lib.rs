@@ -19,26 +19,44 @@
 //! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and does |
 //! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), text, and what was measured on |
 //!
+//! Without the feature `measure` there are [`rng`], [`meshes`], [`families`] and the generic tests of [`methods`]
+//! alone: what compiles in seconds, everywhere.
+//!
 //! A seed gives the same counts on every run and every CPU; only times differ.
 
+#[cfg(feature = "measure")]
 pub mod accuracy;
+#[cfg(feature = "measure")]
 pub mod advise;
+#[cfg(feature = "measure")]
 mod case_answers;
 #[cfg(feature = "draw")]
 pub mod draw;
+#[cfg(feature = "measure")]
 pub mod edge_count;
 pub mod families;
+#[cfg(feature = "measure")]
 pub mod layout;
+#[cfg(feature = "measure")]
 pub mod machine;
 pub mod meshes;
 pub mod methods;
+#[cfg(feature = "measure")]
 pub mod metrics;
+#[cfg(feature = "measure")]
 pub mod oracle;
+#[cfg(feature = "measure")]
 pub mod pareto;
+#[cfg(feature = "measure")]
 mod quantile;
 pub mod rng;
+#[cfg(feature = "measure")]
 pub mod stress;
+#[cfg(feature = "measure")]
 pub mod tables;
+#[cfg(feature = "measure")]
 pub mod test_batch;
+#[cfg(feature = "measure")]
 pub mod timing;
+#[cfg(feature = "measure")]
 pub mod workloads;

@@ -20,7 +20,7 @@ mod modes;
 mod report;
 mod scenes;
 #[cfg(target_arch = "wasm32")]
-mod wasm;
+pub mod wasm;
 
 use std::fmt;
 

@@ -28,7 +28,7 @@ fn main() -> ExitCode {
 fn write() -> ExitCode {
     for section in SECTIONS {
         let lines = section.answers(Level::PORTABLE);
-        let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+        let text = lines.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n") + "\n";
         let path = format!("{}/{}", env!("CARGO_MANIFEST_DIR"), section.file);
         if let Err(e) = std::fs::write(&path, text) {
             eprintln!("golden: {path}: {e}");

@@ -51,7 +51,10 @@ impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { section, level, lines, here, committed, differences } = self;
         let verdict = if self.is_same() { "same" } else { "DIFFERENT" };
-        write!(f, "{section:<10}{level:<10}{lines:>7}  {here:#018x}  {committed:#018x}  {verdict}")?;
+        write!(
+            f,
+            "{section:<10}{level:<10}{lines:>7}  {here:#018x}  {committed:#018x}  {verdict}"
+        )?;
         for (here, committed) in differences.iter().take(SHOWN) {
             write!(f, "\n  here       {here}\n  committed  {committed}")?;
         }

@@ -1,8 +1,8 @@
 //! How work is run with the instructions of a level.
 
+use super::baseline::Baseline;
 use super::level::{Kind, Level};
 use super::level_lanes::Simd;
-use super::portable::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 
@@ -39,7 +39,7 @@ impl Level {
     #[inline]
     pub fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self.0 {
-            Kind::Portable => enter::<Portable, W>(work),
+            Kind::Portable => enter::<Baseline, W>(work),
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => enter::<Avx2, W>(work),
             #[cfg(target_arch = "x86_64")]

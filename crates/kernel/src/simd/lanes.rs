@@ -128,6 +128,12 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
     /// Bit i is lane i; the bits above the last lane are 0.
     fn bits(self) -> u32;
+    /// The bits of a mask of twice as many lanes, whose first half this is.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn bits_of_two(self, last: Self) -> u32 {
+        self.bits() | last.bits() << Self::N
+    }
     /// Lane i is bit i; the bits above the last lane do not count.
     fn from_bits(bits: u32) -> Self;
     /// Whether any lane is true.

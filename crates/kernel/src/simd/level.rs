@@ -14,7 +14,7 @@
 /// let answers = Level::all().map(|level| Certified::default().at(level).closest(&[wall], &ray));
 /// assert!(answers.into_iter().all(|hit| hit == Certified::default().closest(&[wall], &ray)));
 ///
-/// assert_eq!(Level::PORTABLE.name(), "portable");
+/// assert!(["portable", "neon", "simd128"].contains(&Level::PORTABLE.name()));
 /// // A wider level is there only with the narrower.
 /// assert!(Level::avx512().is_none() || Level::avx2().is_some());
 /// ```
@@ -30,6 +30,16 @@ pub(super) enum Kind {
     Avx512,
 }
 
+/// What [`Level::PORTABLE`] is called: what it is on this target.
+const PORTABLE_NAME: &str =
+    if cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little")) {
+        "neon"
+    } else if cfg!(all(target_arch = "wasm32", target_feature = "simd128")) {
+        "simd128"
+    } else {
+        "portable"
+    };
+
 /// Whether the CPU has all of some features: asked at run time with `std`, else of the build.
 #[cfg(target_arch = "x86_64")]
 macro_rules! has {
@@ -42,7 +52,8 @@ macro_rules! has {
 }
 
 impl Level {
-    /// The crate `wide`, with the instructions that the build was compiled for: every CPU has it.
+    /// What every CPU of the build's target has: NEON on 64-bit ARM, simd128 in WebAssembly that was built with it,
+    /// else the crate `wide` with the instructions that the build was compiled for.
     pub const PORTABLE: Self = Self(Kind::Portable);
 
     #[cfg(target_arch = "x86_64")]
@@ -89,10 +100,10 @@ impl Level {
         [Some(Self::PORTABLE), Self::avx2(), Self::avx512()].into_iter().flatten()
     }
 
-    /// `portable`, `avx2` or `avx512`.
+    /// `avx2`, `avx512`; of the portable level `neon` or `simd128` where it is that, else `portable`.
     pub fn name(self) -> &'static str {
         match self.0 {
-            Kind::Portable => "portable",
+            Kind::Portable => PORTABLE_NAME,
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]

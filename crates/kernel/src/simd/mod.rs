@@ -4,13 +4,15 @@
 //! the CPU's widest registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
 //!
 //! ```text
-//!   algorithm<S: Simd>  ──►  dispatch ──► Portable the crate `wide`, what the build was compiled for
+//!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the build's target has: 128-bit registers of
+//!                                    │            NEON or WebAssembly's simd128, else the crate `wide`
 //!                                    ├──► Avx2     256 bits, fused multiply-add
 //!                                    └──► Avx512   512 bits, mask registers
 //! ```
 
-/// Calls an intrinsic that a level has, for the files of x86's registers.
-#[cfg(target_arch = "x86_64")]
+/// Calls an intrinsic that a level has, for the files of registers.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+#[allow(unused_macros)]
 macro_rules! cpu {
     ($call:expr) => {
         // SAFETY: lanes of this level exist only where the CPU has its instructions.
@@ -18,13 +20,25 @@ macro_rules! cpu {
     };
 }
 
+// What the build's target has in any case: 128-bit registers where their instructions are known here, else `wide`.
+#[cfg(not(any(
+    all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+)))]
+#[path = "portable.rs"]
+mod baseline;
+#[cfg(any(
+    all(target_arch = "aarch64", target_feature = "neon", target_endian = "little"),
+    all(target_arch = "wasm32", target_feature = "simd128")
+))]
+#[path = "quad/mod.rs"]
+mod baseline;
 mod dispatch;
 mod int;
 mod lanes;
 mod level;
 mod level_lanes;
 mod pair;
-mod portable;
 mod prefetch;
 mod scalar;
 #[cfg(test)]

@@ -42,7 +42,7 @@ impl<M: Mask> Mask for Pair<M> {
 
     #[inline(always)]
     fn bits(self) -> u32 {
-        self.0.bits() | self.1.bits() << M::N
+        self.0.bits_of_two(self.1)
     }
     #[inline(always)]
     fn from_bits(bits: u32) -> Self {

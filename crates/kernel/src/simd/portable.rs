@@ -179,9 +179,9 @@ lanes!(::wide::f64x8, f64, 8, f64::from);
 
 /// The level that every CPU has.
 #[derive(Clone, Copy)]
-pub(super) struct Portable;
+pub(super) struct Baseline;
 
-impl Simd for Portable {
+impl Simd for Baseline {
     type F32x4 = V<::wide::f32x4>;
     type F32x8 = V<::wide::f32x8>;
     type F32x16 = V<::wide::f32x16>;

@@ -12,30 +12,42 @@
 mod axis;
 pub mod badouel;
 pub mod baldwin_weber;
+#[cfg(feature = "measure")]
 mod closest;
 pub mod cramer;
 pub mod embree;
+#[cfg(feature = "measure")]
 mod fixed;
 pub mod inter_tri;
 mod intersector;
+#[cfg(feature = "measure")]
 mod kernel;
+#[cfg(feature = "measure")]
 mod method;
 pub mod moller_trumbore;
+#[cfg(feature = "measure")]
 mod one_origin;
+#[cfg(feature = "measure")]
 mod pairs;
 pub mod pluecker;
 mod real;
+#[cfg(feature = "measure")]
 mod reference;
 pub mod signed_volume;
+#[cfg(feature = "measure")]
 mod table;
 pub mod woop;
 
+#[cfg(feature = "measure")]
 pub use fixed::on_grid;
 pub use intersector::{Intersector, PlainRay};
+#[cfg(feature = "measure")]
 pub use method::Method;
 pub use real::{Number, Real};
+#[cfg(feature = "measure")]
 pub use reference::reference_closest;
+#[cfg(feature = "measure")]
 pub use table::{EXACT, METHODS, OF_THE_REFERENCE};
 
-#[cfg(test)]
+#[cfg(all(test, feature = "measure"))]
 mod tests;

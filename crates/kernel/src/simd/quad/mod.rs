@@ -1,0 +1,314 @@
+//! The level of 128-bit registers: NEON and WebAssembly's simd128.
+//!
+//! Where the crate `wide` goes by single lanes (conversions, masks from bits, other orders, integer products),
+//! this level has the instructions. Wider lanes are pairs of registers. `neon` or `wasm`
+//! has the instructions by one set of names; everything else is here once.
+
+#[cfg(target_arch = "aarch64")]
+#[path = "neon.rs"]
+mod cpu;
+#[cfg(target_arch = "wasm32")]
+#[path = "wasm.rs"]
+mod cpu;
+
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use super::int::Ints;
+use super::lanes::{Lanes, Mask, mul_error};
+use super::level::Level;
+use super::level_lanes::Simd;
+use super::pair::Pair;
+
+/// A register of f32 or of f64, and the mask of one.
+macro_rules! lanes {
+    ($name:ident, $mask:ident, $cpu:ident) => {
+        #[derive(Clone, Copy)]
+        pub(super) struct $name(cpu::$cpu::Reg);
+
+        /// All bits of a lane, or none.
+        #[derive(Clone, Copy)]
+        pub(super) struct $mask(cpu::$cpu::Mask);
+
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                Self(cpu::$cpu::add(self.0, b.0))
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                Self(cpu::$cpu::sub(self.0, b.0))
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                Self(cpu::$cpu::mul(self.0, b.0))
+            }
+        }
+        impl Div for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, b: Self) -> Self {
+                Self(cpu::$cpu::div(self.0, b.0))
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(cpu::$cpu::neg(self.0))
+            }
+        }
+        impl BitAnd for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, b: Self) -> Self {
+                Self(cpu::$cpu::and(self.0, b.0))
+            }
+        }
+        impl BitOr for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, b: Self) -> Self {
+                Self(cpu::$cpu::or(self.0, b.0))
+            }
+        }
+        impl Not for $mask {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(cpu::$cpu::not(self.0))
+            }
+        }
+
+        impl Mask for $mask {
+            const N: usize = cpu::$cpu::N;
+
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                cpu::$cpu::bits(self.0)
+            }
+            #[inline(always)]
+            fn bits_of_two(self, last: Self) -> u32 {
+                cpu::$cpu::bits_of_two(self.0, last.0)
+            }
+            #[inline(always)]
+            fn from_bits(bits: u32) -> Self {
+                Self(cpu::$cpu::from_bits(bits))
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                cpu::$cpu::any(self.0)
+            }
+        }
+
+        impl Lanes for $name {
+            type Scalar = cpu::$cpu::Scalar;
+            type Mask = $mask;
+            const N: usize = cpu::$cpu::N;
+
+            #[inline(always)]
+            fn splat(x: Self::Scalar) -> Self {
+                Self(cpu::$cpu::splat(x))
+            }
+            #[inline(always)]
+            fn load(from: &[Self::Scalar]) -> Self {
+                Self(cpu::$cpu::load(from.first_chunk().expect("N numbers")))
+            }
+            #[inline(always)]
+            fn load_f32(from: &[f32]) -> Self {
+                Self(cpu::$cpu::load_f32(from.first_chunk().expect("N numbers")))
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [Self::Scalar]) {
+                cpu::$cpu::store(self.0, to.first_chunk_mut().expect("N numbers"));
+            }
+            #[inline(always)]
+            fn store_f32(self, to: &mut [f32]) {
+                cpu::$cpu::store_f32(self.0, to.first_chunk_mut().expect("N numbers"));
+            }
+            #[inline(always)]
+            fn mul_add(self, b: Self, c: Self) -> Self {
+                Self(cpu::$cpu::mul_add(self.0, b.0, c.0))
+            }
+            #[inline(always)]
+            fn mul_error(self, b: Self, product: Self) -> Self {
+                if cpu::FUSED {
+                    return self.mul_add(b, -product);
+                }
+                // Two to half of the digits, rounded up, and one.
+                const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
+                mul_error(self, b, product, Self::splat(((1 << HALF) + 1) as Self::Scalar))
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                Self(cpu::$cpu::max(self.0, other.0))
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                Self(cpu::$cpu::min(self.0, other.0))
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(cpu::$cpu::abs(self.0))
+            }
+            #[inline(always)]
+            fn power(self) -> Self {
+                Self(cpu::$cpu::power(self.0))
+            }
+            #[inline(always)]
+            fn flip(self, of: Self) -> Self {
+                Self(cpu::$cpu::flip(self.0, of.0))
+            }
+            #[inline(always)]
+            fn or_sign(self, other: Self) -> Self {
+                Self(cpu::$cpu::or_sign(self.0, other.0))
+            }
+            #[inline(always)]
+            fn negative(self) -> $mask {
+                $mask(cpu::$cpu::negative(self.0))
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(cpu::$cpu::sqrt(self.0))
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> $mask {
+                $mask(cpu::$cpu::lt(self.0, other.0))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> $mask {
+                $mask(cpu::$cpu::le(self.0, other.0))
+            }
+            #[inline(always)]
+            fn select(mask: $mask, yes: Self, no: Self) -> Self {
+                Self(cpu::$cpu::select(mask.0, yes.0, no.0))
+            }
+        }
+    };
+}
+lanes!(Singles, SinglesMask, singles);
+lanes!(Doubles, DoublesMask, doubles);
+
+/// A register of i64.
+#[derive(Clone, Copy)]
+pub(super) struct Integers(cpu::integers::Reg);
+
+impl Add for Integers {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        Self(cpu::integers::add(self.0, b.0))
+    }
+}
+
+impl Sub for Integers {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        Self(cpu::integers::sub(self.0, b.0))
+    }
+}
+
+impl Ints for Integers {
+    const N: usize = 2;
+
+    #[inline(always)]
+    fn splat(x: i64) -> Self {
+        Self(cpu::integers::splat(x))
+    }
+    #[inline(always)]
+    fn load(from: &[i64]) -> Self {
+        Self(cpu::integers::load(from.first_chunk().expect("N numbers")))
+    }
+    #[inline(always)]
+    fn load_f32(from: &[f32]) -> Self {
+        Self(cpu::integers::load_f32(from.first_chunk().expect("N numbers")))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [i64]) {
+        cpu::integers::store(self.0, to.first_chunk_mut().expect("N numbers"));
+    }
+    #[inline(always)]
+    fn mul_narrow(self, b: Self) -> Self {
+        Self(cpu::integers::mul_narrow(self.0, b.0))
+    }
+    #[inline(always)]
+    fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
+        Self(cpu::integers::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]))
+    }
+    #[inline(always)]
+    fn negative(self) -> u32 {
+        cpu::integers::negative(self.0)
+    }
+    #[inline(always)]
+    fn zero(self) -> u32 {
+        cpu::integers::zero(self.0)
+    }
+}
+
+/// 128-bit registers, and pairs of them for more lanes.
+#[derive(Clone, Copy)]
+pub(super) struct Baseline;
+
+impl Simd for Baseline {
+    type F32x4 = Singles;
+    type F32x8 = Pair<Singles>;
+    type F32x16 = Pair<Pair<Singles>>;
+    type F64x4 = Pair<Doubles>;
+    type F64x8 = Pair<Pair<Doubles>>;
+    type I64x4 = Pair<Integers>;
+    type I64x8 = Pair<Pair<Integers>>;
+    const LEVEL: Level = Level::PORTABLE;
+
+    #[inline(always)]
+    fn permute(Pair(a, b): Self::F32x8, order: u64) -> Self::F32x8 {
+        let [a, b] = cpu::singles::permute([a.0, b.0], order);
+        Pair(Singles(a), Singles(b))
+    }
+    #[inline(always)]
+    fn lane_of_least(
+        Pair(a, b): Self::F32x8,
+        Pair(in_a, in_b): <Self::F32x8 as Lanes>::Mask,
+    ) -> usize {
+        cpu::singles::lane_of_least([a.0, b.0], [in_a.0, in_b.0])
+    }
+    #[inline(always)]
+    fn transpose([a, b, c, d]: [Self::F32x4; 4]) -> [Self::F32x4; 4] {
+        let [a, b, c, d] = cpu::singles::transpose([a.0, b.0, c.0, d.0]);
+        [Singles(a), Singles(b), Singles(c), Singles(d)]
+    }
+    #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        let load = |i: usize| Singles::load(row(i));
+        let four = |i: usize| Self::transpose([load(i), load(i + 1), load(i + 2), load(i + 3)]);
+        let ([a, b, c, d], [e, f, g, h]) = (four(0), four(4));
+        let ([i, j, k, l], [m, n, o, p]) = (four(8), four(12));
+        [
+            Pair(Pair(a, e), Pair(i, m)),
+            Pair(Pair(b, f), Pair(j, n)),
+            Pair(Pair(c, g), Pair(k, o)),
+            Pair(Pair(d, h), Pair(l, p)),
+        ]
+    }
+    #[inline(always)]
+    fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
+        Pair(Lanes::load(first), Lanes::load(last))
+    }
+    #[inline(always)]
+    fn transpose_f64([a, b, c, d]: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        let zip = |x: Doubles, y: Doubles| cpu::doubles::zip(x.0, y.0).map(Doubles);
+        let ([a0, a1], [a2, a3]) = (zip(a.0, b.0), zip(a.1, b.1));
+        let ([c0, c1], [c2, c3]) = (zip(c.0, d.0), zip(c.1, d.1));
+        [Pair(a0, c0), Pair(a1, c1), Pair(a2, c2), Pair(a3, c3)]
+    }
+    #[inline(always)]
+    fn first_and_last(Pair(a, b): Self::F64x4) -> Self::F64x4 {
+        Pair(Doubles(cpu::doubles::ends(a.0, b.0)), Doubles(cpu::doubles::last(b.0)))
+    }
+}

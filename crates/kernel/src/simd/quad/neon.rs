@@ -1,0 +1,332 @@
+//! The registers of NEON, which every 64-bit ARM has, by the names that [`super`] knows.
+//!
+//! This file is compiled where the build's target has NEON, so every CPU that runs it has the instructions. That is the
+//! `SAFETY` of every call below; of loads and stores it is, too, that they touch the N numbers of an array, of any
+//! alignment.
+#![allow(unsafe_code, clippy::wildcard_imports)]
+
+use core::arch::aarch64::*;
+
+/// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
+pub(super) const FUSED: bool = true;
+
+/// What f32 and f64 registers do alike.
+macro_rules! float {
+    (
+        $scalar:ty, $n:literal, $reg:ty, $mask:ty,
+        $dup:ident $load:ident $store:ident $add:ident $sub:ident $mul:ident $div:ident $neg:ident $fma:ident
+        $min:ident $max:ident $abs:ident $sqrt:ident $lt:ident $le:ident $select:ident $and:ident $or:ident
+        $xor:ident $to_bits:ident $from_bits:ident $to_signed:ident $below_zero:ident $dup_bits:ident
+    ) => {
+        pub(crate) type Reg = $reg;
+        pub(crate) type Mask = $mask;
+        pub(crate) type Scalar = $scalar;
+        pub(crate) const N: usize = $n;
+
+        #[inline(always)]
+        pub(crate) fn splat(x: $scalar) -> Reg {
+            cpu!($dup(x))
+        }
+        #[inline(always)]
+        pub(crate) fn load(from: &[$scalar; N]) -> Reg {
+            cpu!($load(from.as_ptr()))
+        }
+        #[inline(always)]
+        pub(crate) fn store(x: Reg, to: &mut [$scalar; N]) {
+            cpu!($store(to.as_mut_ptr(), x))
+        }
+        #[inline(always)]
+        pub(crate) fn add(a: Reg, b: Reg) -> Reg {
+            cpu!($add(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
+            cpu!($sub(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn mul(a: Reg, b: Reg) -> Reg {
+            cpu!($mul(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn div(a: Reg, b: Reg) -> Reg {
+            cpu!($div(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn neg(a: Reg) -> Reg {
+            cpu!($neg(a))
+        }
+        #[inline(always)]
+        pub(crate) fn mul_add(a: Reg, b: Reg, c: Reg) -> Reg {
+            cpu!($fma(c, a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn min(a: Reg, b: Reg) -> Reg {
+            cpu!($min(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn max(a: Reg, b: Reg) -> Reg {
+            cpu!($max(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn abs(a: Reg) -> Reg {
+            cpu!($abs(a))
+        }
+        #[inline(always)]
+        pub(crate) fn sqrt(a: Reg) -> Reg {
+            cpu!($sqrt(a))
+        }
+        #[inline(always)]
+        pub(crate) fn power(a: Reg) -> Reg {
+            cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
+        }
+        #[inline(always)]
+        pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
+            cpu!({
+                let sign = $and($to_bits(of), $dup_bits((-0.0 as $scalar).to_bits()));
+                $from_bits($xor($to_bits(a), sign))
+            })
+        }
+        #[inline(always)]
+        pub(crate) fn or_sign(a: Reg, b: Reg) -> Reg {
+            cpu!($from_bits($or($to_bits(a), $to_bits(b))))
+        }
+        #[inline(always)]
+        pub(crate) fn negative(a: Reg) -> Mask {
+            cpu!($below_zero($to_signed(a)))
+        }
+        #[inline(always)]
+        pub(crate) fn lt(a: Reg, b: Reg) -> Mask {
+            cpu!($lt(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn le(a: Reg, b: Reg) -> Mask {
+            cpu!($le(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn select(mask: Mask, yes: Reg, no: Reg) -> Reg {
+            cpu!($select(mask, yes, no))
+        }
+        #[inline(always)]
+        pub(crate) fn and(a: Mask, b: Mask) -> Mask {
+            cpu!($and(a, b))
+        }
+        #[inline(always)]
+        pub(crate) fn or(a: Mask, b: Mask) -> Mask {
+            cpu!($or(a, b))
+        }
+    };
+}
+
+/// Four f32.
+pub(super) mod singles {
+    use super::*;
+
+    float!(f32, 4, float32x4_t, uint32x4_t,
+        vdupq_n_f32 vld1q_f32 vst1q_f32 vaddq_f32 vsubq_f32 vmulq_f32 vdivq_f32 vnegq_f32 vfmaq_f32
+        vminq_f32 vmaxq_f32 vabsq_f32 vsqrtq_f32 vcltq_f32 vcleq_f32 vbslq_f32 vandq_u32 vorrq_u32
+        veorq_u32 vreinterpretq_u32_f32 vreinterpretq_f32_u32 vreinterpretq_s32_f32 vcltzq_s32
+        vdupq_n_u32);
+
+    #[inline(always)]
+    pub(crate) fn not(a: Mask) -> Mask {
+        cpu!(vmvnq_u32(a))
+    }
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
+        load(from)
+    }
+    #[inline(always)]
+    pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
+        store(x, to);
+    }
+    #[inline(always)]
+    pub(crate) fn any(mask: Mask) -> bool {
+        cpu!(vmaxvq_u32(mask) != 0)
+    }
+    #[inline(always)]
+    pub(crate) fn bits(mask: Mask) -> u32 {
+        cpu!({
+            let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
+            vaddvq_u32(vandq_u32(mask, lane))
+        })
+    }
+    /// Two masks at once: halves of eight bits a lane, of which each keeps its own.
+    #[inline(always)]
+    pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
+        cpu!({
+            let lane = vld1q_u16([1, 2, 4, 8, 16, 32, 64, 128].as_ptr());
+            let both = vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last));
+            vaddvq_u16(vandq_u16(both, lane)).into()
+        })
+    }
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Mask {
+        cpu!({
+            let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
+            vtstq_u32(vdupq_n_u32(bits), lane)
+        })
+    }
+    /// Rows as columns.
+    #[inline(always)]
+    pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
+        cpu!({
+            let (ac, ac_high) = (vzip1q_f32(a, c), vzip2q_f32(a, c));
+            let (bd, bd_high) = (vzip1q_f32(b, d), vzip2q_f32(b, d));
+            [
+                vzip1q_f32(ac, bd),
+                vzip2q_f32(ac, bd),
+                vzip1q_f32(ac_high, bd_high),
+                vzip2q_f32(ac_high, bd_high),
+            ]
+        })
+    }
+    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes, four a lane.
+    #[inline(always)]
+    pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
+        cpu!({
+            let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
+            let first_byte = vshl_n_u8::<2>(lanes);
+            let pairs =
+                vzip1q_u8(vcombine_u8(first_byte, first_byte), vcombine_u8(first_byte, first_byte));
+            let offsets = vreinterpretq_u8_u32(vdupq_n_u32(0x03_02_01_00));
+            let bytes = |pairs| vaddq_u8(pairs, offsets);
+            let table = uint8x16x2_t(vreinterpretq_u8_f32(a), vreinterpretq_u8_f32(b));
+            let of = |pairs| vreinterpretq_f32_u8(vqtbl2q_u8(table, bytes(pairs)));
+            [of(vzip1q_u8(pairs, pairs)), of(vzip2q_u8(pairs, pairs))]
+        })
+    }
+    /// The least of the bits, with the lane in the last three, of the lanes of a mask.
+    #[inline(always)]
+    pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
+        cpu!({
+            let (first, last) =
+                (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
+            let high = vdupq_n_u32(!7);
+            let key =
+                |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
+            (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
+        })
+    }
+}
+
+/// Two f64.
+pub(super) mod doubles {
+    use super::*;
+
+    float!(f64, 2, float64x2_t, uint64x2_t,
+        vdupq_n_f64 vld1q_f64 vst1q_f64 vaddq_f64 vsubq_f64 vmulq_f64 vdivq_f64 vnegq_f64 vfmaq_f64
+        vminq_f64 vmaxq_f64 vabsq_f64 vsqrtq_f64 vcltq_f64 vcleq_f64 vbslq_f64 vandq_u64 vorrq_u64
+        veorq_u64 vreinterpretq_u64_f64 vreinterpretq_f64_u64 vreinterpretq_s64_f64 vcltzq_s64
+        vdupq_n_u64);
+
+    #[inline(always)]
+    pub(crate) fn not(a: Mask) -> Mask {
+        cpu!(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a))))
+    }
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
+        cpu!(vcvt_f64_f32(vld1_f32(from.as_ptr())))
+    }
+    #[inline(always)]
+    pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
+        cpu!(vst1_f32(to.as_mut_ptr(), vcvt_f32_f64(x)))
+    }
+    #[inline(always)]
+    pub(crate) fn any(mask: Mask) -> bool {
+        cpu!(vmaxvq_u32(vreinterpretq_u32_u64(mask)) != 0)
+    }
+    #[inline(always)]
+    pub(crate) fn bits(mask: Mask) -> u32 {
+        cpu!({
+            let lane = vld1q_u64([1, 2].as_ptr());
+            vaddvq_u64(vandq_u64(mask, lane)) as u32
+        })
+    }
+    /// Two masks at once, as one of 32 bits a lane.
+    #[inline(always)]
+    pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
+        super::singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last)))
+    }
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Mask {
+        cpu!({
+            let lane = vld1q_u64([1, 2].as_ptr());
+            vtstq_u64(vdupq_n_u64(bits.into()), lane)
+        })
+    }
+    /// The first lanes of both, and the last.
+    #[inline(always)]
+    pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
+        cpu!([vzip1q_f64(a, b), vzip2q_f64(a, b)])
+    }
+    /// The first of one, the last of the other.
+    #[inline(always)]
+    pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
+        cpu!(vcopyq_laneq_f64::<1, 1>(a, b))
+    }
+    /// The last in both lanes.
+    #[inline(always)]
+    pub(crate) fn last(a: Reg) -> Reg {
+        cpu!(vdupq_laneq_f64::<1>(a))
+    }
+}
+
+/// Two i64.
+pub(super) mod integers {
+    use super::*;
+
+    pub(crate) type Reg = int64x2_t;
+
+    #[inline(always)]
+    pub(crate) fn splat(x: i64) -> Reg {
+        cpu!(vdupq_n_s64(x))
+    }
+    #[inline(always)]
+    pub(crate) fn load(from: &[i64; 2]) -> Reg {
+        cpu!(vld1q_s64(from.as_ptr()))
+    }
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; 2]) -> Reg {
+        cpu!(vmovl_s32(vcvt_s32_f32(vld1_f32(from.as_ptr()))))
+    }
+    #[inline(always)]
+    pub(crate) fn store(x: Reg, to: &mut [i64; 2]) {
+        cpu!(vst1q_s64(to.as_mut_ptr(), x))
+    }
+    #[inline(always)]
+    pub(crate) fn add(a: Reg, b: Reg) -> Reg {
+        cpu!(vaddq_s64(a, b))
+    }
+    #[inline(always)]
+    pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
+        cpu!(vsubq_s64(a, b))
+    }
+    #[inline(always)]
+    pub(crate) fn mul_narrow(a: Reg, b: Reg) -> Reg {
+        cpu!(vmull_s32(vmovn_s64(a), vmovn_s64(b)))
+    }
+    /// Each component of b = low + 2^32 * high with a signed low half: the two sums meet at the end.
+    #[inline(always)]
+    pub(crate) fn dot(a: [Reg; 3], b: [Reg; 3]) -> Reg {
+        cpu!({
+            let narrow = [vmovn_s64(a[0]), vmovn_s64(a[1]), vmovn_s64(a[2])];
+            let half = vdupq_n_s64(1 << 31);
+            let high_of = |b| vshrn_n_s64::<32>(vaddq_s64(b, half));
+            let low = vmull_s32(narrow[0], vmovn_s64(b[0]));
+            let low =
+                vmlal_s32(vmlal_s32(low, narrow[1], vmovn_s64(b[1])), narrow[2], vmovn_s64(b[2]));
+            let high = vmull_s32(narrow[0], high_of(b[0]));
+            let high =
+                vmlal_s32(vmlal_s32(high, narrow[1], high_of(b[1])), narrow[2], high_of(b[2]));
+            vaddq_s64(low, vshlq_n_s64::<32>(high))
+        })
+    }
+    #[inline(always)]
+    pub(crate) fn negative(a: Reg) -> u32 {
+        super::doubles::bits(vcltzq_s64(a))
+    }
+    #[inline(always)]
+    pub(crate) fn zero(a: Reg) -> u32 {
+        super::doubles::bits(vceqzq_s64(a))
+    }
+}

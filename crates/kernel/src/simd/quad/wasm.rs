@@ -1,0 +1,312 @@
+//! The registers of WebAssembly's simd128, by the names that [`super`] knows.
+//!
+//! The instructions are those of the build's target, so their intrinsics are safe to call; `SAFETY` is about
+//! memory alone. Nothing is fused: relaxed SIMD could, but not every browser takes it.
+#![allow(clippy::wildcard_imports)]
+
+use core::arch::wasm32::*;
+
+/// Whether [`singles::mul_add`] and [`doubles::mul_add`] round once.
+pub(super) const FUSED: bool = false;
+
+/// What f32 and f64 registers do alike.
+macro_rules! float {
+    (
+        $scalar:ty, $n:literal,
+        $splat:ident $add:ident $sub:ident $mul:ident $div:ident $neg:ident $pmin:ident $pmax:ident $abs:ident
+        $sqrt:ident $lt:ident $le:ident $bitmask:ident $below:ident
+    ) => {
+        pub(crate) type Reg = v128;
+        pub(crate) type Mask = v128;
+        pub(crate) type Scalar = $scalar;
+        pub(crate) const N: usize = $n;
+
+        #[inline(always)]
+        pub(crate) fn splat(x: $scalar) -> Reg {
+            $splat(x)
+        }
+        #[allow(unsafe_code)]
+        #[inline(always)]
+        pub(crate) fn load(from: &[$scalar; N]) -> Reg {
+            // SAFETY: 128 bits of numbers, of any alignment.
+            unsafe { v128_load(from.as_ptr().cast()) }
+        }
+        #[allow(unsafe_code)]
+        #[inline(always)]
+        pub(crate) fn store(x: Reg, to: &mut [$scalar; N]) {
+            // SAFETY: room for 128 bits of numbers, of any alignment.
+            unsafe { v128_store(to.as_mut_ptr().cast(), x) }
+        }
+        #[inline(always)]
+        pub(crate) fn add(a: Reg, b: Reg) -> Reg {
+            $add(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
+            $sub(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn mul(a: Reg, b: Reg) -> Reg {
+            $mul(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn div(a: Reg, b: Reg) -> Reg {
+            $div(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn neg(a: Reg) -> Reg {
+            $neg(a)
+        }
+        #[inline(always)]
+        pub(crate) fn mul_add(a: Reg, b: Reg, c: Reg) -> Reg {
+            $add($mul(a, b), c)
+        }
+        /// The CPU's own minimum, without what IEEE says of NaN.
+        #[inline(always)]
+        pub(crate) fn min(a: Reg, b: Reg) -> Reg {
+            $pmin(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn max(a: Reg, b: Reg) -> Reg {
+            $pmax(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn abs(a: Reg) -> Reg {
+            $abs(a)
+        }
+        #[inline(always)]
+        pub(crate) fn sqrt(a: Reg) -> Reg {
+            $sqrt(a)
+        }
+        #[inline(always)]
+        pub(crate) fn power(a: Reg) -> Reg {
+            v128_and(a, $splat(<$scalar>::INFINITY))
+        }
+        #[inline(always)]
+        pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
+            v128_xor(a, v128_and(of, $splat(-0.0)))
+        }
+        #[inline(always)]
+        pub(crate) fn or_sign(a: Reg, b: Reg) -> Reg {
+            v128_or(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn negative(a: Reg) -> Mask {
+            $below(a, u64x2_splat(0))
+        }
+        #[inline(always)]
+        pub(crate) fn lt(a: Reg, b: Reg) -> Mask {
+            $lt(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn le(a: Reg, b: Reg) -> Mask {
+            $le(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn select(mask: Mask, yes: Reg, no: Reg) -> Reg {
+            v128_bitselect(yes, no, mask)
+        }
+        #[inline(always)]
+        pub(crate) fn and(a: Mask, b: Mask) -> Mask {
+            v128_and(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn or(a: Mask, b: Mask) -> Mask {
+            v128_or(a, b)
+        }
+        #[inline(always)]
+        pub(crate) fn not(a: Mask) -> Mask {
+            v128_not(a)
+        }
+        #[inline(always)]
+        pub(crate) fn any(mask: Mask) -> bool {
+            v128_any_true(mask)
+        }
+        #[inline(always)]
+        pub(crate) fn bits(mask: Mask) -> u32 {
+            $bitmask(mask).into()
+        }
+        #[inline(always)]
+        pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
+            bits(first) | bits(last) << N
+        }
+    };
+}
+
+/// Four f32.
+pub(super) mod singles {
+    use super::*;
+
+    float!(f32, 4,
+        f32x4_splat f32x4_add f32x4_sub f32x4_mul f32x4_div f32x4_neg f32x4_pmin f32x4_pmax f32x4_abs
+        f32x4_sqrt f32x4_lt f32x4_le u32x4_bitmask i32x4_lt);
+
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
+        load(from)
+    }
+    #[inline(always)]
+    pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
+        store(x, to);
+    }
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Mask {
+        let lane = u32x4(1, 2, 4, 8);
+        u32x4_eq(v128_and(u32x4_splat(bits), lane), lane)
+    }
+    /// Rows as columns.
+    #[inline(always)]
+    pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
+        let low = |a, b| u32x4_shuffle::<0, 4, 1, 5>(a, b);
+        let high = |a, b| u32x4_shuffle::<2, 6, 3, 7>(a, b);
+        let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
+        [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
+    }
+    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes in either half. A place
+    /// outside of a half gives 0 there.
+    #[inline(always)]
+    pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
+        let lanes = v128_and(u64x2_splat(order), u8x16_splat(7));
+        let first_byte = u8x16_shl(lanes, 2);
+        let offsets = u32x4_splat(0x03_02_01_00);
+        let of = |places| {
+            let places = u8x16_add(places, offsets);
+            let other = u8x16_sub(places, u8x16_splat(16));
+            v128_or(u8x16_swizzle(a, places), u8x16_swizzle(b, other))
+        };
+        [
+            of(u8x16_shuffle::<0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3>(
+                first_byte, first_byte,
+            )),
+            of(u8x16_shuffle::<4, 4, 4, 4, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7>(
+                first_byte, first_byte,
+            )),
+        ]
+    }
+    /// The least of the bits, with the lane in the last three, of the lanes of a mask.
+    #[inline(always)]
+    pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
+        let high = u32x4_splat(!7);
+        let key = |x, lane, mask| v128_or(v128_or(v128_and(x, high), lane), v128_not(mask));
+        let (first, last) = (u32x4(0, 1, 2, 3), u32x4(4, 5, 6, 7));
+        let four = u32x4_min(key(a, first, in_a), key(b, last, in_b));
+        let two = u32x4_min(four, u32x4_shuffle::<2, 3, 0, 1>(four, four));
+        let one = u32x4_min(two, u32x4_shuffle::<1, 0, 3, 2>(two, two));
+        (u32x4_extract_lane::<0>(one) & 7) as usize
+    }
+}
+
+/// Two f64.
+pub(super) mod doubles {
+    use super::*;
+
+    float!(f64, 2,
+        f64x2_splat f64x2_add f64x2_sub f64x2_mul f64x2_div f64x2_neg f64x2_pmin f64x2_pmax f64x2_abs
+        f64x2_sqrt f64x2_lt f64x2_le u64x2_bitmask i64x2_lt);
+
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; N]) -> Reg {
+        // SAFETY: 64 bits of numbers, of any alignment.
+        f64x2_promote_low_f32x4(unsafe { v128_load64_zero(from.as_ptr().cast()) })
+    }
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub(crate) fn store_f32(x: Reg, to: &mut [f32; N]) {
+        // SAFETY: room for 64 bits of numbers, of any alignment.
+        unsafe { v128_store64_lane::<0>(f32x4_demote_f64x2_zero(x), to.as_mut_ptr().cast()) }
+    }
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Mask {
+        let lane = u64x2(1, 2);
+        u64x2_eq(v128_and(u64x2_splat(bits.into()), lane), lane)
+    }
+    /// The first lanes of both, and the last.
+    #[inline(always)]
+    pub(crate) fn zip(a: Reg, b: Reg) -> [Reg; 2] {
+        [u64x2_shuffle::<0, 2>(a, b), u64x2_shuffle::<1, 3>(a, b)]
+    }
+    /// The first of one, the last of the other.
+    #[inline(always)]
+    pub(crate) fn ends(a: Reg, b: Reg) -> Reg {
+        u64x2_shuffle::<0, 3>(a, b)
+    }
+    /// The last in both lanes.
+    #[inline(always)]
+    pub(crate) fn last(a: Reg) -> Reg {
+        u64x2_shuffle::<1, 1>(a, a)
+    }
+}
+
+/// Two i64.
+pub(super) mod integers {
+    use super::*;
+
+    pub(crate) type Reg = v128;
+
+    #[inline(always)]
+    pub(crate) fn splat(x: i64) -> Reg {
+        i64x2_splat(x)
+    }
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub(crate) fn load(from: &[i64; 2]) -> Reg {
+        // SAFETY: 128 bits of numbers, of any alignment.
+        unsafe { v128_load(from.as_ptr().cast()) }
+    }
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; 2]) -> Reg {
+        // SAFETY: 64 bits of numbers, of any alignment.
+        let numbers = unsafe { v128_load64_zero(from.as_ptr().cast()) };
+        i64x2_extend_low_i32x4(i32x4_trunc_sat_f32x4(numbers))
+    }
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub(crate) fn store(x: Reg, to: &mut [i64; 2]) {
+        // SAFETY: room for 128 bits of numbers, of any alignment.
+        unsafe { v128_store(to.as_mut_ptr().cast(), x) }
+    }
+    #[inline(always)]
+    pub(crate) fn add(a: Reg, b: Reg) -> Reg {
+        i64x2_add(a, b)
+    }
+    #[inline(always)]
+    pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
+        i64x2_sub(a, b)
+    }
+    /// The low halves of both, side by side, then their product.
+    #[inline(always)]
+    pub(crate) fn mul_narrow(a: Reg, b: Reg) -> Reg {
+        i64x2_extmul_low_i32x4(low(a), low(b))
+    }
+    /// Each component of b = low + 2^32 * high with a signed low half: the two sums meet at the end.
+    #[inline(always)]
+    pub(crate) fn dot(a: [Reg; 3], b: [Reg; 3]) -> Reg {
+        let a = [low(a[0]), low(a[1]), low(a[2])];
+        let half = i64x2_splat(1 << 31);
+        let high = |b| i32x4_shuffle::<1, 3, 1, 3>(i64x2_add(b, half), half);
+        let sum = |x, y, z| {
+            let [x, y, z] = [(a[0], x), (a[1], y), (a[2], z)].map(
+                #[inline(always)]
+                |(a, b)| i64x2_extmul_low_i32x4(a, b),
+            );
+            i64x2_add(i64x2_add(x, y), z)
+        };
+        let of_low = sum(low(b[0]), low(b[1]), low(b[2]));
+        let of_high = sum(high(b[0]), high(b[1]), high(b[2]));
+        i64x2_add(of_low, i64x2_shl(of_high, 32))
+    }
+    #[inline(always)]
+    fn low(a: Reg) -> Reg {
+        i32x4_shuffle::<0, 2, 0, 2>(a, a)
+    }
+    #[inline(always)]
+    pub(crate) fn negative(a: Reg) -> u32 {
+        i64x2_bitmask(a).into()
+    }
+    #[inline(always)]
+    pub(crate) fn zero(a: Reg) -> u32 {
+        i64x2_bitmask(i64x2_eq(a, i64x2_splat(0))).into()
+    }
+}

@@ -1,0 +1,102 @@
+// ---- The WebAssembly module behind functions of plain data ----
+
+const CLASSES = 5; // beside the mesh, right, leak, one too many, wrong
+
+/** Unpacks one of the embedded modules: gzip in base64. */
+async function unpack(text) {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/** The module with SIMD where the browser has it; `#plain` in the address asks for the other. */
+async function chooseModule() {
+  const modules = JSON.parse(document.getElementById("modules").textContent);
+  if (!location.hash.includes("plain")) {
+    const bytes = await unpack(modules.simd);
+    if (WebAssembly.validate(bytes)) return { name: "simd128", module: await WebAssembly.compile(bytes) };
+  }
+  return { name: "plain", module: await WebAssembly.compile(await unpack(modules.plain)) };
+}
+
+class Engine {
+  static async load() {
+    const { name, module } = await chooseModule();
+    const engine = new Engine();
+    engine.name = name;
+    engine.module = module;
+    await engine.restart();
+    return engine;
+  }
+
+  /** A fresh instance: at first, and after one that ended in a trap. */
+  async restart() {
+    this.wasm = (await WebAssembly.instantiate(this.module)).exports;
+    this.wasm.method_names();
+    this.methods = this.text().split("\n");
+  }
+
+  bytes() {
+    return new Uint8Array(this.wasm.memory.buffer, this.wasm.output(), this.wasm.output_len());
+  }
+  text() {
+    return new TextDecoder().decode(this.bytes());
+  }
+  send(numbers) {
+    const at = this.wasm.buffer(8 * numbers.length);
+    const view = new DataView(this.wasm.memory.buffer, at, 8 * numbers.length);
+    numbers.forEach((x, i) => view.setFloat64(8 * i, x, true));
+  }
+  /** Counts by class, and a byte a pixel. */
+  counted() {
+    const bytes = this.bytes();
+    const view = new DataView(bytes.buffer, bytes.byteOffset, 4 * CLASSES);
+    const counts = Array.from({ length: CLASSES }, (_, i) => view.getUint32(4 * i, true));
+    return { counts, pixels: bytes.subarray(4 * CLASSES) };
+  }
+
+  fan(numbers) {
+    this.send(numbers);
+    return this.wasm.fan_set() === 1;
+  }
+  fanPicture(method) {
+    this.wasm.fan_picture(method);
+    return this.counted();
+  }
+
+  /** Takes a model; throws an Error with the library's own words where it is none. */
+  model(name, bytes) {
+    const label = new TextEncoder().encode(name);
+    const at = this.wasm.buffer(label.length + bytes.length);
+    const memory = new Uint8Array(this.wasm.memory.buffer, at, label.length + bytes.length);
+    memory.set(label);
+    memory.set(bytes, label.length);
+    const triangles = this.wasm.model_load(label.length);
+    if (triangles === 0) throw new Error(this.text());
+    return triangles;
+  }
+  builtIn() {
+    return this.wasm.model_built_in();
+  }
+  look(numbers) {
+    this.send(numbers);
+    return this.wasm.model_look() === 1;
+  }
+  trace(first, end) {
+    this.wasm.model_trace(first, end);
+    return this.bytes();
+  }
+  compare(method, first, end) {
+    this.wasm.model_compare(method, first, end);
+    return this.counted();
+  }
+
+  /** The golden report: rows of section, level, lines, here, committed, verdict. */
+  golden() {
+    this.wasm.golden_report();
+    const text = new TextDecoder().decode(
+      new Uint8Array(this.wasm.memory.buffer, this.wasm.golden_text(), this.wasm.golden_text_len()));
+    const rows = text.split("\n").filter((line) => /0x[0-9a-f]{16}/.test(line) && !/^ /.test(line));
+    return { text, rows: rows.map((line) => line.trim().split(/\s+/)) };
+  }
+}

@@ -1,0 +1,82 @@
+//! The page's answers, computed natively, for the test that holds both against each other.
+//!
+//!     native fan NUMBERS...            counts of every method, a line each
+//!     native model FILE NUMBERS...     counts of every method, a line each; - for the built-in scene
+//!     native golden                    the report of the golden answers
+//!     native rate FILE NUMBERS...      millions of rays a second by exact, the best of some runs
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use intertri_demo::METHODS;
+use intertri_demo::fan::Fan;
+use intertri_demo::model::Model;
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    match run(&args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("native: {e}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: &[String]) -> Result<(), String> {
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    match args[..] {
+        ["golden"] => {
+            let (text, same) = intertri_golden::report();
+            print!("{text}");
+            if same { Ok(()) } else { Err("not the committed answers".into()) }
+        }
+        ["fan", ref rest @ ..] => {
+            let fan = Fan::new(&numbers(rest)?).ok_or("no fan")?;
+            print_counts(|method| fan.picture(method).0);
+            Ok(())
+        }
+        ["model", file, ref rest @ ..] => {
+            let (mut model, height) = looked_at(file, rest)?;
+            model.trace(0..height);
+            print_counts(|method| model.compare(method, 0..height.div_ceil(8)).0);
+            Ok(())
+        }
+        ["rate", file, ref rest @ ..] => {
+            let (mut model, height) = looked_at(file, rest)?;
+            let rays = model.trace(0..height).len() as f64;
+            let seconds = (0..20).map(|_| {
+                let start = Instant::now();
+                model.trace(0..height);
+                start.elapsed().as_secs_f64()
+            });
+            println!("{:.3}", rays / seconds.fold(f64::INFINITY, f64::min) / 1e6);
+            Ok(())
+        }
+        _ => Err("give fan, model, rate or golden".into()),
+    }
+}
+
+/// A model that is looked at, and the picture's height.
+fn looked_at(file: &str, view: &[&str]) -> Result<(Model, usize), String> {
+    let mut model = if file == "-" {
+        Model::built_in()?
+    } else {
+        Model::from_file(file, &std::fs::read(file).map_err(|e| format!("{file}: {e}"))?)?
+    };
+    let view = numbers(view)?;
+    if !model.look(&view) {
+        return Err("no view".into());
+    }
+    Ok((model, view[1] as usize))
+}
+
+fn numbers(args: &[&str]) -> Result<Vec<f64>, String> {
+    args.iter().map(|arg| arg.parse().map_err(|e| format!("{arg}: {e}"))).collect()
+}
+
+fn print_counts(mut counts: impl FnMut(usize) -> [u32; 5]) {
+    for (i, method) in METHODS.iter().enumerate() {
+        println!("{}\t{}", counts(i).map(|n| n.to_string()).join("\t"), method.name);
+    }
+}

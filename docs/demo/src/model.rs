@@ -1,0 +1,219 @@
+//! A model, traced by `exact` through a hierarchy, and by the other methods for comparison.
+
+use std::path::Path;
+
+use intertri::{Exact, Hit, Ray, RayPacket, Triangle};
+use intertri_scene::{Scene, read};
+use intertri_trace::Bvh;
+
+use crate::fan::{CLASSES, Class};
+use crate::input::{Numbers, along, single};
+use crate::methods::{METHODS, Pairs, Sink};
+use crate::tiles::{SIDE, View, ball, by_tile};
+
+/// Pixels of a side, at most.
+const MAX_SIZE: usize = 2048;
+
+/// A model and how it is seen.
+pub struct Model {
+    /// As they were read.
+    original: Vec<Triangle>,
+    /// Moved by the offset, and rounded.
+    triangles: Vec<Triangle>,
+    offset: [f64; 3],
+    bvh: Bvh,
+    middle: [f64; 3],
+    radius: f64,
+    look: Option<Look>,
+}
+
+/// A view, and what is known of its pixels.
+struct Look {
+    view: View,
+    hits: Vec<Hit>,
+    tiles: Option<Vec<Vec<u32>>>,
+}
+
+impl Model {
+    /// A model from a file of that name: OBJ, PLY, STL, glTF or GLB, also in gzip.
+    ///
+    /// # Errors
+    /// What is wrong with it, in one line.
+    pub fn from_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
+        let mesh = read(Path::new(name), bytes).map_err(|e| e.to_string())?;
+        Self::new(mesh.to_triangles())
+    }
+
+    /// The scene that comes with the library.
+    ///
+    /// # Errors
+    /// If there is no memory for it.
+    pub fn built_in() -> Result<Self, String> {
+        Self::new(Scene::built_in().mesh.to_triangles())
+    }
+
+    fn new(original: Vec<Triangle>) -> Result<Self, String> {
+        let bvh = Bvh::new(&original).map_err(|e| e.to_string())?;
+        let (middle, radius) = ball(&original);
+        let triangles = original.clone();
+        Ok(Self { original, triangles, offset: [0.0; 3], bvh, middle, radius, look: None })
+    }
+
+    /// How many triangles it has.
+    pub fn len(&self) -> usize {
+        self.original.len()
+    }
+
+    /// Whether it has none.
+    pub fn is_empty(&self) -> bool {
+        self.original.is_empty()
+    }
+
+    /// Looks at the model by numbers: width, height, a pixel's width at distance 1, two shifts of the picture's
+    /// middle, how far the model is moved in units of its radius (3), right, up and forward (9), the eye's
+    /// distance in units of the radius. Whether they are a view.
+    pub fn look(&mut self, numbers: &[f64]) -> bool {
+        self.try_look(numbers).is_some()
+    }
+
+    fn try_look(&mut self, numbers: &[f64]) -> Option<()> {
+        let mut numbers = Numbers::new(numbers);
+        let size = [numbers.count(MAX_SIZE)?, numbers.count(MAX_SIZE)?];
+        let (pixel, shift) = (numbers.next()?, [numbers.next()?, numbers.next()?]);
+        let offset = numbers.vector()?;
+        let axes = [numbers.vector()?, numbers.vector()?, numbers.vector()?];
+        let distance = numbers.next()?;
+        if pixel <= 0.0 {
+            return None;
+        }
+        let by = offset.map(|x| x * self.radius);
+        if offset != self.offset {
+            let moved = |p: [f32; 3]| single([0, 1, 2].map(|k| f64::from(p[k]) + by[k]));
+            self.triangles = self.original.iter().map(|t| Triangle(t.0.map(moved))).collect();
+            self.bvh = Bvh::new(&self.triangles).ok()?;
+            self.offset = offset;
+        }
+        let eye = [0, 1, 2].map(|k| self.middle[k] + by[k] - distance * self.radius * axes[2][k]);
+        let view = View { size, eye: single(eye), axes, pixel, shift };
+        self.look = Some(Look { view, hits: vec![Hit::MISS; size[0] * size[1]], tiles: None });
+        Some(())
+    }
+
+    /// Traces some rows of the picture by `exact`. For each pixel 0 where nothing is hit, else 1 to 255: how
+    /// much the triangle faces the eye.
+    pub fn trace(&mut self, rows: std::ops::Range<usize>) -> Vec<u8> {
+        let Some(look) = &mut self.look else { return vec![] };
+        let [width, height] = look.view.size;
+        let rows = rows.start.min(height)..rows.end.min(height);
+        let pixels = rows.start * width..rows.end.max(rows.start) * width;
+        let rays: Vec<Ray> =
+            pixels.clone().map(|i| ray(&look.view, i % width, i / width)).collect();
+        let hits = &mut look.hits[pixels];
+        self.bvh.closest_batch(&Exact::default(), &rays, hits);
+        let shade = |(ray, hit): (&Ray, &Hit)| match hit.some() {
+            Some(hit) => facing(&self.triangles[hit.triangle as usize], ray),
+            None => 0,
+        };
+        rays.iter().zip(&*hits).map(shade).collect()
+    }
+
+    /// Asks a method for some rows of tiles (of eight rows of pixels), and compares with what [`Model::trace`]
+    /// found: the class of each pixel, tile row by tile row, and how many there are of each.
+    ///
+    /// # Panics
+    /// If there is no such method.
+    pub fn compare(
+        &mut self,
+        method: usize,
+        tile_rows: std::ops::Range<usize>,
+    ) -> ([u32; CLASSES], Vec<u8>) {
+        let mut counts = [0; CLASSES];
+        let Some(look) = &mut self.look else { return (counts, vec![]) };
+        let Look { view, hits, tiles } = look;
+        let tiles = tiles.get_or_insert_with(|| by_tile(view, &self.triangles));
+        let [width, height] = view.size;
+        let columns = width.div_ceil(SIDE);
+        let rows = tile_rows.start * SIDE..(tile_rows.end * SIDE).min(height);
+        let mut classes = vec![0; rows.len() * width];
+        for tile_row in tile_rows {
+            for column in 0..columns {
+                let Some(seen) = tiles.get(tile_row * columns + column) else { break };
+                let triangles: Vec<Triangle> =
+                    seen.iter().map(|&i| self.triangles[i as usize]).collect();
+                let (x, y) = (column * SIDE, tile_row * SIDE);
+                let (across, down) = (SIDE.min(width - x), SIDE.min(height - y));
+                let row = |j: usize| -> Vec<Ray> {
+                    (0..across).map(|i| ray(view, x + i, y + j)).collect()
+                };
+                let packets: Vec<_> = (0..down).map(|j| RayPacket::new(&row(j))).collect();
+                let mut closest = Closest::new(packets.len());
+                METHODS[method]
+                    .run(Pairs { packets: &packets, triangles: &triangles }, &mut closest);
+                for j in 0..down {
+                    for i in 0..across {
+                        let found = closest.triangle[j][i].map(|k| seen[k as usize]);
+                        let truth = hits[(y + j) * width + x + i].some().map(|hit| hit.triangle);
+                        let class = classify(found, truth);
+                        counts[class as usize] += 1;
+                        classes[(y + j - rows.start) * width + x + i] = class as u8;
+                    }
+                }
+            }
+        }
+        (counts, classes)
+    }
+}
+
+/// What a pixel is that shows these triangles. `Double` is for what is hit where nothing is.
+fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
+    match (found, truth) {
+        (None, None) => Class::Background,
+        _ if found == truth => Class::Right,
+        (None, Some(_)) => Class::Leak,
+        (Some(_), None) => Class::Double,
+        (Some(_), Some(_)) => Class::Wrong,
+    }
+}
+
+/// The closest hits of packets; of equal t, the first.
+struct Closest {
+    t: Vec<[f64; 8]>,
+    triangle: Vec<[Option<u32>; 8]>,
+}
+
+impl Closest {
+    fn new(packets: usize) -> Self {
+        Self { t: vec![[f64::INFINITY; 8]; packets], triangle: vec![[None; 8]; packets] }
+    }
+}
+
+impl Sink for Closest {
+    #[inline]
+    fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]) {
+        for lane in (0..8).filter(|lane| bits >> lane & 1 != 0) {
+            if t[lane] < self.t[packet][lane] {
+                self.t[packet][lane] = t[lane];
+                self.triangle[packet][lane] = Some(triangle as u32);
+            }
+        }
+    }
+}
+
+/// The ray of a pixel.
+fn ray(view: &View, column: usize, row: usize) -> Ray {
+    let [x, y] = view.at(column, row);
+    let [right, up, forward] = view.axes;
+    Ray::new(view.eye, single(along(forward, [right, up], x, y)))
+}
+
+/// How much a triangle faces a ray, from 1 to 255.
+fn facing(Triangle(corners): &Triangle, ray: &Ray) -> u8 {
+    let [a, b, c] = corners.map(|p| p.map(f64::from));
+    let edge = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
+    let ([ux, uy, uz], [vx, vy, vz]) = (edge(b), edge(c));
+    let n = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    let d = ray.dir.map(f64::from);
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let cosine = dot(n, d).abs() / (dot(n, n) * dot(d, d)).sqrt();
+    (1.0 + 254.0 * cosine) as u8
+}

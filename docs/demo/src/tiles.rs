@@ -1,0 +1,100 @@
+//! Which triangles a square of pixels can see: every triangle of a model, thrown onto the picture with a margin.
+//!
+//! The methods of the laboratory have no hierarchy. By these lists they answer as by a loop over all triangles.
+
+use intertri::Triangle;
+
+use crate::input::double;
+
+/// Pixels of a tile's side: a packet is a row of a tile.
+pub(crate) const SIDE: usize = 8;
+
+/// The view as numbers: `at = forward + x right + y up`, and what a pixel is of x and y.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    pub(crate) size: [usize; 2],
+    pub(crate) eye: [f32; 3],
+    pub(crate) axes: [[f64; 3]; 3],
+    pub(crate) pixel: f64,
+    pub(crate) shift: [f64; 2],
+}
+
+impl View {
+    /// The x and y of a pixel's centre.
+    pub(crate) fn at(&self, column: usize, row: usize) -> [f64; 2] {
+        let [width, height] = self.size.map(|n| n as f64);
+        [
+            self.shift[0] + (column as f64 + 0.5 - 0.5 * width) * self.pixel,
+            self.shift[1] + (0.5 * height - 0.5 - row as f64) * self.pixel,
+        ]
+    }
+
+    /// Where a point is seen, in pixels; `None` where it is not in front of the eye.
+    fn project(&self, point: [f32; 3]) -> Option<[f64; 2]> {
+        let [right, up, forward] = self.axes;
+        let seen = [0, 1, 2].map(|k| f64::from(point[k]) - f64::from(self.eye[k]));
+        let dot = |axis: [f64; 3]| axis[0] * seen[0] + axis[1] * seen[1] + axis[2] * seen[2];
+        let depth = dot(forward);
+        let [width, height] = self.size.map(|n| n as f64);
+        (depth > 0.0).then(|| {
+            let x = (dot(right) / depth - self.shift[0]) / self.pixel + 0.5 * width - 0.5;
+            let y = 0.5 * height - 0.5 - (dot(up) / depth - self.shift[1]) / self.pixel;
+            [x, y]
+        })
+    }
+
+    /// By how many pixels a ray may miss its pixel because it was rounded to f32, and the errors of the methods.
+    fn margin(&self) -> f64 {
+        let longest = self.axes.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
+        2.0 + longest * f64::from(f32::EPSILON) * 16.0 / self.pixel
+    }
+}
+
+/// For every tile, row by row, the numbers of its triangles in ascending order.
+pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
+    let [columns, rows] = view.size.map(|n| n.div_ceil(SIDE));
+    let mut tiles = vec![vec![]; columns * rows];
+    let margin = view.margin();
+    for (index, triangle) in triangles.iter().enumerate() {
+        let seen = triangle.0.map(|corner| view.project(corner));
+        // Whatever is partly behind the eye may be anywhere.
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for corner in seen {
+            let corner = corner.map_or([[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]], |p| [p, p]);
+            for k in 0..2 {
+                low[k] = low[k].min(corner[0][k]);
+                high[k] = high[k].max(corner[1][k]);
+            }
+        }
+        if seen.iter().all(Option::is_none) {
+            continue;
+        }
+        // Casts of what is out of range end at the nearest number.
+        let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
+        let end = |k: usize, n: usize| {
+            let last = (high[k] + margin) / SIDE as f64;
+            if last < 0.0 { 0 } else { (last as usize).saturating_add(1).min(n) }
+        };
+        for row in first(1)..end(1, rows) {
+            for column in first(0)..end(0, columns) {
+                tiles[row * columns + column].push(index as u32);
+            }
+        }
+    }
+    tiles
+}
+
+/// The middle and the radius of a ball around all corners.
+pub(crate) fn ball(triangles: &[Triangle]) -> ([f64; 3], f64) {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for corner in triangles.iter().flat_map(|triangle| triangle.0) {
+        let corner = double(corner);
+        for k in 0..3 {
+            low[k] = low[k].min(corner[k]);
+            high[k] = high[k].max(corner[k]);
+        }
+    }
+    let half = [0, 1, 2].map(|k| 0.5 * (high[k] - low[k]));
+    let radius = (half[0] * half[0] + half[1] * half[1] + half[2] * half[2]).sqrt();
+    ([0, 1, 2].map(|k| low[k] + half[k]), if radius > 0.0 { radius } else { 1.0 })
+}
