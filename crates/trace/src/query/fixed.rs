@@ -154,8 +154,8 @@ fn of_caller(hit: Hit, ray: &Ray) -> Hit {
 
 #[cfg(test)]
 mod tests {
-    use intertri::Hit;
     use intertri::fixed::{Bits, Fixed, Grid, Ray};
+    use intertri::{Hit, Triangle};
 
     use crate::FixedBvh;
 
@@ -190,5 +190,43 @@ mod tests {
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 3000);
         let share = counts.undecided as f64 / counts.tests as f64;
         assert!(counts.tests > 4096 && share < 0.05, "{counts:?}");
+    }
+
+    /// Rays whose directions are snapped by powers of two of their own, in bundles and in a stream: each t is
+    /// in multiples of its caller's direction.
+    #[test]
+    fn t_is_that_of_the_caller() {
+        let wall = |z: f32| Triangle::new([-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]);
+        let walls: Vec<Triangle> = (1..40).map(|i| wall(0.25 * i as f32)).collect();
+        let points = walls.iter().flat_map(|wall| wall.0).chain([[0.0, 0.0, -4.0]]);
+        let grid = Grid::around(points, Bits::FINE).unwrap();
+        let walls: Vec<_> = walls.iter().map(|wall| grid.triangle(wall).unwrap()).collect();
+        let bvh = FixedBvh::new(&walls).unwrap();
+
+        let ray = |i: usize| {
+            // 4.25 to the first wall; the direction's length is a power of two.
+            let length = [0.125, 1.0, 4.0, 1024.0][i % 4];
+            let [x, y] = [i % 32, i / 32 % 32].map(|k| (k as f32 - 16.0) / 64.0);
+            let ray = intertri::Ray::new([0.0, 0.0, -4.0], [x, y, 1.0].map(|x| x * length));
+            (grid.ray(&ray).unwrap(), 4.25 / f64::from(length))
+        };
+        // From one origin they make bundles; from origins of their own, a stream.
+        let apart = |i: usize| {
+            let length = [0.125, 1.0, 4.0, 1024.0][i % 4];
+            let origin = [(i as f32 - 2048.0) / 4096.0, 0.0, -4.0];
+            let ray = intertri::Ray::new(origin, [0.0, 0.0, length]);
+            (grid.ray(&ray).unwrap(), 4.25 / f64::from(length))
+        };
+        let mode = Fixed::default();
+        let kinds: [&dyn Fn(usize) -> (Ray, f64); 3] = [&ray, &|i| ray(i * 1021 % 4096), &apart];
+        for rays in kinds {
+            let (rays, t): (Vec<Ray>, Vec<f64>) = (0..4096).map(rays).unzip();
+            let mut hits = vec![Hit::MISS; rays.len()];
+            bvh.closest_batch(&mode, &rays, &mut hits);
+            for ((ray, hit), t) in rays.iter().zip(&hits).zip(&t) {
+                assert_eq!(hit.some(), bvh.closest(&mode, ray));
+                assert!((hit.t / t - 1.0).abs() < 1e-5, "{} is not {t}", hit.t);
+            }
+        }
     }
 }
