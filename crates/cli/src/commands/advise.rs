@@ -165,12 +165,18 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         seconds: start.elapsed().as_secs_f64(),
     };
     print(&report, options.json)?;
-    match &report.take {
-        Some(_) => Ok(()),
-        None => Err(Error::new(format!(
-            "no choice is sure to keep within {tolerance} wrong pixels; allow more by --tolerance"
-        ))),
+    refuse_nothing(&report)
+}
+
+/// That nothing is sure enough is an error.
+fn refuse_nothing(report: &AdviseReport) -> Result<()> {
+    if report.take.is_some() {
+        return Ok(());
     }
+    let tolerance = report.tolerance;
+    Err(Error::new(format!(
+        "no choice is sure to keep within {tolerance} wrong pixels; allow more by --tolerance"
+    )))
 }
 
 /// What could be chosen.

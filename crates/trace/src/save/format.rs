@@ -14,10 +14,18 @@
 //! **To add a section**: a kind, here; its records beside those of leaves. A reader that does not know a kind
 //! refuses the file, unless the kind has the bit [`OPTIONAL`]. Kinds 5 to 15 are kept free for f64 corners. Where nodes or leaves get another shape, [`VERSION`] goes up.
 
-use super::SAVED_MAGIC;
 use super::checksum::checksum;
 use super::error::LoadError;
 use crate::tree::LEAF;
+
+/// What a saved hierarchy begins with.
+///
+/// ```
+/// use intertri_trace::{Bvh, SAVED_MAGIC};
+/// assert!(Bvh::new(&[])?.to_bytes().starts_with(&SAVED_MAGIC));
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
 pub(super) const VERSION: u32 = 1;
 

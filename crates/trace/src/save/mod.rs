@@ -23,6 +23,7 @@ mod store;
 mod tests;
 
 pub use error::LoadError;
+pub use format::SAVED_MAGIC;
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -30,15 +31,6 @@ use std::path::Path;
 
 use crate::tree::Bvh;
 use input::{Slice, Stream};
-
-/// What a saved hierarchy begins with.
-///
-/// ```
-/// use intertri_trace::{Bvh, SAVED_MAGIC};
-/// assert!(Bvh::new(&[])?.to_bytes().starts_with(&SAVED_MAGIC));
-/// # Ok::<(), intertri_trace::BuildError>(())
-/// ```
-pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
 impl Bvh {
     /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
