@@ -225,6 +225,6 @@ mod tests {
             }
         }
         let levels = Level::all().count();
-        assert!(crossed > 40_000 * levels && unsure < crossed / 1000, "{unsure} of {crossed}");
+        assert!(crossed > 20_000 * levels && unsure < crossed / 1000, "{unsure} of {crossed}");
     }
 }
