@@ -29,7 +29,7 @@ pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
 
 /// A product of two numbers, exactly.
 #[inline(always)]
-fn product<D: Lanes>(a: D, b: D) -> Double<D> {
+pub(super) fn product<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a * b;
     Double { high, low: a.mul_error(b, high) }
 }

@@ -1,5 +1,6 @@
 //! How far the closest point of a triangle is, and where it lies: each number the exact one, rounded.
 
+use super::super::input::is_plain;
 use super::super::int::Int;
 use super::super::quotient::Quotient;
 use super::super::scale::Scale;
@@ -7,7 +8,8 @@ use super::super::tier::Tier;
 use super::feature::{Feature, feature_from};
 use super::offsets::{Offsets, at_widths, scale, tier};
 use super::order::square;
-use crate::Triangle;
+use super::rounded;
+use crate::{Ray, Triangle};
 
 /// The point of a triangle that is closest to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +24,12 @@ pub struct Closest {
 /// The point of a finite triangle with an area that is closest to a finite one; by a tier or one behind it.
 pub fn closest(from: Tier, point: [f32; 3], triangle: &Triangle) -> Closest {
     let feature = feature_from(from, point, triangle);
+    if from == Tier::Float
+        && is_plain(&Ray::new(point, [1.0, 0.0, 0.0]), triangle)
+        && let Some(closest) = rounded::closest(point, triangle, feature)
+    {
+        return closest;
+    }
     let scale = scale(point, triangle.0);
     at_widths!(from.max(tier(scale)), exactly(scale, point, triangle, feature))
 }

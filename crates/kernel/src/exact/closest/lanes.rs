@@ -41,7 +41,6 @@ const AREA: f64 = f64::from_bits((1023 - 90) << 52);
 /// is the square that of the triangle; else it is that of a line.
 #[inline(always)]
 pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) -> Squares<D> {
-    let splat = D::splat;
     let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
     let edges = [corners[1] - corners[0], corners[2] - corners[1], corners[0] - corners[2]];
     let farthest = a.dot_fused(a).max(b.dot_fused(b)).max(c.dot_fused(c));
@@ -54,35 +53,29 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let normal = edges[0].cross_fused(edges[1]);
     let square = normal.dot_fused(normal);
     let volume = a.dot_fused(normal);
-    let inverse = splat(1.0) / square;
+    let inverse = D::splat(1.0) / square;
     let plane = (volume * volume) * inverse;
 
     // Above which sides of the edges?
     let length = edges[0].norm1().max(edges[1].norm1()).max(edges[2].norm1());
     let fourth = (length * length) * (length * length);
-    let known = length.gt(splat(SHORTEST));
-    let bound = (length * splat(SIDE)) * (length * length);
-    let side = |corner: Vec3<D>, edge: Vec3<D>| {
-        let side = normal.cross_fused(edge).dot_fused(corner);
-        let bound = bound * corner.norm1();
-        (side.gt(bound), side.lt(-bound))
-    };
-    let ([ab_out, bc_out, ca_out], [ab_in, bc_in, ca_in]) = {
-        let [x, y, z] = [side(a, edges[0]), side(b, edges[1]), side(c, edges[2])];
-        ([x.0, y.0, z.0], [x.1, y.1, z.1])
-    };
+    let known = length.gt(D::splat(SHORTEST));
+    let bound = (length * D::splat(SIDE)) * (length * length);
+    let (ab_out, ab_in) = side(normal, a, edges[0], bound);
+    let (bc_out, bc_in) = side(normal, b, edges[1], bound);
+    let (ca_out, ca_in) = side(normal, c, edges[2], bound);
     let outside = known & (ab_out | bc_out | ca_out);
     let inside = known & ab_in & bc_in & ca_in;
 
-    let (less, more) = (splat(1.0 - SHARE), splat(1.0 + SHARE));
-    let edge_doubt = farthest.mul_add(splat(PLACE), splat(TINY));
-    let plane_doubt = (farthest * splat(PLACE)).mul_add(fourth * inverse, splat(TINY));
-    let none = splat(0.0);
+    let (less, more) = (D::splat(1.0 - SHARE), D::splat(1.0 + SHARE));
+    let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
+    let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
+    let none = D::splat(0.0);
     let least = D::select(outside, edge * less - edge_doubt, plane * less - plane_doubt);
     let least = D::select(known & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
     let most = D::select(inside & above.lt(most), above, most);
-    Squares { least, most, has_area: known & square.gt(fourth * splat(AREA)) }
+    Squares { least, most, has_area: known & square.gt(fourth * D::splat(AREA)) }
 }
 
 /// The squared distance to the points of an edge, from a corner on.
@@ -99,4 +92,17 @@ fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
         z: share.mul_add(edge.z, corner.z),
     };
     to.dot_fused(to)
+}
+
+/// Where the point is surely beyond an edge from a corner on, and where surely not, above the plane of a normal.
+#[inline(always)]
+fn side<D: Lanes<Scalar = f64>>(
+    normal: Vec3<D>,
+    corner: Vec3<D>,
+    edge: Vec3<D>,
+    bound: D,
+) -> (D::Mask, D::Mask) {
+    let side = normal.cross_fused(edge).dot_fused(corner);
+    let bound = bound * corner.norm1();
+    (side.gt(bound), side.lt(-bound))
 }

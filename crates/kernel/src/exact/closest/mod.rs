@@ -18,6 +18,7 @@ mod feature;
 mod lanes;
 mod offsets;
 mod order;
+mod rounded;
 
 pub use attributes::{Closest, closest};
 pub use feature::{Feature, feature, feature_from};
