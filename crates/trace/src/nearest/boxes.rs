@@ -23,12 +23,16 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     point: Vec3<F>,
     far: f32,
 ) -> (F::Mask, F) {
-    let gap = |axis: usize, at: F| {
-        let (lo, hi) = (F::load(node.sides(axis, false)), F::load(node.sides(axis, true)));
-        ((lo - at).max(at - hi).max(F::splat(0.0)), lo.le(hi))
-    };
     // A child that is not there has nothing between its sides.
-    let ((x, is_there), (y, _), (z, _)) = (gap(0, point.x), gap(1, point.y), gap(2, point.z));
+    let (x, is_there) = gap(node, 0, point.x);
+    let ((y, _), (z, _)) = (gap(node, 1, point.y), gap(node, 2, point.z));
     let square = z.mul_add(z, y.mul_add(y, x * x));
     (is_there & square.le(F::splat(far)), square)
+}
+
+/// How far outside of the boxes along an axis, and where there is a box.
+#[inline(always)]
+fn gap<F: Lanes<Scalar = f32>>(node: &Node, axis: usize, at: F) -> (F, F::Mask) {
+    let (lo, hi) = (F::load(node.sides(axis, false)), F::load(node.sides(axis, true)));
+    ((lo - at).max(at - hi).max(F::splat(0.0)), lo.le(hi))
 }

@@ -10,6 +10,7 @@
 
 mod boxes;
 mod found;
+mod order;
 mod query;
 mod search;
 #[cfg(test)]

@@ -4,6 +4,7 @@ use intertri::Counts;
 use intertri::simd::{Level, Simd, WithSimd};
 
 use super::found::{Candidate, ClosestPoint, closest_of};
+use super::order::along_curve;
 use super::search::Search;
 use crate::query::chunks;
 use crate::single::Kept;
@@ -35,8 +36,6 @@ impl Bvh {
 
     /// [`Bvh::closest_point`] of many points, on all threads: `closest[i]` becomes that to `points[i]`,
     /// [`ClosestPoint::NONE`] where there is none.
-    ///
-    /// Points that are neighbours in the slice are best neighbours in space, too.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -77,7 +76,9 @@ impl WithSimd for Points<'_> {
         // More than the square of the radius: what is in between is seen when the distance is known.
         let within = radius * radius * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        for (&point, closest) in points.iter().zip(closest) {
+        for number in along_curve(bvh, points) {
+            let point = points[number as usize];
+            let closest = &mut closest[number as usize];
             *closest = ClosestPoint::NONE;
             let is_asked = radius >= 0.0 && point.iter().all(|x| x.is_finite());
             if !is_asked {

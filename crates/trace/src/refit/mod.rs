@@ -36,7 +36,7 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// A tree that costs so many times what it did is better built anew.
+    /// A tree that costs so many times what it did may be worth a build.
     pub const WORN: f64 = 1.5;
 
     /// The cost now over that of the build: 1 for triangles that have not moved, more the more a tree has worn.
@@ -44,9 +44,9 @@ impl Refit {
         self.cost / self.cost_as_built
     }
 
-    /// Whether it is time to build anew: rays then take longer than through a new tree, by about the
-    /// [`ratio`](Self::ratio), which is above [`Refit::WORN`]. That is a hint: answers are right however worn
-    /// the tree is.
+    /// Whether it is time to build anew: the [`ratio`](Self::ratio) is above [`Refit::WORN`], and rays may take
+    /// longer by as much. That is a hint: answers are right however worn the tree is, and a mesh that is
+    /// crumpled may cost as much through a new one.
     pub fn is_worn(&self) -> bool {
         self.ratio() > Self::WORN
     }

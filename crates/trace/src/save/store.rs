@@ -12,6 +12,9 @@ use crate::memory::NoMemory;
 use crate::threads;
 use crate::tree::Bvh;
 
+/// A NaN that has the same bits everywhere.
+const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
+
 /// A section to be written: how many records of which size, and what writes one.
 struct Section<'a> {
     kind: u32,
@@ -76,7 +79,7 @@ pub(super) fn write(bvh: &Bvh, output: &mut dyn Write) -> io::Result<()> {
     let header = Header {
         triangles: bvh.triangles as u64,
         boxed: bvh.boxed as u64,
-        cost: bvh.cost_as_built.unwrap_or(f64::NAN),
+        cost: bvh.cost_as_built.unwrap_or(NO_COST),
         size: end as u64,
     };
     let mut written = front(&header, &entries);

@@ -51,14 +51,13 @@ impl WithSimd for LaneBounds<'_> {
         let [a, b, c] = [Vec3::<S::F32x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
 
         // A sum of sizes that is finite has no NaN and no infinity in it.
-        let splat = S::F32x8::splat;
-        let finite = (a.norm1() + b.norm1() + c.norm1()).lt(splat(f32::INFINITY));
+        let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;
-        let known = square.gt(splat(SQUARES[0])) & square.lt(splat(SQUARES[1]));
+        let known = square.gt(S::F32x8::splat(SQUARES[0])) & square.lt(S::F32x8::splat(SQUARES[1]));
         let normal = h4.cross_fused(h5).norm1();
-        let plain = finite & known & normal.gt(square * splat(PLAIN));
+        let plain = finite & known & normal.gt(square * S::F32x8::splat(PLAIN));
         let boxed = plain.bits() & self.lanes;
 
         // The box of all lanes that are plain.
@@ -66,7 +65,7 @@ impl WithSimd for LaneBounds<'_> {
         let mut bounds = Aabb::EMPTY;
         let axes = [(a.x, b.x, c.x), (a.y, b.y, c.y), (a.z, b.z, c.z)];
         for (axis, (a, b, c)) in axes.into_iter().enumerate() {
-            let outside = splat(f32::INFINITY);
+            let outside = S::F32x8::splat(f32::INFINITY);
             let lo = Lanes::select(taken, a.min(b).min(c), outside);
             let hi = Lanes::select(taken, -a.max(b).max(c), outside);
             bounds.lo[axis] = smallest_of_eight::<S>(lo);

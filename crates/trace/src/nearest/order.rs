@@ -1,0 +1,54 @@
+//! The order in which points are asked: neighbours in space one after the other, so that what was closest to the
+//! last point is near the next.
+
+use crate::tree::Bvh;
+
+/// So few points stay as they are.
+const FEW: usize = 16;
+
+/// Bits of a coordinate along the curve.
+const BITS: u32 = 10;
+
+/// The numbers of points along Morton's curve through the box of the tree and as much around it.
+pub(super) fn along_curve(bvh: &Bvh, points: &[[f32; 3]]) -> Vec<u32> {
+    let numbers = 0..points.len() as u32;
+    if points.len() <= FEW {
+        return numbers.collect();
+    }
+    let root = &bvh.nodes[0];
+    let sides = |axis: usize| {
+        let finite = |upper| root.sides(axis, upper).iter().copied().filter(|x| x.is_finite());
+        (
+            finite(false).fold(f32::INFINITY, f32::min),
+            finite(true).fold(f32::NEG_INFINITY, f32::max),
+        )
+    };
+    let cells = (1 << BITS) as f32;
+    let places = [0, 1, 2].map(|axis| {
+        let (lo, hi) = sides(axis);
+        let size = 2.0 * (hi - lo);
+        (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
+    });
+    let cell = |point: &[f32; 3]| {
+        let along = |axis: usize| {
+            let (from, per_unit) = places[axis];
+            // What is outside, or not finite, is in the first cell or the last.
+            let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
+            spread(cell) << axis
+        };
+        along(0) | along(1) | along(2)
+    };
+    let mut order: Vec<u64> = (points.iter().zip(numbers))
+        .map(|(point, number)| u64::from(cell(point)) << 32 | u64::from(number))
+        .collect();
+    order.sort_unstable();
+    order.into_iter().map(|place| place as u32).collect()
+}
+
+/// The ten lowest bits, two places apart.
+fn spread(x: u32) -> u32 {
+    let x = (x | x << 16) & 0x0300_00ff;
+    let x = (x | x << 8) & 0x0300_f00f;
+    let x = (x | x << 4) & 0x030c_30c3;
+    (x | x << 2) & 0x0924_9249
+}
