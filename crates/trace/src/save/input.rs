@@ -4,6 +4,9 @@ use std::io::Read;
 
 use super::error::LoadError;
 
+/// So much of a stream is read at a time.
+const PIECE: usize = 1 << 20;
+
 /// Bytes, one piece after the other.
 pub(super) trait Input {
     /// The next so many.
@@ -61,15 +64,20 @@ impl<R: Read> Stream<R> {
 
 impl<R: Read> Input for Stream<R> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
-        if self.buffer.len() < count {
-            let more = count - self.buffer.len();
-            self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
-            self.buffer.resize(count, 0);
+        // The buffer grows with what arrives.
+        let mut filled = 0;
+        while filled < count {
+            let end = count.min(filled + PIECE);
+            if self.buffer.len() < end {
+                let more = end - self.buffer.len();
+                self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
+                self.buffer.resize(end, 0);
+            }
+            self.from.read_exact(&mut self.buffer[filled..end])?;
+            filled = end;
         }
-        let next = &mut self.buffer[..count];
-        self.from.read_exact(next)?;
         self.known = self.known.saturating_sub(count);
-        Ok(next)
+        Ok(&self.buffer[..count])
     }
 
     fn known(&self) -> usize {
