@@ -1,4 +1,4 @@
-//! How far a point is from the eight boxes of a node, from below.
+//! How far a point is from the eight boxes of a node, or from those of eight triangles: from below.
 
 use intertri::simd::{Lanes, Vec3};
 
@@ -24,15 +24,40 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     far: f32,
 ) -> (F::Mask, F) {
     // A child that is not there has nothing between its sides.
-    let (x, is_there) = gap(node, 0, point.x);
-    let ((y, _), (z, _)) = (gap(node, 1, point.y), gap(node, 2, point.z));
-    let square = z.mul_add(z, y.mul_add(y, x * x));
-    (is_there & square.le(F::splat(far)), square)
+    let lo = Vec3 {
+        x: F::load(node.sides(0, false)),
+        y: F::load(node.sides(1, false)),
+        z: F::load(node.sides(2, false)),
+    };
+    let hi = Vec3 {
+        x: F::load(node.sides(0, true)),
+        y: F::load(node.sides(1, true)),
+        z: F::load(node.sides(2, true)),
+    };
+    let square = to_boxes(lo, hi, point);
+    (lo.x.le(hi.x) & square.le(F::splat(far)), square)
 }
 
-/// How far outside of the boxes along an axis, and where there is a box.
+/// Which of eight triangles may be nearer than what `far` is for, by the boxes around them.
 #[inline(always)]
-fn gap<F: Lanes<Scalar = f32>>(node: &Node, axis: usize, at: F) -> (F, F::Mask) {
-    let (lo, hi) = (F::load(node.sides(axis, false)), F::load(node.sides(axis, true)));
-    ((lo - at).max(at - hi).max(F::splat(0.0)), lo.le(hi))
+pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
+    [a, b, c]: &[[[f32; 8]; 3]; 3],
+    point: Vec3<F>,
+    far: f32,
+) -> F::Mask {
+    let [a, b, c] = [Vec3::<F>::load(a), Vec3::load(b), Vec3::load(c)];
+    let lo = Vec3 { x: a.x.min(b.x).min(c.x), y: a.y.min(b.y).min(c.y), z: a.z.min(b.z).min(c.z) };
+    let hi = Vec3 { x: a.x.max(b.x).max(c.x), y: a.y.max(b.y).max(c.y), z: a.z.max(b.z).max(c.z) };
+    to_boxes(lo, hi, point).le(F::splat(far))
+}
+
+/// The squares of the distances to boxes.
+#[inline(always)]
+fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, at: Vec3<F>) -> F {
+    let none = F::splat(0.0);
+    let (before, behind) = (lo - at, at - hi);
+    let x = before.x.max(behind.x).max(none);
+    let y = before.y.max(behind.y).max(none);
+    let z = before.z.max(behind.z).max(none);
+    z.mul_add(z, y.mul_add(y, x * x))
 }

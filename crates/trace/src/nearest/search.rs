@@ -65,11 +65,17 @@ impl Search<'_> {
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, leaf: usize) -> bool {
         let block = &self.bvh.leaves[leaf].block;
+        let point = Vec3::<S::F32x8>::splat(self.point);
+        let far = boxes::far_for(self.most);
+        let near = boxes::may_be_near(block.corners(), point, far).bits() & block.live();
+        if near == 0 {
+            return false;
+        }
         let [a, b, c] = block.corners();
         let point = Vec3::<S::F64x8>::splat(self.point.map(f64::from));
         let corners = [Vec3::load_f32(a), Vec3::load_f32(b), Vec3::load_f32(c)];
         let found = squares(corners, point);
-        let mut near = found.least.le(Lanes::splat(self.most)).bits() & block.live();
+        let mut near = found.least.le(Lanes::splat(self.most)).bits() & near;
         if near == 0 {
             return false;
         }
