@@ -93,9 +93,8 @@ class Engine {
 
   /** The golden report: rows of section, level, lines, here, committed, verdict. */
   golden() {
-    this.wasm.golden_report();
-    const text = new TextDecoder().decode(
-      new Uint8Array(this.wasm.memory.buffer, this.wasm.golden_text(), this.wasm.golden_text_len()));
+    this.wasm.golden();
+    const text = this.text();
     const rows = text.split("\n").filter((line) => /0x[0-9a-f]{16}/.test(line) && !/^ /.test(line));
     return { text, rows: rows.map((line) => line.trim().split(/\s+/)) };
   }

@@ -3,7 +3,9 @@
 function modelView(engine) {
   const WIDTH = 512, HEIGHT = 384, DISTANCE = 4, FIELD = 2.3 / HEIGHT / 4;
   const canvas = $("view"), context = canvas.getContext("2d");
-  const state = { yaw: 210, pitch: -18, close: 0, away: 0, shift: [0, 0], method: 0, name: "", triangles: 0 };
+  const HOME = { yaw: 210, pitch: -18, close: 0, shift: [0, 0] };
+  let home = HOME;
+  const state = { ...HOME, away: 0, method: 0, name: "", triangles: 0 };
   let shades = [], marks = [], scale = 1, wrong = [], looked = 0;
   let traced = new Uint8Array(0);
 
@@ -132,12 +134,13 @@ function modelView(engine) {
   }
 
   /** Takes a model by a name. */
-  function take(name, load) {
+  function take(name, load, from = {}) {
     complain("");
     try {
       const start = performance.now();
       const triangles = load();
-      Object.assign(state, { name, triangles, yaw: 210, pitch: -18, close: 0, away: 0, shift: [0, 0] });
+      home = { ...HOME, ...from };
+      Object.assign(state, { name, triangles, away: 0 }, home);
       page.built = performance.now() - start;
       scale = 1;
       change();
@@ -166,6 +169,9 @@ function modelView(engine) {
     if (state.triangles) $("model-title-out").textContent = `${state.name}, ${NUMBER.format(state.triangles)} triangles`;
   }
 
+  /** The scene that comes with the library, seen from near enough: it stands on a wide floor. */
+  const takeBuiltIn = () => take("Built-in scene", () => engine.builtIn(), { close: 2, shift: [0.004, 0.012] });
+
   const drop = $("drop");
   for (const name of ["dragenter", "dragover"]) {
     drop.addEventListener(name, (e) => { e.preventDefault(); drop.classList.add("over"); });
@@ -176,7 +182,7 @@ function modelView(engine) {
   for (const name of ["dragover", "drop"]) window.addEventListener(name, (e) => e.preventDefault());
   $("open").addEventListener("click", () => $("file").click());
   $("file").addEventListener("change", () => { open($("file").files[0]); $("file").value = ""; });
-  $("built-in").addEventListener("click", () => take("Built-in scene", () => engine.builtIn()));
+  $("built-in").addEventListener("click", takeBuiltIn);
 
   engine.methods.forEach((name, i) => $("method").add(new Option(name, i)));
   $("method").addEventListener("change", () => { state.method = Number($("method").value); change(); });
@@ -187,7 +193,7 @@ function modelView(engine) {
     turn(dx, dy) {
       // As much as the picture shows.
       const by = 2 ** -state.close;
-      if (state.close > 1) {
+      if (state.close > 4) {
         state.shift = [state.shift[0] - dx * by * 0.003, state.shift[1] + dy * by * 0.003];
       } else {
         state.yaw = (state.yaw - dx + 360) % 360;
@@ -195,7 +201,7 @@ function modelView(engine) {
       }
       change();
     },
-    magnify(steps) { state.close = clamp(state.close + steps, 0, 20); if (state.close === 0) state.shift = [0, 0]; change(); },
+    magnify(steps) { state.close = clamp(state.close + steps, 0, 20); change(); },
   });
   let visited = 0;
   $("next").addEventListener("click", () => {
@@ -205,9 +211,9 @@ function modelView(engine) {
     state.close = clamp(state.close + 4, 0, 20);
     change();
   });
-  $("home").addEventListener("click", () => { Object.assign(state, { close: 0, shift: [0, 0] }); change(); });
+  $("home").addEventListener("click", () => { Object.assign(state, home); change(); });
   recolour();
-  take("Built-in scene", () => engine.builtIn());
+  takeBuiltIn();
   page.model = { state, numbers, change };
   return { recolour() { recolour(); change(); } };
 }

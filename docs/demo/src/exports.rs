@@ -77,6 +77,14 @@ pub extern "C" fn output_len() -> usize {
     state().output.len()
 }
 
+/// Outputs the report of the golden answers; 1 where every answer is the committed one.
+#[unsafe(no_mangle)]
+pub extern "C" fn golden() -> u32 {
+    let (text, same) = intertri_golden::report();
+    state().output = text.into_bytes();
+    same.into()
+}
+
 /// Outputs the names of the methods, a line each.
 #[unsafe(no_mangle)]
 pub extern "C" fn method_names() {

@@ -87,7 +87,8 @@ impl Fan {
             }
         }
         let mut hit = Bits(vec![0; self.size * self.size]);
-        let pairs = Pairs { packets: &self.packets, triangles: &self.triangles };
+        let (packets, triangles) = (&self.packets[..], &self.triangles[..]);
+        let pairs = Pairs { packets, triangles, closest: false };
         METHODS[method].run(pairs, &mut hit);
         hit.0
     }

@@ -1,7 +1,7 @@
 //! The methods that the page compares, all by one question: rays of one origin against triangles.
 
 use intertri::simd::{Level, Mask, Simd, Vec3, WithSimd};
-use intertri::{Certified, Counts, Exact, LaneQueries, Mode, RayPacket, Triangle};
+use intertri::{Certified, ClosestHits, Counts, Exact, LaneQueries, Mode, RayPacket, Triangle};
 use intertri_lab::methods::baldwin_weber::BaldwinWeber;
 use intertri_lab::methods::embree::{EdgeForm, Robust};
 use intertri_lab::methods::moller_trumbore::MollerTrumbore;
@@ -13,11 +13,14 @@ pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
 
-/// Packets of rays from one origin, and triangles: every pair is tested, triangle by triangle within a packet.
+/// Packets of rays, and triangles: every pair is tested, triangle by triangle within a packet.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
+    /// What is asked: whether pairs hit, of which no t is told, or each ray's closest hit. Of the latter a method
+    /// may tell all hits, in the order of the triangles.
+    pub(crate) closest: bool,
 }
 
 /// A method: its name, its significant bits, and what it answers.
@@ -121,15 +124,47 @@ impl<T: LaneQueries> WithSimd for OfMode<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { test, pairs: Pairs { packets, triangles }, sink } = self;
-        let triangles: Vec<_> = triangles.iter().map(|triangle| test.prepare(triangle)).collect();
+        let Self { test, pairs: Pairs { packets, triangles, closest }, sink } = self;
+        let prepared: Vec<_> = triangles.iter().map(|triangle| test.prepare(triangle)).collect();
+        let find = |place: u32| triangles[place as usize];
         let mut counts = Counts::default();
         for (i, packet) in packets.iter().enumerate() {
             let rays = test.prepare_packet_in::<S, 8>(packet);
-            for (k, triangle) in triangles.iter().enumerate() {
-                let hits = test.packet_in(&rays, triangle, &mut counts);
-                if hits.bits != 0 {
-                    sink.hits(i, hits.bits, k, &hits.t);
+            if closest {
+                let mut best = ClosestHits::new(&packet.t_max);
+                test.packet_closest_of_in(
+                    &rays,
+                    &prepared,
+                    0,
+                    find,
+                    packet.live(),
+                    &mut best,
+                    &mut counts,
+                );
+                let t = test.hits_in(&rays, &best, find).t;
+                for lane in 0..8 {
+                    if let Some((k, _)) = best.lane(lane).triangle() {
+                        sink.hits(i, 1 << lane, k as usize, &t);
+                    }
+                }
+                continue;
+            }
+            for (k, triangle) in prepared.iter().enumerate() {
+                let mut hits = ClosestHits::new(&packet.t_max);
+                let at = (k as u32, k as u32);
+                test.packet_closest_in(
+                    &rays,
+                    triangle,
+                    at,
+                    find,
+                    packet.live(),
+                    &mut hits,
+                    &mut counts,
+                );
+                let bits =
+                    (0..8).fold(0, |bits, lane| bits | u32::from(hits.lane(lane).is_hit()) << lane);
+                if bits != 0 {
+                    sink.hits(i, bits, k, &[0.0; 8]);
                 }
             }
         }

@@ -147,8 +147,8 @@ impl Model {
                 };
                 let packets: Vec<_> = (0..down).map(|j| RayPacket::new(&row(j))).collect();
                 let mut closest = Closest::new(packets.len());
-                METHODS[method]
-                    .run(Pairs { packets: &packets, triangles: &triangles }, &mut closest);
+                let pairs = Pairs { packets: &packets, triangles: &triangles, closest: true };
+                METHODS[method].run(pairs, &mut closest);
                 for j in 0..down {
                     for i in 0..across {
                         let found = closest.triangle[j][i].map(|k| seen[k as usize]);
@@ -216,4 +216,60 @@ fn facing(Triangle(corners): &Triangle, ray: &Ray) -> u8 {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let cosine = dot(n, d).abs() / (dot(n, n) * dot(d, d)).sqrt();
     (1.0 + 254.0 * cosine) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Model;
+    use crate::methods::METHODS;
+
+    /// The lists of the tiles lose no hit: by them, `exact` answers as through the hierarchy, from afar and near,
+    /// at home and far from the origin; and other methods do not, so that this can fail.
+    #[test]
+    fn tiles_show_what_the_hierarchy_shows() {
+        let mut model = Model::built_in().unwrap();
+        let mut wrong = [0; METHODS.len()];
+        for away in [0.0, 1e4] {
+            for pixel in [2e-2, 3e-3, 2e-6] {
+                for forward in [[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.48, -0.64, 0.6]] {
+                    let [x, y, z]: [f64; 3] = forward;
+                    let across = (x * x + z * z).sqrt();
+                    let right = [z / across, 0.0, -x / across];
+                    let up = [-x * y / across, across, -z * y / across];
+                    let mut numbers = vec![72.0, 40.0, pixel, 1e-2, 0.0, away, away, away];
+                    numbers.extend([right, up, forward].concat());
+                    numbers.push(4.0);
+                    assert!(model.look(&numbers));
+                    let seen = model.trace(0..40);
+                    assert!(seen.iter().any(|&shade| shade > 0));
+                    for (method, wrong) in wrong.iter_mut().enumerate() {
+                        let (counts, classes) = model.compare(method, 0..5);
+                        assert_eq!(counts.iter().sum::<u32>(), 72 * 40);
+                        assert_eq!(classes.len(), 72 * 40);
+                        *wrong += counts[2..].iter().sum::<u32>();
+                    }
+                }
+            }
+        }
+        assert_eq!(wrong[METHODS.len() - 1], 0);
+        assert!(wrong[0] > 0, "{wrong:?}");
+    }
+
+    #[test]
+    fn what_is_no_view_is_refused() {
+        let mut model = Model::built_in().unwrap();
+        let good = [
+            8.0, 8.0, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0,
+            4.0,
+        ];
+        assert!(model.look(&good));
+        for (i, bad) in [(0, 0.0), (0, 1e9), (1, 2.5), (2, 0.0), (2, f64::NAN), (17, f64::INFINITY)]
+        {
+            let mut numbers = good;
+            numbers[i] = bad;
+            assert!(!model.look(&numbers), "{i} {bad}");
+        }
+        assert!(!model.look(&good[..17]));
+        assert!(Model::from_file("a.obj", b"f 1 2 3\n").is_err());
+    }
 }
