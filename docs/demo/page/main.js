@@ -34,6 +34,7 @@ async function start() {
     throw e;
   }
   page.module = engine.name;
+  page.engine = engine;
   $("module-note").textContent = engine.name === "simd128"
     ? "Computed by WebAssembly with SIMD; add #plain to the address for the module without."
     : "Computed by WebAssembly without SIMD.";

@@ -16,8 +16,11 @@
 
 mod digest;
 mod grid;
+mod lists;
 mod modes;
+mod nearest;
 mod report;
+mod saved;
 mod scenes;
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
@@ -56,6 +59,9 @@ macro_rules! section {
 pub const SECTIONS: &[Section] = &[
     section!("modes", "answers.txt", modes::answers),
     section!("fixed", "fixed.txt", grid::answers),
+    section!("lists", "lists.txt", lists::answers),
+    section!("nearest", "nearest.txt", nearest::answers),
+    section!("saved", "saved.txt", saved::answers),
 ];
 
 impl Section {

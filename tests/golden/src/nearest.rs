@@ -1,0 +1,50 @@
+//! The section `nearest`: closest points of meshes, and signed distances to closed ones.
+
+use intertri::simd::Level;
+use intertri_trace::{Bvh, ClosestPoint, Solid};
+
+use crate::Line;
+use crate::digest::Digest;
+use crate::scenes::{Scene, scenes};
+
+/// The lines of all scenes. They know no level but the CPU's best.
+pub(crate) fn answers(_: Level) -> Vec<Line> {
+    let mut lines = vec![];
+    for scene in &scenes() {
+        let along = |x: f32| {
+            let rays = scene.rays.iter().take(500);
+            rays.map(move |ray| [0, 1, 2].map(|k| ray.origin[k] + x * ray.dir[k]))
+        };
+        let points: Vec<[f32; 3]> = along(0.0).chain(along(0.9)).chain(along(2.0)).collect();
+        let bvh = Bvh::new(&scene.triangles).expect("small");
+        lines.push(closest(scene, &bvh, &points, "closest point", f64::INFINITY));
+        lines.push(closest(scene, &bvh, &points, "closest point within 0.25", 0.25));
+        if scene.closed {
+            let solid = Solid::new(&scene.triangles).expect("closed");
+            let mut distances = vec![0.0; points.len()];
+            solid.signed_distance_batch(&points, &mut distances);
+            let mut digest = Digest::new();
+            for distance in distances {
+                digest.hits += u64::from(distance < 0.0);
+                digest.number(distance);
+            }
+            lines.push(Line::new(&scene.name, "exact", "signed distance", &digest));
+        }
+    }
+    lines
+}
+
+/// The line of closest points within a radius.
+fn closest(scene: &Scene, bvh: &Bvh, points: &[[f32; 3]], query: &str, radius: f64) -> Line {
+    let mut closest = vec![ClosestPoint::NONE; points.len()];
+    bvh.closest_point_batch(points, radius, &mut closest);
+    let mut digest = Digest::new();
+    for found in closest {
+        digest.hits += u64::from(found.some().is_some());
+        digest.word(found.triangle.into());
+        for x in [found.distance, found.u, found.v].into_iter().chain(found.point) {
+            digest.number(x);
+        }
+    }
+    Line::new(&scene.name, "exact", query, &digest)
+}
