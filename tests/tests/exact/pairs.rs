@@ -88,13 +88,19 @@ fn check_rounding(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Co
     counts.rounded += 3;
 }
 
-/// One triangle before another, or both at one t: that of the same plane, and one beside it.
+/// One triangle before another, or both at one t: that of the same plane, one beside it, and neighbours at an
+/// edge and at a corner.
 fn check_order(ray: &Ray, triangle: &Triangle, truth: &Truth, counts: &mut Counts) {
     let [c1, c2, c3] = triangle.0;
     let mut moved = *triangle;
     let number = &mut moved.0[1][usize::from(ray.dir[0] > 0.0)];
     *number = number.next_up();
-    for other in [Triangle([c2, c3, c1]), Triangle([c1, c3, c2]), moved] {
+    let beside = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| a[k] + b[k] - c3[(k + 1) % 3]);
+    let (near, far) = (beside(c1, c2), beside(c2, c2));
+    let turned = [Triangle([c2, c3, c1]), Triangle([c1, c3, c2]), moved];
+    let neighbours =
+        [Triangle([near, c2, c1]), Triangle([c1, near, c3]), Triangle([far, c1, near])];
+    for other in turned.into_iter().chain(neighbours) {
         let Some(of_other) = oracle::truth(ray, &other) else { continue };
         let want = truth.order(&of_other);
         assert_eq!(order(ray, triangle, &other), want, "{ray:?} {triangle:?} {other:?}");

@@ -5,18 +5,17 @@ use core::cmp::Ordering;
 use super::input::{is_plain, pair};
 use super::int::Int;
 use super::numbers::{Numbers, Pair, Scales};
+use super::one_pair;
 use super::quotient::Quotient;
-use super::rounded::Seen;
 use super::tier::{Tier, at_tier};
-use crate::simd::Vec3;
 use crate::{Ray, Triangle};
 
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one behind it.
 #[inline(always)]
 pub fn t_from(from: Tier, ray: &Ray, triangle: &Triangle) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let (t, sure) = seen(ray, triangle).t();
-        if sure {
+        let ([t, ..], sure) = one_pair::meet(ray, triangle);
+        if sure & 1 != 0 {
             return t;
         }
     }
@@ -28,9 +27,8 @@ pub fn t_from(from: Tier, ray: &Ray, triangle: &Triangle) -> f64 {
 #[inline(always)]
 pub fn attributes_from(from: Tier, ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let seen = seen(ray, triangle);
-        let ((t, t_sure), (u, v, sure)) = (seen.t(), seen.weights());
-        if t_sure & sure {
+        let ([t, u, v], sure) = one_pair::meet(ray, triangle);
+        if sure == 0b111 {
             return (t, u, v);
         }
     }
@@ -43,12 +41,6 @@ pub fn order_from(from: Tier, ray: &Ray, one: &Triangle, other: &Triangle) -> Or
     let (a, b) = (pair(ray, one), pair(ray, other));
     let scales = a.scales_with(other.0);
     at_tier!(from.max(scales.tier()), order::<C, N, V, P>(&a, &b, scales))
-}
-
-#[inline(always)]
-fn seen(ray: &Ray, triangle: &Triangle) -> Seen<f64> {
-    let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
-    Seen::new(triangle.0.map(vec3), vec3(ray.origin), vec3(ray.dir))
 }
 
 #[inline(never)]

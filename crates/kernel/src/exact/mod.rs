@@ -27,11 +27,13 @@ mod interval;
 mod leave;
 mod numbers;
 mod on_triangle;
+mod one_pair;
 mod pairs;
 mod quotient;
 mod rounded;
 mod scale;
 mod seen_plane;
+mod shared_edge;
 mod tier;
 
 pub use along::{attributes_from, order_from, t_from};
@@ -67,6 +69,12 @@ pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
+/// Whether a ray that hits two triangles surely meets both at one t, because it meets them where they touch; of a pair
+/// that is no hit it may say either.
+pub(crate) fn touch(ray: &Ray, one: &Triangle, other: &Triangle) -> bool {
+    shared_edge::is_met(ray, one, other)
+}
+
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point.
 pub fn t(ray: &Ray, triangle: &Triangle) -> f64 {
     t_from(Tier::Float, ray, triangle)
@@ -79,8 +87,8 @@ pub fn attributes(ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
 
 /// The order in which a ray meets two triangles whose planes its line meets, exactly.
 pub fn order(ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
-    // Walls and floors often lie upon each other.
-    if across_an_axis(one, other) {
+    // Walls and floors often lie upon each other, and neighbours are often met where they touch.
+    if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
         Ordering::Equal
     } else {
         order_from(Tier::Float, ray, one, other)

@@ -39,7 +39,7 @@ pub(super) struct Volume<D> {
 impl<D: Lanes<Scalar = f64>> Volume<D> {
     /// `x·(y × z)`, where the cross product is given, too.
     #[inline(always)]
-    fn new(x: Vec3<D>, product: &[Double<D>; 3], y: Vec3<D>, z: Vec3<D>) -> Self {
+    pub(super) fn new(x: Vec3<D>, product: &[Double<D>; 3], y: Vec3<D>, z: Vec3<D>) -> Self {
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: dot(product, x), err: permanent * D::splat(DOUBT) }
     }

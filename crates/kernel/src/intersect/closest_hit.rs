@@ -120,6 +120,20 @@ impl ClosestHit {
         }
     }
 
+    /// Offers the pair of a lane of which nothing is decided.
+    #[inline(always)]
+    fn offer_undecided(&mut self, new: (u32, u32), lane: usize, pairs: &impl LanePairs) {
+        let (triangle, place) = new;
+        // Where it touches the closest it has its t: then the index decides, and nobody need know t.
+        if self.is_hit() && pairs.touch(lane, self.place) {
+            if triangle < self.triangle && pairs.hit(lane).is_some() {
+                (self.triangle, self.place) = (triangle, place);
+            }
+        } else if let Some(t) = pairs.hit(lane) {
+            self.offer_known(t, new, lane, pairs);
+        }
+    }
+
     /// Offers what was found in a lane, whose triangle has that index and place.
     #[inline(always)]
     pub(super) fn offer_lane<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
@@ -134,6 +148,8 @@ impl ClosestHit {
             found.t_lo.store(&mut t_lo);
             found.t_hi.store(&mut t_hi);
             self.offer_near((t_lo[lane], t_hi[lane]), new, lane, pairs);
+        } else if found.exact >> lane & 1 == 0 {
+            self.offer_undecided(new, lane, pairs);
         } else if let Some(t) = found.known_t(lane, pairs) {
             self.offer_known(t, new, lane, pairs);
         }
@@ -196,8 +212,8 @@ impl ClosestHit {
                 self.offer_near((found.t_lo[lane], found.t_hi[lane]), new, lane, pairs);
             } else if found.exact >> lane & 1 != 0 {
                 self.offer_known(found.t[lane], new, lane, pairs);
-            } else if let Some(t) = pairs.hit(lane) {
-                self.offer_known(t, new, lane, pairs);
+            } else {
+                self.offer_undecided(new, lane, pairs);
             }
         }
     }
@@ -288,6 +304,9 @@ mod tests {
         }
         fn order(&self, _: usize, _: u32) -> Ordering {
             Ordering::Equal
+        }
+        fn touch(&self, _: usize, _: u32) -> bool {
+            false
         }
     }
 

@@ -42,6 +42,13 @@ pub(crate) trait LanePairs {
     fn order(&self, lane: usize, place: u32) -> Ordering {
         self.resolver().order(&self.ray(lane), &self.triangle(lane), &self.find(place))
     }
+
+    /// Whether the triangle of a lane and the one in a place touch where the lane's ray meets them, if it hits both.
+    #[inline(always)]
+    fn touch(&self, lane: usize, place: u32) -> bool {
+        let pair = || (self.ray(lane), [self.triangle(lane), self.find(place)]);
+        self.resolver().touch(pair)
+    }
 }
 
 /// The lanes of a packet of rays with one triangle.

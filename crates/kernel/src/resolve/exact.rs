@@ -20,6 +20,13 @@ pub(super) fn order(ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
     exact::order(ray, a, b)
 }
 
+/// See [`Resolver::touch`](super::Resolver::touch).
+#[cold]
+#[inline(never)]
+pub(super) fn touch(ray: &Ray, a: &Triangle, b: &Triangle) -> bool {
+    exact::touch(ray, a, b)
+}
+
 /// See [`Resolver::hit_attributes`](super::Resolver::hit_attributes).
 #[inline(never)]
 pub(super) fn hit_attributes(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {

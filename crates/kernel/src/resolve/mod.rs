@@ -74,6 +74,16 @@ impl Resolver {
         }
     }
 
+    /// Whether a ray that hits two triangles surely does so at one t, because it meets them where they touch. Of a pair
+    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing.
+    #[inline(always)]
+    pub fn touch(self, pair: impl FnOnce() -> (Ray, [Triangle; 2])) -> bool {
+        matches!(self, Self::Exact) && {
+            let (ray, [a, b]) = pair();
+            exact::touch(&ray, &a, &b)
+        }
+    }
+
     /// Which of two hits of a ray comes first: by t, and where that is equal, by the index.
     #[inline]
     pub fn first(

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use intertri::internal::{Pairs, Resolver, exact};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
     self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, PreparedPacket, Ray,
@@ -108,6 +109,7 @@ fn blocks_of_8<T: LaneQueries, S: Simd>(
     let start = Instant::now();
     for (blocks, batch) in blocks.iter().zip(batches) {
         let find = |place: u32| batch.triangles[place as usize];
+        let mut waiting = Waiting::new();
         for ray in &batch.rays {
             let lanes = test.prepare_ray(ray);
             let mut best = kernel::ClosestHit::new(f32::INFINITY);
@@ -115,10 +117,57 @@ fn blocks_of_8<T: LaneQueries, S: Simd>(
                 let numbers = std::array::from_fn(|lane| k + lane as u32);
                 test.closest_in::<S>(&lanes, block, &numbers, k, find, &mut best, &mut counts);
             }
-            nearest.push(answer(&test, ray, &best, find));
+            nearest.push(ClosestHit::MISS);
+            if let Some((triangle, place)) = best.triangle() {
+                waiting.add::<T, S>(&test, (ray, &find(place), triangle), nearest);
+            }
         }
+        waiting.answer::<T, S>(&test, nearest);
     }
     start.elapsed().as_secs_f64()
+}
+
+/// Hits of single rays that wait until t of eight of them is computed side by side, as in the streams of a
+/// hierarchy.
+struct Waiting {
+    pairs: Pairs,
+    numbers: [usize; 8],
+    len: usize,
+}
+
+impl Waiting {
+    fn new() -> Self {
+        Self { pairs: Pairs::new(), numbers: [0; 8], len: 0 }
+    }
+
+    /// The last of the answers is that of a ray and a triangle which it hits.
+    #[inline(always)]
+    fn add<T: LaneQueries, S: Simd>(
+        &mut self,
+        test: &T,
+        (ray, triangle, index): (&Ray, &Triangle, u32),
+        nearest: &mut [ClosestHit],
+    ) {
+        self.pairs.set(self.len, ray, triangle, index);
+        self.numbers[self.len] = nearest.len() - 1;
+        self.len += 1;
+        if self.len == 8 {
+            self.answer::<T, S>(test, nearest);
+        }
+    }
+
+    /// Answers all that wait.
+    #[inline(always)]
+    fn answer<T: LaneQueries, S: Simd>(&mut self, test: &T, nearest: &mut [ClosestHit]) {
+        let hits = match test.resolver() {
+            Resolver::Exact => exact::hits_in::<S>(&self.pairs, self.len),
+            _ => self.pairs.hits_in::<S>(),
+        };
+        for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {
+            nearest[number] = ClosestHit { t: hit.t, triangle: hit.triangle };
+        }
+        self.len = 0;
+    }
 }
 
 /// One ray after another against four triangles at a time.
@@ -167,18 +216,6 @@ pub(super) fn answers<T: LaneQueries, S: Simd, const N: usize>(
         let hit = |(triangle, _)| ClosestHit { t: hits.t[lane], triangle };
         nearest.push(triangle.map_or(ClosestHit::MISS, hit));
     }
-}
-
-/// The answer with its exact `t`, computed as a caller's hit is.
-#[inline(always)]
-pub(super) fn answer<T: LaneQueries>(
-    test: &T,
-    ray: &Ray,
-    best: &kernel::ClosestHit,
-    find: impl Fn(u32) -> Triangle,
-) -> ClosestHit {
-    let hit = test.hit(ray, best, find);
-    hit.map_or(ClosestHit::MISS, |hit| ClosestHit { t: hit.t, triangle: hit.triangle })
 }
 
 #[inline(always)]

@@ -250,15 +250,26 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             // A ray without a hit may have its far end here; one with a hit only has to compare.
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
+            let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
+            // Where it touches the nearest it has its t: then the index decides.
+            if let Some(other) = other
+                && !sure
+                && settle.touch(ray, triangle, other)
+            {
+                let is_lower = (settle.index)(triangle) < (settle.index)(other);
+                if is_lower && settle.hit(triangle, ray).is_some() {
+                    numbers[lane] = bits;
+                }
+                continue;
+            }
             let t = if sure && is_hit { None } else { settle.hit(triangle, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;
             }
-            if is_hit {
-                let other = seen[numbers[lane].to_bits() as usize];
-                if !settle.is_before(ray, triangle, other, &mut kept) {
-                    continue;
-                }
+            if let Some(other) = other
+                && !settle.is_before(ray, triangle, other, &mut kept)
+            {
+                continue;
             }
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
             (lo[lane], hi[lane]) = match t {

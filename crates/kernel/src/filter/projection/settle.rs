@@ -37,6 +37,12 @@ impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
+    /// Whether two triangles touch where a ray meets them, if it hits both.
+    #[inline(always)]
+    pub(super) fn touch(&self, ray: usize, one: u32, other: u32) -> bool {
+        self.resolver.touch(|| (self.rays[ray], [(self.find)(one), (self.find)(other)]))
+    }
+
     /// Whether a ray hits one triangle before another, both of which it is known to hit. What was seen of
     /// both is kept for other rays.
     #[inline(always)]

@@ -1,0 +1,60 @@
+//! Whether a ray meets two triangles on an edge or in a corner that they share, and so at one t.
+//!
+//! ```text
+//!        P            d × P = 0           the ray goes through the corner
+//!       /|\
+//!      / ● \          d·(P × Q) = 0       through the line of the edge
+//!     /  |  \
+//!    ·---Q---·        P, Q from the ray's origin
+//! ```
+//!
+//! Proof: `docs/numerics/exact.md`, section 9.
+
+use core::cmp::Ordering;
+
+use super::int::{Int, cross, dot};
+use super::scale::Scale;
+use super::tier::{Tier, at_tier};
+use crate::{Ray, Triangle};
+
+/// Whether two triangles, whose planes the ray's line meets in one point each, surely have the same t because
+/// that is on what they share.
+pub(super) fn is_met(ray: &Ray, one: &Triangle, other: &Triangle) -> bool {
+    // The corners of one that the other has, too.
+    let bits = |corner: &[f32; 3]| corner.map(f32::to_bits);
+    let is_shared = |corner: &&[f32; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
+    let mut shared = one.0.iter().filter(is_shared);
+    let Some(&p) = shared.next() else { return false };
+    let q = shared.next().copied().unwrap_or(p);
+    // One plane.
+    if shared.next().is_some() {
+        return true;
+    }
+    let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
+    at_tier!(points.tier(dir), holds::<C, N, V>(ray, [p, q], (points, dir)))
+}
+
+fn holds<const C: usize, const N: usize, const V: usize>(
+    ray: &Ray,
+    [p, q]: [[f32; 3]; 2],
+    (points, dir): (Scale, Scale),
+) -> bool {
+    let (o, d) = (points.vector::<f32, C>(ray.origin), dir.vector::<f32, C>(ray.dir));
+    let seen = |corner: [f32; 3]| {
+        let c = points.vector::<f32, C>(corner);
+        [c[0] - o[0], c[1] - o[1], c[2] - o[2]]
+    };
+    let (p, q) = (seen(p), seen(q));
+    let is_zero = |x: &Int<N>| x.sign() == Ordering::Equal;
+    let through = |corner: &[Int<C>; 3]| {
+        let moment: [Int<N>; 3] = cross(&d, corner);
+        moment.iter().all(is_zero)
+    };
+    let normal: [Int<N>; 3] = cross(&p, &q);
+    // Of one corner alone the normal is 0, and tells nothing.
+    if normal.iter().all(is_zero) {
+        return through(&p);
+    }
+    let volume: Int<V> = dot(&d, &normal);
+    volume.sign().is_eq()
+}
