@@ -321,6 +321,11 @@ mod tests {
         }
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
+        // Every hit, to the sheet and beyond: those of packets that are left are listed once.
+        let lists = bvh.all_batch(&mode, &rays, None).unwrap();
+        assert!(lists.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.all(&mode, ray)));
+        assert!(lists.hits.len() > 2000);
+
         // In another order the same rays have little in common.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
         let bundled = hits.clone();

@@ -1,0 +1,58 @@
+//! Where points lie: batches and single points alike, on the surface, beside it, in it.
+
+use intertri::Triangle;
+use intertri_trace::{Place, Solid};
+
+/// A sphere of some rings, the mesh of a globe; its corners run counter-clockwise as seen from outside.
+fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
+    let corner = |ring: usize, i: usize| {
+        let (a, b) = (ring as f32 / rings as f32, (i % rings) as f32 / rings as f32);
+        let (a, b) = (a * std::f32::consts::PI, b * std::f32::consts::TAU);
+        // The poles are single points.
+        let r = if ring == 0 || ring == rings { 0.0 } else { a.sin() };
+        [centre + r * b.cos(), a.cos(), r * b.sin()]
+    };
+    let squares = (0..rings * rings).map(|i| (i / rings, i % rings));
+    let halves = squares.flat_map(|(ring, i)| {
+        let [a, b] = [corner(ring, i), corner(ring, i + 1)];
+        let [c, d] = [corner(ring + 1, i), corner(ring + 1, i + 1)];
+        [Triangle([a, b, c]), Triangle([d, c, b])]
+    });
+    halves.collect()
+}
+
+#[test]
+fn a_batch_tells_what_single_points_are_told() {
+    // Two that overlap, and one inside out within the first.
+    let small = globe(8, 0.0)
+        .into_iter()
+        .map(|Triangle([a, b, c])| Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x))));
+    let mesh: Vec<Triangle> =
+        globe(16, 0.0).into_iter().chain(globe(20, 1.0)).chain(small).collect();
+    let solid = Solid::new(&mesh).unwrap();
+
+    // Corners, middles of edges and points beside them, a grid through all, and nonsense.
+    let mut points: Vec<[f32; 3]> = mesh.iter().flat_map(|t| t.0).collect();
+    points.extend(mesh.iter().map(|t| [0, 1, 2].map(|k| 0.5 * (t.0[0][k] + t.0[1][k]))));
+    points.extend(mesh.iter().map(|t| [t.0[0][0].next_up(), t.0[0][1], t.0[0][2].next_down()]));
+    let at = |i: usize| (i as f32 - 10.0) / 8.0;
+    points.extend((0..9261).map(|i| [at(i % 21) + 0.4, at(i / 21 % 21), at(i / 441)]));
+    points.extend([[f32::NAN, 0.0, 0.0], [f32::INFINITY; 3], [f32::MAX; 3], [1e-45, 0.0, 0.0]]);
+
+    let mut places = vec![Place::Surface; points.len()];
+    let mut contains = vec![false; points.len()];
+    solid.place_batch(&points, &mut places);
+    solid.contains_batch(&points, &mut contains);
+    for ((point, place), contains) in points.iter().zip(&places).zip(&contains) {
+        assert_eq!(*place, solid.place(*point), "{point:?}");
+        assert_eq!(*contains, *place != Place::Outside, "{point:?}");
+    }
+    let count = |of: Place| places.iter().filter(|&&place| place == of).count();
+    assert!(count(Place::Surface) >= 3 * mesh.len());
+    let counts = [1, 2].map(|times| count(Place::Inside(times)));
+    assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
+    // Within the one that is turned inside out nothing winds around a point.
+    assert_eq!(solid.place([0.1, -0.02, 0.01]), Place::Inside(1));
+    assert_eq!(solid.place([-0.1, -0.02, 0.01]), Place::Outside);
+    assert_eq!(solid.place([0.5, 0.01, 0.02]), Place::Inside(2));
+}
