@@ -73,7 +73,9 @@ impl Bvh {
         }
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
         let mut all = room(count).map_err(out_of_memory)?;
-        meshes.iter().for_each(|mesh| all.extend_from_slice(mesh));
+        for mesh in meshes {
+            all.extend_from_slice(mesh);
+        }
         let counts = meshes.iter().map(|mesh| mesh.len());
         let geometries = Geometries::of(counts).map_err(out_of_memory)?;
         Ok(Self { geometries, ..Self::new(&all)? })

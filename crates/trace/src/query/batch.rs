@@ -42,7 +42,7 @@ pub(super) struct Asked<'a> {
     pub(super) on_grid: &'a [fixed::Ray],
 }
 
-impl<'a> Asked<'a> {
+impl Asked<'_> {
     /// The rays from one to before another, with what they skip.
     pub(super) fn part(self, from: usize, to: usize) -> Self {
         let choice = self.choice.map(|choice| choice.part(from, to));

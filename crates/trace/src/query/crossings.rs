@@ -45,7 +45,7 @@ impl Bvh {
     }
 
     /// Where a point lies.
-    pub(crate) fn place(&self, mode: &Exact, point: [f32; 3]) -> Place {
+    pub(crate) fn place(&self, mode: Exact, point: [f32; 3]) -> Place {
         if is_on_surface(self, point) {
             return Place::Surface;
         }
@@ -58,7 +58,7 @@ impl Bvh {
     /// Where points lie, told by a function of that.
     pub(crate) fn places<A: Send>(
         &self,
-        mode: &Exact,
+        mode: Exact,
         points: &[[f32; 3]],
         answers: &mut [A],
         answer: impl Fn(Place) -> A + Sync,

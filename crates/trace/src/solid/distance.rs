@@ -42,7 +42,7 @@ impl Solid {
             let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
             self.bvh.closest_point_batch(points, f64::INFINITY, closest);
             let winds = |place| matches!(place, Place::Inside(_));
-            self.bvh.places(&Exact::default(), points, inside, winds);
+            self.bvh.places(Exact::default(), points, inside, winds);
             for (i, distance) in distances.iter_mut().enumerate() {
                 let far = closest[i].distance;
                 *distance = if !points[i].iter().all(|x| x.is_finite()) {

@@ -75,7 +75,7 @@ impl Solid {
 
     /// Where a point lies. One that is not finite is outside.
     pub fn place(&self, point: [f32; 3]) -> Place {
-        self.bvh.place(&Exact::default(), point)
+        self.bvh.place(Exact::default(), point)
     }
 
     /// [`Solid::place`] of many points: `places[i]` becomes that of `points[i]`.
@@ -83,7 +83,7 @@ impl Solid {
     /// # Panics
     /// If the slices differ in length.
     pub fn place_batch(&self, points: &[[f32; 3]], places: &mut [Place]) {
-        self.bvh.places(&Exact::default(), points, places, |place| place);
+        self.bvh.places(Exact::default(), points, places, |place| place);
     }
 
     /// Whether points are inside or on the surface: `contains[i]` becomes the answer for `points[i]`.
@@ -91,7 +91,7 @@ impl Solid {
     /// # Panics
     /// If the slices differ in length.
     pub fn contains_batch(&self, points: &[[f32; 3]], contains: &mut [bool]) {
-        self.bvh.places(&Exact::default(), points, contains, |place| place != Place::Outside);
+        self.bvh.places(Exact::default(), points, contains, |place| place != Place::Outside);
     }
 }
 

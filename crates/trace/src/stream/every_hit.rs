@@ -128,7 +128,9 @@ impl Looking<'_> {
         match answers {
             Answers::Pairs(pairs) => {
                 if pairs.reserve(places.len()) {
-                    places.iter().for_each(|&place| pairs.push(self.number, place));
+                    for &place in places {
+                        pairs.push(self.number, place);
+                    }
                 }
             }
             Answers::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),

@@ -56,7 +56,7 @@ impl WithSimd for Stream<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Self { bvh, test, rays: (rays, on_grid), numbers, answers, choice, counts } = self;
-        let (any, every, few) = (answers.any(), answers.every(), nearest_few(answers));
+        let (any, few) = (answers.any(), nearest_few(answers));
         let Some(first) = rays.first() else { return };
         let idle =
             AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0), number: 0 };
@@ -69,7 +69,6 @@ impl WithSimd for Stream<'_, '_> {
             choice,
             counts,
             any,
-            every,
             few,
             all_boxed: bvh.boxed == bvh.leaves.len(),
             large: size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE,
@@ -111,8 +110,6 @@ struct Active<'a, 'b> {
     choice: &'a Choice<'a>,
     counts: &'a mut Counts,
     any: bool,
-    /// Whether every hit is asked for.
-    every: bool,
     /// The nearest hits of each, where a number of them is asked for.
     few: Vec<NearestFew>,
     all_boxed: bool,
@@ -129,6 +126,7 @@ impl Active<'_, '_> {
     #[inline(always)]
     fn traverse<S: Simd>(&mut self, octant: usize, waiting: &[u32]) {
         let mut waiting = waiting.iter();
+        let every = self.answers.every();
 
         // At first all places are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
@@ -137,11 +135,8 @@ impl Active<'_, '_> {
             if nodes.union(leaves).is_empty() {
                 return;
             }
-            free = if self.every {
-                self.visit_every::<S>(leaves)
-            } else {
-                self.visit_leaves::<S>(leaves)
-            };
+            free =
+                if every { self.visit_every::<S>(leaves) } else { self.visit_leaves::<S>(leaves) };
 
             let Self { bvh, test, ways, stacks, .. } = self;
             let (at_node, met_nothing) =
@@ -158,7 +153,7 @@ impl Active<'_, '_> {
                 prefetch_next(&self.bvh.leaves, &self.ways, leaves);
                 prefetch_next(&self.bvh.nodes, &self.ways, nodes);
             }
-            if !self.every {
+            if !every {
                 self.retire::<S>(free);
             }
         }
@@ -178,7 +173,7 @@ impl Active<'_, '_> {
                 let ray = &self.rays[number as usize];
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| starts) else {
-                    if self.every {
+                    if self.answers.every() {
                         self.every_alone(number);
                         continue;
                     }
