@@ -1,9 +1,10 @@
 //! Which triangles count: asked where lanes that may be hits are offered, so that the walk knows nothing of it.
 
 use intertri::internal::exact::{Side, facing};
-use intertri::{Hit, Ray};
+use intertri::simd::Simd;
+use intertri::{ClosestHit, Counts, Hit, LaneQueries, PreparedRay, Ray};
 
-use crate::tree::Bvh;
+use crate::tree::{Bvh, Leaf};
 
 /// Which side of a triangle counts.
 ///
@@ -79,6 +80,30 @@ impl<'a> Select<'a> {
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let skip = if self.skip.is_empty() { self.skip } else { &self.skip[from..to] };
         Self { skip, ..self }
+    }
+
+    /// Offers the triangles of a leaf that count to the closest hit of a ray, which is the `number`-th of the query.
+    /// In a frame of its own, so that the walk without a choice has its registers.
+    #[inline(always)]
+    pub(crate) fn closest_in<S: Simd, T: LaneQueries>(
+        &self,
+        bvh: &Bvh,
+        test: T,
+        (number, ray): (usize, &PreparedRay<T>),
+        leaf: usize,
+        closest: &mut ClosestHit,
+        counts: &mut Counts,
+    ) {
+        S::vectorize(
+            #[inline(always)]
+            || {
+                let Leaf { block, indices } = &bvh.leaves[leaf];
+                let find = |place| bvh.triangle_in(place);
+                let keep = |lanes| self.keep(bvh, (number, ray.ray()), leaf, lanes);
+                let place = 8 * leaf as u32;
+                test.closest_among_in::<S>(ray, block, indices, place, find, keep, closest, counts);
+            },
+        );
     }
 
     /// The lanes of a leaf that count, of those that may be hits of a ray, which is the `number`-th of the query.

@@ -64,6 +64,14 @@ pub struct PreparedRay<T: Test> {
     pub(crate) constants: T::Ray,
 }
 
+impl<T: Test> PreparedRay<T> {
+    /// The ray.
+    #[inline(always)]
+    pub fn ray(&self) -> &Ray {
+        &self.ray
+    }
+}
+
 /// N rays with what a test computes from them once, at one level of instructions.
 ///
 /// ```

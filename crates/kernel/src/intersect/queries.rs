@@ -125,17 +125,13 @@ pub trait LaneQueries: Test {
         closest: &mut ClosestHit,
         counts: &mut Counts,
     ) {
-        self.closest_among_in::<S>(
-            ray,
-            block,
-            indices,
-            place,
-            find,
-            #[inline(always)]
-            |lanes| lanes,
-            closest,
-            counts,
-        );
+        let triangles = self.triangles::<S::F32x8, S::F64x8, 8>(block);
+        let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
+        let far = Lanes::splat(closest.t_hi());
+        if let Some(found) = self.test(&triangles, &lanes, far, block.live(), counts) {
+            let pairs = RayOnBlock { resolver: self.resolver(), ray: &ray.ray, block, find };
+            closest.offer_block(&found, indices, place, &pairs);
+        }
     }
 
     /// [`LaneQueries::closest_in`] among the triangles that count: of the lanes that may be hits those that

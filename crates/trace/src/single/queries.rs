@@ -30,9 +30,17 @@ impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
         let Self { bvh, test, ray, choice, kept, counts } = self;
         let (prepared, closest) = (test.prepare_ray(ray), ClosestHit::new(ray.t_max));
         let level = PhantomData::<S>;
-        let asked = (choice, ray);
-        let mut visitor =
-            VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, asked, closest, counts, level };
+        let (choice, number) = choice;
+        let mut visitor = VisitClosest::<_, _, ANY> {
+            bvh,
+            test,
+            ray: prepared,
+            choice,
+            number,
+            closest,
+            counts,
+            level,
+        };
         traverse::<S>(bvh, ray, kept, !ANY, &mut visitor);
         visitor.closest
     }
@@ -63,7 +71,8 @@ struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
     bvh: &'a Bvh,
     test: T,
     ray: PreparedRay<T>,
-    asked: ((&'a Choice<'a>, usize), &'a Ray),
+    choice: &'a Choice<'a>,
+    number: usize,
     closest: ClosestHit,
     counts: &'a mut Counts,
     level: PhantomData<S>,
@@ -72,22 +81,17 @@ struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
 impl<T: LaneQueries, S: Simd, const ANY: bool> Visit for VisitClosest<'_, T, S, ANY> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        let Self { bvh, test, ray, asked, closest, counts, .. } = self;
-        let Leaf { block, indices } = &bvh.leaves[leaf];
-        let find = |place| bvh.triangle_in(place);
-        let ((choice, number), asked) = *asked;
-        let place = 8 * leaf as u32;
-        test.closest_among_in::<S>(
-            ray,
-            block,
-            indices,
-            place,
-            find,
-            #[inline(always)]
-            |lanes| chosen(choice, bvh, (number, asked), leaf, lanes),
-            closest,
-            counts,
-        );
+        let Self { bvh, test, ray, choice, number, closest, counts, .. } = self;
+        match choice {
+            None => {
+                let Leaf { block, indices } = &bvh.leaves[leaf];
+                let find = |place| bvh.triangle_in(place);
+                test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
+            }
+            Some(select) => {
+                select.closest_in::<S, _>(bvh, *test, (*number, ray), leaf, closest, counts);
+            }
+        }
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }

@@ -222,26 +222,23 @@ impl Active<'_, '_> {
     /// Tests the triangles of the leaves that rays are at. Gives who needs no more.
     #[inline(always)]
     fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
-        let Self { bvh, test, any, rays, choice, ways, at_leaves, counts, .. } = self;
+        let Self { bvh, test, any, choice, ways, at_leaves, counts, .. } = self;
         let mut done = Set::EMPTY;
         for place in leaves.places() {
             let (way, at) = (&mut ways[place], &mut at_leaves[place]);
             let leaf = (way.next ^ LEAF) as usize;
-            let Leaf { block, indices } = &bvh.leaves[leaf];
             let (ray, closest) = (&at.ray, &mut at.closest);
-            let (find, first) = (|place| bvh.triangle_in(place), 8 * leaf as u32);
-            let number = at.number as usize;
-            test.closest_among_in::<S>(
-                ray,
-                block,
-                indices,
-                first,
-                find,
-                #[inline(always)]
-                |lanes| chosen(choice, bvh, (number, &rays[number]), leaf, lanes),
-                closest,
-                counts,
-            );
+            match choice {
+                None => {
+                    let Leaf { block, indices } = &bvh.leaves[leaf];
+                    let (find, first) = (|place| bvh.triangle_in(place), 8 * leaf as u32);
+                    test.closest_in::<S>(ray, block, indices, first, find, closest, counts);
+                }
+                Some(select) => {
+                    let ray = (at.number as usize, ray);
+                    select.closest_in::<S, _>(bvh, *test, ray, leaf, closest, counts);
+                }
+            }
             way.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
         }
