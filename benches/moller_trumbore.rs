@@ -3,7 +3,7 @@
 //! a branch.
 
 use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
-use intertri::{RayPacket, Triangle};
+use intertri::{RayPacket, Triangle, TriangleOf};
 
 use crate::Answer;
 
@@ -16,7 +16,7 @@ pub struct MollerTrumbore<'a, const N: usize> {
 }
 
 /// The corner and the edges that the test wants.
-pub fn edges(Triangle([a, b, c]): &Triangle) -> [[f32; 3]; 3] {
+pub fn edges(TriangleOf([a, b, c]): &Triangle) -> [[f32; 3]; 3] {
     let sub = |p: &[f32; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
     [*a, sub(b), sub(c)]
 }

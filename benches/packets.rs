@@ -58,7 +58,7 @@ where
 /// Packets of N rays that share their origin against one block after another as seen from there, what
 /// depends on the origin computed anew.
 struct SharedOrigin<'a, const N: usize> {
-    test: Filter,
+    test: Filter<'a>,
     data: &'a Data,
     packets: &'a [RayPacket<N>],
 }
@@ -134,7 +134,7 @@ struct Data {
     packets16: Vec<RayPacket<16>>,
     blocks: Vec<TriangleBlock<8>>,
     double: Vec<Prepared<Lanes64>>,
-    certified: Vec<Prepared<Filter>>,
+    certified: Vec<Prepared<Filter<'static>>>,
     plain: Vec<[[f32; 3]; 3]>,
     shared: bool,
 }

@@ -66,7 +66,7 @@ pub fn check_kernel(scene: &Scene) -> Result<(), String> {
 fn check_shared_origin<const N: usize>(
     scene: &Scene,
     truth: &Truth,
-    filter: Filter,
+    filter: Filter<'_>,
     name: &str,
 ) -> Result<(), String>
 where
@@ -98,7 +98,7 @@ where
 /// The closest hits of a packet of rays with one origin, by triangles as they are seen from there and by
 /// triangles prepared for any.
 struct SharedOrigin<'a, const N: usize> {
-    filter: Filter,
+    filter: Filter<'a>,
     packet: &'a RayPacket<N>,
     triangles: &'a [Triangle],
 }

@@ -6,7 +6,7 @@ use std::cmp::Ordering;
 
 use dashu_int::IBig;
 use dashu_int::ops::BitTest;
-use intertri::{Ray, Triangle};
+use intertri::{RayOf, Scalar, TriangleOf};
 
 type Vector = [IBig; 3];
 
@@ -35,10 +35,10 @@ fn parts(x: f64) -> (i64, i64) {
 }
 
 /// Vectors as multiples of one power of two.
-fn integers(vectors: &[[f32; 3]]) -> (Vec<Vector>, i64) {
+fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector>, i64) {
     let numbers = || vectors.iter().flatten().map(|&x| parts(x.into())).filter(|&(m, _)| m != 0);
     let low = numbers().map(|(m, e)| e + i64::from(m.trailing_zeros())).min().unwrap_or(0);
-    let integer = |x: f32| {
+    let integer = |x: S| {
         let (m, e) = parts(x.into());
         shifted(IBig::from(m), e - low)
     };
@@ -51,7 +51,7 @@ fn shifted(x: IBig, by: i64) -> IBig {
 }
 
 /// Whether a point lies on a triangle that has an area; of one without, never.
-pub fn is_on(point: [f32; 3], triangle: &Triangle) -> bool {
+pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     let [c1, c2, c3] = triangle.0;
     let (points, _) = integers(&[point, c1, c2, c3]);
     let [p, c1, c2, c3] = &points[..] else { unreachable!() };
@@ -76,12 +76,17 @@ fn cross(a: &Vector, b: &Vector) -> Vector {
     [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
 }
 
-fn is_finite(ray: &Ray, triangle: &Triangle) -> bool {
-    triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(|x| x.is_finite())
+fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    let finite = |&x: &S| Into::<f64>::into(x).is_finite();
+    triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(finite)
 }
 
 /// Where a line with a direction in integers meets the plane.
-fn along(ray: &Ray, (dir, dir_low): (&Vector, i64), triangle: &Triangle) -> Option<Truth> {
+fn along<S: Scalar>(
+    ray: &RayOf<S>,
+    (dir, dir_low): (&Vector, i64),
+    triangle: &TriangleOf<S>,
+) -> Option<Truth> {
     let [c1, c2, c3] = triangle.0;
     let (points, low) = integers(&[ray.origin, c1, c2, c3]);
     let [o, c1, c2, c3] = &points[..] else { unreachable!() };
@@ -102,7 +107,7 @@ fn along(ray: &Ray, (dir, dir_low): (&Vector, i64), triangle: &Triangle) -> Opti
 }
 
 /// Where the line meets the plane in one point.
-pub fn truth(ray: &Ray, triangle: &Triangle) -> Option<Truth> {
+pub fn truth<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
     }
@@ -123,11 +128,11 @@ impl Truth {
     }
 
     /// Whether t is in the interval of a ray.
-    pub fn is_within(&self, ray: &Ray) -> bool {
+    pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
         // Both ends are compared as they are given, those below 0, too: t is not.
-        let (near, far) = (ray.t_min, ray.t_max);
-        let from = !near.is_finite() || self.t.cmp(near.into()).is_ge();
-        let to = !far.is_finite() || self.t.cmp(far.into()).is_lt();
+        let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
+        let from = !near.is_finite() || self.t.cmp(near).is_ge();
+        let to = !far.is_finite() || self.t.cmp(far).is_lt();
         near < far && from && to
     }
 
@@ -146,11 +151,16 @@ impl Truth {
 
     /// An f32 near t.
     pub fn t_f32(&self) -> f32 {
+        self.t_f64() as f32
+    }
+
+    /// An f64 near t.
+    pub fn t_f64(&self) -> f64 {
         // Twice the digits that are asked for, then a power of two that may be beyond any f32.
         let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
         let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
         let (q, e) = (i64::try_from(q).unwrap() as f64, (self.t.exponent - up) as i32);
-        (q * 2.0_f64.powi(e / 2) * 2.0_f64.powi(e - e / 2)) as f32
+        q * 2.0_f64.powi(e / 2) * 2.0_f64.powi(e - e / 2)
     }
 }
 
@@ -171,12 +181,21 @@ impl Ratio {
     /// Whether a number is the nearest, the even one of two.
     fn is_rounded(&self, x: f64) -> bool {
         let (m, e) = parts(x);
-        if m == 0 || !x.is_finite() {
-            return x == 0.0 && self.num == IBig::ZERO;
+        // Up to half the least, and from half a unit above the largest on.
+        if m == 0 {
+            return self.cmp_parts(1, -1075).is_le() && self.cmp_parts(-1, -1075).is_ge();
+        }
+        if x.is_infinite() {
+            let (beyond, sign) = ((1 << 54) - 1, if x > 0.0 { 1 } else { -1 });
+            let order = self.cmp_parts(sign * beyond, 1024 - 54);
+            return if x > 0.0 { order.is_ge() } else { order.is_le() };
+        }
+        if x.is_nan() {
+            return false;
         }
         // Half-way to the next ones, toward 0 and away from it; a power of two is nearer to the first.
         let (sign, size) = (m.signum(), m.abs());
-        let inner = if size == 1 << 52 { 4 * size - 1 } else { 4 * size - 2 };
+        let inner = if size == 1 << 52 && e > -1074 { 4 * size - 1 } else { 4 * size - 2 };
         let inner = self.cmp_parts(sign * inner, e - 2);
         let outer = self.cmp_parts(sign * (4 * size + 2), e - 2);
         let (inner, outer) =
@@ -188,11 +207,17 @@ impl Ratio {
 
 /// A step from one power of ε to the next, in bits: more than any N is longer than any X.
 const STEP: usize = 600;
+/// The same of f64.
+const STEP_64: usize = 6500;
 
 /// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is
 /// moved by (ε, ε², ε³), with an ε below what any two terms can differ by.
-pub fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Option<bool> {
-    if !is_finite(ray, triangle) || ray.dir == [0.0; 3] {
+pub fn once<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    truth: Option<&Truth>,
+) -> Option<bool> {
+    if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
     // What is strictly inside or outside stays so.
@@ -205,9 +230,10 @@ pub fn once(ray: &Ray, triangle: &Triangle, truth: Option<&Truth>) -> Option<boo
             return (truth.t.num > IBig::ZERO).then_some(truth.leaves);
         }
     }
+    let step = if size_of::<S>() > size_of::<f32>() { STEP_64 } else { STEP };
     let (mut dir, low) = integers(&[ray.dir]);
     for (power, x) in (0..3).rev().zip(&mut dir[0]) {
-        *x = (x.clone() << (3 * STEP)) + (IBig::ONE << (power * STEP));
+        *x = (x.clone() << (3 * step)) + (IBig::ONE << (power * step));
     }
     let moved = along(ray, (&dir[0], low), triangle)?;
     let weights = moved.weights();

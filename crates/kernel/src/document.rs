@@ -16,7 +16,7 @@
 use crate::packet::{RayLanes, TriangleBlock};
 use crate::simd::Lanes;
 use crate::simd::Vec3;
-use crate::{Ray, Triangle};
+use crate::{Ray, Triangle, TriangleOf};
 
 /// A triangle as the document initialises it, in every lane the same or in every lane another.
 #[derive(Clone, Copy)]
@@ -109,7 +109,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
 impl Tri<f64> {
     /// One triangle.
     #[inline(always)]
-    pub(crate) fn one(&Triangle(corners): &Triangle) -> Self {
+    pub(crate) fn one(&TriangleOf(corners): &Triangle) -> Self {
         Self::new(corners.map(|c| Vec3::splat(c.map(f64::from))))
     }
 }

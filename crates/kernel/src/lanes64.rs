@@ -21,6 +21,12 @@ impl Lanes64 {
     pub fn new(threshold: Threshold, level: Level) -> Self {
         Self { threshold, level }
     }
+
+    /// The document's operations, by which nothing is left undecided.
+    #[inline]
+    pub fn resolver(&self) -> Resolver<'static> {
+        Resolver::Document(self.threshold.get())
+    }
 }
 
 impl Test for Lanes64 {
@@ -36,8 +42,8 @@ impl Test for Lanes64 {
     }
 
     #[inline(always)]
-    fn resolver(&self) -> Resolver {
-        Resolver::Document(self.threshold.get())
+    fn resolver(&self) -> Resolver<'_> {
+        Self::resolver(self)
     }
 
     #[inline(always)]

@@ -33,9 +33,11 @@ pub mod fixed;
 mod hit_attributes;
 mod intersect;
 mod lanes64;
+mod local_frame;
 mod packet;
 mod query;
 mod resolve;
+mod scalar;
 pub mod simd;
 mod threshold;
 mod types;
@@ -47,8 +49,9 @@ pub use intersect::{
 };
 pub use packet::{PacketHits, RayPacket, TriangleBlock};
 pub use query::{Certified, Double, Exact, Mode};
+pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
-pub use types::{Hit, Ray, Triangle};
+pub use types::{Hit, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
 
 /// What the sister crates build on, and what the traits' associated types are. It changes without notice.
 #[doc(hidden)]
@@ -64,9 +67,11 @@ pub mod internal {
     pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
     pub use crate::intersect::{Found, Test};
     pub use crate::lanes64::Lanes64;
-    pub use crate::packet::RayLanes;
+    pub use crate::local_frame::LocalFrame;
+    pub use crate::packet::{Copy32, RayLanes};
     pub use crate::query::Which;
-    pub use crate::resolve::{Resolver, SharedOrigin};
+    pub use crate::resolve::{Originals, Resolver, SharedOrigin};
+    pub use crate::scalar::Bits;
     pub use crate::simd::{Pair, prefetch, prefetch_early};
 
     /// The arithmetic of the mode `exact`.
@@ -75,9 +80,10 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, HitCoefficients, Rule, Seen, SeenPlane, Side, Tier, attributes,
-            attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
-            is_on, is_plain, order, order_from, subnormals_are_read, t, t_from,
+            Decided, HitCoefficients, HitCoefficients64, Pair64, Rule, Seen, SeenPlane, Side, Tier,
+            attributes, attributes_from, crossing, crossing_from, decide, facing, has_area, hit,
+            hits_in, hits_of_origin64, hits64, is_on, is_plain, order, order_from,
+            subnormals_are_read, t, t_from, t_times,
         };
     }
 }

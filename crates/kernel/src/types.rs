@@ -2,6 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::Scalar;
+
 /// A half-line with the part of it that counts.
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
@@ -9,35 +11,43 @@ use bytemuck::{Pod, Zeroable};
 /// at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A
 /// ray with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
 ///
-/// The layout is that of a file of raw rays: eight little-endian f32 in the order of the fields.
+/// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. It is
+/// [`Ray`] in f32 and [`Ray64`] in f64.
 ///
 /// ```
 /// let ray = intertri::Ray::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]).between(0.5, 9.0);
 /// let bytes: [u8; 32] = bytemuck::cast(ray);
 /// assert_eq!(bytemuck::cast::<_, intertri::Ray>(bytes), ray);
+/// let bytes: [u8; 64] = bytemuck::cast(intertri::Ray64::new([0.0, 1.0, 0.0], [0.0, 0.0, 2.0]));
 /// ```
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Ray {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayOf<S> {
     /// Where `t` is 0.
-    pub origin: [f32; 3],
+    pub origin: [S; 3],
     /// The smallest `t` that counts.
-    pub t_min: f32,
+    pub t_min: S,
     /// Where the ray goes, and the unit of `t`.
-    pub dir: [f32; 3],
+    pub dir: [S; 3],
     /// The smallest `t` that no longer counts.
-    pub t_max: f32,
+    pub t_max: S,
 }
 
-impl Ray {
+/// A half-line in f32, with the part of it that counts.
+pub type Ray = RayOf<f32>;
+
+/// A half-line in f64, with the part of it that counts.
+pub type Ray64 = RayOf<f64>;
+
+impl<S: Scalar> RayOf<S> {
     /// The whole half-line: `0 <= t < infinity`.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     /// assert_eq!(ray.t_max, f32::INFINITY);
     /// ```
-    pub fn new(origin: impl Into<[f32; 3]>, dir: impl Into<[f32; 3]>) -> Self {
-        Self { origin: origin.into(), t_min: 0.0, dir: dir.into(), t_max: f32::INFINITY }
+    pub fn new(origin: impl Into<[S; 3]>, dir: impl Into<[S; 3]>) -> Self {
+        Self { origin: origin.into(), t_min: S::ZERO, dir: dir.into(), t_max: S::INFINITY }
     }
 
     /// The same line with the interval `t_min <= t < t_max`.
@@ -46,15 +56,16 @@ impl Ray {
     /// let ray = intertri::Ray::new([0.0; 3], [0.0, 0.0, 1.0]).between(1.0, 5.0);
     /// assert_eq!((ray.t_min, ray.t_max), (1.0, 5.0));
     /// ```
-    pub fn between(self, t_min: f32, t_max: f32) -> Self {
+    pub fn between(self, t_min: S, t_max: S) -> Self {
         Self { t_min, t_max, ..self }
     }
 }
 
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
-/// A buffer of vertices, nine f32 a triangle, can be cast to a slice of these by `bytemuck`. A
-/// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area.
+/// A buffer of vertices, nine numbers a triangle, can be cast to a slice of these by `bytemuck`. A
+/// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area. It is
+/// [`Triangle`](type@Triangle) in f32 and [`Triangle64`](type@Triangle64) in f64.
 ///
 /// ```
 /// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
@@ -63,16 +74,38 @@ impl Ray {
 /// ```
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Triangle(pub [[f32; 3]; 3]);
+pub struct TriangleOf<S>(pub [[S; 3]; 3]);
 
-impl Triangle {
+/// Three corners in f32.
+pub type Triangle = TriangleOf<f32>;
+
+/// Three corners in f64.
+pub type Triangle64 = TriangleOf<f64>;
+
+/// The triangle of three corners: an alias of a type does not construct.
+#[doc(hidden)]
+#[expect(non_snake_case, reason = "stands for the type's constructor")]
+#[inline(always)]
+pub const fn Triangle(corners: [[f32; 3]; 3]) -> Triangle {
+    TriangleOf(corners)
+}
+
+/// The triangle of three corners: an alias of a type does not construct.
+#[doc(hidden)]
+#[expect(non_snake_case, reason = "stands for the type's constructor")]
+#[inline(always)]
+pub const fn Triangle64(corners: [[f64; 3]; 3]) -> Triangle64 {
+    TriangleOf(corners)
+}
+
+impl<S: Scalar> TriangleOf<S> {
     /// A triangle from its corners.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
     /// assert_eq!(t.0[1], [1.0, 0.0, 5.0]);
     /// ```
-    pub fn new(c1: impl Into<[f32; 3]>, c2: impl Into<[f32; 3]>, c3: impl Into<[f32; 3]>) -> Self {
+    pub fn new(c1: impl Into<[S; 3]>, c2: impl Into<[S; 3]>, c3: impl Into<[S; 3]>) -> Self {
         Self([c1.into(), c2.into(), c3.into()])
     }
 
@@ -84,7 +117,7 @@ impl Triangle {
     /// assert_eq!(t.normal(), [0.0, 0.0, 1.0]);
     /// ```
     pub fn normal(&self) -> [f64; 3] {
-        let [c1, c2, c3] = self.0.map(|corner| corner.map(f64::from));
+        let [c1, c2, c3]: [[f64; 3]; 3] = self.0.map(|corner| corner.map(Into::into));
         let [x, y, z] = [0, 1, 2].map(|k| c2[k] - c1[k]);
         let [u, v, w] = [0, 1, 2].map(|k| c3[k] - c1[k]);
         [y * w - z * v, z * u - x * w, x * v - y * u]
@@ -168,7 +201,7 @@ impl Hit {
     /// let hit = Hit { t: 2.5, u: 0.0, v: 0.0, triangle: 0, geometry: 0 };
     /// assert_eq!(hit.point(&Ray::new([1.0, 0.0, 0.0], [0.0, 0.0, 2.0])), [1.0, 0.0, 5.0]);
     /// ```
-    pub fn point(&self, ray: &Ray) -> [f64; 3] {
-        [0, 1, 2].map(|k| f64::from(ray.origin[k]) + self.t * f64::from(ray.dir[k]))
+    pub fn point<S: Scalar>(&self, ray: &RayOf<S>) -> [f64; 3] {
+        [0, 1, 2].map(|k| ray.origin[k].into() + self.t * ray.dir[k].into())
     }
 }

@@ -13,7 +13,7 @@
 //!      '-----'  r
 //! ```
 
-use intertri::{Hit, Triangle};
+use intertri::{Hit, Triangle, TriangleOf};
 
 use crate::disc::Disc;
 use crate::threads;
@@ -86,7 +86,7 @@ fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
 
 /// The same in f64 and in a hurry, where that is beyond doubt: within half of what is allowed or not
 /// within twice of it, and f64's own rounding far below.
-fn clearly_at(view: &View, Triangle(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
+fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];
     let normal = cross(p, q);

@@ -10,7 +10,7 @@
 //!            W = 1              which is linear in the place (x, y)
 //! ```
 
-use intertri::Triangle;
+use intertri::{Triangle, TriangleOf};
 
 use crate::exact::{
     Exact, Point, abs, cross, dot, exact, point, sign_with_root, sign_with_roots, size, sub,
@@ -123,7 +123,7 @@ impl Disc {
 
     /// A triangle as the eye sees it, turned to have its normal away from the eye; none if it is not
     /// finite or has no area.
-    fn see(&self, Triangle(corners): &Triangle) -> Option<Seen> {
+    fn see(&self, TriangleOf(corners): &Triangle) -> Option<Seen> {
         // f64 rounds each of the two numbers in both engines, some 12 times each.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {

@@ -7,6 +7,8 @@ mod across;
 mod answers;
 mod build;
 mod bundle;
+mod bvh;
+mod given;
 mod memory;
 mod nearest;
 mod pairs;
@@ -27,6 +29,8 @@ mod tree;
 pub use intertri;
 
 pub use build::BuildError;
+pub use bvh::Bvh;
+pub use given::{Given, ModeFor};
 pub use memory::OutOfMemory;
 pub use nearest::ClosestPoint;
 pub use place::Place;
@@ -37,7 +41,6 @@ pub use refit::{Refit, RefitError};
 pub use save::{LoadError, SAVED_MAGIC};
 pub use select::{Faces, Select};
 pub use solid::{Solid, SolidError};
-pub use tree::Bvh;
 
 /// What the tests ask for. It changes without notice.
 #[doc(hidden)]

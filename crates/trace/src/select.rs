@@ -1,10 +1,11 @@
 //! Which triangles count: asked where lanes that may be hits are offered, so that the walk knows nothing of it.
 
-use intertri::internal::exact::{Side, facing};
+use intertri::internal::Resolver;
+use intertri::internal::exact::Side;
 use intertri::simd::Simd;
 use intertri::{ClosestHit, Counts, Hit, LaneQueries, PreparedRay, Ray};
 
-use crate::tree::{Bvh, Leaf};
+use crate::tree::{Leaf, Tree};
 
 /// Which side of a triangle counts.
 ///
@@ -22,7 +23,7 @@ pub enum Faces {
     Back,
 }
 
-/// Which triangles count in a query by [`Bvh::only`]; by default all.
+/// Which triangles count in a query by [`Bvh::only`](crate::Bvh::only); by default all.
 ///
 /// ```
 /// use intertri_trace::intertri::{Exact, Ray, Triangle};
@@ -44,7 +45,7 @@ pub enum Faces {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Select<'a> {
-    /// A geometry counts where this and its own mask ([`Bvh::set_mask`]) have a bit in common. The mask is the
+    /// A geometry counts where this and its own mask ([`Bvh::set_mask`](crate::Bvh::set_mask)) have a bit in common. The mask is the
     /// query's: rays stay the eight numbers that they are in files and arrays.
     pub mask: u32,
     /// Which side of a triangle counts.
@@ -71,7 +72,7 @@ pub(crate) type Choice<'a> = Option<Select<'a>>;
 impl<'a> Select<'a> {
     /// What a walk has to ask about.
     #[inline(always)]
-    pub(crate) fn of(self, bvh: &Bvh) -> Choice<'a> {
+    pub(crate) fn of(self, bvh: &Tree) -> Choice<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
         if all && bvh.geometries.all_have(self.mask) { None } else { Some(self) }
     }
@@ -82,14 +83,14 @@ impl<'a> Select<'a> {
         Self { skip, ..self }
     }
 
-    /// Offers the triangles of a leaf that count to the closest hit of a ray, which is the `number`-th of the query.
-    /// In a frame of its own, so that the walk without a choice has its registers.
+    /// Offers the triangles of a leaf that count to the closest hit of a ray. In a frame of its own, so that
+    /// the walk without a choice keeps its registers.
     #[inline(always)]
     pub(crate) fn closest_in<S: Simd, T: LaneQueries>(
         &self,
-        bvh: &Bvh,
+        bvh: &Tree,
         test: T,
-        (number, ray): (usize, &PreparedRay<T>),
+        ray: &PreparedRay<T>,
         leaf: usize,
         closest: &mut ClosestHit,
         counts: &mut Counts,
@@ -99,7 +100,8 @@ impl<'a> Select<'a> {
             || {
                 let Leaf { block, indices } = &bvh.leaves[leaf];
                 let find = |place| bvh.triangle_in(place);
-                let keep = |lanes| self.keep(bvh, (number, ray.ray()), leaf, lanes);
+                let numbered = (ray.number() as usize, ray.ray());
+                let keep = |lanes| self.keep(bvh, numbered, leaf, lanes, test.resolver());
                 let place = 8 * leaf as u32;
                 test.closest_among_in::<S>(ray, block, indices, place, find, keep, closest, counts);
             },
@@ -110,35 +112,42 @@ impl<'a> Select<'a> {
     #[inline(never)]
     pub(crate) fn keep(
         &self,
-        bvh: &Bvh,
+        bvh: &Tree,
         (number, ray): (usize, &Ray),
         leaf: usize,
         lanes: u32,
+        resolver: Resolver<'_>,
     ) -> u32 {
         let skipped = self.skip.get(number).copied().unwrap_or(&[]);
         let counts = |lane: &u32| {
             let position = bvh.leaves[leaf].indices[*lane as usize];
             bvh.geometries.mask_of(position) & self.mask != 0
                 && !is_among(bvh, skipped, position)
-                && self.faces_count(ray, || bvh.triangle_in(8 * leaf as u32 + lane))
+                && self.faces_count(resolver, bvh, (ray, number as u32), 8 * leaf as u32 + lane)
         };
         let listed = (0..8_u32).filter(|lane| lanes >> lane & 1 != 0);
         listed.filter(counts).map(|lane| 1 << lane).sum()
     }
 
     /// Whether the side from which a ray comes counts.
-    fn faces_count(&self, ray: &Ray, triangle: impl FnOnce() -> intertri::Triangle) -> bool {
+    fn faces_count(
+        &self,
+        resolver: Resolver<'_>,
+        bvh: &Tree,
+        (ray, number): (&Ray, u32),
+        place: u32,
+    ) -> bool {
         let side = match self.faces {
             Faces::Both => return true,
             Faces::Front => Side::Enters,
             Faces::Back => Side::Leaves,
         };
-        facing(ray, &triangle()) == Some(side)
+        resolver.facing(ray, &bvh.triangle_in(place), (number, place)) == Some(side)
     }
 }
 
 /// Whether a triangle is one of those that were hit.
-fn is_among(bvh: &Bvh, hits: &[Hit], position: u32) -> bool {
+fn is_among(bvh: &Tree, hits: &[Hit], position: u32) -> bool {
     let name = bvh.geometries.name(position);
     !hits.is_empty() && hits.iter().any(|hit| (hit.geometry, hit.triangle) == name)
 }
@@ -147,13 +156,14 @@ fn is_among(bvh: &Bvh, hits: &[Hit], position: u32) -> bool {
 #[inline(always)]
 pub(crate) fn chosen(
     choice: &Choice<'_>,
-    bvh: &Bvh,
+    bvh: &Tree,
     ray: (usize, &Ray),
     leaf: usize,
     lanes: u32,
+    resolver: Resolver<'_>,
 ) -> u32 {
     match choice {
         None => lanes,
-        Some(select) => select.keep(bvh, ray, leaf, lanes),
+        Some(select) => select.keep(bvh, ray, leaf, lanes, resolver),
     }
 }

@@ -24,9 +24,9 @@ fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
 #[test]
 fn a_batch_tells_what_single_points_are_told() {
     // Two that overlap, and one inside out within the first.
-    let small = globe(8, 0.0)
-        .into_iter()
-        .map(|Triangle([a, b, c])| Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x))));
+    let small = globe(8, 0.0).into_iter().map(|intertri::TriangleOf([a, b, c])| {
+        Triangle([a, c, b].map(|corner| corner.map(|x| 0.25 * x)))
+    });
     let mesh: Vec<Triangle> =
         globe(16, 0.0).into_iter().chain(globe(20, 1.0)).chain(small).collect();
     let solid = Solid::new(&mesh).unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use intertri::{Exact, Hit, Ray, RayPacket, Triangle};
+use intertri::{Exact, Hit, Ray, RayPacket, Triangle, TriangleOf};
 use intertri_scene::{Scene, read};
 use intertri_trace::Bvh;
 
@@ -207,7 +207,7 @@ fn ray(view: &View, column: usize, row: usize) -> Ray {
 }
 
 /// How much a triangle faces a ray, from 1 to 255.
-fn facing(Triangle(corners): &Triangle, ray: &Ray) -> u8 {
+fn facing(TriangleOf(corners): &Triangle, ray: &Ray) -> u8 {
     let [a, b, c] = corners.map(|p| p.map(f64::from));
     let edge = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
     let ([ux, uy, uz], [vx, vy, vz]) = (edge(b), edge(c));

@@ -3,7 +3,7 @@
 
 use intertri::internal::exact::{self, Rule, Side, Tier};
 use intertri::simd::Level;
-use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle};
+use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle, TriangleOf};
 use intertri_trace::{Bvh, Place, Solid};
 
 use super::input::Input;
@@ -178,7 +178,7 @@ fn fan(input: &mut Input<'_>) {
 
     let to = |p: [f32; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let mut dirs = vec![[1.0, 0.0, 0.0], [-0.0, -1e-30, 0.0], [0.0, 0.0, 1.0], input.point()];
-    for Triangle([a, b, _]) in &triangles {
+    for TriangleOf([a, b, _]) in &triangles {
         let (a, b) = (to(*a), to(*b));
         dirs.extend([a, a.map(|x| -x), [0, 1, 2].map(|k| a[k] + b[k])]);
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use intertri::Triangle;
+use intertri::TriangleOf;
 use intertri_scene::{LoadError, Mesh, read};
 
 use super::input::Input;
@@ -107,7 +107,7 @@ fn again(mesh: &Mesh) {
     let mut stl = vec![b' '; 80];
     let mut ascii = String::from("solid a b\n");
     stl.extend((triangles.len() as u32).to_le_bytes());
-    for Triangle(corners) in mesh.to_triangles() {
+    for TriangleOf(corners) in mesh.to_triangles() {
         stl.extend([0; 12]);
         stl.extend(corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()));
         stl.extend([0; 2]);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use intertri::internal::exact::{self, Rule, Side, Tier, crossing_from};
-use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle};
+use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle;
 use intertri_trace::{Place, Solid};
@@ -15,7 +15,7 @@ use crate::solids::{Closed, meshes};
 /// mesh or too near to tell, none.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
-    for Triangle(corners) in mesh {
+    for TriangleOf(corners) in mesh {
         let seen = corners.map(|c| [0, 1, 2].map(|k| f64::from(c[k]) - f64::from(origin[k])));
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());

@@ -1,6 +1,6 @@
 //! Closed meshes by code. All corners lie on a grid, so that the way from one to another is an f32.
 
-use intertri::Triangle;
+use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
@@ -46,7 +46,7 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     add("tiny hull", &hull, 1e-18, [0.0; 3]);
 
     let of = |name: &str| all.iter().find(|mesh| mesh.name == name).unwrap().triangles.clone();
-    let turned = |Triangle([a, b, c]): Triangle| Triangle([a, c, b]);
+    let turned = |TriangleOf([a, b, c]): Triangle| Triangle([a, c, b]);
     let twice = [of("sphere"), of("sphere")].concat();
     let inverted = of("torus").into_iter().map(turned).collect();
     let more = [
@@ -75,7 +75,7 @@ fn snapped(mesh: &Mesh, scale: f64, center: [f64; 3]) -> Vec<Triangle> {
 
 fn halved(mesh: Vec<Triangle>) -> Vec<Triangle> {
     mesh.into_iter()
-        .map(|Triangle(corners)| Triangle(corners.map(|c| c.map(|x| 0.5 * x))))
+        .map(|TriangleOf(corners)| Triangle(corners.map(|c| c.map(|x| 0.5 * x))))
         .collect()
 }
 
@@ -88,7 +88,7 @@ fn stuck() -> Vec<Triangle> {
 /// With triangles that cancel, lie twice, or have no area.
 fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
     for _ in 0..mesh.len() / 4 {
-        let Triangle([a, b, c]) = rng.pick(&mesh);
+        let TriangleOf([a, b, c]) = rng.pick(&mesh);
         mesh.extend([Triangle([a, b, c]), Triangle([a, c, b])]);
         mesh.extend([Triangle([a, a, b]), Triangle([c, c, c])]);
     }

@@ -6,7 +6,7 @@
 //! mesh onto a grid.
 
 use glam::DVec3;
-use intertri::Triangle;
+use intertri::{Triangle, TriangleOf};
 use rayon::prelude::*;
 use robust::{Coord, orient2d};
 
@@ -31,7 +31,7 @@ struct Bounded {
 }
 
 impl Bounded {
-    fn new(&Triangle(corners): &Triangle, margin: f32) -> Self {
+    fn new(&TriangleOf(corners): &Triangle, margin: f32) -> Self {
         let [a, b, c] = corners;
         let lo = [0, 1, 2].map(|k| a[k].min(b[k]).min(c[k]) - margin);
         let hi = [0, 1, 2].map(|k| a[k].max(b[k]).max(c[k]) + margin);

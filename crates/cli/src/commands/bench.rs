@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use intertri::fixed::Bits;
-use intertri::{Hit, Ray, Threshold, Triangle};
+use intertri::{Hit, Ray, Threshold, Triangle, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_scene::{Rays, RaysFormat, Scene, hit_point};
 
@@ -171,7 +171,7 @@ fn kinds(
 }
 
 /// A normal, not of unit length.
-fn normal(&Triangle([a, b, c]): &Triangle) -> [f64; 3] {
+fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let side = |p: [f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
     let ([x, y, z], [p, q, r]) = (side(b), side(c));
     [y * r - z * q, z * p - x * r, x * q - y * p]

@@ -6,30 +6,71 @@ use super::input::{is_plain, pair};
 use super::int::Int;
 use super::numbers::{Numbers, Pair, Scales};
 use super::one_pair;
-use super::quotient::Quotient;
-use super::tier::{Tier, at_tier};
-use crate::{Ray, Triangle};
+use super::quotient::{Quotient, pow2};
+use super::tails::SeenTails;
+use super::tier::{Tier, at_tier, is_f64};
+use crate::simd::Vec3;
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one behind it.
 #[inline(always)]
-pub fn t_from(from: Tier, ray: &Ray, triangle: &Triangle) -> f64 {
+pub fn t_from<S: Scalar>(from: Tier, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
+    t_times_from(from, ray, triangle, 0)
+}
+
+/// `t * 2^exponent`, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one
+/// behind it.
+#[inline(always)]
+pub(crate) fn t_times_from<S: Scalar>(
+    from: Tier,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    exponent: i32,
+) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let ([t, ..], sure) = one_pair::meet(ray, triangle);
-        if sure & 1 != 0 {
+        let (t, sure) = t_in_two_parts(ray, triangle);
+        if sure && exponent == 0 {
             return t;
         }
+        // Where neither is subnormal or infinite, the product is exact.
+        if sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
+            return t * pow2(exponent);
+        }
     }
-    t_by_integers(from, ray, triangle)
+    t_by_integers(from, ray, triangle, exponent)
+}
+
+/// Whether a t is far from the ends of f64's exponents.
+#[inline(always)]
+fn is_tame_t(t: f64) -> bool {
+    (f64::MIN_POSITIVE.sqrt()..=f64::MAX.sqrt()).contains(&t)
+}
+
+#[inline(never)]
+fn t_by_integers<S: Scalar>(
+    from: Tier,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    exponent: i32,
+) -> f64 {
+    let pair = pair(ray, triangle);
+    let scales = pair.scales();
+    let (tier, exponent) = (from.max(scales.tier::<S>()), scales.of_t() + exponent);
+    at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
 
 /// t, u and v, each rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or
 /// one behind it.
 #[inline(always)]
-pub fn attributes_from(from: Tier, ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
+pub fn attributes_from<S: Scalar>(
+    from: Tier,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> (f64, f64, f64) {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let ([t, u, v], sure) = one_pair::meet(ray, triangle);
-        if sure == 0b111 {
-            return (t, u, v);
+        let (attributes, sure) = attributes_in_two_parts(ray, triangle);
+        if sure {
+            return attributes;
         }
     }
     attributes_by_integers(from, ray, triangle)
@@ -37,34 +78,73 @@ pub fn attributes_from(from: Tier, ray: &Ray, triangle: &Triangle) -> (f64, f64,
 
 /// The order in which a ray meets two triangles, exactly; by a tier of integers or one behind it.
 #[inline(never)]
-pub fn order_from(from: Tier, ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
+pub fn order_from<S: Scalar>(
+    from: Tier,
+    ray: &RayOf<S>,
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> Ordering {
     let (a, b) = (pair(ray, one), pair(ray, other));
     let scales = a.scales_with(other.0);
-    at_tier!(from.max(scales.tier()), order::<C, N, V, P>(&a, &b, scales))
+    at_tier!(S, from.max(scales.tier::<S>()), order::<S, C, N, V, P>(&a, &b, scales))
+}
+
+/// t in numbers of two parts, and whether it is proven.
+#[inline(always)]
+fn t_in_two_parts<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, bool) {
+    if const { is_f64::<S>() } {
+        with_tails(ray, triangle).t()
+    } else {
+        let ([t, ..], sure) = one_pair::meet(ray, triangle);
+        (t, sure & 1 != 0)
+    }
+}
+
+/// t, u and v in numbers of two parts, and whether they are proven.
+#[inline(always)]
+fn attributes_in_two_parts<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> ((f64, f64, f64), bool) {
+    if const { is_f64::<S>() } {
+        let seen = with_tails(ray, triangle);
+        let ((t, t_sure), (u, v, sure)) = (seen.t(), seen.weights());
+        ((t, u, v), t_sure & sure)
+    } else {
+        let ([t, u, v], sure) = one_pair::meet(ray, triangle);
+        ((t, u, v), sure == 0b111)
+    }
+}
+
+#[inline(always)]
+fn with_tails<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> SeenTails<f64> {
+    let vec3 = |v: [S; 3]| Vec3::<f64>::splat(v.map(Into::into));
+    SeenTails::new(triangle.0.map(vec3), vec3(ray.origin), vec3(ray.dir))
 }
 
 #[inline(never)]
-fn t_by_integers(from: Tier, ray: &Ray, triangle: &Triangle) -> f64 {
+fn attributes_by_integers<S: Scalar>(
+    from: Tier,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> (f64, f64, f64) {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    at_tier!(from.max(scales.tier()), t::<C, N, V>(&pair, scales))
+    at_tier!(S, from.max(scales.tier::<S>()), attributes::<S, C, N, V>(&pair, scales))
 }
 
-#[inline(never)]
-fn attributes_by_integers(from: Tier, ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
-    let pair = pair(ray, triangle);
-    let scales = pair.scales();
-    at_tier!(from.max(scales.tier()), attributes::<C, N, V>(&pair, scales))
-}
-
-fn t<const C: usize, const N: usize, const V: usize>(pair: &Pair<f32>, scales: Scales) -> f64 {
+fn t<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
+    scales: Scales,
+    exponent: i32,
+) -> f64 {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let [u, v, w] = numbers.edges();
-    ratio(&numbers.volume(), &(u + v + w), scales.of_t())
+    ratio(&numbers.volume(), &(u + v + w), exponent)
 }
 
-fn attributes<const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<f32>,
+fn attributes<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
     scales: Scales,
 ) -> (f64, f64, f64) {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
@@ -83,12 +163,12 @@ fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
 }
 
 /// Both t are products with one power of two: over their denominators, they are multiplied crosswise.
-fn order<const C: usize, const N: usize, const V: usize, const P: usize>(
-    one: &Pair<f32>,
-    other: &Pair<f32>,
+fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usize>(
+    one: &Pair<S>,
+    other: &Pair<S>,
     scales: Scales,
 ) -> Ordering {
-    let t = |pair: &Pair<f32>| {
+    let t = |pair: &Pair<S>| {
         let numbers = Numbers::<C, N, V>::new(pair, scales);
         let [u, v, w] = numbers.edges();
         (numbers.volume(), u + v + w)

@@ -2,8 +2,8 @@
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier};
-use crate::{Ray, Triangle};
+use super::tier::{Tier, at_tier, is_f64};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether a finite triangle has an area, however small: whether it is neither a point nor a line.
 ///
@@ -16,19 +16,24 @@ use crate::{Ray, Triangle};
 /// let (a, b) = (along(2.3207207e-9, 2.3207212e-9), along(1.705962, 1.705962));
 /// assert!(has_area(&Triangle::new(a, b, along(3.411924, 3.411924))));
 /// ```
-pub fn has_area(triangle: &Triangle) -> bool {
+pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     // For a direction along an axis, D is the normal's component there.
     let [c1, ..] = triangle.0;
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].into_iter().any(|dir| {
+    (0..3).any(|axis| {
+        let mut dir = [S::ZERO; 3];
+        dir[axis] = S::ONE;
         let pair = Pair { origin: c1, dir, corners: triangle.0 };
         let scales = pair.scales();
-        is_finite(&Ray::new(c1, dir), triangle)
-            && at_tier!(scales.tier(), leans::<C, N, V>(&pair, scales))
+        is_finite(&RayOf::new(c1, dir), triangle)
+            && at_tier!(S, scales.tier::<S>(), leans::<S, C, N, V>(&pair, scales))
     })
 }
 
 /// Whether D is not 0.
-fn leans<const C: usize, const N: usize, const V: usize>(pair: &Pair<f32>, scales: Scales) -> bool {
+fn leans<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
+    scales: Scales,
+) -> bool {
     let [u, v, w] = Numbers::<C, N, V>::new(pair, scales).edges();
     !(u + v + w).sign().is_eq()
 }

@@ -7,10 +7,10 @@ use super::input::{is_finite, is_plain, pair};
 use super::interval::Interval;
 use super::numbers::{Numbers, Pair, Scales};
 use super::quotient::Quotient;
-use super::tier::{Tier, at_tier};
+use super::tier::{Tier, at_tier, is_f64};
 use crate::packet::RayLanes;
 use crate::simd::Vec3;
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Who owns an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,9 +43,14 @@ impl Side {
 /// The side from which a ray crosses a triangle within its interval, if it does so by a rule; decided by
 /// a tier or one behind it.
 #[inline(always)]
-pub fn crossing_from(from: Tier, rule: Rule, ray: &Ray, triangle: &Triangle) -> Option<Side> {
+pub fn crossing_from<S: Scalar>(
+    from: Tier,
+    rule: Rule,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> Option<Side> {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(f64::from)));
+        let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
         let Decided { miss, closed, inside, leaves } =
             float::decide(corners, &RayLanes::of_ray(ray));
         if miss {
@@ -60,21 +65,27 @@ pub fn crossing_from(from: Tier, rule: Rule, ray: &Ray, triangle: &Triangle) -> 
 
 /// Finds the widths.
 #[inline(never)]
-fn by_integers(from: Tier, rule: Rule, ray: &Ray, triangle: &Triangle) -> Option<Side> {
+fn by_integers<S: Scalar>(
+    from: Tier,
+    rule: Rule,
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+) -> Option<Side> {
     let interval = Interval::of(ray)?;
     if !is_finite(ray, triangle) {
         return None;
     }
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    at_tier!(from.max(scales.tier()), crossing::<C, N, V>(rule, &pair, scales, interval))
+    let tier = from.max(scales.tier::<S>());
+    at_tier!(S, tier, crossing::<S, C, N, V>(rule, &pair, scales, interval))
 }
 
-fn crossing<const C: usize, const N: usize, const V: usize>(
+fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     rule: Rule,
-    pair: &Pair<f32>,
+    pair: &Pair<S>,
     scales: Scales,
-    interval: Interval,
+    interval: Interval<S>,
 ) -> Option<Side> {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let (edges, num) = (numbers.edges(), numbers.volume());

@@ -6,9 +6,9 @@ use super::crossing::Side;
 use super::float;
 use super::input::{is_finite, is_plain, pair};
 use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier};
+use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether a ray runs with a triangle's normal or against it; `None` where it runs along the plane, and where
 /// a number is not finite.
@@ -20,10 +20,10 @@ use crate::{Ray, Triangle};
 /// let of = |y| facing(&Ray::new([0.2, 1.0, 0.2], [0.1, y, 0.3]), &floor);
 /// assert_eq!([of(-1.0), of(1e-45), of(0.0)], [Some(Side::Enters), Some(Side::Leaves), None]);
 /// ```
-pub fn facing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
+pub fn facing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     if is_plain(ray, triangle) {
-        let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(f64::from)));
-        match float::facing(corners, Vec3::splat(ray.dir.map(f64::from))) {
+        let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
+        match float::facing(corners, Vec3::splat(ray.dir.map(Into::into))) {
             Ordering::Greater => return Some(Side::Leaves),
             Ordering::Less => return Some(Side::Enters),
             Ordering::Equal => (),
@@ -34,21 +34,21 @@ pub fn facing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
 
 #[cold]
 #[inline(never)]
-fn by_integers(ray: &Ray, triangle: &Triangle) -> Option<Side> {
+fn by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     if !is_finite(ray, triangle) {
         return None;
     }
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    match at_tier!(scales.tier(), sign::<C, N, V>(&pair, scales)) {
+    match at_tier!(S, scales.tier::<S>(), sign::<S, C, N, V>(&pair, scales)) {
         Ordering::Greater => Some(Side::Leaves),
         Ordering::Less => Some(Side::Enters),
         Ordering::Equal => None,
     }
 }
 
-fn sign<const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<f32>,
+fn sign<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
     scales: Scales,
 ) -> Ordering {
     let [u, v, w] = Numbers::<C, N, V>::new(pair, scales).edges();

@@ -1,7 +1,8 @@
 //! What is given, by its bits: no setting of the CPU changes what that says.
 
 use super::numbers::Pair;
-use crate::{Ray, Triangle};
+use super::tier::is_f64;
+use crate::{RayOf, Scalar, TriangleOf};
 
 const EXPONENT: u32 = f32::INFINITY.to_bits();
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
@@ -12,15 +13,47 @@ fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
-/// Whether no number is subnormal, the ends of the interval among them: a CPU may be set to read those as 0.
+/// Whether the first tier may be asked: f64 loses nothing of the numbers beyond its rounding. Of f32 no number may be
+/// subnormal, the ends of the interval among them: a CPU may be set to read those as 0. Those of f64 may neither be so
+/// large nor so small that a product is.
 #[inline(always)]
-pub fn is_plain(ray: &Ray, triangle: &Triangle) -> bool {
-    let (ray, triangle) = bits(ray, triangle);
+pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    if const { is_f64::<S>() } {
+        is_tame(bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
+    } else {
+        has_no_subnormal(bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
+    }
+}
+
+#[inline(always)]
+fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
     let mut subnormal = is_subnormal(triangle[8]);
     for i in 0..8 {
         subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
     }
     subnormal == 0
+}
+
+/// `2^-200` and `2^300`: what is not 0 lies between them, in size.
+const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
+
+/// See [`is_plain`]; derived in `docs/numerics/f64.md`, section 3.
+#[inline(always)]
+fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
+    let size = |x: u64| x & (u64::MAX >> 1);
+    let wild = |x: u64| {
+        let beyond = size(x).wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
+        u32::from(beyond) & u32::from(size(x) != 0)
+    };
+    let subnormal = |x: u64| u32::from(size(x).wrapping_sub(1) < f64::MIN_POSITIVE.to_bits() - 1);
+    let mut any = wild(triangle[8]) | subnormal(ray[3]) | subnormal(ray[7]);
+    for i in 0..3 {
+        any |= wild(ray[i]) | wild(ray[4 + i]);
+    }
+    for x in &triangle[..8] {
+        any |= wild(*x);
+    }
+    any == 0
 }
 
 /// Whether the CPU reads subnormal numbers as they are, not as 0: so where nothing else is asked of them.
@@ -31,20 +64,15 @@ pub fn subnormals_are_read() -> bool {
 
 /// Whether no coordinate is NaN or infinite.
 #[inline(always)]
-pub(super) fn is_finite(ray: &Ray, triangle: &Triangle) -> bool {
-    let (ray, triangle) = bits(ray, triangle);
-    let finite = |x: &u32| x & EXPONENT != EXPONENT;
-    triangle.iter().all(finite) && ray[..3].iter().all(finite) && ray[4..7].iter().all(finite)
-}
-
-/// The numbers of a ray, its interval's ends the fourth and the last, and of a triangle.
-#[inline(always)]
-fn bits<'a>(ray: &'a Ray, triangle: &'a Triangle) -> (&'a [u32; 8], &'a [u32; 9]) {
-    (bytemuck::cast_ref(ray), bytemuck::cast_ref(triangle))
+pub(super) fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    let finite = |x: &S| x.is_finite();
+    triangle.0.as_flattened().iter().all(finite)
+        && ray.origin.iter().all(finite)
+        && ray.dir.iter().all(finite)
 }
 
 /// The numbers of a ray and a triangle.
 #[inline(always)]
-pub(super) fn pair(ray: &Ray, triangle: &Triangle) -> Pair<f32> {
+pub(super) fn pair<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Pair<S> {
     Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 }
 }

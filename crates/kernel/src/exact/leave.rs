@@ -14,9 +14,9 @@ use core::cmp::Ordering;
 use super::float;
 use super::input::{is_finite, is_plain};
 use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier};
+use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
-use crate::{Hit, Ray, Triangle};
+use crate::{Hit, Ray, Scalar, Triangle};
 
 /// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
 /// [`Exact`](crate::Exact), and whatever the direction.
@@ -90,11 +90,11 @@ fn signs(ray: &Ray, triangle: &Triangle) -> (Ordering, Ordering) {
     }
     let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
     let scales = pair.scales();
-    at_tier!(scales.tier(), both::<C, N, V>(&pair, scales))
+    at_tier!(f32, scales.tier::<f32>(), both::<S, C, N, V>(&pair, scales))
 }
 
-fn both<const C: usize, const N: usize, const V: usize>(
-    pair: &Pair<f32>,
+fn both<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
     scales: Scales,
 ) -> (Ordering, Ordering) {
     let numbers = Numbers::<C, N, V>::new(pair, scales);

@@ -29,13 +29,17 @@ mod numbers;
 mod on_triangle;
 mod one_pair;
 mod pairs;
+mod pairs64;
 mod quotient;
 mod rounded;
 mod scale;
 mod seen_plane;
 mod shared_edge;
+mod shared_origin64;
+mod tails;
 mod tier;
 
+pub(crate) use along::t_times_from;
 pub use along::{attributes_from, order_from, t_from};
 pub use area::has_area;
 pub use closest::{
@@ -50,43 +54,55 @@ pub use leave::leave;
 pub use on_triangle::is_on;
 pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
+pub use pairs64::{Pair64, hits64};
 pub use rounded::Seen;
 pub use seen_plane::SeenPlane;
+pub use shared_origin64::{HitCoefficients64, hits_of_origin64};
 pub use tier::Tier;
 
 use core::cmp::Ordering;
 
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether a ray meets a closed triangle within its interval: edges and corners belong to it.
-pub fn hit(ray: &Ray, triangle: &Triangle) -> bool {
+pub fn hit<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     crossing_from(Tier::Float, Rule::Closed, ray, triangle).is_some()
 }
 
 /// The side from which a ray crosses a triangle within its interval, if it does: each point of a mesh belongs to one
 /// of its triangles.
-pub fn crossing(ray: &Ray, triangle: &Triangle) -> Option<Side> {
+pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     crossing_from(Tier::Float, Rule::Once, ray, triangle)
 }
 
 /// Whether a ray that hits two triangles surely meets both at one t, because it meets them where they touch; of a pair
 /// that is no hit it may say either.
-pub(crate) fn touch(ray: &Ray, one: &Triangle, other: &Triangle) -> bool {
+pub(crate) fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point.
-pub fn t(ray: &Ray, triangle: &Triangle) -> f64 {
+pub fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     t_from(Tier::Float, ray, triangle)
 }
 
+/// `t * 2^exponent`, rounded once, of a triangle whose plane the ray's line meets in one point.
+pub fn t_times<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>, exponent: i32) -> f64 {
+    t_times_from(Tier::Float, ray, triangle, exponent)
+}
+
+/// Whether there is a t within a ray's interval.
+pub(crate) fn has_interval<S: Scalar>(ray: &RayOf<S>) -> bool {
+    interval::Interval::of(ray).is_some()
+}
+
 /// t, u and v, each rounded once, of a triangle whose plane the ray's line meets in one point.
-pub fn attributes(ray: &Ray, triangle: &Triangle) -> (f64, f64, f64) {
+pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, f64, f64) {
     attributes_from(Tier::Float, ray, triangle)
 }
 
 /// The order in which a ray meets two triangles whose planes its line meets, exactly.
-pub fn order(ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
+pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     // Walls and floors often lie upon each other, and neighbours are often met where they touch.
     if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
         Ordering::Equal
@@ -96,7 +112,8 @@ pub fn order(ray: &Ray, one: &Triangle, other: &Triangle) -> Ordering {
 }
 
 /// Whether two triangles lie in the same plane, and that across an axis.
-fn across_an_axis(one: &Triangle, other: &Triangle) -> bool {
+fn across_an_axis<S: Scalar>(one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     let corners = || one.0.iter().chain(&other.0);
-    (0..3).any(|axis| corners().all(|c| c[axis].to_bits() == one.0[0][axis].to_bits()))
+    let same = |a: S, b: S| a.rank() == b.rank() && a.is_negative() == b.is_negative();
+    (0..3).any(|axis| corners().all(|c| same(c[axis], one.0[0][axis])))
 }

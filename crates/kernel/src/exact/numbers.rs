@@ -6,8 +6,9 @@
 //! ```
 
 use super::int::{Int, cross, dot};
-use super::scale::{Float, Scale};
+use super::scale::Scale;
 use super::tier::Tier;
+use crate::Scalar;
 
 /// A ray and a triangle as floats, all of them finite.
 #[derive(Clone, Copy)]
@@ -24,7 +25,7 @@ pub(super) struct Scales {
     dir: Scale,
 }
 
-impl<S: Float> Pair<S> {
+impl<S: Scalar> Pair<S> {
     /// Of this pair.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
@@ -44,8 +45,8 @@ impl<S: Float> Pair<S> {
 impl Scales {
     /// The first tier whose integers hold all of them.
     #[inline(always)]
-    pub(super) fn tier(self) -> Tier {
-        self.points.tier(self.dir)
+    pub(super) fn tier<S: Scalar>(self) -> Tier {
+        self.points.tier::<S>(self.dir)
     }
 
     /// What T/D in integers is to be multiplied with, as a power of two.
@@ -66,7 +67,7 @@ pub(super) struct Numbers<const C: usize, const N: usize, const V: usize> {
 impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
     /// At these scales, which the limbs must hold.
     #[inline(always)]
-    pub(super) fn new<S: Float>(pair: &Pair<S>, scales: Scales) -> Self {
+    pub(super) fn new<S: Scalar>(pair: &Pair<S>, scales: Scales) -> Self {
         let o = scales.points.vector::<S, C>(pair.origin);
         let seen = |corner: [S; 3]| {
             let c = scales.points.vector(corner);
@@ -95,17 +96,6 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
 mod tests {
     use super::*;
     use crate::exact::quotient::Quotient;
-
-    impl Float for f64 {
-        const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
-
-        fn parts(self) -> (i64, i32) {
-            let size = self.abs().to_bits();
-            let (field, fraction) = ((size >> 52) as i32, (size & ((1 << 52) - 1)) as i64);
-            let m = if field == 0 { fraction } else { fraction | 1 << 52 };
-            (if self.is_sign_negative() { -m } else { m }, field.max(1) - 1075)
-        }
-    }
 
     /// t, u and v where all are positive.
     fn attributes(pair: &Pair<f64>) -> [f64; 3] {

@@ -2,8 +2,8 @@
 
 use super::input::is_finite;
 use super::numbers::{Numbers, Pair, Scales};
-use super::tier::{Tier, at_tier};
-use crate::{Ray, Triangle};
+use super::tier::{Tier, at_tier, is_f64};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether a point lies on a triangle that has an area, edges and corners included; never where something is
 /// not finite.
@@ -15,18 +15,21 @@ use crate::{Ray, Triangle};
 /// assert!(is_on(&wall, [0.5, 0.5, 5.0]) && is_on(&wall, [0.0, 0.0, 5.0]));
 /// assert!(!is_on(&wall, [0.5, 0.500_000_1, 5.0]) && !is_on(&wall, [0.1, 0.1, 5.000_001]));
 /// ```
-pub fn is_on(triangle: &Triangle, point: [f32; 3]) -> bool {
-    let dir = [1.0, 0.0, 0.0];
+pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
+    let dir = [S::ONE, S::ZERO, S::ZERO];
     let pair = Pair { origin: point, dir, corners: triangle.0 };
-    is_finite(&Ray::new(point, dir), triangle) && {
+    is_finite(&RayOf::new(point, dir), triangle) && {
         let scales = pair.scales();
-        at_tier!(scales.tier(), holds::<C, N, V>(&pair, scales))
+        at_tier!(S, scales.tier::<S>(), holds::<S, C, N, V>(&pair, scales))
     }
 }
 
 /// In the plane of a triangle T is 0, and the three normals are multiples of its own: from inside, none of
 /// another sign.
-fn holds<const C: usize, const N: usize, const V: usize>(pair: &Pair<f32>, scales: Scales) -> bool {
+fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
+    scales: Scales,
+) -> bool {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let [n1, n2, n3] = &numbers.normals;
     numbers.volume().sign().is_eq()

@@ -11,26 +11,26 @@
 use super::double::{Double, cross, difference};
 use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// t, u and v, and which of the three are proven to be rounded right, the lowest bit t's. No number may be subnormal.
-pub(super) fn meet(ray: &Ray, triangle: &Triangle) -> ([f64; 3], u32) {
+pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> ([f64; 3], u32) {
     // Four lanes are all that it takes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
 
-struct Meet<'a> {
-    ray: &'a Ray,
-    triangle: &'a Triangle,
+struct Meet<'a, X> {
+    ray: &'a RayOf<X>,
+    triangle: &'a TriangleOf<X>,
 }
 
-impl WithSimd for Meet<'_> {
+impl<X: Scalar> WithSimd for Meet<'_, X> {
     type Output = ([f64; 3], u32);
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
-        let (ends, starts) = (lanes::<S>([c1, c2, c3, c1]), lanes::<S>([o, c1, c1, c1]));
+        let (ends, starts) = (lanes::<S, X>([c1, c2, c3, c1]), lanes::<S, X>([o, c1, c1, c1]));
         let (edges, lack) = difference(ends, starts);
         let is_exact = lack.le(Lanes::splat(0.0)).bits() & 0b111 == 0b111;
 
@@ -39,7 +39,7 @@ impl WithSimd for Meet<'_> {
         edges.x.store(&mut x);
         edges.y.store(&mut y);
         edges.z.store(&mut z);
-        let [dx, dy, dz] = d.map(f64::from);
+        let [dx, dy, dz] = d.map(Into::<f64>::into);
         let factors = [[x, [dx; 4]], [y, [dy; 4]], [z, [dz; 4]]].map(|[e, [d, ..]]| {
             // a, h4 and h5 along an axis.
             let [a, h4, h5, _] = e;
@@ -67,10 +67,11 @@ impl WithSimd for Meet<'_> {
 
 /// Four vectors side by side.
 #[inline(always)]
-fn lanes<S: Simd>(v: [[f32; 3]; 4]) -> Vec3<S::F64x4> {
+fn lanes<S: Simd, X: Scalar>(v: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let [[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]] = v;
     let (x, y, z) = ([ax, bx, cx, dx], [ay, by, cy, dy], [az, bz, cz, dz]);
-    Vec3 { x: Lanes::load_f32(&x), y: Lanes::load_f32(&y), z: Lanes::load_f32(&z) }
+    let [x, y, z] = [x, y, z].map(|row| row.map(Into::<f64>::into));
+    Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
 }
 
 /// One of three factors, by axis.

@@ -8,7 +8,7 @@
 use core::cmp::Ordering;
 
 use super::int::{minus, plus};
-use super::scale::Float;
+use crate::Scalar;
 use crate::simd::Lanes;
 
 /// A positive quotient: `first * 2^exponent`, and less than a unit of `first` more.
@@ -63,11 +63,18 @@ impl Quotient {
         Self { first, more: rest.iter().any(|&limb| limb != 0), exponent }
     }
 
-    /// Rounded once, to the nearest f64, ties to even. The quotient must be within the normal numbers.
+    /// Rounded once, to the nearest f64, ties to even; infinite where it is nearer to what would come after the
+    /// largest.
     #[inline(always)]
     pub(super) fn to_f64(self) -> f64 {
         // Eleven bits are left beyond those of an f64: what follows may be put into the last of them.
-        (self.first | u64::from(self.more)) as f64 * pow2(self.exponent)
+        let first = self.first | u64::from(self.more);
+        // It is at least 2^top, and less than twice that.
+        let top = self.exponent.saturating_add(63);
+        if (SMALLEST..=LARGEST).contains(&top) {
+            return first as f64 * pow2(-63) * pow2(top);
+        }
+        if top > LARGEST { f64::INFINITY } else { subnormal(first, top) }
     }
 
     /// The root of this rounded once, rounded once more: within 0.86 units in the last place. Both must be within
@@ -81,7 +88,7 @@ impl Quotient {
 
     /// Compared with a float that is not negative, nor NaN or infinite.
     #[inline(always)]
-    pub(super) fn cmp_float<S: Float>(self, x: S) -> Ordering {
+    pub(super) fn cmp_float<S: Scalar>(self, x: S) -> Ordering {
         let (m, e) = x.parts();
         if m == 0 {
             return Ordering::Greater;
@@ -113,7 +120,27 @@ fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     (all, up + shift as i32)
 }
 
+/// The exponents of normal f64.
+const SMALLEST: i32 = -1022;
+/// See [`SMALLEST`].
+const LARGEST: i32 = 1023;
+
+/// 64 bits, the highest of which stands for `2^top`, below the normal f64; rounded once, ties to even.
+#[cold]
+fn subnormal(first: u64, top: i32) -> f64 {
+    // The last place is 2^-1074: so many bits come after it.
+    let after = -1074 - (top - 63);
+    if after > 64 {
+        return 0.0;
+    }
+    let all = u128::from(first);
+    let (kept, rest) = ((all >> after) as u64, all & ((1 << after) - 1));
+    let half = 1 << (after - 1);
+    let up = rest > half || rest == half && kept & 1 != 0;
+    f64::from_bits(kept + u64::from(up))
+}
+
 /// `2^e`, for a normal result.
-fn pow2(e: i32) -> f64 {
+pub(super) fn pow2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }

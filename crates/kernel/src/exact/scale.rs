@@ -2,26 +2,7 @@
 
 use super::int::Int;
 use super::tier::Tier;
-
-/// A float, by its bits: a CPU that is set to read subnormal numbers as zero does not matter here.
-pub(super) trait Float: Copy {
-    /// m and e of a finite number `m * 2^e`; of zero, 0 and any. Smaller numbers have no larger e.
-    fn parts(self) -> (i64, i32);
-    /// How many bits m has at most.
-    const DIGITS: i32;
-}
-
-impl Float for f32 {
-    const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
-
-    #[inline(always)]
-    fn parts(self) -> (i64, i32) {
-        let bits = self.to_bits();
-        let (field, fraction) = (bits >> 23 & 0xff, i64::from(bits & 0x7f_ffff));
-        let size = if field == 0 { fraction } else { fraction | 1 << 23 };
-        (if bits >> 31 == 0 { size } else { -size }, field.max(1) as i32 - 150)
-    }
-}
+use crate::Scalar;
 
 /// Numbers as integers: all are multiples of `2^low` below `2^(low + bits)`.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +17,7 @@ impl Scale {
 
     /// Of vectors of finite numbers.
     #[inline(always)]
-    pub(super) fn of<S: Float, const N: usize>(vectors: &[[S; 3]; N]) -> Self {
+    pub(super) fn of<S: Scalar, const N: usize>(vectors: &[[S; 3]; N]) -> Self {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
@@ -48,13 +29,13 @@ impl Scale {
 
     /// The first tier whose integers hold the numbers of two scales, one of points, one of a direction.
     #[inline(always)]
-    pub(super) fn tier(self, dir: Self) -> Tier {
-        Tier::of_bits(self.bits.max(dir.bits))
+    pub(super) fn tier<S: Scalar>(self, dir: Self) -> Tier {
+        Tier::of_bits::<S>(self.bits.max(dir.bits))
     }
 
     /// A vector as integers.
     #[inline(always)]
-    pub(super) fn vector<S: Float, const C: usize>(self, v: [S; 3]) -> [Int<C>; 3] {
+    pub(super) fn vector<S: Scalar, const C: usize>(self, v: [S; 3]) -> [Int<C>; 3] {
         let int = |x: S| {
             let (m, e) = x.parts();
             // A zero may have a smaller exponent than any.

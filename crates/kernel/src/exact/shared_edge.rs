@@ -14,15 +14,19 @@ use core::cmp::Ordering;
 
 use super::int::{Int, cross, dot};
 use super::scale::Scale;
-use super::tier::{Tier, at_tier};
-use crate::{Ray, Triangle};
+use super::tier::{Tier, at_tier, is_f64};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether two triangles, whose planes the ray's line meets in one point each, surely have the same t because
 /// that is on what they share.
-pub(super) fn is_met(ray: &Ray, one: &Triangle, other: &Triangle) -> bool {
+pub(super) fn is_met<S: Scalar>(
+    ray: &RayOf<S>,
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> bool {
     // The corners of one that the other has, too.
-    let bits = |corner: &[f32; 3]| corner.map(f32::to_bits);
-    let is_shared = |corner: &&[f32; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
+    let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
+    let is_shared = |corner: &&[S; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
     let mut shared = one.0.iter().filter(is_shared);
     let Some(&p) = shared.next() else { return false };
     let q = shared.next().copied().unwrap_or(p);
@@ -31,17 +35,17 @@ pub(super) fn is_met(ray: &Ray, one: &Triangle, other: &Triangle) -> bool {
         return true;
     }
     let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
-    at_tier!(points.tier(dir), holds::<C, N, V>(ray, [p, q], (points, dir)))
+    at_tier!(S, points.tier::<S>(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))
 }
 
-fn holds<const C: usize, const N: usize, const V: usize>(
-    ray: &Ray,
-    [p, q]: [[f32; 3]; 2],
+fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    ray: &RayOf<S>,
+    [p, q]: [[S; 3]; 2],
     (points, dir): (Scale, Scale),
 ) -> bool {
-    let (o, d) = (points.vector::<f32, C>(ray.origin), dir.vector::<f32, C>(ray.dir));
-    let seen = |corner: [f32; 3]| {
-        let c = points.vector::<f32, C>(corner);
+    let (o, d) = (points.vector::<S, C>(ray.origin), dir.vector::<S, C>(ray.dir));
+    let seen = |corner: [S; 3]| {
+        let c = points.vector::<S, C>(corner);
         [c[0] - o[0], c[1] - o[1], c[2] - o[2]]
     };
     let (p, q) = (seen(p), seen(q));

@@ -1,15 +1,17 @@
-//! The tiers: f64 under a bound, then integers of three widths, the last of which holds any f32.
+//! The tiers: f64 under a bound, then integers of three widths, the last of which holds any number.
+
+use crate::Scalar;
 
 /// What decides, from the fastest to the one that always can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
     /// f64, where its bound tells.
     Float,
-    /// Coordinates of 64 bits.
+    /// Coordinates of 64 bits; given in f64, of 128.
     Narrow,
-    /// Coordinates of 128 bits.
+    /// Coordinates of 128 bits; given in f64, of 320.
     Middle,
-    /// Coordinates of 320 bits: any f32, whose exponents span 277.
+    /// Coordinates of 320 bits: any f32, whose bits span 277 places. Of 2112: any f64, whose bits span 2098.
     Widest,
 }
 
@@ -19,30 +21,53 @@ impl Tier {
 
     /// The first whose integers hold coordinates of so many bits, with the three that the proof asks for.
     #[inline(always)]
-    pub(super) fn of_bits(bits: i32) -> Self {
+    pub(super) fn of_bits<S: Scalar>(bits: i32) -> Self {
+        let [narrow, middle] = if is_f64::<S>() { [128, 320] } else { [64, 128] };
         match bits + 3 {
-            ..=64 => Self::Narrow,
-            65..=128 => Self::Middle,
+            bits if bits <= narrow => Self::Narrow,
+            bits if bits <= middle => Self::Middle,
             _ => Self::Widest,
         }
     }
 }
 
+/// Whether coordinates are given in f64.
+#[inline(always)]
+pub(super) const fn is_f64<S: Scalar>() -> bool {
+    S::DIGITS > f32::MANTISSA_DIGITS as i32
+}
+
 /// Calls a function that is generic over the limbs of coordinates, normals and volumes (and of products
-/// of two volumes), at the widths of a tier.
+/// of two volumes), at the widths of a tier for a scalar.
 macro_rules! at_tier {
-    ($tier:expr, $f:ident::<C, N, V>($($arg:expr),*)) => {
-        match $tier {
-            Tier::Float | Tier::Narrow => $f::<1, 2, 3>($($arg),*),
-            Tier::Middle => $f::<2, 4, 6>($($arg),*),
-            Tier::Widest => $f::<5, 10, 15>($($arg),*),
+    ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
+        if const { is_f64::<$s>() } {
+            match $tier {
+                Tier::Float | Tier::Narrow => $f::<$s, 2, 4, 6>($($arg),*),
+                Tier::Middle => $f::<$s, 5, 10, 15>($($arg),*),
+                Tier::Widest => $f::<$s, 33, 66, 99>($($arg),*),
+            }
+        } else {
+            match $tier {
+                Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3>($($arg),*),
+                Tier::Middle => $f::<$s, 2, 4, 6>($($arg),*),
+                Tier::Widest => $f::<$s, 5, 10, 15>($($arg),*),
+            }
         }
     };
-    ($tier:expr, $f:ident::<C, N, V, P>($($arg:expr),*)) => {
-        match $tier {
-            Tier::Float | Tier::Narrow => $f::<1, 2, 3, 6>($($arg),*),
-            Tier::Middle => $f::<2, 4, 6, 12>($($arg),*),
-            Tier::Widest => $f::<5, 10, 15, 30>($($arg),*),
+    ($s:ty, $tier:expr, $f:ident::<S, C, N, V, P>($($arg:expr),*)) => {
+        if const { is_f64::<$s>() } {
+            match $tier {
+                Tier::Float | Tier::Narrow => $f::<$s, 2, 4, 6, 12>($($arg),*),
+                Tier::Middle => $f::<$s, 5, 10, 15, 30>($($arg),*),
+                Tier::Widest => $f::<$s, 33, 66, 99, 198>($($arg),*),
+            }
+        } else {
+            match $tier {
+                Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 6>($($arg),*),
+                Tier::Middle => $f::<$s, 2, 4, 6, 12>($($arg),*),
+                Tier::Widest => $f::<$s, 5, 10, 15, 30>($($arg),*),
+            }
         }
     };
 }

@@ -1,6 +1,6 @@
 //! All hits of a ray with a block of triangles, as far as the filter tells.
 
-use crate::intersect::{Counts, PreparedRay};
+use crate::intersect::{Counts, PreparedRay, Test};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
 
@@ -48,7 +48,7 @@ pub struct BlockHits {
     pub t_hi: [f32; 8],
 }
 
-impl Filter {
+impl Filter<'_> {
     /// The hits of a ray with a block; none where t surely exceeds `far`.
     #[inline(always)]
     pub fn block_hits_in<S: Simd>(
@@ -58,20 +58,20 @@ impl Filter {
         far: f32,
         counts: &mut Counts,
     ) -> Option<BlockHits> {
-        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block), block.live());
+        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block, &self.room), block.live());
         let rays = Rays::splat(&ray.constants);
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(&triangles, &rays);
         let far = Lanes::splat(far);
         let Decided { hit, undecided, t_lo, t_hi } =
-            edges.decide(&triangles, &rays, far, live, self.threshold);
+            edges.decide(&triangles, &rays, far, live, (self.threshold, &self.room));
         if hit | undecided == 0 {
             return None;
         }
         counts.undecided += u64::from(undecided.count_ones());
 
         // What may lie beyond the end of the interval is not sure, either.
-        let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(ray.ray.t_max)));
+        let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {
             sure,

@@ -3,7 +3,7 @@
 //! `u` is half an ulp of 1 in f32; |.|₁ and |.|₂ are the usual norms; h is the longest edge.
 
 /// Half an ulp of 1 in f32.
-const U: f32 = 1.0 / (1 << 24) as f32;
+pub(super) const U: f32 = 1.0 / (1 << 24) as f32;
 
 /// In the precheck V, W, U and the denominator, all over h, are within `PRECHECK |d|₂ (|c1|₁ + h + |o|₁)`.
 pub(super) const PRECHECK: f32 = 32.0 * U;
@@ -105,7 +105,7 @@ pub(super) const DEPTH: f32 = 16.0 * U;
 pub(super) const LOST: f32 = 1.0 / (1_u64 << 45) as f32;
 
 /// The inverse of a t and a depth is within this share of itself.
-pub(super) const INVERSE: f32 = 8.0 * U;
+pub(super) const INVERSE: f32 = 10.0 * U;
 
 /// Around a triangle the reference may accept a point that lies `ROOM h + ROOM_AWAY |o|₁` over its
 /// least depth outside, on the projection, and its corners are known within `CORNER |A|₁`; rounding adds
@@ -136,3 +136,30 @@ pub(super) const OFF_REACH: f32 = 1.0 / (1 << 19) as f32;
 pub(super) const OFF_ROOM: f32 = 1.25;
 /// T is known where `|s|₁ off` is this much less than 1.
 pub(super) const OFF_PLANE: f32 = 4.0;
+
+/// Of copies in f32 of what is given in f64 (`docs/numerics/f64.md`, section 4): a corner and an origin are each within
+/// this of themselves, and so is each component of an edge and of a direction.
+pub(super) const COPY: f32 = 1.02 * U;
+/// [`EDGE`] of copies.
+pub(super) const COPY_EDGE: f32 = 7.5 * U;
+/// [`DEN`] of copies.
+pub(super) const COPY_DEN: f32 = 9.5 * U;
+/// [`GRAZING`] of copies.
+pub(super) const COPY_GRAZING: f32 = 27.0 * U;
+/// [`NUM`] of copies.
+pub(super) const COPY_NUM: f32 = 9.75 * U;
+/// [`SHARP`] of copies.
+pub(super) const COPY_SHARP: f32 = 7.25 * U;
+/// [`SHARP_U`] of copies.
+pub(super) const COPY_SHARP_U: f32 = 9.25 * U;
+/// [`SCREEN`] of copies.
+pub(super) const COPY_SCREEN: f32 = 11.25 * U;
+/// [`EDGES`] of copies.
+pub(super) const COPY_EDGES: f32 = 18.5 * U;
+/// The inverse depth of a copy is `COPY_DEPTH q` more uncertain, and `COPY_SLANT q |A|₁` relative to its largest value
+/// on the projection as far as rays reach there.
+pub(super) const COPY_DEPTH: f32 = 4.0 * U;
+/// See [`COPY_DEPTH`].
+pub(super) const COPY_SLANT: f32 = 3.25 * U;
+/// T of a copy is known where `q |A|₁` times this is less than 1, and what it may be off by besides.
+pub(super) const COPY_PLANE: f32 = 10.0 * U;

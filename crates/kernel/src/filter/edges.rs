@@ -14,10 +14,11 @@
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask};
-use crate::{Ray, Threshold, Triangle};
+use crate::{Ray, Threshold, Triangle, TriangleOf};
 
 use super::bound;
 use super::decided::Decided;
+use super::room::Room;
 
 /// Triangles as lanes, with what the filter asks of them.
 #[derive(Clone, Copy)]
@@ -36,23 +37,29 @@ pub struct Triangles<F> {
 impl<F: Lanes<Scalar = f32>> Triangles<F> {
     /// N triangles.
     #[inline(always)]
-    pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>) -> Self {
+    pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>, room: &Room) -> Self {
         // Not by `map`, which would be compiled without the level's instructions.
         let [c1, c2, c3] = block.corners();
         let corners = [Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)];
-        Self::new(corners, F::load(block.longest_edges()))
+        let h = F::load(block.longest_edges());
+        if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
     /// One triangle for all lanes.
     #[inline(always)]
-    pub(crate) fn splat(Triangle([c1, c2, c3]): &Triangle, h: f32) -> Self {
+    pub(crate) fn splat(TriangleOf([c1, c2, c3]): &Triangle, h: f32) -> Self {
         Self::new([Vec3::splat(*c1), Vec3::splat(*c2), Vec3::splat(*c3)], F::splat(h))
     }
 
     /// From the corners and the longest edge.
     #[inline(always)]
     pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
-        let (minus_h4, h5) = (c1 - c2, c3 - c1);
+        Self::of_edges([c1, c1 - c2, c3 - c1], h)
+    }
+
+    /// From a corner, the edges `-h4` and `h5`, and the longest edge.
+    #[inline(always)]
+    fn of_edges([c1, minus_h4, h5]: [Vec3<F>; 3], h: F) -> Self {
         Self { c1, minus_h4, h5, n: h5.cross_fused(minus_h4), h, hh: h * h }
     }
 }
@@ -81,7 +88,7 @@ pub struct Rays<F> {
 impl<F: Lanes<Scalar = f32>> Rays<F> {
     /// Computes a ray's constants, lane by lane.
     #[inline(always)]
-    pub(crate) fn new(rays: RayLanes<F>, threshold: Threshold) -> Self {
+    pub(crate) fn new(rays: RayLanes<F>, threshold: Threshold, room: &Room) -> Self {
         let splat = F::splat;
         let (dir, org) = (rays.dir, rays.org.norm1());
         let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
@@ -91,27 +98,32 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        let off = org.mul_add(splat(bound::ORIGIN), splat(bound::SMALL));
+        let off = org.mul_add(splat(room.off[0]), splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
+        let near = rays.t_min.mul_add(splat(room.near[0]), splat(room.near[1]));
         Self {
             rays,
             len,
-            edge: len * splat(bound::EDGE),
+            edge: len * splat(room.edge),
             off,
-            grazing: len * splat(bound::GRAZING),
+            grazing: len * splat(room.grazing),
             grazing_add: len * splat(bound::GRAZING_ADD),
-            den_err: len * splat(bound::SLACK * bound::DEN),
-            above: at_least(rays.t_min, threshold.above),
+            den_err: len * splat(room.den),
+            above: at_least(near, threshold.above),
             below: at_least(rays.t_min, threshold.below),
         }
     }
 
     /// N different rays.
     #[inline(always)]
-    pub(crate) fn of_packet<const N: usize>(packet: &RayPacket<N>, threshold: Threshold) -> Self {
-        Self::new(RayLanes::of_packet(packet), threshold)
+    pub(crate) fn of_packet<const N: usize>(
+        packet: &RayPacket<N>,
+        threshold: Threshold,
+        room: &Room,
+    ) -> Self {
+        Self::new(RayLanes::of_packet(packet), threshold, room)
     }
 
     /// One ray for all lanes.
@@ -134,8 +146,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
 impl Rays<f32> {
     /// One ray.
     #[inline(always)]
-    pub(crate) fn of_ray(ray: &Ray, threshold: Threshold) -> Self {
-        Self::new(RayLanes::of_ray(ray), threshold)
+    pub(crate) fn of_ray(ray: &Ray, threshold: Threshold, room: &Room) -> Self {
+        Self::new(RayLanes::of_ray(ray), threshold, room)
     }
 }
 
@@ -216,7 +228,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 
     /// A bound for each of V, W and U, which takes a few times as long as [`Edges::bound`].
     #[inline(always)]
-    pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>) -> [F; 3] {
+    pub(super) fn sharp_bounds(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> [F; 3] {
         let splat = F::splat;
 
         // The sums of the sizes of all products.
@@ -229,15 +241,15 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         // What the reference's noise adds.
         let noise = of.len * splat(bound::NOISE);
         let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
-        let sharp = splat(bound::SHARP);
-        [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(splat(bound::SHARP_U), noise)]
+        let [sharp, sharp_u] = [splat(room.sharp[0]), splat(room.sharp[1])];
+        [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
     /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`], by the sharp
     /// bounds.
     #[inline(always)]
-    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>) -> (F::Mask, F::Mask) {
-        let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of);
+    fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
+        let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
         let [v, w, u] = self.weights();
         let outside = v.lt(-v_bound) | w.lt(-w_bound) | u.lt(-u_bound);
         let inside = v.gt(v_bound) & w.gt(w_bound) & u.gt(u_bound);
@@ -260,10 +272,9 @@ pub(super) struct PlaneHit<F> {
 
 impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     #[inline(always)]
-    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>) -> Self {
-        const NUM: f32 = bound::SLACK * bound::NUM;
+    pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>, room: &Room) -> Self {
         let splat = F::splat;
-        let share = edges.a.norm1().mul_add(splat(NUM), splat(NUM * bound::SMALL));
+        let share = edges.a.norm1().mul_add(splat(room.num[0]), splat(room.num[1]));
         Self {
             num: tri.n.dot_fused(edges.a).flip(edges.den),
             num_err: tri.hh.mul_add(share, splat(bound::TINY)),
@@ -289,18 +300,19 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 
     /// A bound of the numerator's error that takes a few times as long.
     #[inline(always)]
-    pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>) -> F {
+    pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>, room: &Room) -> F {
         let splat = F::splat;
         let (a1, hh) = (edges.a.norm1(), tri.hh);
         let perm = tri.minus_h4.abs().permanents(tri.h5.abs()).dot_fused(edges.a.abs());
         let noise = (hh * a1).mul_add(splat(bound::NUM_NOISE), (hh + a1) * splat(bound::TINY));
-        perm.mul_add(splat(bound::SHARP_NUM), noise + splat(bound::TINY))
+        let copied = hh * a1.mul_add(splat(room.sharp_num[0]), splat(room.sharp_num[1]));
+        perm.mul_add(splat(bound::SHARP_NUM), (noise + splat(bound::TINY)) + copied)
     }
 
     /// The enclosure of t under it.
     #[inline(always)]
-    pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>) -> (F, F) {
-        let num_err = Self::sharp_num_err(tri, edges) * F::splat(bound::SLACK);
+    pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>, room: &Room) -> (F, F) {
+        let num_err = Self::sharp_num_err(tri, edges, room) * F::splat(bound::SLACK);
         enclose(self.num, num_err, self.den, self.den_err)
     }
 }
@@ -326,14 +338,14 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         of: &Rays<F>,
         far: F,
         live: u32,
-        threshold: Threshold,
+        (threshold, room): (Threshold, &Room),
     ) -> Decided<F> {
         let splat = F::splat;
         let Self { den, least, .. } = *self;
         let sure = self.sure();
 
         // Is the plane where hits count?
-        let plane = PlaneHit::new(tri, of, self);
+        let plane = PlaneHit::new(tri, of, self, room);
         let out_of_range = plane.out_of_range(of, far);
 
         // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
@@ -357,10 +369,10 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // A ray that starts on the triangle, for one, is in doubt as to its t.
-            let (t_lo, t_hi) = plane.sharper(tri, self);
+            let (t_lo, t_hi) = plane.sharper(tri, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);
-            let (maybe, inside) = self.sharper(tri, of);
+            let (maybe, inside) = self.sharper(tri, of, room);
             let maybe = maybe & in_range;
             hit |= (maybe & clear & inside).bits() & undecided;
             undecided &= maybe.bits() & !hit;

@@ -1,12 +1,13 @@
 //! What the filter goes by, laid open, so that its bounds can be held against exact arithmetic.
 
-use crate::packet::TriangleBlock;
+use crate::packet::{Copy32, TriangleBlock};
 use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
-use crate::{Ray, Threshold, Triangle};
+use crate::{Ray, Threshold, Triangle, TriangleOf};
 
 use super::bound;
 use super::edges::{Edges, PlaneHit, Rays, Triangles};
 use super::precheck::{Constants, Precheck};
+use super::room::Room;
 
 /// The numbers by which the mode `certified` decides one test, as its level computes them, each with
 /// the most that it may be off by.
@@ -81,25 +82,39 @@ impl Evidence {
     /// assert!(seen.sure && seen.v > seen.edge && seen.t_lo < 4.75 && 4.75 < seen.t_hi);
     /// ```
     pub fn of(ray: &Ray, triangle: &Triangle, threshold: Threshold, level: Level) -> Self {
-        level.run(Seen { threshold, ray, triangle })
+        let block = TriangleBlock::new(core::slice::from_ref(triangle));
+        let room = &Room::NONE;
+        level.run(Seen { threshold, ray, triangle, block: &block, room })
+    }
+
+    /// The same for copies of what is given in f64, whose corners are no farther from the origin than `reach`, as a sum
+    /// of coordinates; of the precheck there is nothing to tell.
+    pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
+        let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
+        let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));
+        let triangle = &TriangleOf([[0.0; 3]; 3]);
+        level.run(Seen { threshold, ray, triangle, block: &block, room })
     }
 }
 
 struct Seen<'a> {
     threshold: Threshold,
     ray: &'a Ray,
+    /// For the precheck.
     triangle: &'a Triangle,
+    block: &'a TriangleBlock<8>,
+    room: &'a Room,
 }
 
 impl WithSimd for Seen<'_> {
     type Output = Evidence;
     #[inline(always)]
     fn run<S: Simd>(self) -> Evidence {
-        let block = TriangleBlock::<8>::new(core::slice::from_ref(self.triangle));
-        let triangles = Triangles::<S::F32x8>::of_block(&block);
-        let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold));
+        let Self { block, room, .. } = self;
+        let triangles = Triangles::<S::F32x8>::of_block(block, room);
+        let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold, room));
         let edges = Edges::new(&triangles, &rays);
-        let plane = PlaneHit::new(&triangles, &rays, &edges);
+        let plane = PlaneHit::new(&triangles, &rays, &edges, room);
         let lane = |x: S::F32x8| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);
@@ -107,8 +122,8 @@ impl WithSimd for Seen<'_> {
         };
         let (t_lo, t_hi) = plane.enclosure();
         let far = Lanes::splat(self.ray.t_max);
-        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges);
-        let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays);
+        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges, room);
+        let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays, room);
         let edge = lane(edges.bound(&triangles, &rays));
         let at = Constants::new(self.triangle);
         let ([v, w, u, den], bound) = Precheck::new(&rays).values(&at);
@@ -123,13 +138,13 @@ impl WithSimd for Seen<'_> {
             den_err: lane(plane.den_err) / bound::SLACK,
             num: lane(plane.num.flip(edges.den)),
             num_err: lane(plane.num_err) / bound::SLACK,
-            sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &edges)),
+            sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &edges, room)),
             sharp_t: [lane(sharp_lo), lane(sharp_hi)],
             t_lo: lane(t_lo),
             t_hi: lane(t_hi),
             precheck: [lane(v), lane(w), lane(u), lane(den)],
             precheck_bound: lane(bound),
-            h: at.h,
+            h: block.longest_edges()[0],
             out_of_range: plane.out_of_range(&rays, far).bits() & 1 != 0,
             sure: edges.sure().bits() & 1 != 0,
         }

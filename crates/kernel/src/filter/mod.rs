@@ -20,6 +20,7 @@ mod edges;
 mod evidence;
 mod precheck;
 pub(crate) mod projection;
+mod room;
 mod shared_origin;
 mod shared_origin_list;
 
@@ -31,7 +32,7 @@ pub use shared_origin::SharedOriginBlock;
 
 use crate::intersect::{ClosestHits, Counts, Found, PreparedPacket, Test, closest_of};
 use crate::packet::{RayPacket, TriangleBlock};
-use crate::resolve::Resolver;
+use crate::resolve::{Originals, Resolver};
 use crate::simd::{Lane, Lanes, Level, Mask, Simd, Width};
 use crate::{Ray, Threshold, Triangle};
 
@@ -39,34 +40,50 @@ use beam::Beam;
 use decided::found;
 use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
+use room::Room;
 use shared_origin_list::SharedOriginList;
 
 /// f32 lanes under a proven bound, and a resolver for what they leave undecided.
 #[derive(Clone, Copy, Debug)]
-pub struct Filter {
+pub struct Filter<'a> {
     threshold: Threshold,
-    resolver: Resolver,
+    resolver: Resolver<'a>,
     level: Level,
+    room: Room,
 }
 
-impl Filter {
+impl<'a> Filter<'a> {
     /// With document A's operations as the resolver, and its threshold.
     #[inline]
     pub fn certified(threshold: Threshold, level: Level) -> Self {
-        Self { threshold, resolver: Resolver::Document(threshold.get()), level }
+        Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: Room::NONE }
     }
 
     /// For rays and triangles of one grid, in f32: what these decide of integers that they hold exactly
     /// is so, and of the rest the integers decide (`docs/numerics/certified.md`, section 10).
     #[inline]
     pub fn on_grid(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: Room::NONE }
     }
 
     /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: Room::NONE }
+    }
+
+    /// For copies of what is given in f64, right on the originals (`docs/numerics/f64.md`). No corner is farther from
+    /// the copies' origin than `reach`, as a sum of coordinates.
+    #[inline]
+    pub fn on_copies(originals: &'a dyn Originals, reach: f32, level: Level) -> Self {
+        let (threshold, resolver) = (Threshold::ZERO, Resolver::Originals(originals));
+        Self { threshold, resolver, level, room: Room::of_copies(reach) }
+    }
+
+    /// What settles undecided pairs.
+    #[inline]
+    pub fn resolver(&self) -> Resolver<'a> {
+        self.resolver
     }
 
     /// The document's threshold; zero for a mode that has none.
@@ -76,7 +93,7 @@ impl Filter {
     }
 }
 
-impl Test for Filter {
+impl Test for Filter<'_> {
     type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Rays<F>;
     type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Triangles<F>;
     type Constants = Constants;
@@ -89,8 +106,14 @@ impl Test for Filter {
     }
 
     #[inline(always)]
-    fn resolver(&self) -> Resolver {
+    fn resolver(&self) -> Resolver<'_> {
         self.resolver
+    }
+
+    #[inline(always)]
+    fn sure_end(&self, t_max: f32) -> f32 {
+        // That of a copy is rounded up.
+        if self.room.copies { t_max.next_down() } else { t_max }
     }
 
     #[inline(always)]
@@ -98,12 +121,12 @@ impl Test for Filter {
         &self,
         packet: &RayPacket<N>,
     ) -> Rays<F> {
-        Rays::of_packet(packet, self.threshold)
+        Rays::of_packet(packet, self.threshold, &self.room)
     }
 
     #[inline(always)]
     fn ray(&self, ray: &Ray) -> Rays<f32> {
-        Rays::of_ray(ray, self.threshold)
+        Rays::of_ray(ray, self.threshold, &self.room)
     }
 
     #[inline(always)]
@@ -116,7 +139,7 @@ impl Test for Filter {
         &self,
         block: &TriangleBlock<N>,
     ) -> Triangles<F> {
-        Triangles::of_block(block)
+        Triangles::of_block(block, &self.room)
     }
 
     #[inline(always)]
@@ -162,12 +185,12 @@ impl Test for Filter {
     ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        let decided = edges.decide(triangles, rays, far, live, self.threshold);
+        let decided = edges.decide(triangles, rays, far, live, (self.threshold, &self.room));
         Some(found(&decided, counts))
     }
 }
 
-impl Filter {
+impl Filter<'_> {
     /// Eight triangles as they are seen from the origin that rays share (document D): computed once,
     /// it makes each ray's test three dot products.
     ///
@@ -225,7 +248,23 @@ impl Filter {
         Outlines::new::<S>(first, second, frame, parallel)
     }
 
-    /// Where the rays so far and the live ones of a packet begin to look for hits.
+    /// Whether rays and triangles are copies of what is given in f64.
+    #[inline]
+    pub fn is_of_copies(&self) -> bool {
+        self.room.copies
+    }
+
+    /// A frame for bundles: that of what is given in f32, or of copies, which may be passed within so much more.
+    /// `reach` is how far from the middle of the projection rays go.
+    #[inline]
+    pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
+        let frame = if self.room.copies { frame.of_copies() } else { frame };
+        let off = off + self.room.passed(frame.origin());
+        if off > 0.0 { frame.passed_within(off, reach) } else { frame }
+    }
+
+    /// Where the rays so far and the live ones of a packet begin to look for hits: none before the first `t_min`, and
+    /// surely beyond the second.
     ///
     /// An example stands at [`Starts`].
     #[inline(always)]
@@ -233,7 +272,7 @@ impl Filter {
         &self,
         starts: &Starts<F>,
         points: &Points<F>,
-        t_min: F,
+        t_min: [F; 2],
         live: F::Mask,
     ) -> Starts<F> {
         starts.with(points, t_min, live, self.threshold)

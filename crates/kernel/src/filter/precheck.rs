@@ -18,6 +18,7 @@ use crate::simd::Vec3;
 
 use super::bound;
 use super::edges::{Rays, Triangles};
+use super::room::Room;
 
 /// What is computed from a triangle once.
 //
@@ -41,7 +42,8 @@ impl Constants {
     /// From a triangle.
     pub(super) fn new(triangle: &Triangle) -> Self {
         let one = TriangleBlock::<1>::new(core::slice::from_ref(triangle));
-        let Triangles { c1, minus_h4, h5, n, h, .. } = Triangles::<f32>::of_block(&one);
+        let Triangles { c1, minus_h4, h5, n, h, .. } =
+            Triangles::<f32>::of_block(&one, &Room::NONE);
         let scale = 1.0 / h;
         Self {
             v: h5.cross_fused(c1) * scale,

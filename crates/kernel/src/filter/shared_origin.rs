@@ -160,7 +160,7 @@ fn longest<D: Lanes<Scalar = f64>>(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> D {
 /// use intertri::TriangleBlock;
 ///
 /// /// What the first of eight rays hits first.
-/// struct First<'a>(Filter, &'a RayPacket<8>, &'a [Triangle]);
+/// struct First<'a>(Filter<'a>, &'a RayPacket<8>, &'a [Triangle]);
 /// impl WithSimd for First<'_> {
 ///     type Output = Option<(u32, u32)>;
 ///     #[inline(always)]

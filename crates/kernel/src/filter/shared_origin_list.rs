@@ -15,7 +15,7 @@ pub(super) struct SharedOriginList<'a, S: Simd, P, const N: usize>
 where
     Lane<N>: Width,
 {
-    pub(super) resolver: Resolver,
+    pub(super) resolver: Resolver<'a>,
     pub(super) packet: &'a RayPacket<N>,
     pub(super) rays: &'a Rays<<Lane<N> as Width>::F<S>>,
     pub(super) beam: Beam,
@@ -64,7 +64,8 @@ where
         if let Some(decided) = forms.decide(seen, rays, closest.t_hi(), live) {
             let found = found::<_, <Lane<N> as Width>::D<S>>(&decided, counts);
             let at = (first + i as u32, first + i as u32);
-            let pairs = RaysOnTriangle { resolver, packet, triangle: &seen.triangle, find };
+            let (place, triangle) = (first + i as u32, &seen.triangle);
+            let pairs = RaysOnTriangle { resolver, packet, first: 0, triangle, place, find };
             closest.offer(&found, at, &pairs);
         }
     }

@@ -15,7 +15,7 @@ use core::fmt;
 
 use super::numbers::{exponent, pow2, round};
 use super::{Ray, Triangle};
-use crate::Triangle as Corners;
+use crate::{Triangle as Corners, TriangleOf};
 
 /// How many bits the integers of a grid have.
 ///
@@ -304,7 +304,7 @@ impl Grid {
     ///
     /// # Errors
     /// Those of [`Grid::snap`].
-    pub fn triangle(&self, &Corners([c1, c2, c3]): &Corners) -> Result<Triangle, GridError> {
+    pub fn triangle(&self, &TriangleOf([c1, c2, c3]): &Corners) -> Result<Triangle, GridError> {
         Ok(Triangle([self.snap(c1)?, self.snap(c2)?, self.snap(c3)?]))
     }
 

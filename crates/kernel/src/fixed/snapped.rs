@@ -2,7 +2,7 @@
 
 use super::edges::{f32s, i32s};
 use super::numbers::pow2;
-use crate::Triangle as Corners;
+use crate::{Triangle as Corners, TriangleOf};
 
 /// A triangle whose corners are points of a grid.
 ///
@@ -39,7 +39,7 @@ impl Triangle {
     /// # Ok::<_, intertri::fixed::GridError>(())
     /// ```
     #[inline(always)]
-    pub fn from_f32(&Corners([a, b, c]): &Corners) -> Self {
+    pub fn from_f32(&TriangleOf([a, b, c]): &Corners) -> Self {
         Self([i32s(a), i32s(b), i32s(c)])
     }
 }

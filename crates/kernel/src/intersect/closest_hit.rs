@@ -68,6 +68,13 @@ impl ClosestHit {
         }
     }
 
+    /// No hit yet, where of the far end only a number that is not beyond it is known, `sure`, and one that is not
+    /// before it.
+    #[inline(always)]
+    pub(crate) fn before(sure: f32, t_max: f32) -> Self {
+        Self { t_lo: sure, ..Self::new(t_max) }
+    }
+
     /// No hit with a larger t can become the closest.
     #[inline(always)]
     pub fn t_hi(&self) -> f32 {
@@ -281,7 +288,7 @@ mod tests {
     struct At(f32, Vec<f64>);
 
     impl LanePairs for At {
-        fn resolver(&self) -> Resolver {
+        fn resolver(&self) -> Resolver<'_> {
             Resolver::Document(0.0)
         }
         fn ray(&self, _: usize) -> Ray {
@@ -289,6 +296,9 @@ mod tests {
         }
         fn triangle(&self, _: usize) -> Triangle {
             Triangle([[0.0; 3]; 3])
+        }
+        fn numbers(&self, _: usize) -> (u32, u32) {
+            (0, 0)
         }
         fn find(&self, _: u32) -> Triangle {
             Triangle([[0.0; 3]; 3])

@@ -3,13 +3,13 @@
 use super::closest_hit::ClosestHit;
 use super::pairs::LanePairs;
 use super::test::Found;
-use crate::Triangle;
 use crate::document::Tri;
 use crate::exact;
 use crate::packet::{PacketHits, RayPacket};
 use crate::resolve::Resolver;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, lanes_of};
+use crate::{Triangle, TriangleOf};
 
 /// The closest hit so far of each of N rays, side by side.
 ///
@@ -76,7 +76,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     #[inline(always)]
     pub(crate) fn hits<D: Lanes<Scalar = f64>>(
         &self,
-        resolver: Resolver,
+        resolver: Resolver<'_>,
         rays: &RayPacket<N>,
         find: impl Fn(u32) -> Triangle,
     ) -> PacketHits<N> {
@@ -94,7 +94,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
             bits |= 1 << lane;
             if self.known >> lane & 1 == 0 {
                 unknown |= 1 << lane;
-                let Triangle(triangle) = find(place[lane].to_bits());
+                let TriangleOf(triangle) = find(place[lane].to_bits());
                 for (to, from) in corners.iter_mut().zip(&triangle) {
                     for (to, from) in to.iter_mut().zip(from) {
                         to[lane] = *from;
@@ -113,7 +113,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
                 let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
                 let (t, sure) = match resolver {
                     Resolver::Document(_) => (Tri::new(corners).t(org, dir), u32::MAX),
-                    Resolver::Grid => (D::splat(0.0), 0),
+                    Resolver::Grid | Resolver::Originals(_) => (D::splat(0.0), 0),
                     Resolver::Exact => exact::t_in(corners, org, dir),
                 };
                 let mut lanes = [0.0; N];
@@ -122,8 +122,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
                     *to = if unknown >> lane & 1 != 0 { t } else { *to };
                 }
                 for lane in lanes_of(unknown & !sure) {
-                    let triangle = find(place[lane].to_bits());
-                    hits.t[lane] = resolver.t(&rays.ray(lane), &triangle);
+                    let place = place[lane].to_bits();
+                    hits.t[lane] = resolver.t(&rays.ray(lane), &find(place), (lane as u32, place));
                 }
             }
         }

@@ -61,6 +61,8 @@ pub struct Prepared<T: Test> {
 #[derive(Clone, Copy)]
 pub struct PreparedRay<T: Test> {
     pub(crate) ray: Ray,
+    /// By which originals are asked for.
+    pub(crate) number: u32,
     pub(crate) constants: T::Ray,
 }
 
@@ -69,6 +71,12 @@ impl<T: Test> PreparedRay<T> {
     #[inline(always)]
     pub fn ray(&self) -> &Ray {
         &self.ray
+    }
+
+    /// The ray's number.
+    #[inline(always)]
+    pub fn number(&self) -> u32 {
+        self.number
     }
 }
 

@@ -52,7 +52,21 @@ pub trait LaneQueries: Test {
     /// A ray prepared for one block after another.
     #[inline(always)]
     fn prepare_ray(&self, ray: &Ray) -> PreparedRay<Self> {
-        PreparedRay { ray: *ray, constants: self.ray(ray) }
+        self.prepare_numbered(ray, 0)
+    }
+
+    /// A ray of that number, by which a resolver of originals knows it.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn prepare_numbered(&self, ray: &Ray, number: u32) -> PreparedRay<Self> {
+        PreparedRay { ray: *ray, number, constants: self.ray(ray) }
+    }
+
+    /// The closest hit of a ray before anything is hit.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn no_hit(&self, ray: &Ray) -> ClosestHit {
+        ClosestHit::before(self.sure_end(ray.t_max), ray.t_max)
     }
 
     /// N rays prepared for one triangle after another.
@@ -85,8 +99,9 @@ pub trait LaneQueries: Test {
         let far = Lanes::load(&packet.t_max);
         let found = self.test(&triangles, rays.lanes(), far, packet.live(), counts);
         let (resolver, triangle) = (self.resolver(), &triangle.triangle);
-        let pairs = RaysOnTriangle { resolver, packet, triangle, find: |_| *triangle };
-        all_hits(found, |lane| packet.t_max[lane], &pairs)
+        let (first, place, find) = (0, 0, |_| *triangle);
+        let pairs = RaysOnTriangle { resolver, packet, first, triangle, place, find };
+        all_hits(found, |lane| self.sure_end(packet.t_max[lane]), &pairs)
     }
 
     /// All hits of one ray with N triangles.
@@ -102,12 +117,29 @@ pub trait LaneQueries: Test {
     where
         Lane<N>: Width,
     {
-        let lanes = self.one_ray::<F<S, N>, D<S, N>>(&self.ray(ray));
+        self.block_at_in::<S, N>(&self.prepare_ray(ray), block, 0, counts)
+    }
+
+    /// All hits of a prepared ray with N triangles, in places from `place` on.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn block_at_in<S: Simd, const N: usize>(
+        &self,
+        &PreparedRay { ref ray, number, ref constants }: &PreparedRay<Self>,
+        block: &TriangleBlock<N>,
+        place: u32,
+        counts: &mut Counts,
+    ) -> PacketHits<N>
+    where
+        Lane<N>: Width,
+    {
+        let lanes = self.one_ray::<F<S, N>, D<S, N>>(constants);
         let triangles = self.triangles::<F<S, N>, D<S, N>, N>(block);
         let far = Lanes::splat(ray.t_max);
         let found = self.test(&triangles, &lanes, far, block.live(), counts);
-        let find = |lane| block.triangle(lane as usize);
-        all_hits(found, |_| ray.t_max, &RayOnBlock { resolver: self.resolver(), ray, block, find })
+        let (resolver, find) = (self.resolver(), |lane| block.triangle(lane as usize));
+        let pairs = RayOnBlock { resolver, ray, number, block, place, find };
+        all_hits(found, |_| self.sure_end(ray.t_max), &pairs)
     }
 
     /// Offers the hits of one ray with a block to the ray's closest. Lane i of the block has the index
@@ -129,7 +161,8 @@ pub trait LaneQueries: Test {
         let lanes = self.one_ray::<S::F32x8, S::F64x8>(&ray.constants);
         let far = Lanes::splat(closest.t_hi());
         if let Some(found) = self.test(&triangles, &lanes, far, block.live(), counts) {
-            let pairs = RayOnBlock { resolver: self.resolver(), ray: &ray.ray, block, find };
+            let (resolver, number) = (self.resolver(), ray.number);
+            let pairs = RayOnBlock { resolver, ray: &ray.ray, number, block, place, find };
             closest.offer_block(&found, indices, place, &pairs);
         }
     }
@@ -182,7 +215,8 @@ pub trait LaneQueries: Test {
                 return;
             }
             found.keep(keep(found.lanes()));
-            let pairs = RayOnBlock { resolver: self.resolver(), ray: &ray.ray, block, find };
+            let (resolver, number) = (self.resolver(), ray.number);
+            let pairs = RayOnBlock { resolver, ray: &ray.ray, number, block, place, find };
             closest.offer_block(&found, indices, place, &pairs);
         }
     }
@@ -207,7 +241,8 @@ pub trait LaneQueries: Test {
         let far = closest.t_hi();
         if let Some(found) = self.test(&triangles, rays.lanes(), far, live, counts) {
             let (packet, triangle) = (rays.packet(), &triangle.triangle);
-            let pairs = RaysOnTriangle { resolver: self.resolver(), packet, triangle, find };
+            let (resolver, place) = (self.resolver(), index_and_place.1);
+            let pairs = RaysOnTriangle { resolver, packet, first: 0, triangle, place, find };
             closest.offer(&found, index_and_place, &pairs);
         }
     }
@@ -255,7 +290,7 @@ pub trait LaneQueries: Test {
     #[inline(always)]
     fn hit(&self, ray: &Ray, closest: &ClosestHit, find: impl Fn(u32) -> Triangle) -> Option<Hit> {
         let (index, place) = closest.triangle()?;
-        Some(self.resolver().hit_attributes(ray, &find(place), index))
+        Some(self.resolver().hit_attributes(ray, &find(place), index, (0, place)))
     }
 }
 

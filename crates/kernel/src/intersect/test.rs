@@ -76,7 +76,13 @@ pub trait Test: Copy + Send + Sync {
     fn level(&self) -> Level;
 
     /// What settles the lanes that the test leaves undecided.
-    fn resolver(&self) -> Resolver;
+    fn resolver(&self) -> Resolver<'_>;
+
+    /// A t below which a hit is surely before the far end of a ray: the end itself, where that is known.
+    #[inline(always)]
+    fn sure_end(&self, t_max: f32) -> f32 {
+        t_max
+    }
 
     /// N rays.
     fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(

@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, lanes_of};
-use crate::{Ray, Triangle};
+use crate::{Ray, RayOf, Scalar, Triangle};
 
 /// N rays side by side: `origin[axis][lane]`.
 ///
@@ -122,6 +122,23 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
+    /// Up to N copies of triangles, the rest filled with the last.
+    pub fn of_copies(copies: &[Copy32]) -> Self {
+        let live = copies.len().min(N);
+        let mut block =
+            Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
+        for lane in 0..N {
+            let Some(copy) = copies.get(lane).or(copies[..live].last()) else { break };
+            for (to, from) in block.corners.iter_mut().zip(&copy.parts) {
+                for axis in 0..3 {
+                    to[axis][lane] = from[axis];
+                }
+            }
+            block.longest_edges[lane] = copy.longest;
+        }
+        block
+    }
+
     /// Without the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {
@@ -233,6 +250,15 @@ impl TriangleBlock<8> {
     }
 }
 
+/// The copy in f32 of a triangle that is given in f64.
+#[derive(Clone, Copy, Debug)]
+pub struct Copy32 {
+    /// The first corner, and the edges from the second to it and from it to the third.
+    pub parts: [[f32; 3]; 3],
+    /// At least the longest edge; NaN where f32 must not decide.
+    pub longest: f32,
+}
+
 /// The answers of a packet of rays or a block of triangles.
 ///
 /// ```
@@ -270,7 +296,7 @@ impl<const N: usize> PacketHits<N> {
 pub(crate) const SHORTEST: f32 = f32::from_bits((127 - 48) << 23);
 
 /// No coordinate is larger than this (2^40) where f32 decides: then no product overflows.
-const LARGEST: f32 = (1_u64 << 40) as f32;
+pub(crate) const LARGEST: f32 = (1_u64 << 40) as f32;
 
 /// The lengths of the longest edges, rounded up and at least [`SHORTEST`]; NaN where a corner is too far
 /// out for f32 to decide anything.
@@ -332,10 +358,10 @@ impl<L: Lanes> RayLanes<L> {
     }
 }
 
-impl<L: Lanes<Scalar: From<f32>>> RayLanes<L> {
+impl<L: Lanes> RayLanes<L> {
     /// The same ray in every lane.
     #[inline(always)]
-    pub(crate) fn of_ray(ray: &Ray) -> Self {
+    pub(crate) fn of_ray<S: Scalar + Into<L::Scalar>>(ray: &RayOf<S>) -> Self {
         Self {
             org: Vec3::splat(ray.origin.map(Into::into)),
             dir: Vec3::splat(ray.dir.map(Into::into)),

@@ -1,5 +1,6 @@
 //! What users ask: queries over slices of any length, and the modes that answer them.
 
+mod in_f64;
 mod mode;
 mod modes;
 mod slices;

@@ -27,7 +27,7 @@ use crate::{Hit, Ray, Triangle};
 /// ```
 pub trait Mode: Copy + Send + Sync {
     /// How it tests rays against triangles.
-    type Test: LaneQueries + Into<Which>;
+    type Test: LaneQueries + Into<Which<'static>>;
 
     /// The test, for loops of one's own: see [`LaneQueries`].
     fn test(&self) -> Self::Test;

@@ -5,13 +5,13 @@ use alloc::vec::Vec;
 use crate::exact;
 use crate::filter::Filter;
 use crate::lanes64::Lanes64;
-use crate::query::Mode;
+use crate::query::{Mode, in_f64};
 use crate::simd::Level;
-use crate::{Crossing, Hit, Ray, Threshold, Triangle};
+use crate::{Crossing, Hit, Ray, Ray64, Threshold, Triangle, Triangle64};
 
 /// A mode with a threshold and a level of instructions.
 macro_rules! mode {
-    ($(#[$doc:meta])* $name:ident, $test:ident, $new:path) => {
+    ($(#[$doc:meta])* $name:ident, $test:ty, $new:path) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub struct $name {
@@ -66,7 +66,7 @@ mode! {
     /// assert!(!Certified::default().any(&[small], &ray));
     /// assert!(Certified::new(Threshold::new(1e-30).unwrap()).any(&[small], &ray));
     /// ```
-    Certified, Filter, Filter::certified
+    Certified, Filter<'static>, Filter::certified
 }
 
 mode! {
@@ -114,6 +114,35 @@ impl Exact {
     }
 }
 
+/// The queries of [`Mode`] of what is given in f64.
+///
+/// ```
+/// use intertri::{Exact, Ray64, Triangle64};
+/// // A wall at UTM coordinates, and a ray that leaves it a nanometre away.
+/// let [x, y] = [148_376.0, 528_980.0];
+/// let wall = Triangle64([[x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]]);
+/// let ray = |way| Ray64::new([x + 1e-9, y + 1.0, 1.0], [way, 0.0, 0.0]);
+/// let mode = Exact::default();
+/// assert!(!mode.any64(&[wall], &ray(1.0)));
+/// assert_eq!(mode.closest64(&[wall], &ray(-1.0)).map(|hit| hit.t), Some(ray(1.0).origin[0] - x));
+/// ```
+impl Exact {
+    /// [`Mode::closest`] of what is given in f64.
+    pub fn closest64(&self, triangles: &[Triangle64], ray: &Ray64) -> Option<Hit> {
+        in_f64::closest(self.level, triangles, ray)
+    }
+
+    /// [`Mode::any`] of what is given in f64.
+    pub fn any64(&self, triangles: &[Triangle64], ray: &Ray64) -> bool {
+        in_f64::any(self.level, triangles, ray)
+    }
+
+    /// [`Mode::all`] of what is given in f64.
+    pub fn all64(&self, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
+        in_f64::all(self.level, triangles, ray)
+    }
+}
+
 impl Exact {
     /// Where a ray crosses the triangles, in order of the exact t; of equal t, of the index.
     ///
@@ -138,10 +167,10 @@ impl Default for Exact {
 }
 
 impl Mode for Exact {
-    type Test = Filter;
+    type Test = Filter<'static>;
 
     #[inline]
-    fn test(&self) -> Filter {
+    fn test(&self) -> Filter<'static> {
         Filter::exact(self.level)
     }
 }

@@ -71,7 +71,7 @@ impl<T: LaneQueries> WithSimd for ClosestBatch<'_, T> {
 
 /// The closest hit of each of many rays that share their origin (document D).
 pub(super) struct SharedOriginBatch<'a> {
-    pub(super) test: Filter,
+    pub(super) test: Filter<'a>,
     pub(super) triangles: &'a [Triangle],
     pub(super) rays: &'a [Ray],
     pub(super) hits: &'a mut [Hit],
@@ -86,7 +86,7 @@ impl WithSimd for SharedOriginBatch<'_> {
         let find = |place: u32| triangles[place as usize];
         for (rays, hits) in rays.chunks(8 * PACKETS).zip(hits.chunks_mut(8 * PACKETS)) {
             let packets = Packets::new(rays);
-            let prepared = packets.prepare::<Filter, S>(&test);
+            let prepared = packets.prepare::<Filter<'_>, S>(&test);
             let mut closest = packets.closest::<S>();
             for (eight, first) in triangles.chunks(8).zip((0..).step_by(8)) {
                 let seen =
@@ -98,7 +98,7 @@ impl WithSimd for SharedOriginBatch<'_> {
                     test.shared_origin_closest_in(rays, seen, first, find, live, closest, counts);
                 }
             }
-            write::<Filter, S>(&test, find, &closest, (rays, hits));
+            write::<Filter<'_>, S>(&test, find, &closest, (rays, hits));
         }
     }
 }
@@ -208,7 +208,7 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
             let found = test.block_in::<S, 8>(ray, &block, &mut Counts::default());
             for lane in lanes_of(found.bits) {
                 let (triangle, index) = (&chunk[lane], first + lane as u32);
-                hits.push(test.resolver().hit_attributes(ray, triangle, index));
+                hits.push(test.resolver().hit_attributes(ray, triangle, index, (0, index)));
             }
         }
         hits

@@ -10,38 +10,47 @@ use crate::filter::Filter;
 use crate::intersect::Test;
 use crate::lanes64::Lanes64;
 use crate::resolve::Resolver;
+use crate::simd::Level;
 use crate::{Hit, Ray, Triangle};
 
 /// The test of a mode: every mode is one of these, with a resolver of its own.
 #[derive(Clone, Copy, Debug)]
-pub enum Which {
+pub enum Which<'a> {
     /// f32 lanes under a proven bound, and a resolver.
-    Filter(Filter),
+    Filter(Filter<'a>),
     /// f64 lanes.
     Lanes64(Lanes64),
 }
 
-impl From<Filter> for Which {
+impl<'a> From<Filter<'a>> for Which<'a> {
     #[inline]
-    fn from(test: Filter) -> Self {
+    fn from(test: Filter<'a>) -> Self {
         Self::Filter(test)
     }
 }
 
-impl From<Lanes64> for Which {
+impl From<Lanes64> for Which<'_> {
     #[inline]
     fn from(test: Lanes64) -> Self {
         Self::Lanes64(test)
     }
 }
 
-impl Which {
+impl Which<'_> {
     /// What settles the pairs that its test leaves undecided.
     #[inline]
-    pub fn resolver(self) -> Resolver {
+    pub fn resolver(&self) -> Resolver<'_> {
         match self {
             Self::Filter(test) => test.resolver(),
             Self::Lanes64(test) => test.resolver(),
+        }
+    }
+
+    /// The level of instructions.
+    pub fn level(&self) -> Level {
+        match self {
+            Self::Filter(test) => test.level(),
+            Self::Lanes64(test) => test.level(),
         }
     }
 
@@ -74,7 +83,9 @@ impl Which {
             }
         };
         let found = |hit: &Hit| &triangles[hit.triangle as usize];
-        hits.sort_unstable_by(|a, b| resolver.first(ray, (a, found(a)), (b, found(b))));
+        hits.sort_unstable_by(|a, b| {
+            resolver.first((ray, 0), (a, found(a), a.triangle), (b, found(b), b.triangle))
+        });
         hits
     }
 }

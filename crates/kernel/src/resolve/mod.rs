@@ -5,7 +5,8 @@
 //!                     ├──► surely a hit       its t lies in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
 //!                                                ├──► grid       integers of a grid
-//!                                                └──► exact      f64 under a bound, or integers
+//!                                                ├──► exact      f64 under a bound, or integers
+//!                                                └──► originals  the same, of what is given in f64
 //! ```
 //!
 //! A mode is this and nothing else: the filter and the walk through a hierarchy are the same for all.
@@ -14,63 +15,105 @@
 
 mod exact;
 mod grid;
+mod originals;
 mod shared_origin;
 
+pub use originals::Originals;
 pub use shared_origin::SharedOrigin;
 
 use core::cmp::Ordering;
 
+use crate::exact::Side;
 use crate::{Hit, Ray, Triangle, document};
 
 /// What settles undecided pairs, one at a time.
 #[derive(Clone, Copy, Debug)]
-pub enum Resolver {
+pub enum Resolver<'a> {
     /// The operations of document A in f64, with this threshold.
     Document(f64),
     /// Integers: for rays and triangles of a grid, in f32, which hold them exactly.
     Grid,
     /// Right on the coordinates as given; edges and corners belong to every triangle that has them.
     Exact,
+    /// The same of originals, of which the filter has seen copies.
+    Originals(&'a dyn Originals),
 }
 
-impl Resolver {
+impl<'a> Resolver<'a> {
     /// Whether shadow rays may be asked from where they end: the bounds for that are derived of the
     /// document's operations and of exact ones (`docs/numerics/projection.md`, section 6).
     #[inline]
     pub fn may_reverse(self) -> bool {
-        matches!(self, Self::Document(_) | Self::Exact)
+        matches!(self, Self::Document(_) | Self::Exact | Self::Originals(_))
     }
 
-    /// t, rounded to f64, if the ray hits the triangle within its interval.
+    /// t, rounded to f64, if the ray hits the triangle within its interval. The numbers are those of the ray and of the
+    /// triangle's place.
     #[cold]
     #[inline(never)]
-    pub fn hit(self, ray: &Ray, triangle: &Triangle) -> Option<f64> {
+    pub fn hit(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<f64> {
         match self {
             Self::Document(threshold) => document::hit(ray, triangle, threshold),
             Self::Grid => grid::hit(ray, triangle),
             Self::Exact => exact::hit(ray, triangle),
+            Self::Originals(originals) => originals.hit(numbers.0, numbers.1),
         }
     }
 
     /// t, rounded to f64, of a triangle that the ray is known to hit.
     #[inline(never)]
-    pub fn t(self, ray: &Ray, triangle: &Triangle) -> f64 {
+    pub fn t(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> f64 {
         match self {
             Self::Document(_) => document::t(ray, triangle),
             Self::Grid => grid::t(ray, triangle),
             Self::Exact => exact::t(ray, triangle),
+            Self::Originals(originals) => originals.t(numbers.0, numbers.1),
+        }
+    }
+
+    /// The side from which a ray crosses a triangle that it is known to hit, if it does, each point of a mesh belonging to
+    /// one of its triangles; by what is exact alone.
+    #[inline(never)]
+    pub fn crossing(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<Side> {
+        match self {
+            Self::Originals(originals) => originals.crossing(numbers.0, numbers.1),
+            _ => crate::exact::crossing(ray, triangle),
+        }
+    }
+
+    /// Whether a ray starts on a triangle, exactly.
+    #[inline(never)]
+    pub fn starts_on(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> bool {
+        match self {
+            Self::Originals(originals) => originals.starts_on(numbers.0, numbers.1),
+            _ => crate::exact::is_on(triangle, ray.origin),
+        }
+    }
+
+    /// Whether a ray runs with a triangle's normal or against it, exactly; `None` where it runs along the plane.
+    #[inline(never)]
+    pub fn facing(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<Side> {
+        match self {
+            Self::Originals(originals) => originals.facing(numbers.0, numbers.1),
+            _ => crate::exact::facing(ray, triangle),
         }
     }
 
     /// Which of two triangles whose rounded t are equal the ray hits first. The document knows no
-    /// other t.
+    /// other t. The numbers are those of the ray and of the places.
     #[cold]
     #[inline(never)]
-    pub fn order(self, ray: &Ray, a: &Triangle, b: &Triangle) -> Ordering {
+    pub fn order(
+        self,
+        ray: &Ray,
+        [a, b]: [&Triangle; 2],
+        (number, one, other): (u32, u32, u32),
+    ) -> Ordering {
         match self {
             Self::Document(_) => Ordering::Equal,
             Self::Grid => grid::order(ray, a, b),
             Self::Exact => exact::order(ray, a, b),
+            Self::Originals(originals) => originals.order(number, one, other),
         }
     }
 
@@ -84,36 +127,50 @@ impl Resolver {
         }
     }
 
-    /// Which of two hits of a ray comes first: by t, and where that is equal, by the index.
+    /// Which of two hits of a ray comes first: by t, and where that is equal, by the index. The numbers are those of the
+    /// ray and of the places.
     #[inline]
     pub fn first(
         self,
-        ray: &Ray,
-        (a, at): (&Hit, &Triangle),
-        (b, bt): (&Hit, &Triangle),
+        (ray, number): (&Ray, u32),
+        (a, at, one): (&Hit, &Triangle, u32),
+        (b, bt, other): (&Hit, &Triangle, u32),
     ) -> Ordering {
         (a.t.total_cmp(&b.t))
-            .then_with(|| self.order(ray, at, bt))
+            .then_with(|| self.order(ray, [at, bt], (number, one, other)))
             .then(a.triangle.cmp(&b.triangle))
     }
 
     /// What rays from one origin share in asking which triangle comes first.
     #[inline(always)]
-    pub fn shared_origin(self, triangle: &Triangle, origin: [f32; 3]) -> SharedOrigin {
+    pub fn shared_origin(
+        self,
+        triangle: &Triangle,
+        origin: [f32; 3],
+        place: u32,
+    ) -> SharedOrigin<'a> {
         match self {
             Self::Document(_) => SharedOrigin::document(triangle, origin),
             Self::Grid => SharedOrigin::grid(triangle, origin),
             Self::Exact => SharedOrigin::Exact(crate::exact::SeenPlane::new(triangle, origin)),
+            Self::Originals(originals) => SharedOrigin::Originals(originals, place),
         }
     }
 
     /// Where the ray meets a triangle that it is known to hit.
     #[inline(always)]
-    pub fn hit_attributes(self, ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+    pub fn hit_attributes(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        index: u32,
+        numbers: (u32, u32),
+    ) -> Hit {
         match self {
             Self::Document(_) => crate::hit_attributes::of_pair(ray, triangle, index),
             Self::Grid => grid::hit_attributes(ray, triangle, index),
             Self::Exact => exact::hit_attributes(ray, triangle, index),
+            Self::Originals(originals) => originals.hit_attributes(numbers.0, numbers.1),
         }
     }
 }

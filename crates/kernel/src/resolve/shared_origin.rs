@@ -3,6 +3,7 @@
 
 use core::cmp::Ordering;
 
+use super::originals::Originals;
 use crate::document::SeenPlane;
 use crate::exact;
 use crate::fixed::{self, Sides};
@@ -10,16 +11,18 @@ use crate::{Ray, Triangle};
 
 /// A triangle as it is seen from the origin of rays that are known to hit it.
 #[derive(Clone, Copy, Debug)]
-pub enum SharedOrigin {
+pub enum SharedOrigin<'a> {
     /// For the document's operations.
     Document(SeenPlane),
     /// For integers of a grid.
     Grid(Sides),
     /// For what is exact.
     Exact(exact::SeenPlane),
+    /// Its place, for originals.
+    Originals(&'a dyn Originals, u32),
 }
 
-impl SharedOrigin {
+impl SharedOrigin<'_> {
     #[inline(always)]
     pub(super) fn document(triangle: &Triangle, origin: [f32; 3]) -> Self {
         Self::Document(SeenPlane::new(triangle, origin))
@@ -32,13 +35,16 @@ impl SharedOrigin {
         Self::Grid(Sides::new(&fixed::Triangle::from_f32(triangle), ray.origin()))
     }
 
-    /// Which of two triangles, of one resolver, a ray hits first.
+    /// Which of two triangles, of one resolver, a ray hits first, by its number for originals.
     #[inline(always)]
-    pub fn order(&self, other: &Self, ray: &Ray) -> Ordering {
+    pub fn order(&self, other: &Self, ray: &Ray, number: u32) -> Ordering {
         match (self, other) {
             (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
             (Self::Grid(a), Self::Grid(b)) => grid_order(a, b, ray),
             (Self::Exact(a), Self::Exact(b)) => a.order(b, ray),
+            (Self::Originals(originals, a), Self::Originals(_, b)) => {
+                originals.order(number, *a, *b)
+            }
             _ => Ordering::Equal,
         }
     }

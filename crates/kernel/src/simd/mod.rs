@@ -39,6 +39,7 @@ mod lanes;
 mod level;
 mod level_lanes;
 mod pair;
+mod pods;
 mod prefetch;
 mod scalar;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Leaks and double counts of rays that leave a closed convex mesh.
 
 use intertri::simd::Level;
-use intertri::{Ray, Triangle};
+use intertri::{Ray, Triangle, TriangleOf};
 use intertri_reference as reference;
 use robust::Coord3D;
 
@@ -12,7 +12,7 @@ use crate::test_batch::TestBatch;
 /// Whether a point lies within a closed convex mesh: on the same side of all triangles.
 pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
     let coord = |[x, y, z]: [f32; 3]| Coord3D { x, y, z };
-    triangles.iter().all(|Triangle(corners)| {
+    triangles.iter().all(|TriangleOf(corners)| {
         let [a, b, c] = corners.map(coord);
         robust::orient3d(a, b, c, coord(point)) > 0.0
     })

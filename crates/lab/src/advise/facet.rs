@@ -1,6 +1,6 @@
 //! A triangle relative to the eye, and where the ray of a pixel meets its plane.
 
-use intertri::Triangle;
+use intertri::{Triangle, TriangleOf};
 
 use super::pixel_ray::PixelRay;
 use super::vector::{Vec3d, distance, length, vector};
@@ -42,7 +42,7 @@ pub(super) struct PlaneHit {
 }
 
 impl Facet {
-    pub(super) fn new(&Triangle(corners): &Triangle, eye: [f32; 3], forward: Vec3d) -> Self {
+    pub(super) fn new(&TriangleOf(corners): &Triangle, eye: [f32; 3], forward: Vec3d) -> Self {
         let origin = vector(eye);
         let [a, b, c] = corners.map(|corner| vector(corner) - origin);
         let (h4, h5) = (b - a, c - a);

@@ -1,6 +1,6 @@
 //! What the scene is like, for this camera.
 
-use intertri::{Hit, Triangle};
+use intertri::{Hit, Triangle, TriangleOf};
 use serde::Serialize;
 
 use super::camera::PinholeCamera;
@@ -86,7 +86,7 @@ pub fn needs(
 /// The triangles, seen or not.
 fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for Triangle(corners) in triangles {
+    for TriangleOf(corners) in triangles {
         let [a, b, c] = corners.map(vector);
         let sides = [b - a, c - b, a - c].map(length);
         let area = length((b - a).cross(c - a));

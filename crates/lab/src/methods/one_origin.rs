@@ -16,13 +16,13 @@ use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
 /// Pairs: a ray shares its origin with itself.
-pub(super) fn pairs(filter: Filter, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
+pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }
 
 /// The closest hits of batches; `None` but for packets of rays that share their batch's origin.
 pub(super) fn closest(
-    filter: Filter,
+    filter: Filter<'_>,
     batches: &[TestBatch],
     layout: Layout,
     nearest: &mut Vec<ClosestHit>,
@@ -36,7 +36,7 @@ pub(super) fn closest(
 }
 
 struct Pairs<'a> {
-    filter: Filter,
+    filter: Filter<'a>,
     triangles: &'a [Triangle],
     rays: &'a [Ray],
     to: &'a mut [Answer],
@@ -63,7 +63,7 @@ impl WithSimd for Pairs<'_> {
 }
 
 struct Closest<'a> {
-    filter: Filter,
+    filter: Filter<'a>,
     batches: &'a [TestBatch],
     lanes: usize,
     nearest: &'a mut Vec<ClosestHit>,
@@ -89,7 +89,7 @@ impl WithSimd for Closest<'_> {
 /// N rays of one origin against one triangle after another.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
-    filter: Filter,
+    filter: Filter<'_>,
     batches: &[TestBatch],
     nearest: &mut Vec<ClosestHit>,
 ) -> Seconds
@@ -115,7 +115,7 @@ where
             let (live, mut closest) = (packet.live(), ClosestHits::new(&packet.t_max));
             let counts = &mut counts;
             filter.shared_origin_closest_in(&rays, seen, 0, find, live, &mut closest, counts);
-            answers::<Filter, S, N>(&filter, &rays, &closest, find, live, nearest);
+            answers::<Filter<'_>, S, N>(&filter, &rays, &closest, find, live, nearest);
         }
     }
     start.elapsed().as_secs_f64()

@@ -1,6 +1,6 @@
 //! The model that camera and secondary rays look at.
 
-use intertri::{Ray, Triangle};
+use intertri::{Ray, Triangle, TriangleOf};
 
 use super::vector::{add, cross, distance, length, round, unit};
 use crate::meshes::Mesh;
@@ -104,7 +104,7 @@ impl Model {
 }
 
 /// A random point of a triangle.
-fn inside(rng: &mut Rng, &Triangle([a, b, c]): &Triangle) -> [f64; 3] {
+fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let (u, v) = (rng.unit(), rng.unit());
     let (u, v) = if u + v <= 1.0 { (u, v) } else { (1.0 - u, 1.0 - v) };
     let [a, b, c] = [a, b, c].map(|p| p.map(f64::from));

@@ -1,10 +1,10 @@
 //! What the builder sorts: a box and an index for each triangle, 32 bytes.
 
 use super::simd_aabb::SimdAabb;
+use super::triangles::Triangles;
 use crate::memory::NoMemory;
 use crate::threads::each;
-use crate::tree::{HitBounds, NONE, hit_bounds};
-use intertri::Triangle;
+use crate::tree::{HitBounds, NONE};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The box of a triangle, with the triangle's index in its first word.
@@ -22,10 +22,12 @@ impl PrimRef {
 
 /// The boxes of all triangles that have one, in order; and the triangles that may be hit outside of any
 /// box.
-pub(super) fn collect(triangles: &[Triangle]) -> Result<(Vec<PrimRef>, Vec<u32>), NoMemory> {
+pub(super) fn collect(
+    triangles: &(impl Triangles + ?Sized),
+) -> Result<(Vec<PrimRef>, Vec<u32>), NoMemory> {
     let rare = AtomicBool::new(false);
-    let mut refs = each(triangles.len(), |i| {
-        let (mut sides, index) = match hit_bounds(&triangles[i]) {
+    let mut refs = each(triangles.count(), |i| {
+        let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box(bounds) => (SimdAabb::of(&bounds), i as u32),
             HitBounds::Nowhere | HitBounds::Unbounded => {
                 rare.store(true, Ordering::Relaxed);
@@ -38,7 +40,7 @@ pub(super) fn collect(triangles: &[Triangle]) -> Result<(Vec<PrimRef>, Vec<u32>)
 
     let mut unbounded = Vec::new();
     if rare.into_inner() {
-        let is = |i: usize| hit_bounds(&triangles[i]) == HitBounds::Unbounded;
+        let is = |i: usize| triangles.hit_bounds(i) == HitBounds::Unbounded;
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is(i)) {
             unbounded.try_reserve(1)?;
             unbounded.push(i as u32);

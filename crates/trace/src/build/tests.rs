@@ -130,8 +130,9 @@ fn same_tree_on_any_number_of_threads() {
     #[cfg(feature = "parallel")]
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
-        let other =
-            pool.install(|| layout_at(&triangles, Level::best(), &|_, _| ())).expect("few enough");
+        let other = pool
+            .install(|| layout_at(&triangles[..], Level::best(), &|_, _| ()))
+            .expect("few enough");
         assert_eq!(one.blocks, other.blocks);
         assert_eq!(format!("{:?}", one.nodes), format!("{:?}", other.nodes));
     }
@@ -143,7 +144,7 @@ fn same_tree_at_every_level() {
     let triangles = soup(30_000, 0.05, 3.0);
     let best = checked(&triangles);
     for level in Level::all() {
-        let other = layout_at(&triangles, level, &|_, _| ()).expect("few enough");
+        let other = layout_at(&triangles[..], level, &|_, _| ()).expect("few enough");
         assert_eq!(best.blocks, other.blocks, "{}", level.name());
         assert_eq!(format!("{:?}", best.nodes), format!("{:?}", other.nodes), "{}", level.name());
     }
@@ -158,7 +159,7 @@ fn progress_reaches_the_end() {
         most.fetch_max(done, Ordering::Relaxed);
         calls.fetch_add(1, Ordering::Relaxed);
     };
-    layout_at(&triangles, Level::best(), &tell).expect("few enough");
+    layout_at(&triangles[..], Level::best(), &tell).expect("few enough");
     assert_eq!(most.into_inner(), 50_000);
     assert!((10..1000).contains(&calls.into_inner()));
 }

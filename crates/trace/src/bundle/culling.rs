@@ -5,7 +5,7 @@ use intertri::simd::{Lanes, Simd};
 
 use super::end_plane::EndPlane;
 use super::frustum::Frustum;
-use crate::tree::{Bvh, LEAF, far_to_near};
+use crate::tree::{LEAF, Tree, far_to_near};
 
 /// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
 pub(super) type Pending = Vec<(u32, f32)>;
@@ -22,7 +22,7 @@ impl Culling<'_> {
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,
-        bvh: &Bvh,
+        bvh: &Tree,
         stack: &mut Pending,
         far: f32,
         leaves: &mut [u32],
@@ -37,7 +37,7 @@ impl Culling<'_> {
     }
 
     #[inline(always)]
-    fn next_leaf<S: Simd>(&self, bvh: &Bvh, stack: &mut Pending, far: f32) -> Option<u32> {
+    fn next_leaf<S: Simd>(&self, bvh: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
         loop {
             let (child, near) = stack.pop()?;
             if near > far {

@@ -64,12 +64,12 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Option<u64> {
             let Self(bvh, rays) = self;
-            let rays = BundleRays { rays, next: &[], reversed: None };
+            let rays = BundleRays { rays, first: 0, next: &[], reversed: None };
             let projection = &mut Projection::<S>::empty();
             let room = (projection, &mut Room::default(), &mut Results::default());
             let counts = &mut Counts::default();
-            let bundle =
-                Bundle { bvh, test: Certified::default().test(), any: false, every: false };
+            let (bvh, test) = (&bvh.tree, Certified::default().test());
+            let bundle = Bundle { bvh, test, any: false, every: false };
             match bundle.trace::<S>(&rays, room, counts) {
                 Outcome::Traced { left, .. } => Some(left),
                 _ => None,

@@ -15,9 +15,9 @@ use super::projection::Projection;
 use crate::across::{smallest, total};
 use crate::tree::Node;
 
-/// What rounding can make of the form, relative to its coefficients: 2^-20, derived in
+/// What rounding can make of the form, relative to its coefficients: 20u, derived in
 /// `docs/numerics/hierarchy.md`, section 5.
-const ROUNDING: f32 = 1.0 / (1 << 20) as f32;
+const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
 /// Slopes are told by the rays of so many packets, or fewer.
 const SAMPLE: usize = 16;
@@ -123,7 +123,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> Self::Output {
             let mut projection = Projection::<S>::empty();
-            let rays = BundleRays { rays: self.0, next: &[], reversed: None };
+            let rays = BundleRays { rays: self.0, first: 0, next: &[], reversed: None };
             projection
                 .project(&Certified::default().test(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .unwrap();
@@ -184,7 +184,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self) -> f64 {
             let mut projection = Projection::<S>::empty();
-            let rays = BundleRays { rays: self.0, next: &[], reversed: None };
+            let rays = BundleRays { rays: self.0, first: 0, next: &[], reversed: None };
             if projection
                 .project(&Certified::default().test(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .is_none()

@@ -13,7 +13,7 @@ use intertri::simd::{Lanes, Simd};
 
 use super::projection::{GROUPS, PACKETS, Projection};
 use crate::prefetch::Prefetch;
-use crate::tree::{Bvh, far_to_near};
+use crate::tree::{Tree, far_to_near};
 
 /// Leaves at once, at most.
 pub(crate) const AT_ONCE: usize = 8;
@@ -70,8 +70,8 @@ impl Leaves {
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
-        (bvh, used): (&Bvh, usize),
-        (test, projection): (&Filter, &Projection<S>),
+        (bvh, used): (&Tree, usize),
+        (test, projection): (&Filter<'_>, &Projection<S>),
         seen: &mut Vec<u32>,
         prefetch: &mut Prefetch<'_>,
     ) -> Listed {

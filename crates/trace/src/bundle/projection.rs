@@ -129,7 +129,7 @@ impl<S: Simd> Projection<S> {
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
-        test: &Filter,
+        test: &Filter<'_>,
         rays: &BundleRays<'_>,
         reach: f32,
         prefetch: &mut Prefetch<'_>,
@@ -141,7 +141,7 @@ impl<S: Simd> Projection<S> {
         // Reversed, they have the threshold at their far ends.
         let (mut reversal, mut starts_by) = (None, *test);
         if let Some(end) = rays.reversed {
-            reversal = Some(Reversal::<S::F32x16>::new(end));
+            reversal = Some(Reversal::<S::F32x16>::new(end, test.is_of_copies()));
             starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
         }
 
@@ -158,8 +158,10 @@ impl<S: Simd> Projection<S> {
 
             // Side by side.
             let mut columns = side_by_side::<S>(full.get(packet).unwrap_or(&filled));
+            let mut sure = None;
             if let Some(reversal) = &mut reversal {
-                columns = reversal.reverse(columns);
+                let (reversed, beyond) = reversal.reverse(columns);
+                (columns, sure) = (reversed, Some(beyond));
             }
             let [[.., near], [x, y, z, far]] = columns;
             let (met, on_screen) = self.place(packet, Vec3 { x, y, z });
@@ -171,7 +173,7 @@ impl<S: Simd> Projection<S> {
             let asked = sixteen_bits::<S>(given) & on_screen;
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
-            starts = starts_by.starts_in(&starts, &met, near, live);
+            starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
             let nearest = Nearest::new(&met, far);
             self.nearest[packet] = nearest;
             self.groups[packet / 16].least[packet % 16] =
@@ -189,11 +191,13 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Reversed, they may pass the origin.
-        if let Some(reversal) = &reversal {
-            let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
-            self.frame = self.frame.passed_within(reversal.off()?, most);
-        }
+        // Reversed, they may pass the origin; and so may those of which these are copies.
+        let off = match &reversal {
+            Some(reversal) => reversal.off()?,
+            None => 0.0,
+        };
+        let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
+        self.frame = test.frame(self.frame, off, most);
         Some((lo, hi))
     }
 

@@ -8,6 +8,8 @@ use super::reversed_shadow::CommonEnd;
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
+    /// The number of the first.
+    pub(crate) first: u32,
     /// Those that come later.
     pub(crate) next: &'a [Ray],
     /// The point toward which they go: then they are traced from there.

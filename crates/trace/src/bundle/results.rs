@@ -2,11 +2,11 @@
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
-use intertri::{Hit, Ray, Triangle, fixed};
+use intertri::{Hit, Ray, TriangleOf, fixed};
 
 use crate::answers::Answers;
 use crate::pairs::HitPairs;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// The number of no triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -72,9 +72,9 @@ impl Results {
     #[inline(always)]
     pub(crate) fn write<S: Simd>(
         &mut self,
-        bvh: &Bvh,
-        resolver: Resolver,
-        (rays, on_grid): (&[Ray], &[fixed::Ray]),
+        bvh: &Tree,
+        resolver: Resolver<'_>,
+        (rays, on_grid, first): (&[Ray], &[fixed::Ray], u32),
         answers: Answers<'_>,
     ) {
         let hits = match answers {
@@ -92,25 +92,29 @@ impl Results {
         match resolver {
             Resolver::Document(_) => {
                 let mut eights = std::mem::take(&mut self.coefficients);
-                self.hits::<S, _>(bvh, resolver, (rays, &[]), &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, &[], first), &mut eights, hits);
                 self.coefficients = eights;
             }
             Resolver::Grid => {
                 let mut eights = std::mem::take(&mut self.on_grid);
-                self.hits::<S, _>(bvh, resolver, (rays, on_grid), &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, on_grid, first), &mut eights, hits);
                 self.on_grid = eights;
             }
             Resolver::Exact => {
                 let mut eights = std::mem::take(&mut self.exact);
-                self.hits::<S, _>(bvh, resolver, (rays, &[]), &mut eights, hits);
+                self.hits::<S, _>(bvh, resolver, (rays, &[], first), &mut eights, hits);
                 self.exact = eights;
+            }
+            Resolver::Originals(originals) => {
+                self.slots();
+                originals.shared_origin_hits(first, &self.hit, &self.found, hits);
             }
         }
     }
 
     /// The index of the triangle that each ray hits, or none.
     #[inline(always)]
-    fn triangles(&mut self, bvh: &Bvh, triangles: &mut [u32]) {
+    fn triangles(&mut self, bvh: &Tree, triangles: &mut [u32]) {
         // Without a branch, which would mispredict: the last slot stands for none.
         let Self { seen, slot, found, .. } = self;
         slot.clear();
@@ -145,14 +149,22 @@ impl Results {
         hit.truncate(count);
     }
 
+    /// Makes of what each ray hits its number among those that are hit.
+    fn slots(&mut self) {
+        let Self { slot, found, .. } = self;
+        for number in found.iter_mut().filter(|number| **number != NOTHING) {
+            *number = slot[*number as usize];
+        }
+    }
+
     /// Where the rays meet what they hit: from what depends on the triangle and the shared origin, computed
     /// once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedOriginHit>(
         &self,
-        bvh: &Bvh,
-        resolver: Resolver,
-        (rays, on_grid): (&[Ray], &[fixed::Ray]),
+        bvh: &Tree,
+        resolver: Resolver<'_>,
+        (rays, on_grid, first): (&[Ray], &[fixed::Ray], u32),
         eights: &mut Vec<[C; 8]>,
         hits: &mut [Hit],
     ) {
@@ -175,7 +187,8 @@ impl Results {
             if !coefficients[slot].hit_in::<S>(ray.dir, &mut hits[i]) {
                 let place = hit[slot];
                 let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
-                hits[i] = resolver.hit_attributes(ray, &triangle, index);
+                let numbers = (first + i as u32, place);
+                hits[i] = resolver.hit_attributes(ray, &triangle, index, numbers);
             }
             if let Some(ray) = on_grid.get(i) {
                 hits[i].t = ray.t_of_caller(hits[i].t);
@@ -193,10 +206,10 @@ fn grow<T: Clone + Default>(eights: &mut Vec<[T; 8]>, triangles: usize) {
 
 /// The corners of eight triangles side by side, and their indices.
 #[inline(always)]
-fn eight(bvh: &Bvh, places: &[u32]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
+fn eight(bvh: &Tree, places: &[u32]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
     let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);
     for (lane, &place) in places.iter().enumerate() {
-        let Triangle(from) = bvh.triangle_in(place);
+        let TriangleOf(from) = bvh.triangle_in(place);
         for (to, from) in corners.iter_mut().zip(&from) {
             (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
         }

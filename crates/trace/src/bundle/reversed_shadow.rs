@@ -15,8 +15,14 @@ use intertri::{Ray, Threshold};
 /// Rays that miss their common end by more than this share of its distance have none: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
-/// What rounding adds to the distance at which a ray passes, as a share of its length: 4u.
+/// What rounding adds to the distance at which a ray passes, as a share of its length: 4u; of a copy, 8u.
 const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
+
+/// The interval of a copy ends so much farther out than the ray's own, at most, as a share of the whole: 4u.
+const ENDS: f32 = 4.0 / (1 << 24) as f32;
+
+/// The interval of a copy begins no later, as a share of the whole: then its rounding is none of what is left.
+const BEGINS: f32 = 1.0 / 8.0;
 
 /// No ray may be shorter or longer, or start or end farther out: 2^-30 and 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
@@ -75,19 +81,22 @@ pub(crate) struct Reversal<F: Lanes> {
     sum: F,
     shortest: F,
     sane: F::Mask,
+    /// Whether they are copies of what is given in f64.
+    copies: bool,
 }
 
 impl<F: Lanes<Scalar = f32>> Reversal<F> {
     #[inline(always)]
-    pub(crate) fn new(end: CommonEnd) -> Self {
+    pub(crate) fn new(end: CommonEnd, copies: bool) -> Self {
         let (zero, sane) = (F::splat(0.0), F::Mask::from_bits(ALL));
         let shortest = F::splat(f32::INFINITY);
-        Self { end, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane }
+        Self { end, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane, copies }
     }
 
-    /// Reverses rays: their origins and `t_min`, directions and `t_max`, side by side.
+    /// Reverses rays: their origins and `t_min`, directions and `t_max`, side by side; and beyond which `t_min` a hit
+    /// surely lies.
     #[inline(always)]
-    pub(crate) fn reverse(&mut self, [origin, dir]: [[F; 4]; 2]) -> [[F; 4]; 2] {
+    pub(crate) fn reverse(&mut self, [origin, dir]: [[F; 4]; 2]) -> ([[F; 4]; 2], F) {
         let CommonEnd { point, at_far, threshold } = self.end;
         let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
         let tau = if at_far { t_max } else { F::splat(1.0) };
@@ -106,14 +115,20 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         let (near, far) = (tau - t_max, tau - start);
         let (before, after) = (t_min.lt(t_max), near.lt(far));
         self.sane = self.sane & t_max.le(tau) & ((before & after) | !(before | after));
-        [[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]]
+        let mut sure = near;
+        if self.copies {
+            self.sane = self.sane & (start.le(tau * F::splat(BEGINS)) | !before);
+            sure = near + tau * F::splat(ENDS);
+        }
+        ([[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]], sure)
     }
 
     /// At which distance they pass the point, at most; `None` where one goes elsewhere, or looks beyond it,
     /// or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn off(&self) -> Option<f32> {
-        let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane } = self;
+        let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane, .. } =
+            self;
         let (way, off) = (length(way), length(off));
         let far_out = largest(*point) + way;
         let sane = sane.bits() & ALL == ALL
@@ -122,7 +137,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
             && off <= 2.0 * APART * far_out
             && way > 1.0 / LARGEST
             && far_out < LARGEST;
-        sane.then_some(off * 1.001 + ROUNDING * way)
+        let rounding = if self.copies { 2.0 * ROUNDING } else { ROUNDING };
+        sane.then_some(off * 1.001 + rounding * way)
     }
 }
 

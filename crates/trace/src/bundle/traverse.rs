@@ -10,7 +10,7 @@
 //!                                  sixteen rays: two multiply-adds an edge
 //! ```
 
-use intertri::internal::{Filter, Settle, Test as _};
+use intertri::internal::{Filter, Settle};
 use intertri::simd::Simd;
 use intertri::{Counts, Triangle};
 
@@ -24,14 +24,14 @@ use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::BundleRays;
 use super::results::{NOTHING, PacketHits, Results};
 use crate::prefetch::Prefetch;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// How bundles are traced: the closest hit of each ray; with `any`, some hit, as it must be of reversed
 /// rays.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
-    pub(crate) bvh: &'a Bvh,
-    pub(crate) test: Filter,
+    pub(crate) bvh: &'a Tree,
+    pub(crate) test: Filter<'a>,
     pub(crate) any: bool,
     /// Every hit of each ray.
     pub(crate) every: bool,
@@ -91,7 +91,7 @@ impl Bundle<'_> {
 
         let (find, index) = (|place| bvh.triangle_in(place), |place| bvh.index_of(place));
         let (resolver, reversed) = (test.resolver(), rays.reversed.is_some());
-        let settle = Settle { resolver, rays: rays.rays, find, index, reversed };
+        let settle = Settle { resolver, rays: rays.rays, first: rays.first, find, index, reversed };
         let (seen, every) = (&mut results.seen, &mut results.every);
         let mut tracing = Tracing {
             bundle: self,

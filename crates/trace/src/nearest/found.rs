@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
 
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// The point of a mesh that is closest to a given one. Plain data of 56 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -49,7 +49,7 @@ pub(super) struct Candidate {
 
 /// The closest of some triangles, one of which is; of those that are exactly as close the lowest index.
 pub(super) fn closest_of(
-    bvh: &Bvh,
+    bvh: &Tree,
     point: [f32; 3],
     candidates: &mut [Candidate],
 ) -> Option<(u32, ClosestPoint)> {

@@ -1,7 +1,7 @@
 //! The order in which points are asked: neighbours in space one after the other, so that what was closest to the
 //! last point is near the next.
 
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// So few points stay as they are.
 const FEW: usize = 16;
@@ -10,7 +10,7 @@ const FEW: usize = 16;
 const BITS: u32 = 10;
 
 /// The numbers of points along Morton's curve through the box of the tree and as much around it.
-pub(super) fn along_curve(bvh: &Bvh, points: &[[f32; 3]]) -> Vec<u32> {
+pub(super) fn along_curve(bvh: &Tree, points: &[[f32; 3]]) -> Vec<u32> {
     let numbers = 0..points.len() as u32;
     if points.len() <= FEW {
         return numbers.collect();

@@ -6,9 +6,10 @@ use intertri::simd::{Level, Simd, WithSimd};
 use super::found::{Candidate, ClosestPoint, closest_of};
 use super::order::along_curve;
 use super::search::Search;
+use crate::bvh::Bvh;
 use crate::query::chunks;
 use crate::single::Kept;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 impl Bvh {
     /// The point of the mesh that is closest to a given one, where it is not farther than a radius, which may be
@@ -30,7 +31,7 @@ impl Bvh {
     /// ```
     pub fn closest_point(&self, point: [f32; 3], radius: f64) -> Option<ClosestPoint> {
         let mut answer = [ClosestPoint::NONE];
-        closest_points(self, &[point], radius, &mut answer);
+        closest_points(&self.tree, &[point], radius, &mut answer);
         answer[0].some()
     }
 
@@ -46,19 +47,19 @@ impl Bvh {
         closest: &mut [ClosestPoint],
     ) {
         chunks(points, closest, |_, points, closest| {
-            closest_points(self, points, radius, closest);
+            closest_points(&self.tree, points, radius, closest);
             Counts::default()
         });
     }
 }
 
 /// The closest points of some, on this thread.
-fn closest_points(bvh: &Bvh, points: &[[f32; 3]], radius: f64, closest: &mut [ClosestPoint]) {
+fn closest_points(bvh: &Tree, points: &[[f32; 3]], radius: f64, closest: &mut [ClosestPoint]) {
     Level::best().run(Points { bvh, points, radius, closest });
 }
 
 struct Points<'a> {
-    bvh: &'a Bvh,
+    bvh: &'a Tree,
     points: &'a [[f32; 3]],
     radius: f64,
     closest: &'a mut [ClosestPoint],

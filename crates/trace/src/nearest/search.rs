@@ -7,11 +7,11 @@ use super::boxes;
 use super::found::Candidate;
 use crate::across::lanes_of;
 use crate::single::{BOTTOM, Kept};
-use crate::tree::{Bvh, LEAF};
+use crate::tree::{LEAF, Tree};
 
 /// A search for the triangle that is closest to a point.
 pub(super) struct Search<'a> {
-    pub(super) bvh: &'a Bvh,
+    pub(super) bvh: &'a Tree,
     pub(super) point: [f32; 3],
     /// No square that is larger counts.
     pub(super) most: f64,

@@ -6,14 +6,17 @@ use intertri::{Counts, Hit, LaneQueries, Ray, fixed};
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 
+use std::ops::Range;
+
 use crate::answers::Answers;
 use crate::bundle::{
     Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Room, shares_origin,
 };
+use crate::given::Ask;
 use crate::select::Choice;
 use crate::single::{Closest, Kept};
 use crate::stream::Stream;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
 /// next.
@@ -35,47 +38,67 @@ const BUSY_RAYS: usize = 256;
 /// Rays that are asked in one call, as far as a chunk of them goes.
 #[derive(Clone, Copy)]
 pub(super) struct Asked<'a> {
-    pub(super) bvh: &'a Bvh,
+    pub(super) bvh: &'a Tree,
     pub(super) choice: Choice<'a>,
     pub(super) rays: &'a [Ray],
     /// Of a grid, the rays as their caller has them; else none.
     pub(super) on_grid: &'a [fixed::Ray],
 }
 
-impl Asked<'_> {
-    /// The rays from one to before another, with what they skip.
-    pub(super) fn part(self, from: usize, to: usize) -> Self {
-        let choice = self.choice.map(|choice| choice.part(from, to));
-        let on_grid = self.on_grid.get(from..to).unwrap_or(&[]);
-        Self { choice, rays: &self.rays[from..to], on_grid, ..self }
+/// Asks about the rays of a range, as the walk goes over them.
+type Rays<'a> = &'a (dyn Fn(Range<usize>, Ask<'_>) + Sync);
+
+/// Rays of any scalar that are asked in one call.
+pub(super) struct Many<'a> {
+    pub(super) bvh: &'a Tree,
+    pub(super) choice: Choice<'a>,
+    pub(super) count: usize,
+    /// So many are asked about at a time, so that copies of them stay in the cache.
+    pub(super) piece: usize,
+    pub(super) rays: Rays<'a>,
+}
+
+impl Many<'_> {
+    /// Asks about the rays of a range.
+    pub(super) fn ask(&self, range: Range<usize>, ask: &mut dyn FnMut(Asked<'_>, Which<'_>)) {
+        let choice = self.choice.map(|choice| choice.part(range.start, range.end));
+        (self.rays)(range, &mut |which, rays| {
+            ask(Asked { bvh: self.bvh, choice, rays, on_grid: &[] }, which);
+        });
     }
 }
 
 /// The answer of each ray, on all threads where there are threads.
-pub(super) fn answer(asked: Asked<'_>, which: Which, answers: Answers<'_>) -> Counts {
-    match which {
-        Which::Filter(test) => in_chunks(asked, answers, |asked, mut answers| {
-            let counts = chunk(asked, test, answers.part(0, asked.rays.len()));
-            tell(asked.bvh, answers);
-            counts
-        }),
-        Which::Lanes64(test) => in_chunks(asked, answers, |asked, mut answers| {
-            let counts = one_by_one(asked, test, &mut answers);
-            tell(asked.bvh, answers);
-            counts
-        }),
+pub(super) fn answer(many: &Many<'_>, answers: Answers<'_>) -> Counts {
+    in_chunks(many.count, answers, |range, answers| part(many, range, answers))
+}
+
+/// The answers of some rays, on this thread.
+pub(super) fn part(many: &Many<'_>, range: Range<usize>, mut answers: Answers<'_>) -> Counts {
+    let mut counts = Counts::default();
+    for from in range.clone().step_by(many.piece) {
+        let to = range.end.min(from.saturating_add(many.piece));
+        many.ask(from..to, &mut |asked, which| {
+            let mut some = answers.part(from - range.start, to - range.start);
+            counts += match which {
+                Which::Filter(test) => chunk(asked, test, some),
+                Which::Lanes64(test) => one_by_one(asked, test, &mut some),
+            };
+        });
     }
+    tell(many.bvh, answers);
+    counts
 }
 
 /// Hits are told by geometry and number.
-fn tell(bvh: &Bvh, answers: Answers<'_>) {
+fn tell(bvh: &Tree, answers: Answers<'_>) {
     if let Answers::Hits(hits) = answers {
         bvh.geometries.tell(hits);
     }
 }
 
 /// A chunk of rays on this thread, by the filter: coherent rays in bundles, the others in streams.
-pub(super) fn chunk(asked: Asked<'_>, test: Filter, answers: Answers<'_>) -> Counts {
+pub(super) fn chunk<'a>(asked: Asked<'a>, test: Filter<'a>, answers: Answers<'_>) -> Counts {
     test.level().run(Chunk { asked, test, answers })
 }
 
@@ -99,32 +122,20 @@ fn one_by_one(asked: Asked<'_>, test: Lanes64, answers: &mut Answers<'_>) -> Cou
     counts
 }
 
-/// Hands chunks of rays and their answers to all threads.
-fn in_chunks<'a>(
-    asked: Asked<'a>,
+/// Hands ranges of rays and their answers to all threads.
+fn in_chunks(
+    count: usize,
     answers: Answers<'_>,
-    each: impl Fn(Asked<'a>, Answers<'_>) -> Counts + Sync,
+    each: impl Fn(Range<usize>, Answers<'_>) -> Counts + Sync,
 ) -> Counts {
-    let rays = asked.rays;
-    let part = |from: usize, rays: &[Ray]| asked.part(from, from + rays.len());
     match answers {
-        Answers::Hits(hits) => {
-            chunks(rays, hits, |from, rays, hits| each(part(from, rays), Answers::Hits(hits)))
-        }
-        Answers::Triangles(some) => {
-            chunks(rays, some, |from, rays, some| each(part(from, rays), Answers::Triangles(some)))
-        }
-        Answers::Any(any) => {
-            chunks(rays, any, |from, rays, any| each(part(from, rays), Answers::Any(any)))
-        }
-        Answers::Crossings(all) => {
-            chunks(rays, all, |from, rays, all| each(part(from, rays), Answers::Crossings(all)))
-        }
-        Answers::Places(all) => {
-            chunks(rays, all, |from, rays, all| each(part(from, rays), Answers::Places(all)))
-        }
+        Answers::Hits(hits) => ranges(count, hits, |of, hits| each(of, Answers::Hits(hits))),
+        Answers::Triangles(all) => ranges(count, all, |of, all| each(of, Answers::Triangles(all))),
+        Answers::Any(any) => ranges(count, any, |of, any| each(of, Answers::Any(any))),
+        Answers::Crossings(all) => ranges(count, all, |of, all| each(of, Answers::Crossings(all))),
+        Answers::Places(all) => ranges(count, all, |of, all| each(of, Answers::Places(all))),
         // Their chunks are put together by who asks for them.
-        Answers::Pairs(pairs) => each(asked, Answers::Pairs(pairs)),
+        Answers::Pairs(pairs) => each(0..count, Answers::Pairs(pairs)),
     }
 }
 
@@ -134,35 +145,41 @@ pub(crate) fn chunks<R: Sync, A: Send>(
     answers: &mut [A],
     each: impl Fn(usize, &[R], &mut [A]) -> Counts + Sync,
 ) -> Counts {
-    assert_eq!(rays.len(), answers.len(), "one answer a ray");
+    ranges(rays.len(), answers, |of, answers| each(of.start, &rays[of], answers))
+}
+
+/// The same of ranges.
+fn ranges<A: Send>(
+    count: usize,
+    answers: &mut [A],
+    each: impl Fn(Range<usize>, &mut [A]) -> Counts + Sync,
+) -> Counts {
+    assert_eq!(count, answers.len(), "one answer a ray");
     let add = |mut a: Counts, b: Counts| {
         a += b;
         a
     };
+    let each = |from: usize, answers: &mut [A]| each(from..from + answers.len(), answers);
     #[cfg(feature = "parallel")]
     {
         // Some chunks a thread, so that all are done at about the same time.
-        let even = rays.len() / (16 * rayon::current_num_threads());
+        let even = count / (16 * rayon::current_num_threads());
         let chunk = even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK);
-        rays.par_chunks(chunk)
-            .zip(answers.par_chunks_mut(chunk))
-            .enumerate()
-            .map(|(i, (rays, answers))| each(i * chunk, rays, answers))
-            .reduce(Counts::default, add)
+        let parts = answers.par_chunks_mut(chunk).enumerate();
+        parts.map(|(i, answers)| each(i * chunk, answers)).reduce(Counts::default, add)
     }
     #[cfg(not(feature = "parallel"))]
     {
         let chunk = CHUNKS * CHUNK;
-        let chunks = rays.chunks(chunk).zip(answers.chunks_mut(chunk)).enumerate();
-        let each = |(i, (rays, answers)): (usize, (&[R], &mut [A]))| each(i * chunk, rays, answers);
-        chunks.map(each).fold(Counts::default(), add)
+        let parts = answers.chunks_mut(chunk).enumerate();
+        parts.map(|(i, answers)| each(i * chunk, answers)).fold(Counts::default(), add)
     }
 }
 
 /// A chunk of rays.
 struct Chunk<'a, 'b> {
     asked: Asked<'a>,
-    test: Filter,
+    test: Filter<'a>,
     answers: Answers<'b>,
 }
 
@@ -186,7 +203,7 @@ impl WithSimd for Chunk<'_, '_> {
 
             // Coherent rays make a bundle, unless they go too far apart: then a smaller one.
             results.clear();
-            let bundle = if bundles { bundle_of(rays, next, test, any) } else { None };
+            let bundle = if bundles { bundle_of((rays, next, at as u32), test, any) } else { None };
             let outcome = match bundle {
                 None => Outcome::NotCoherent,
                 Some(rays) => S::vectorize(
@@ -199,7 +216,7 @@ impl WithSimd for Chunk<'_, '_> {
             };
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
-                    let rays = (rays, on_grid.get(at..end).unwrap_or(&[]));
+                    let rays = (rays, on_grid.get(at..end).unwrap_or(&[]), at as u32);
                     match all_answers.part(at, end) {
                         Answers::Pairs(pairs) => results.list(pairs, at, left),
                         answers => S::vectorize(
@@ -244,19 +261,18 @@ impl WithSimd for Chunk<'_, '_> {
 /// rays end, too, their end.
 #[inline(always)]
 fn bundle_of<'a>(
-    rays: &'a [Ray],
-    next: &'a [Ray],
-    test: Filter,
+    (rays, next, first): (&'a [Ray], &'a [Ray], u32),
+    test: Filter<'_>,
     any: bool,
 ) -> Option<BundleRays<'a>> {
     if shares_origin(rays) {
-        return Some(BundleRays { rays, next, reversed: None });
+        return Some(BundleRays { rays, first, next, reversed: None });
     }
     if !any || !test.resolver().may_reverse() {
         return None;
     }
     let reversed = CommonEnd::of(rays, test.threshold());
-    reversed.is_some().then_some(BundleRays { rays, next, reversed })
+    reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
 /// How many rays the next bundle has: it may be larger again where a larger one would begin.

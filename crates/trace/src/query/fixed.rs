@@ -12,7 +12,7 @@ use crate::answers::Answers;
 use crate::build::BuildError;
 use crate::memory::NoMemory;
 use crate::threads::each;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// Rays whose f32 are made at a time: those fit into the cache, until they are traced.
 const LINES: usize = 1 << 14;
@@ -37,7 +37,7 @@ const LINES: usize = 1 << 14;
 /// ```
 #[derive(Clone, Debug)]
 pub struct FixedBvh {
-    tree: Bvh,
+    tree: Tree,
 }
 
 impl FixedBvh {
@@ -61,7 +61,7 @@ impl FixedBvh {
         let count = triangles.len();
         let corners: Result<Vec<Corners>, _> = each(count, |i| triangles[i].to_f32());
         let corners = corners.map_err(|NoMemory| BuildError::OutOfMemory { count })?;
-        Ok(Self { tree: Bvh::with_progress(&corners, progress)? })
+        Ok(Self { tree: Tree::over(&corners[..], progress)? })
     }
 
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
@@ -143,7 +143,7 @@ impl FixedBvh {
 }
 
 /// The filter at the mode's level, with integers behind it.
-fn test(mode: Fixed) -> Filter {
+fn test(mode: Fixed) -> Filter<'static> {
     Filter::on_grid(mode.level())
 }
 

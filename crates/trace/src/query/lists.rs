@@ -9,18 +9,20 @@
 //! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. They are put in the
 //! order of the rays, t and weights are computed eight side by side, and each ray's are sorted.
 
-use intertri::internal::{Pairs, Resolver, Test, Which, exact};
+use intertri::internal::{Filter, Pairs, Resolver, Test as _, Which, exact};
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Hit, Ray};
 
-use super::batch::{self, Asked};
+use std::ops::Range;
+
+use super::batch::{self, Asked, Many};
 use super::one;
 use crate::answers::Answers;
 use crate::memory::{NoMemory, room};
 use crate::pairs::HitPairs;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
-/// The hits of many rays, one ray's after the other's: what [`Bvh::all_batch`] gives.
+/// The hits of many rays, one ray's after the other's: what [`Bvh::all_batch`](crate::Bvh::all_batch) gives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitLists {
     /// Where the hits of each ray begin and, after the last, where they end: one more than there are rays, from
@@ -59,18 +61,13 @@ impl HitLists {
 const CHUNK: usize = 1 << 14;
 const WAITING: usize = 64;
 
-/// See [`Bvh::all_batch`].
-pub(super) fn lists(
-    asked: Asked<'_>,
-    which: Which,
-    limit: Option<usize>,
-) -> Result<HitLists, NoMemory> {
-    let rays = asked.rays.len();
+/// See [`Bvh::all_batch`](crate::Bvh::all_batch).
+pub(super) fn lists(many: &Many<'_>, limit: Option<usize>) -> Result<HitLists, NoMemory> {
+    let rays = many.count;
     let mut lists = HitLists { offsets: room(rays + 1)?, hits: Vec::new() };
     lists.offsets.push(0);
     for from in (0..rays).step_by(WAITING * CHUNK) {
-        let part = asked.part(from, rays.min(from + WAITING * CHUNK));
-        for chunk in chunks(part, which, limit) {
+        for chunk in chunks(many, from..rays.min(from + WAITING * CHUNK), limit) {
             lists.add(&chunk?)?;
         }
     }
@@ -79,22 +76,23 @@ pub(super) fn lists(
 }
 
 /// The hits of some rays by chunks, on all threads where there are threads.
-fn chunks(asked: Asked<'_>, which: Which, limit: Option<usize>) -> Vec<Result<Listed, NoMemory>> {
-    let rays = asked.rays.len();
+fn chunks(
+    many: &Many<'_>,
+    range: Range<usize>,
+    limit: Option<usize>,
+) -> Vec<Result<Listed, NoMemory>> {
     let chunk = |i: usize| {
-        let asked = asked.part(i * CHUNK, rays.min(i * CHUNK + CHUNK));
-        match which {
-            Which::Filter(test) => {
-                let mut pairs = HitPairs::new(limit);
-                batch::chunk(asked, test, Answers::Pairs(&mut pairs));
-                let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
-                let listed = Listed::by_ray(rays.len(), pairs)?;
-                test.level().run(WithAttributes { bvh, rays, resolver, limit, listed })
-            }
-            Which::Lanes64(_) => one_by_one(asked, which, limit),
-        }
+        let from = range.start + i * CHUNK;
+        let mut listed = Err(NoMemory);
+        many.ask(from..range.end.min(from + CHUNK), &mut |asked, which| {
+            listed = match which {
+                Which::Filter(test) => by_filter(asked, test, limit),
+                Which::Lanes64(_) => one_by_one(asked, which, limit),
+            };
+        });
+        listed
     };
-    let count = rays.div_ceil(CHUNK);
+    let count = range.len().div_ceil(CHUNK);
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
@@ -104,8 +102,25 @@ fn chunks(asked: Asked<'_>, which: Which, limit: Option<usize>) -> Vec<Result<Li
     (0..count).map(chunk).collect()
 }
 
+/// The hits of a chunk by the filter.
+fn by_filter<'a>(
+    asked: Asked<'a>,
+    test: Filter<'a>,
+    limit: Option<usize>,
+) -> Result<Listed, NoMemory> {
+    let mut pairs = HitPairs::new(limit);
+    batch::chunk(asked, test, Answers::Pairs(&mut pairs));
+    let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
+    let listed = Listed::by_ray(rays.len(), pairs)?;
+    test.level().run(WithAttributes { bvh, rays, resolver, limit, listed })
+}
+
 /// The same, a ray a call.
-fn one_by_one(asked: Asked<'_>, which: Which, limit: Option<usize>) -> Result<Listed, NoMemory> {
+fn one_by_one(
+    asked: Asked<'_>,
+    which: Which<'_>,
+    limit: Option<usize>,
+) -> Result<Listed, NoMemory> {
     let Asked { bvh, choice, rays, .. } = asked;
     let mut listed = Listed { ends: room(rays.len())?, ..Listed::default() };
     for (number, ray) in rays.iter().enumerate() {
@@ -165,16 +180,16 @@ impl Listed {
     }
 
     /// The first and last places of each ray's hits.
-    fn ranges(ends: &[usize]) -> impl Iterator<Item = std::ops::Range<usize>> {
+    fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
         ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
     }
 }
 
 /// Pairs with t and weights, those of each ray in order.
 struct WithAttributes<'a> {
-    bvh: &'a Bvh,
+    bvh: &'a Tree,
     rays: &'a [Ray],
-    resolver: Resolver,
+    resolver: Resolver<'a>,
     limit: Option<usize>,
     listed: Listed,
 }
@@ -191,22 +206,25 @@ impl WithSimd for WithAttributes<'_> {
 
         // Eight pairs side by side, whosever they are.
         let (mut pairs, mut waiting, mut first) = (Pairs::new(), 0, 0);
-        for (ray, range) in rays.iter().zip(Listed::ranges(ends)) {
+        let mut numbers = [(0, 0); 8];
+        for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(ends)) {
             for &place in &places[range] {
                 pairs.set(waiting, ray, &bvh.triangle_in(place), bvh.index_of(place));
+                numbers[waiting] = (number, place);
                 waiting += 1;
                 if waiting == 8 {
-                    hits[first..first + 8].copy_from_slice(&hits_in::<S>(resolver, &pairs, 8));
+                    let eight = hits_in::<S>(resolver, (&pairs, &numbers), 8);
+                    hits[first..first + 8].copy_from_slice(&eight);
                     (first, waiting) = (first + 8, 0);
                 }
             }
         }
-        let last = hits_in::<S>(resolver, &pairs, waiting);
+        let last = hits_in::<S>(resolver, (&pairs, &numbers), waiting);
         hits[first..].copy_from_slice(&last[..waiting]);
 
-        for (ray, range) in rays.iter().zip(Listed::ranges(ends)) {
+        for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(ends)) {
             let (places, hits) = (&places[range.clone()], &mut hits[range]);
-            sort(bvh, resolver, ray, places, hits);
+            sort(bvh, resolver, (ray, number), places, hits);
         }
         if let Some(limit) = limit {
             cut(ends, hits, limit);
@@ -218,16 +236,25 @@ impl WithSimd for WithAttributes<'_> {
 
 /// The hits of the first `len` pairs; no grid comes here.
 #[inline(always)]
-fn hits_in<S: Simd>(resolver: Resolver, pairs: &Pairs, len: usize) -> [Hit; 8] {
+fn hits_in<S: Simd>(
+    resolver: Resolver<'_>,
+    (pairs, numbers): (&Pairs, &[(u32, u32); 8]),
+    len: usize,
+) -> [Hit; 8] {
     match resolver {
         Resolver::Exact => exact::hits_in::<S>(pairs, len),
+        Resolver::Originals(originals) => {
+            let mut hits = [Hit::MISS; 8];
+            originals.hits(&numbers[..len], &mut hits);
+            hits
+        }
         _ => pairs.hits_in::<S>(),
     }
 }
 
 /// The hits of a ray on the triangles in these places, in order of t; of equal t, of the index.
 #[inline(always)]
-fn sort(bvh: &Bvh, resolver: Resolver, ray: &Ray, places: &[u32], hits: &mut [Hit]) {
+fn sort(bvh: &Tree, resolver: Resolver<'_>, ray: (&Ray, u32), places: &[u32], hits: &mut [Hit]) {
     if hits.len() > 1 {
         hits.sort_unstable_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         if hits.windows(2).any(|pair| pair[0].t == pair[1].t) {
@@ -239,14 +266,22 @@ fn sort(bvh: &Bvh, resolver: Resolver, ray: &Ray, places: &[u32], hits: &mut [Hi
 /// The same where rounded t do not tell.
 #[cold]
 #[inline(never)]
-fn sort_ties(bvh: &Bvh, resolver: Resolver, ray: &Ray, places: &[u32], hits: &mut [Hit]) {
+fn sort_ties(
+    bvh: &Tree,
+    resolver: Resolver<'_>,
+    ray: (&Ray, u32),
+    places: &[u32],
+    hits: &mut [Hit],
+) {
     let hit = |&place: &u32| {
-        let triangle = bvh.triangle_in(place);
-        (resolver.hit_attributes(ray, &triangle, bvh.index_of(place)), triangle)
+        let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
+        (resolver.hit_attributes(ray.0, &triangle, index, (ray.1, place)), triangle, place)
     };
     let mut all: Vec<_> = places.iter().map(hit).collect();
-    all.sort_unstable_by(|(a, at), (b, bt)| resolver.first(ray, (a, at), (b, bt)));
-    for (to, (hit, _)) in hits.iter_mut().zip(all) {
+    all.sort_unstable_by(|(a, at, one), (b, bt, other)| {
+        resolver.first(ray, (a, at, *one), (b, bt, *other))
+    });
+    for (to, (hit, ..)) in hits.iter_mut().zip(all) {
         *to = hit;
     }
 }

@@ -15,25 +15,28 @@ pub use only::Only;
 
 pub(crate) use batch::chunks;
 
-use intertri::{Counts, Hit, Mode, Ray};
+use intertri::internal::Which;
+use intertri::{Counts, Hit, Ray, RayOf};
 
+use crate::bvh::Bvh;
+use crate::given::{Given, ModeFor};
 use crate::memory::OutOfMemory;
 use crate::select::Select;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
-impl Bvh {
+impl<S: Given> Bvh<S> {
     /// The closest hit; of equal t, the lowest index.
-    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
+    pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
         self.only(&Select::ALL).closest(mode, ray)
     }
 
     /// Whether anything is hit.
-    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
+    pub fn any<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> bool {
         self.only(&Select::ALL).any(mode, ray)
     }
 
     /// Every hit, in order of t; of equal t, of the index.
-    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
+    pub fn all<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Vec<Hit> {
         self.only(&Select::ALL).all(mode, ray)
     }
 
@@ -46,7 +49,12 @@ impl Bvh {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn closest_batch<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
+    pub fn closest_batch<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        hits: &mut [Hit],
+    ) -> Counts {
         self.only(&Select::ALL).closest_batch(mode, rays, hits)
     }
 
@@ -56,10 +64,10 @@ impl Bvh {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn triangles_batch<M: Mode>(
+    pub fn triangles_batch<M: ModeFor<S>>(
         &self,
         mode: &M,
-        rays: &[Ray],
+        rays: &[RayOf<S>],
         triangles: &mut [u32],
     ) -> Counts {
         self.only(&Select::ALL).triangles_batch(mode, rays, triangles)
@@ -72,7 +80,12 @@ impl Bvh {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn any_batch<M: Mode>(&self, mode: &M, rays: &[Ray], any: &mut [bool]) -> Counts {
+    pub fn any_batch<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        any: &mut [bool],
+    ) -> Counts {
         self.only(&Select::ALL).any_batch(mode, rays, any)
     }
 
@@ -95,10 +108,10 @@ impl Bvh {
     /// assert!(lists.of(2).iter().map(|hit| hit.triangle).eq([2, 0]));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn all_batch<M: Mode>(
+    pub fn all_batch<M: ModeFor<S>>(
         &self,
         mode: &M,
-        rays: &[Ray],
+        rays: &[RayOf<S>],
         limit: Option<usize>,
     ) -> Result<HitLists, OutOfMemory> {
         self.only(&Select::ALL).all_batch(mode, rays, limit)
@@ -111,7 +124,21 @@ impl Bvh {
     /// rays of one origin are then traced as streams. Where every triangle counts, it costs nothing.
     ///
     /// An example stands at [`Select`].
-    pub fn only<'a>(&'a self, select: &'a Select<'a>) -> Only<'a> {
+    pub fn only<'a>(&'a self, select: &'a Select<'a>) -> Only<'a, S> {
         Only::new(self, select)
+    }
+
+    /// Asks about one ray.
+    pub(crate) fn ask_one<M: ModeFor<S>, A>(
+        &self,
+        mode: &M,
+        ray: &RayOf<S>,
+        ask: impl Fn(&Tree, Which<'_>, &Ray) -> A,
+    ) -> A {
+        let (mut answer, rays) = (None, std::slice::from_ref(ray));
+        S::walk(&self.tree, &self.originals, mode.which(), rays, &mut |which, rays| {
+            answer = Some(ask(&self.tree, which, &rays[0]));
+        });
+        answer.expect("asked once")
     }
 }

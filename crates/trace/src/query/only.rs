@@ -1,24 +1,25 @@
 //! Queries among the triangles that count.
 
-use intertri::{Counts, Hit, Mode, Ray};
+use intertri::{Counts, Hit, RayOf};
 
-use super::batch::{self, Asked};
+use super::batch::{self, Many};
 use super::lists::{self, HitLists};
 use super::one;
 use crate::answers::Answers;
+use crate::bvh::Bvh;
+use crate::given::{Given, ModeFor};
 use crate::memory::OutOfMemory;
 use crate::select::{Choice, Select};
-use crate::tree::Bvh;
 
 /// A hierarchy of which some triangles count: what [`Bvh::only`] gives.
 #[derive(Clone, Copy, Debug)]
-pub struct Only<'a> {
-    pub(super) bvh: &'a Bvh,
+pub struct Only<'a, S: Given = f32> {
+    pub(super) bvh: &'a Bvh<S>,
     select: &'a Select<'a>,
 }
 
-impl<'a> Only<'a> {
-    pub(super) fn new(bvh: &'a Bvh, select: &'a Select<'a>) -> Self {
+impl<'a, S: Given> Only<'a, S> {
+    pub(super) fn new(bvh: &'a Bvh<S>, select: &'a Select<'a>) -> Self {
         Self { bvh, select }
     }
 
@@ -26,13 +27,47 @@ impl<'a> Only<'a> {
     #[inline(always)]
     pub(super) fn one(&self) -> Choice<'a> {
         self.check(1);
-        self.select.of(self.bvh)
+        self.select.of(&self.bvh.tree)
+    }
+
+    /// The answer of each ray, on all threads where there are threads.
+    pub(super) fn answer<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        answers: Answers<'_>,
+    ) -> Counts {
+        self.many(mode, rays, |many| batch::answer(many, answers))
+    }
+
+    /// The answer of each ray, on this thread.
+    pub(super) fn on_this_thread<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        answers: Answers<'_>,
+    ) -> Counts {
+        self.many(mode, rays, |many| batch::part(many, 0..rays.len(), answers))
     }
 
     /// Rays with the choice for them.
-    pub(super) fn many(&self, rays: &'a [Ray]) -> Asked<'a> {
+    fn many<M: ModeFor<S>, A>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        ask: impl FnOnce(&Many<'_>) -> A,
+    ) -> A {
         self.check(rays.len());
-        Asked { bvh: self.bvh, choice: self.select.of(self.bvh), rays, on_grid: &[] }
+        let (bvh, which) = (self.bvh, mode.which());
+        let (tree, originals) = (&bvh.tree, &bvh.originals);
+        let choice = self.select.of(tree);
+        ask(&Many {
+            bvh: tree,
+            choice,
+            count: rays.len(),
+            piece: S::PIECE,
+            rays: &|range, ask| S::walk(tree, originals, which, &rays[range], ask),
+        })
     }
 
     #[inline(always)]
@@ -42,47 +77,60 @@ impl<'a> Only<'a> {
     }
 
     /// [`Bvh::closest`] of the triangles that count.
-    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
-        one::closest(self.bvh, &self.one(), mode.test().into(), ray)
+    pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
+        let choice = self.one();
+        self.bvh.ask_one(mode, ray, |tree, which, ray| one::closest(tree, &choice, which, ray))
     }
 
     /// [`Bvh::any`] of the triangles that count.
-    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
-        one::any(self.bvh, &self.one(), mode.test().into(), ray)
+    pub fn any<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> bool {
+        let choice = self.one();
+        self.bvh.ask_one(mode, ray, |tree, which, ray| one::any(tree, &choice, which, ray))
     }
 
     /// [`Bvh::all`] of the triangles that count.
-    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
-        one::all(self.bvh, (&self.one(), 0), mode.test().into(), ray)
+    pub fn all<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Vec<Hit> {
+        let choice = self.one();
+        self.bvh.ask_one(mode, ray, |tree, which, ray| one::all(tree, (&choice, 0), which, ray))
     }
 
     /// [`Bvh::closest_batch`] of the triangles that count.
     ///
     /// # Panics
     /// If the slices, or the lists of what rays skip, differ in length.
-    pub fn closest_batch<M: Mode>(&self, mode: &M, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::answer(self.many(rays), mode.test().into(), Answers::Hits(hits))
+    pub fn closest_batch<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        hits: &mut [Hit],
+    ) -> Counts {
+        self.answer(mode, rays, Answers::Hits(hits))
     }
 
     /// [`Bvh::triangles_batch`] of the triangles that count.
     ///
     /// # Panics
     /// If the slices, or the lists of what rays skip, differ in length.
-    pub fn triangles_batch<M: Mode>(
+    pub fn triangles_batch<M: ModeFor<S>>(
         &self,
         mode: &M,
-        rays: &[Ray],
+        rays: &[RayOf<S>],
         triangles: &mut [u32],
     ) -> Counts {
-        batch::answer(self.many(rays), mode.test().into(), Answers::Triangles(triangles))
+        self.answer(mode, rays, Answers::Triangles(triangles))
     }
 
     /// [`Bvh::any_batch`] of the triangles that count.
     ///
     /// # Panics
     /// If the slices, or the lists of what rays skip, differ in length.
-    pub fn any_batch<M: Mode>(&self, mode: &M, rays: &[Ray], any: &mut [bool]) -> Counts {
-        batch::answer(self.many(rays), mode.test().into(), Answers::Any(any))
+    pub fn any_batch<M: ModeFor<S>>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        any: &mut [bool],
+    ) -> Counts {
+        self.answer(mode, rays, Answers::Any(any))
     }
 
     /// [`Bvh::all_batch`] of the triangles that count.
@@ -92,12 +140,12 @@ impl<'a> Only<'a> {
     ///
     /// # Panics
     /// If there are lists of what rays skip, but not one a ray.
-    pub fn all_batch<M: Mode>(
+    pub fn all_batch<M: ModeFor<S>>(
         &self,
         mode: &M,
-        rays: &[Ray],
+        rays: &[RayOf<S>],
         limit: Option<usize>,
     ) -> Result<HitLists, OutOfMemory> {
-        Ok(lists::lists(self.many(rays), mode.test().into(), limit)?)
+        Ok(self.many(mode, rays, |many| lists::lists(many, limit))?)
     }
 }

@@ -18,10 +18,11 @@ use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
 use crate::across::lanes_of;
+use crate::bvh::Bvh;
 use crate::memory::{NoMemory, room};
 use crate::threads;
 use crate::tree::{
-    Aabb, Bvh, EMPTY, HitBounds, LEAF, LaneBounds, Leaf, LeafBounds, NONE, Node, hit_bounds,
+    Aabb, EMPTY, HitBounds, LEAF, LaneBounds, Leaf, LeafBounds, NONE, Node, Tree, hit_bounds,
 };
 
 /// How good a tree is after [`Bvh::refit`].
@@ -77,6 +78,13 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn refit(&mut self, triangles: &[Triangle]) -> Result<Refit, RefitError> {
+        self.tree.refit(triangles)
+    }
+}
+
+impl Tree {
+    /// See [`Bvh::refit`].
+    fn refit(&mut self, triangles: &[Triangle]) -> Result<Refit, RefitError> {
         let (expected, found) = (self.triangles, triangles.len());
         if expected != found {
             return Err(RefitError::Count { expected, found });

@@ -65,7 +65,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     let bytes = bvh.to_bytes();
     let loaded = Bvh::from_bytes(&bytes).unwrap();
     assert!(loaded.to_bytes() == bytes);
-    assert_eq!(loaded.cost_as_built, bvh.cost_as_built);
+    assert_eq!(loaded.tree.cost_as_built, bvh.tree.cost_as_built);
 }
 
 #[test]

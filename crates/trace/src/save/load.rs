@@ -14,7 +14,7 @@ use super::input::Input;
 use super::records::{ReadLeaf, read_node};
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::{Bvh, Geometries, LaneBounds, Leaf, LeafBounds, Node};
+use crate::tree::{Geometries, LaneBounds, Leaf, LeafBounds, Node, Tree};
 
 /// Blocks read at a time for each thread, which are small enough for its cache.
 const BATCH: usize = 4;
@@ -34,7 +34,7 @@ struct Parts {
 }
 
 /// Reads all of it, and nothing that follows.
-pub(super) fn read(input: &mut dyn Input) -> Result<Bvh, LoadError> {
+pub(super) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
     let mut header = [0; HEADER];
     header.copy_from_slice(input.take(HEADER).map_err(not_saved)?);
     let mut front = header.to_vec();
@@ -124,7 +124,7 @@ impl Parts {
     }
 
     /// The hierarchy, if all belongs together.
-    fn bvh(self, header: &Header) -> Result<Bvh, LoadError> {
+    fn bvh(self, header: &Header) -> Result<Tree, LoadError> {
         let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
             return LoadError::damaged("it has no nodes or no leaves");
         };
@@ -145,12 +145,12 @@ impl Parts {
             Some(all) => check::geometries(all, header.triangles)?,
         };
         let cost = header.cost;
-        let mut bvh = Bvh {
+        let mut bvh = Tree {
             nodes,
             leaves,
             boxed,
             reach: 0.0,
-            stack: Bvh::stack_for(depth),
+            stack: Tree::stack_for(depth),
             triangles: header.triangles as usize,
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),

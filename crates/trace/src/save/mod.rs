@@ -29,7 +29,7 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use crate::tree::Bvh;
+use crate::bvh::Bvh;
 use input::{Slice, Stream};
 
 impl Bvh {
@@ -60,7 +60,7 @@ impl Bvh {
     /// # Errors
     /// If they cannot be written.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
-        store::write(self, &mut output)
+        store::write(&self.tree, &mut output)
     }
 
     /// A hierarchy that was saved.
@@ -74,9 +74,9 @@ impl Bvh {
     /// for the memory.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
-        let bvh = load::read(&mut input)?;
+        let tree = load::read(&mut input)?;
         input.end()?;
-        Ok(bvh)
+        Ok(Self { tree, originals: () })
     }
 
     /// [`Bvh::from_bytes`] of what a stream gives, as far as the hierarchy goes: what follows is not read.
@@ -86,7 +86,8 @@ impl Bvh {
     /// # Errors
     /// As [`Bvh::from_bytes`]; and if it cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
-        load::read(&mut Stream::new(input, 0))
+        let tree = load::read(&mut Stream::new(input, 0))?;
+        Ok(Self { tree, originals: () })
     }
 
     /// [`Bvh::from_bytes`] of a file.
@@ -97,9 +98,9 @@ impl Bvh {
         let file = File::open(path)?;
         let size = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
-        let bvh = load::read(&mut input)?;
+        let tree = load::read(&mut input)?;
         input.end()?;
-        Ok(bvh)
+        Ok(Self { tree, originals: () })
     }
 }
 

@@ -10,7 +10,7 @@ use super::format::{
 use super::records::{write_leaf, write_node};
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::Bvh;
+use crate::tree::Tree;
 
 /// A NaN that has the same bits everywhere.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
@@ -36,7 +36,7 @@ impl Section<'_> {
 }
 
 /// Writes all of it.
-pub(super) fn write(bvh: &Bvh, output: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
     let left_out = bvh.left_out().map_err(no_memory)?;
     let node = |i: usize, to: &mut [u8]| write_node(&bvh.nodes[i], to);
     let leaf = |i: usize, to: &mut [u8]| write_leaf(&bvh.leaves[i], to);

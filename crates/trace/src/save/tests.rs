@@ -35,7 +35,10 @@ fn rays(count: usize) -> Vec<Ray> {
 
 /// Two hierarchies give the same answers.
 fn assert_same(a: &Bvh, b: &Bvh) {
-    assert_eq!((a.len(), a.bounds(), a.stack, a.reach), (b.len(), b.bounds(), b.stack, b.reach));
+    assert_eq!(
+        (a.len(), a.bounds(), a.tree.stack, a.tree.reach),
+        (b.len(), b.bounds(), b.tree.stack, b.tree.reach)
+    );
     for ray in rays(200) {
         assert_eq!(a.all(&Exact::default(), &ray), b.all(&Exact::default(), &ray));
         assert_eq!(a.closest(&Certified::default(), &ray), b.closest(&Certified::default(), &ray));

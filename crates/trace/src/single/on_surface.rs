@@ -3,13 +3,21 @@
 use intertri::internal::exact::is_on;
 
 use crate::across::lanes_of;
-use crate::tree::{Bvh, EMPTY, LEAF};
+use crate::bvh::Bvh;
+use crate::given::Given;
+use crate::tree::{EMPTY, LEAF, Tree};
 
 /// Whether a point lies on a triangle, exactly.
-pub(crate) fn is_on_surface(bvh: &Bvh, point: [f32; 3]) -> bool {
+pub(crate) fn is_on_surface<S: Given>(bvh: &Bvh<S>, point: [S; 3]) -> bool {
+    let seen = S::point(&bvh.originals, point);
+    is_held(&bvh.tree, seen, |place| is_on(&bvh.triangle(place), point))
+}
+
+/// Whether one of the triangles does whose boxes hold a point, as boxes are.
+pub(crate) fn is_held(bvh: &Tree, point: [f32; 3], is_on: impl Fn(u32) -> bool) -> bool {
     let leaf = |i: usize| {
-        let block = &bvh.leaves[i].block;
-        lanes_of(block.live()).any(|lane| is_on(&block.triangle(lane), point))
+        let mut lanes = lanes_of(bvh.leaves[i].block.live());
+        lanes.any(|lane| is_on((8 * i + lane) as u32))
     };
 
     // The boxes that hold it. There is always room on the stack for what a node adds.

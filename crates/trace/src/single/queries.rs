@@ -9,11 +9,11 @@ use intertri::{ClosestHit, Counts, Hit, LaneQueries, PreparedRay, Ray};
 use super::stack::Kept;
 use super::traverse::{Visit, traverse};
 use crate::select::{Choice, chosen};
-use crate::tree::{Bvh, Leaf};
+use crate::tree::{Leaf, Tree};
 
 /// The closest hit of a ray; with `ANY`, some hit.
 pub(crate) struct Closest<'a, T, const ANY: bool> {
-    pub(crate) bvh: &'a Bvh,
+    pub(crate) bvh: &'a Tree,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
     /// Which triangles count, and as which of the query's rays this one skips some.
@@ -28,19 +28,12 @@ impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
     #[inline(always)]
     fn run<S: Simd>(self) -> ClosestHit {
         let Self { bvh, test, ray, choice, kept, counts } = self;
-        let (prepared, closest) = (test.prepare_ray(ray), ClosestHit::new(ray.t_max));
+        let prepared = test.prepare_numbered(ray, choice.1 as u32);
+        let closest = test.no_hit(ray);
         let level = PhantomData::<S>;
-        let (choice, number) = choice;
-        let mut visitor = VisitClosest::<_, _, ANY> {
-            bvh,
-            test,
-            ray: prepared,
-            choice,
-            number,
-            closest,
-            counts,
-            level,
-        };
+        let (choice, _) = choice;
+        let mut visitor =
+            VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, choice, closest, counts, level };
         traverse::<S>(bvh, ray, kept, !ANY, &mut visitor);
         visitor.closest
     }
@@ -48,7 +41,7 @@ impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
 
 /// The closest hit of a ray, with its t and weights.
 pub(crate) struct Hits<'a, T> {
-    pub(crate) bvh: &'a Bvh,
+    pub(crate) bvh: &'a Tree,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
     pub(crate) choice: &'a Choice<'a>,
@@ -68,11 +61,10 @@ impl<T: LaneQueries> WithSimd for Hits<'_, T> {
 }
 
 struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
-    bvh: &'a Bvh,
+    bvh: &'a Tree,
     test: T,
     ray: PreparedRay<T>,
     choice: &'a Choice<'a>,
-    number: usize,
     closest: ClosestHit,
     counts: &'a mut Counts,
     level: PhantomData<S>,
@@ -81,16 +73,14 @@ struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
 impl<T: LaneQueries, S: Simd, const ANY: bool> Visit for VisitClosest<'_, T, S, ANY> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        let Self { bvh, test, ray, choice, number, closest, counts, .. } = self;
+        let Self { bvh, test, ray, choice, closest, counts, .. } = self;
         match choice {
             None => {
                 let Leaf { block, indices } = &bvh.leaves[leaf];
                 let find = |place| bvh.triangle_in(place);
                 test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
             }
-            Some(select) => {
-                select.closest_in::<S, _>(bvh, *test, (*number, ray), leaf, closest, counts);
-            }
+            Some(select) => select.closest_in::<S, _>(bvh, *test, ray, leaf, closest, counts),
         }
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
@@ -98,7 +88,7 @@ impl<T: LaneQueries, S: Simd, const ANY: bool> Visit for VisitClosest<'_, T, S, 
 
 /// The places of all triangles that a ray hits, in the order in which they are found.
 pub(crate) struct All<'a, T> {
-    pub(crate) bvh: &'a Bvh,
+    pub(crate) bvh: &'a Tree,
     pub(crate) test: T,
     pub(crate) ray: &'a Ray,
     /// See [`Closest::choice`].
@@ -112,17 +102,19 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
     fn run<S: Simd>(self) -> Vec<u32> {
         let Self { bvh, test, ray, choice } = self;
         let (places, level) = (Vec::new(), PhantomData::<S>);
-        let mut visitor = VisitAll { bvh, test, ray, choice, places, level };
+        let prepared = test.prepare_numbered(ray, choice.1 as u32);
+        let mut visitor =
+            VisitAll { bvh, test, ray: prepared, asked: (choice, ray), places, level };
         traverse::<S>(bvh, ray, &mut Kept::lend(bvh), false, &mut visitor);
         visitor.places
     }
 }
 
-struct VisitAll<'a, T, S> {
-    bvh: &'a Bvh,
+struct VisitAll<'a, T: Test, S> {
+    bvh: &'a Tree,
     test: T,
-    ray: &'a Ray,
-    choice: (&'a Choice<'a>, usize),
+    ray: PreparedRay<T>,
+    asked: ((&'a Choice<'a>, usize), &'a Ray),
     places: Vec<u32>,
     level: PhantomData<S>,
 }
@@ -130,15 +122,15 @@ struct VisitAll<'a, T, S> {
 impl<T: LaneQueries, S: Simd> Visit for VisitAll<'_, T, S> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
-        let block = &self.bvh.leaves[leaf].block;
-        let hits = self.test.block_in::<S, 8>(self.ray, block, &mut Counts::default());
+        let Self { bvh, test, ray, asked: ((choice, number), asked), .. } = &*self;
+        let (block, place) = (&bvh.leaves[leaf].block, 8 * leaf as u32);
+        let hits = test.block_at_in::<S, 8>(ray, block, place, &mut Counts::default());
         if hits.bits != 0 {
-            let (choice, number) = self.choice;
-            let bits = chosen(choice, self.bvh, (number, self.ray), leaf, hits.bits);
+            let bits = chosen(choice, bvh, (*number, asked), leaf, hits.bits, test.resolver());
             for lane in (0..8).filter(|lane| bits >> lane & 1 != 0) {
                 self.places.push(8 * leaf as u32 + lane);
             }
         }
-        Some(self.ray.t_max)
+        Some(self.asked.1.t_max)
     }
 }

@@ -15,7 +15,7 @@ use std::ops::{Deref, DerefMut};
 use intertri::simd::{Lanes, Mask, Simd};
 
 use super::child_predictor::ChildPredictor;
-use crate::tree::{Bvh, Node, far_to_near, first_slot};
+use crate::tree::{Node, Tree, far_to_near, first_slot};
 
 /// What lies at the bottom: nothing more to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
@@ -51,7 +51,7 @@ pub(crate) struct Lent(Option<Box<Kept>>);
 impl Kept {
     /// For single rays through a hierarchy.
     #[inline]
-    pub(crate) fn lend(bvh: &Bvh) -> Lent {
+    pub(crate) fn lend(bvh: &Tree) -> Lent {
         let last = LAST.try_with(Cell::take).ok().flatten();
         let fits = last.filter(|last| last.stack.each >= Stack::room(bvh.stack));
         let new = || {
@@ -104,7 +104,7 @@ impl Stack {
     }
 
     /// Empty stacks for some rays through a hierarchy.
-    pub(crate) fn for_rays(rays: usize, bvh: &Bvh) -> Self {
+    pub(crate) fn for_rays(rays: usize, bvh: &Tree) -> Self {
         Self::new(rays, bvh.stack)
     }
 

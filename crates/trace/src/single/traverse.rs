@@ -5,7 +5,7 @@ use intertri::simd::{Lanes, Mask, Simd};
 
 use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, Kept};
-use crate::tree::{Bvh, LEAF};
+use crate::tree::{LEAF, Tree};
 
 /// What a query does with the triangles on the way.
 ///
@@ -23,7 +23,7 @@ const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 /// always comes first pays where the closest hit is looked for: fewer leaves are visited before it.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
-    bvh: &Bvh,
+    bvh: &Tree,
     ray: &Ray,
     kept: &mut Kept,
     nearest_first: bool,

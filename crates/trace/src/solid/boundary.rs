@@ -1,21 +1,22 @@
 //! The boundary of a mesh: the edges that are run along more often one way than the other.
 
-use intertri::Triangle;
+use intertri::internal::Bits;
+use intertri::{Scalar, TriangleOf};
 
 /// A corner as bits, both zeros alike.
-type Corner = [u32; 3];
+type Corner<S> = [<S as Bits>::Key; 3];
 
 /// An edge that the mesh runs along more often one way than the other, and the first triangle that has it;
 /// `None` where the mesh is closed.
-pub(super) fn open_edge(triangles: &[Triangle]) -> Option<(usize, [[f32; 3]; 2])> {
-    let corner = |c: [f32; 3]| c.map(|x| (x + 0.0).to_bits());
-    let edges = |(i, t): (usize, &Triangle)| {
+pub(super) fn open_edge<S: Scalar>(triangles: &[TriangleOf<S>]) -> Option<(usize, [[S; 3]; 2])> {
+    let corner = |c: [S; 3]| c.map(S::key);
+    let edges = |(i, t): (usize, &TriangleOf<S>)| {
         let [a, b, c] = t.0.map(corner);
         [(a, b, i), (b, c, i), (c, a, i)]
     };
 
     // Each edge from its lower end, the same together.
-    let mut all: Vec<(Corner, Corner, bool, usize)> = triangles
+    let mut all: Vec<(Corner<S>, Corner<S>, bool, usize)> = triangles
         .iter()
         .enumerate()
         .flat_map(edges)
@@ -24,17 +25,18 @@ pub(super) fn open_edge(triangles: &[Triangle]) -> Option<(usize, [[f32; 3]; 2])
         .collect();
     all.sort_unstable();
 
-    let same = |a: &(Corner, Corner, bool, usize), b: &(Corner, Corner, bool, usize)| {
+    let same = |a: &(Corner<S>, Corner<S>, bool, usize),
+                b: &(Corner<S>, Corner<S>, bool, usize)| {
         (a.0, a.1) == (b.0, b.1)
     };
-    let open = |edge: &&[(Corner, Corner, bool, usize)]| {
+    let open = |edge: &&[(Corner<S>, Corner<S>, bool, usize)]| {
         2 * edge.iter().filter(|(_, _, up, _)| *up).count() != edge.len()
     };
-    let first = |edge: &[(Corner, Corner, bool, usize)]| {
+    let first = |edge: &[(Corner<S>, Corner<S>, bool, usize)]| {
         edge.iter().map(|&(lo, hi, up, i)| (i, if up { [lo, hi] } else { [hi, lo] })).min()
     };
     let (triangle, edge) = all.chunk_by(same).filter(open).filter_map(first).min()?;
-    Some((triangle, edge.map(|corner| corner.map(f32::from_bits))))
+    Some((triangle, edge.map(|corner| corner.map(S::of_key))))
 }
 
 #[cfg(test)]
@@ -58,6 +60,6 @@ mod tests {
         // Two of one, and one of the other.
         assert!(open_edge(&[flat[0], flat[0], flat[1]]).is_some());
         assert_eq!(open_edge(&[flat[0], flat[0], flat[1], flat[1]]), None);
-        assert_eq!(open_edge(&[]), None);
+        assert_eq!(open_edge::<f32>(&[]), None);
     }
 }

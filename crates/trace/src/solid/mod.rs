@@ -5,11 +5,12 @@ mod distance;
 
 use std::fmt;
 
-use intertri::{Exact, Triangle};
+use intertri::{Exact, Scalar, TriangleOf};
 
 use crate::build::BuildError;
+use crate::bvh::Bvh;
+use crate::given::{Given, ModeFor};
 use crate::place::Place;
-use crate::tree::Bvh;
 use boundary::open_edge;
 
 /// A closed mesh, and the hierarchy over it: it tells inside from outside, exactly.
@@ -29,17 +30,20 @@ use boundary::open_edge;
 /// # Ok::<(), intertri_trace::SolidError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solid {
-    bvh: Bvh,
+pub struct Solid<S: Given = f32> {
+    bvh: Bvh<S>,
 }
 
-impl Solid {
+impl<S: Given> Solid<S>
+where
+    Exact: ModeFor<S>,
+{
     /// Of a closed mesh.
     ///
     /// # Errors
     /// If it is open, something is not finite, or there is no hierarchy over it.
-    pub fn new(triangles: &[Triangle]) -> Result<Self, SolidError> {
-        let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
+    pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, SolidError<S>> {
+        let finite = |t: &TriangleOf<S>| t.0.as_flattened().iter().all(|x| x.is_finite());
         if let Some(triangle) = triangles.iter().position(|triangle| !finite(triangle)) {
             return Err(SolidError::NotFinite { triangle });
         }
@@ -53,28 +57,28 @@ impl Solid {
     ///
     /// # Errors
     /// If there is no hierarchy over it.
-    pub fn assume_closed(triangles: &[Triangle]) -> Result<Self, BuildError> {
+    pub fn assume_closed(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Ok(Self { bvh: Bvh::new(triangles)? })
     }
 
     /// Of a mesh over which there is a hierarchy, one that was loaded or refitted for instance, as by
     /// [`Solid::assume_closed`].
-    pub fn assume_closed_bvh(bvh: Bvh) -> Self {
+    pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
         Self { bvh }
     }
 
     /// The hierarchy over the mesh, and nothing else.
-    pub fn into_bvh(self) -> Bvh {
+    pub fn into_bvh(self) -> Bvh<S> {
         self.bvh
     }
 
     /// The hierarchy over the mesh.
-    pub fn bvh(&self) -> &Bvh {
+    pub fn bvh(&self) -> &Bvh<S> {
         &self.bvh
     }
 
     /// Where a point lies. One that is not finite is outside.
-    pub fn place(&self, point: [f32; 3]) -> Place {
+    pub fn place(&self, point: [S; 3]) -> Place {
         self.bvh.place(Exact::default(), point)
     }
 
@@ -82,7 +86,7 @@ impl Solid {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn place_batch(&self, points: &[[f32; 3]], places: &mut [Place]) {
+    pub fn place_batch(&self, points: &[[S; 3]], places: &mut [Place]) {
         self.bvh.places(Exact::default(), points, places, |place| place);
     }
 
@@ -90,20 +94,20 @@ impl Solid {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn contains_batch(&self, points: &[[f32; 3]], contains: &mut [bool]) {
+    pub fn contains_batch(&self, points: &[[S; 3]], contains: &mut [bool]) {
         self.bvh.places(Exact::default(), points, contains, |place| place != Place::Outside);
     }
 }
 
 /// Why a mesh is no solid.
 #[derive(Clone, Debug, PartialEq)]
-pub enum SolidError {
+pub enum SolidError<S = f32> {
     /// An edge is run along more often one way than the other.
     Open {
         /// A triangle that has it.
         triangle: usize,
         /// From where to where it runs there.
-        edge: [[f32; 3]; 2],
+        edge: [[S; 3]; 2],
     },
     /// A corner is not finite.
     NotFinite {
@@ -114,13 +118,13 @@ pub enum SolidError {
     Build(BuildError),
 }
 
-impl From<BuildError> for SolidError {
+impl<S> From<BuildError> for SolidError<S> {
     fn from(error: BuildError) -> Self {
         Self::Build(error)
     }
 }
 
-impl fmt::Display for SolidError {
+impl<S: Scalar> fmt::Display for SolidError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Open { triangle, edge: [from, to] } => {
@@ -137,4 +141,4 @@ impl fmt::Display for SolidError {
     }
 }
 
-impl std::error::Error for SolidError {}
+impl<S: Scalar> std::error::Error for SolidError<S> {}

@@ -24,13 +24,11 @@ pub(super) struct Way {
 
 const _: () = assert!(size_of::<Way>() == 64);
 
-/// What a ray has at its leaves.
+/// What a ray has at its leaves, and whose it is.
 #[derive(Clone, Copy)]
 pub(super) struct AtLeaves<T: Test> {
     pub(super) ray: PreparedRay<T>,
     pub(super) closest: ClosestHit,
-    /// Whose ray it is.
-    pub(super) number: u32,
 }
 
 /// Places of rays that have the same to do, one bit each.

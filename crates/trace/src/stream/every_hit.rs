@@ -1,19 +1,19 @@
 //! Every hit of the rays that are at leaves: pairs, crossings, or what winds around where they start.
 
-use intertri::internal::exact::{self, Side};
-use intertri::internal::{BlockHits, Filter, Test as _};
+use intertri::internal::exact::Side;
+use intertri::internal::{BlockHits, Filter};
 use intertri::{Crossings, Ray};
 
 use crate::answers::Answers;
 use crate::pairs::{HitPairs, NearestFew};
 use crate::place::Place;
-use crate::single::is_on_surface;
-use crate::tree::Bvh;
+use crate::single::is_held;
+use crate::tree::Tree;
 
 /// A ray of a stream and how far it looks for hits.
 pub(super) struct Looking<'a> {
-    pub(super) bvh: &'a Bvh,
-    pub(super) test: Filter,
+    pub(super) bvh: &'a Tree,
+    pub(super) test: Filter<'a>,
     pub(super) number: u32,
     pub(super) ray: &'a Ray,
     /// Its nearest hits, where a number of them is asked for.
@@ -62,7 +62,8 @@ impl Looking<'_> {
     fn settle(&mut self, undecided: u32, first: u32, pairs: &mut HitPairs) -> bool {
         for lane in lanes(undecided) {
             let triangle = self.bvh.triangle_in(first + lane);
-            let Some(t) = self.test.resolver().hit(self.ray, &triangle) else { continue };
+            let numbers = (self.number, first + lane);
+            let Some(t) = self.test.resolver().hit(self.ray, &triangle, numbers) else { continue };
             pairs.push(self.number, first + lane);
             if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
                 match few.add((t as f32).next_up(), most, self.far) {
@@ -95,8 +96,7 @@ impl Looking<'_> {
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes(hits.undecided) {
-            let triangle = self.bvh.triangle_in(8 * leaf as u32 + lane);
-            if let Some(side) = exact::crossing(self.ray, &triangle) {
+            if let Some(side) = self.crossed(8 * leaf as u32 + lane) {
                 crossings.add(side == Side::Leaves);
             }
         }
@@ -110,20 +110,34 @@ impl Looking<'_> {
             *place = place.crossed(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes(hits.undecided) {
-            let triangle = self.bvh.triangle_in(8 * leaf as u32 + lane);
-            if exact::is_on(&triangle, self.ray.origin) {
+            let at = 8 * leaf as u32 + lane;
+            if self.starts_on(at) {
                 *place = Place::Surface;
-            } else if let Some(side) = exact::crossing(self.ray, &triangle) {
+            } else if let Some(side) = self.crossed(at) {
                 *place = place.crossed(side == Side::Leaves);
             }
         }
         *place == Place::Surface
     }
 
+    /// The side from which the ray crosses the triangle in a place, if it does.
+    #[inline(always)]
+    fn crossed(&self, place: u32) -> Option<Side> {
+        let triangle = self.bvh.triangle_in(place);
+        self.test.resolver().crossing(self.ray, &triangle, (self.number, place))
+    }
+
+    /// Whether the ray starts on the triangle in a place.
+    #[inline(always)]
+    fn starts_on(&self, place: u32) -> bool {
+        let triangle = self.bvh.triangle_in(place);
+        self.test.resolver().starts_on(self.ray, &triangle, (self.number, place))
+    }
+
     /// Takes every hit of a ray that is asked by itself, from the places of the triangles.
     pub(super) fn take_alone(&mut self, places: &[u32], answers: &mut Answers<'_>) {
         let number = self.number as usize;
-        let crossed = |place: &u32| exact::crossing(self.ray, &self.bvh.triangle_in(*place));
+        let crossed = |place: &u32| self.crossed(*place);
         let leaves = places.iter().filter_map(crossed).map(|side| side == Side::Leaves);
         match answers {
             Answers::Pairs(pairs) => {
@@ -135,7 +149,8 @@ impl Looking<'_> {
             }
             Answers::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),
             Answers::Places(all) => {
-                all[number] = if is_on_surface(self.bvh, self.ray.origin) {
+                let starts_on = |place| self.starts_on(place);
+                all[number] = if is_held(self.bvh, self.ray.origin, starts_on) {
                     Place::Surface
                 } else {
                     leaves.fold(all[number], Place::crossed)

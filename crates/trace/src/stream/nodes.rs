@@ -5,7 +5,7 @@ use intertri::simd::{Level, Simd, WithSimd};
 
 use super::active::{ACTIVE, Set, Way};
 use crate::single::{BOTTOM, SlabLanes, Stack};
-use crate::tree::{Bvh, LEAF};
+use crate::tree::{LEAF, Tree};
 
 /// Tests the boxes of the nodes that rays of an octant are at. Gives who is at a node next, and who met
 /// nothing.
@@ -13,7 +13,7 @@ use crate::tree::{Bvh, LEAF};
 pub(super) fn visit_nodes(
     level: Level,
     octant: usize,
-    bvh: &Bvh,
+    bvh: &Tree,
     ways: &mut [Way; ACTIVE],
     stacks: &mut Stack,
     at: Set,
@@ -33,7 +33,7 @@ pub(super) fn visit_nodes(
 /// The nodes that rays of an octant are at: which side of a box is the near one is known when this is
 /// compiled.
 struct Nodes<'a, const OCTANT: usize> {
-    bvh: &'a Bvh,
+    bvh: &'a Tree,
     ways: &'a mut [Way; ACTIVE],
     stacks: &'a mut Stack,
     at: Set,

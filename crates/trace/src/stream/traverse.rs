@@ -31,7 +31,7 @@ use crate::pairs::NearestFew;
 use crate::prefetch::Prefetch;
 use crate::select::{Choice, chosen};
 use crate::single::{All, BOTTOM, Closest, Kept, Slabs, Stack, octant};
-use crate::tree::{Bvh, LEAF, Leaf};
+use crate::tree::{LEAF, Leaf, Tree};
 
 /// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
 /// are to be prefetched, too.
@@ -39,8 +39,8 @@ const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
 /// Answers those rays whose numbers are in `numbers`.
 pub(crate) struct Stream<'a, 'b> {
-    pub(crate) bvh: &'a Bvh,
-    pub(crate) test: Filter,
+    pub(crate) bvh: &'a Tree,
+    pub(crate) test: Filter<'a>,
     /// The rays; of a grid, also as their caller has them.
     pub(crate) rays: (&'a [Ray], &'a [fixed::Ray]),
     pub(crate) numbers: &'a [u32],
@@ -58,8 +58,7 @@ impl WithSimd for Stream<'_, '_> {
         let Self { bvh, test, rays: (rays, on_grid), numbers, answers, choice, counts } = self;
         let (any, few) = (answers.any(), nearest_few(answers));
         let Some(first) = rays.first() else { return };
-        let idle =
-            AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0), number: 0 };
+        let idle = AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0) };
         let next = numbers.last().map_or(0, |&last| last as usize + 1);
         let mut active = Active {
             bvh,
@@ -103,8 +102,8 @@ fn by_octant(rays: &[Ray], numbers: &[u32]) -> [Vec<u32>; 8] {
 
 /// The rays that take turns.
 struct Active<'a, 'b> {
-    bvh: &'a Bvh,
-    test: Filter,
+    bvh: &'a Tree,
+    test: Filter<'a>,
     rays: &'a [Ray],
     answers: &'a mut Answers<'b>,
     choice: &'a Choice<'a>,
@@ -116,7 +115,7 @@ struct Active<'a, 'b> {
     large: bool,
     stacks: Stack,
     ways: [Way; ACTIVE],
-    at_leaves: [AtLeaves<Filter>; ACTIVE],
+    at_leaves: [AtLeaves<Filter<'a>>; ACTIVE],
     retired: Retired<'a>,
     prefetch: Prefetch<'a>,
 }
@@ -183,8 +182,8 @@ impl Active<'_, '_> {
                 };
                 let (t_min, far, top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
                 self.ways[place] = Way { slabs, t_min, far, next: 0, top };
-                let (ray, closest) = (test.prepare_ray(ray), ClosestHit::new(far));
-                self.at_leaves[place] = AtLeaves { ray, closest, number };
+                let (ray, closest) = (test.prepare_numbered(ray, number), test.no_hit(ray));
+                self.at_leaves[place] = AtLeaves { ray, closest };
                 if let Some(few) = self.few.get_mut(place) {
                     few.clear();
                 }
@@ -234,10 +233,7 @@ impl Active<'_, '_> {
                     let (find, first) = (|place| bvh.triangle_in(place), 8 * leaf as u32);
                     test.closest_in::<S>(ray, block, indices, first, find, closest, counts);
                 }
-                Some(select) => {
-                    let ray = (at.number as usize, ray);
-                    select.closest_in::<S, _>(bvh, *test, ray, leaf, closest, counts);
-                }
+                Some(select) => select.closest_in::<S, _>(bvh, *test, ray, leaf, closest, counts),
             }
             way.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
@@ -257,9 +253,10 @@ impl Active<'_, '_> {
             let Some(mut hits) = test.block_hits_in::<S>(&at.ray, block, way.far, counts) else {
                 continue;
             };
-            let (number, ray) = (at.number, &rays[at.number as usize]);
+            let number = at.ray.number();
+            let ray = &rays[number as usize];
             let lanes = hits.sure | hits.undecided;
-            let lanes = chosen(choice, bvh, (number as usize, ray), leaf, lanes);
+            let lanes = chosen(choice, bvh, (number as usize, ray), leaf, lanes, test.resolver());
             (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
             let (bvh, test, few, far) = (*bvh, *test, few.get_mut(place), way.far);
             let mut looking = Looking { bvh, test, number, ray, few, far };
@@ -287,9 +284,10 @@ impl Active<'_, '_> {
     #[inline(always)]
     fn retire<S: Simd>(&mut self, done: Set) {
         for place in done.places() {
-            let AtLeaves { number, closest, .. } = &self.at_leaves[place];
-            let ray = &self.rays[*number as usize];
-            self.retired.retire::<S>(self.bvh, ray, *number, closest, self.answers);
+            let AtLeaves { ray, closest } = &self.at_leaves[place];
+            let number = ray.number();
+            let ray = &self.rays[number as usize];
+            self.retired.retire::<S>(self.bvh, ray, number, closest, self.answers);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a tree costs, by the surface-area heuristic.
 
-use super::bvh::Bvh;
+use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};
 use crate::memory::NoMemory;
 use crate::threads;
@@ -8,7 +8,7 @@ use crate::threads;
 /// Nodes summed up in a row, so that the sum is the same on any number of threads.
 const BLOCK: usize = 1 << 10;
 
-impl Bvh {
+impl Tree {
     /// The expected visits of nodes and leaves of a random line through the root's box; leaves without a box are
     /// always visited.
     pub(crate) fn cost(&self) -> Result<f64, NoMemory> {

@@ -1,18 +1,17 @@
 //! The hierarchy as data: nodes of eight boxes, and leaves of eight triangles.
 
 mod aabb;
-mod bvh;
 mod cost;
 mod geometries;
+mod hierarchy;
 mod hit_bounds;
 mod leaf_bounds;
 mod node;
 mod octant_order;
 
 pub(crate) use aabb::Aabb;
-pub use bvh::Bvh;
-pub(crate) use bvh::Leaf;
 pub(crate) use geometries::Geometries;
+pub(crate) use hierarchy::{Leaf, Tree};
 pub(crate) use hit_bounds::{HitBounds, hit_bounds};
 pub(crate) use leaf_bounds::{LaneBounds, LeafBounds};
 pub(crate) use node::{BLOCK, EMPTY, LEAF, NONE, Node};

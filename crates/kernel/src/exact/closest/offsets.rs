@@ -1,8 +1,9 @@
 //! A triangle as seen from a point, in integers.
 
 use super::super::int::{Int, dot};
-use super::super::scale::{Float, Scale};
+use super::super::scale::Scale;
 use super::super::tier::Tier;
+use crate::Scalar;
 
 /// Calls a function that is generic over the limbs of coordinates and of their products of two, three, four and
 /// six, at the widths of a tier.
@@ -26,19 +27,19 @@ pub(super) struct Offsets<const C: usize, const N: usize> {
 
 /// What all coordinates are multiples of.
 #[inline(always)]
-pub(super) fn scale<S: Float>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
+pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
     Scale::of(&[point, a, b, c])
 }
 
 /// The first tier whose integers hold them.
 #[inline(always)]
 pub(super) fn tier(scale: Scale) -> Tier {
-    scale.tier(scale)
+    scale.tier::<f32>(scale)
 }
 
 impl<const C: usize, const N: usize> Offsets<C, N> {
     #[inline(always)]
-    pub(super) fn new<S: Float>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
+    pub(super) fn new<S: Scalar>(scale: Scale, point: [S; 3], corners: [[S; 3]; 3]) -> Self {
         let p = scale.vector::<S, C>(point);
         let [a, b, c] = corners.map(|corner| minus(&scale.vector(corner), &p));
         Self { sides: [minus(&b, &a), minus(&c, &a)], corners: [a, b, c] }

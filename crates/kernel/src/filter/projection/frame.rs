@@ -29,6 +29,35 @@ pub struct Frame {
     pub(super) off: f32,
     /// How far from the middle of the projection, in x and y, those may lie that do, and `OFF_REACH` more.
     pub(super) reach: [f32; 2],
+    /// What bounds are made of.
+    pub(super) shares: Shares,
+}
+
+/// The shares of the bounds that differ between what is given in f32 and copies.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shares {
+    /// Whether blocks hold copies: a corner and two edges, not three corners.
+    pub(super) copies: bool,
+    /// `SCREEN`
+    pub(super) screen: f32,
+    /// `EDGES`
+    pub(super) edges: f32,
+    /// What T is uncertain by, relative to `|A|₁ h²`.
+    pub(super) plane: f32,
+}
+
+impl Shares {
+    /// Of what is given in f32.
+    const PLAIN: Self =
+        Self { copies: false, screen: bound::SCREEN, edges: bound::EDGES, plane: bound::NOISE };
+
+    /// Of copies.
+    const COPIES: Self = Self {
+        copies: true,
+        screen: bound::COPY_SCREEN,
+        edges: bound::COPY_EDGES,
+        plane: bound::COPY_PLANE,
+    };
 }
 
 impl Frame {
@@ -38,7 +67,8 @@ impl Frame {
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
         let size = a.dot(dual[0]);
         let dual = dual.map(|axis| [axis.x / size, axis.y / size, axis.z / size]);
-        Self { origin, depth, right, up, dual, off: 0.0, reach: [0.0; 2] }
+        let (off, reach, shares) = (0.0, [0.0; 2], Shares::PLAIN);
+        Self { origin, depth, right, up, dual, off, reach, shares }
     }
 
     /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
@@ -55,6 +85,12 @@ impl Frame {
     #[must_use]
     pub fn passed_within(self, off: f32, reach: [f32; 2]) -> Self {
         Self { off, reach: reach.map(|most| most + bound::OFF_REACH), ..self }
+    }
+
+    /// The same frame for copies of what is given in f64 (`docs/numerics/f64.md`, section 6).
+    #[must_use]
+    pub(in super::super) fn of_copies(self) -> Self {
+        Self { shares: Shares::COPIES, ..self }
     }
 
     /// The origin.

@@ -17,7 +17,7 @@ use crate::simd::{Lanes, Mask, lanes_of};
 /// use intertri::{Triangle, TriangleBlock};
 /// use intertri::simd::Vec3;
 ///
-/// struct Leaf<'a>(Filter, &'a TriangleBlock<8>, &'a Frame);
+/// struct Leaf<'a>(Filter<'a>, &'a TriangleBlock<8>, &'a Frame);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Outlines;
 ///     #[inline(always)]
@@ -34,12 +34,13 @@ use crate::simd::{Lanes, Mask, lanes_of};
 /// // One ray; one f32 is a lane, too.
 /// let ray = Ray::new([0.0; 3], [0.05, 0.05, 1.0]);
 /// let points = frame.points(Vec3::<f32>::splat(ray.dir));
-/// let ranges = filter.starts_in(&Starts::none(), &points, ray.t_min, true).ranges();
+/// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
 /// let find = |triangle| triangles[triangle as usize];
 /// let (rays, resolver) = ([ray], filter.resolver());
-/// let settle = Settle { resolver, rays: &rays, find, index: |number| number, reversed: false };
+/// let settle =
+///     Settle { resolver, rays: &rays, first: 0, find, index: |number| number, reversed: false };
 /// for lane in 0..2 {
 ///     let outline = outlines.lane(lane);
 ///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));

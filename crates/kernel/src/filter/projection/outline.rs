@@ -122,7 +122,7 @@ impl Outlines {
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
-        let sizes = Sizes::of(&planes, frame, parallel);
+        let sizes = Sizes::of(&planes, corners.a.norm1(), frame, parallel);
         let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame);
         let ([u, v, w], unit) = corners.edges(frame);
 
@@ -290,7 +290,11 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
             let [c1, c2, c3] = block.corners();
             let c1 = Vec3::<S::F64x8>::load_f32(c1);
             let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
-            let n = (c2 - c1).cross_fused(c3 - c1);
+            let n = if frame.shares.copies {
+                c3.cross_fused(c2)
+            } else {
+                (c2 - c1).cross_fused(c3 - c1)
+            };
             let [x, y, z] = frame.origin;
             let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
             let recip = S::F64x8::splat(1.0) / t;
@@ -310,7 +314,7 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
         let off = size * F::splat(frame.off * bound::OFF_PLANE);
-        (self.q * away).mul_add(F::splat(bound::NOISE), off).lt(F::splat(0.99))
+        (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
     }
 }
 
@@ -324,7 +328,7 @@ struct Sizes<F> {
 
 impl<F: Lanes<Scalar = f32>> Sizes<F> {
     #[inline(always)]
-    fn of(Planes { s, q, .. }: &Planes<F>, frame: &Frame, parallel: f32) -> Self {
+    fn of(Planes { s, q, .. }: &Planes<F>, away: F, frame: &Frame, parallel: f32) -> Self {
         let (splat, q) = (F::splat, *q);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off;
@@ -332,7 +336,14 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
         let err = size.mul_add(share, q * splat(bound::LOST));
-        let least = size.mul_add(splat(bound::SCREEN), q * splat(bound::GRAZING * bound::LEAN));
+        let err = if frame.shares.copies {
+            let slant = (away * most).mul_add(splat(bound::COPY_SLANT), splat(bound::COPY_DEPTH));
+            q.mul_add(slant, err)
+        } else {
+            err
+        };
+        let least =
+            size.mul_add(splat(frame.shares.screen), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
         Self { size, err, least, parallel }
     }
@@ -357,6 +368,13 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let (c1, c2, c3) = (halves::<S>(a1, b1), halves::<S>(a2, b2), halves::<S>(a3, b3));
         let h = S::halves(blocks[0].longest_edges(), blocks[1].longest_edges());
         let axes = [frame.depth, frame.right, frame.up];
+        if frame.shares.copies {
+            // A corner and the edges -h4 and h5.
+            let (a, minus_h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2, &axes));
+            let (h5, h6) = (into(c3, &axes), into(c3 + c2, &axes));
+            let (h4, b, c) = (minus(minus_h4), a - minus_h4, a + h5);
+            return Self { a, b, c, h4, h5, h6, h };
+        }
         let (a, h4) = (into(c1 - Vec3::splat(frame.origin), &axes), into(c2 - c1, &axes));
         let (h5, h6) = (into(c3 - c1, &axes), into(c3 - c2, &axes));
         Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
@@ -388,14 +406,19 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
         let apart = distance(frame) * bound::ORIGIN * bound::LEAN + frame.off * bound::OFF_EDGE;
-        let noise = (a.norm1() + h).mul_add(splat(bound::EDGES), splat(apart));
-        ([u, v, w], form.mul_add(splat(bound::SCREEN), noise * h))
+        let noise = (a.norm1() + h).mul_add(splat(frame.shares.edges), splat(apart));
+        ([u, v, w], form.mul_add(splat(frame.shares.screen), noise * h))
     }
 }
 
 /// How far a frame's origin is from the world's.
 fn distance(frame: &Frame) -> f32 {
     frame.origin.iter().fold(0.0, |sum, x| sum + x.abs())
+}
+
+#[inline(always)]
+fn minus<F: Lanes>(v: Vec3<F>) -> Vec3<F> {
+    Vec3 { x: -v.x, y: -v.y, z: -v.z }
 }
 
 /// Vectors in other axes.

@@ -11,15 +11,18 @@ use crate::{Ray, Triangle};
 /// let triangles = [3.0, 5.0].map(|z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]));
 /// let rays = [Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0])];
 /// let (find, index) = (|number| triangles[number as usize], |number| number);
-/// let settle = Settle { resolver: Resolver::Document(0.0), rays: &rays, find, index, reversed: false };
+/// let settle =
+///     Settle { resolver: Resolver::Document(0.0), rays: &rays, first: 0, find, index, reversed: false };
 /// assert_eq!((settle.hit(0, 0), settle.hit(1, 0)), (Some(3.0), Some(5.0)));
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Settle<'a, T, I> {
     /// What answers.
-    pub resolver: Resolver,
+    pub resolver: Resolver<'a>,
     /// The rays by number.
     pub rays: &'a [Ray],
+    /// The number of the first for who knows them by others.
+    pub first: u32,
     /// A triangle by its number.
     pub find: T,
     /// The triangle's index.
@@ -29,11 +32,17 @@ pub struct Settle<'a, T, I> {
     pub reversed: bool,
 }
 
-impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
+impl<'a, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'a, T, I> {
+    #[inline(always)]
+    fn number(&self, ray: usize) -> u32 {
+        self.first + ray as u32
+    }
+
     /// t of a ray, if it hits the triangle within its interval.
     #[inline(always)]
     pub fn hit(&self, triangle: u32, ray: usize) -> Option<f64> {
-        let t = self.resolver.hit(&self.rays[ray], &(self.find)(triangle));
+        let numbers = (self.number(ray), triangle);
+        let t = self.resolver.hit(&self.rays[ray], &(self.find)(triangle), numbers);
         if self.reversed { t.map(|_| 0.0) } else { t }
     }
 
@@ -51,25 +60,25 @@ impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
         ray: usize,
         one: u32,
         other: u32,
-        [kept_one, kept_other]: &mut [Kept; 2],
+        [kept_one, kept_other]: &mut [Kept<'a>; 2],
     ) -> bool {
         if self.reversed {
             return false;
         }
-        let ray = &self.rays[ray];
+        let (number, ray) = (self.number(ray), &self.rays[ray]);
         let old = self.seen(other, kept_other);
-        let order = self.seen(one, kept_one).order(&old, ray);
+        let order = self.seen(one, kept_one).order(&old, ray, number);
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
     /// A triangle from where the rays start.
     #[inline(always)]
-    fn seen(&self, triangle: u32, kept: &mut Kept) -> SharedOrigin {
+    fn seen(&self, triangle: u32, kept: &mut Kept<'a>) -> SharedOrigin<'a> {
         match *kept {
             Some((number, seen)) if number == triangle => seen,
             _ => {
                 let origin = self.rays[0].origin;
-                let seen = self.resolver.shared_origin(&(self.find)(triangle), origin);
+                let seen = self.resolver.shared_origin(&(self.find)(triangle), origin, triangle);
                 *kept = Some((triangle, seen));
                 seen
             }
@@ -78,4 +87,4 @@ impl<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'_, T, I> {
 }
 
 /// The triangle that was seen last.
-pub(super) type Kept = Option<(u32, SharedOrigin)>;
+pub(super) type Kept<'a> = Option<(u32, SharedOrigin<'a>)>;

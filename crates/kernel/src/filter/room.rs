@@ -1,0 +1,78 @@
+//! The shares of the filter's bounds that a scene has: none of its own where it is given in f32, room for the
+//! rounding of its copies where in f64.
+//!
+//! ```text
+//!   given in f64        copies in f32                        what they are off by
+//!   c1, o               about the scene's centre, rounded    u of themselves: a translation of A
+//!   h4, h5, d           scaled, rounded                      u of each component
+//! ```
+//!
+//! Derivation: `docs/numerics/f64.md`, section 4.
+
+use super::bound::{self, U};
+
+/// What the filter's bounds are made of, but for what never changes. `docs/numerics/certified.md` has the names.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    /// Whether blocks hold copies: a corner and two edges, not three corners.
+    pub(super) copies: bool,
+    /// `EDGE`
+    pub(super) edge: f32,
+    /// `GRAZING`
+    pub(super) grazing: f32,
+    /// `SLACK DEN`
+    pub(super) den: f32,
+    /// `SLACK NUM`, and of what A may be off by besides.
+    pub(super) num: [f32; 2],
+    /// `SHARP` and `SHARP_U`
+    pub(super) sharp: [f32; 2],
+    /// What the sharp bound of T has besides, relative to `|A|₁ h²` and to `h²`.
+    pub(super) sharp_num: [f32; 2],
+    /// The bound of an edge, relative to `h |d|₂`: what it is for each `|o|₁`, and besides.
+    pub(super) off: [f32; 2],
+    /// The interval's near end, times the first and more by the second, is surely beyond it.
+    pub(super) near: [f32; 2],
+}
+
+impl Room {
+    /// Of what is given in f32: none.
+    pub(crate) const NONE: Self = Self {
+        copies: false,
+        edge: bound::EDGE,
+        grazing: bound::GRAZING,
+        den: bound::SLACK * bound::DEN,
+        num: [bound::SLACK * bound::NUM, bound::SLACK * bound::NUM * bound::SMALL],
+        sharp: [bound::SHARP, bound::SHARP_U],
+        sharp_num: [0.0; 2],
+        off: [bound::ORIGIN, bound::SMALL],
+        near: [1.0, 0.0],
+    };
+
+    /// How far from an origin's copy rays may pass: as far as it is from the origin, and corners from theirs.
+    pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
+        if !self.copies {
+            return 0.0;
+        }
+        let away = origin.iter().fold(0.0, |sum, x| sum + x.abs());
+        away * bound::COPY + self.off[1]
+    }
+
+    /// Of copies no corner of which is farther from the origin than `reach`, as a sum of coordinates.
+    pub(crate) fn of_copies(reach: f32) -> Self {
+        let away = bound::COPY * reach;
+        Self {
+            copies: true,
+            edge: bound::COPY_EDGE,
+            grazing: bound::COPY_GRAZING,
+            den: bound::SLACK * bound::COPY_DEN,
+            num: [
+                bound::SLACK * bound::COPY_NUM,
+                bound::SLACK * (2.0 * away + bound::COPY_NUM * bound::SMALL),
+            ],
+            sharp: [bound::COPY_SHARP, bound::COPY_SHARP_U],
+            sharp_num: [bound::COPY, 2.0 * away],
+            off: [bound::ORIGIN + bound::COPY, away + bound::SMALL],
+            near: [1.0 + 4.0 * U, bound::TINY],
+        }
+    }
+}

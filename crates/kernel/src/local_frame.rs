@@ -1,0 +1,211 @@
+//! The frame in which a scene given in f64 has its copies in f32: about the scene's centre, scaled by a power of two.
+//!
+//! ```text
+//!        f64                          f32, for the filter and the walk
+//!   528 980.13 ────────────┐
+//!   528 981.20 ──┐ centre  │          c1 ──►  2ⁿ (c1 - centre)        rounded
+//!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded: small ones stay sharp
+//!   ─────────────●────┼────●───       o  ──►  2ⁿ (o - centre)         rounded
+//!                                     d  ──►  2ᵐ d                    rounded
+//! ```
+//!
+//! What that may be off by, the filter's bounds have room for: `docs/numerics/f64.md`, section 4.
+
+use crate::exact::has_interval;
+use crate::packet::{Copy32, LARGEST, SHORTEST};
+use crate::scalar::Bits;
+use crate::{Ray, Ray64, Triangle64, TriangleOf};
+
+/// Scaled, the farthest corner is this far out: between 1 and 2. Exponents of the scale, so that it is a normal f64,
+/// and what the CPU may read as 0 stays below all bounds.
+const SCALES: (i32, i32) = (-1000, 800);
+
+/// A direction whose scaled length has no larger exponent, in size, is scaled as points are. Others have a scale of their
+/// own, by which their lengths are near 1.
+const SAME: i32 = 30;
+
+/// Where the sum of the sizes of a scaled direction is between these, that is surely so: `2^-28` and `2^30`.
+const LENGTHS: [f64; 2] = [1.0 / (1 << 28) as f64, (1 << 30) as f64];
+
+/// What lies farther out counts as so far (2^100): beyond what f32 decides.
+const FAR_OUT: f64 = (1_u128 << 100) as f64;
+
+/// A ray that hits nothing.
+const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
+
+/// Where a scene given in f64 has its copies in f32.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalFrame {
+    centre: [f64; 3],
+    /// The exponent of the scale.
+    up: i32,
+    /// No corner is farther from the centre, as a sum of coordinates.
+    reach: f32,
+}
+
+impl LocalFrame {
+    /// The frame of corners between the lowest and the highest coordinates; of none, where these are not finite.
+    pub fn around(lo: [f64; 3], hi: [f64; 3]) -> Self {
+        if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
+            return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
+        }
+        let centre = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
+        let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
+        let up = -exponent(half[0].max(half[1]).max(half[2]));
+        let up = up.clamp(SCALES.0, SCALES.1);
+        let reach = half.iter().map(|x| x * pow2(up)).sum::<f64>();
+        Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
+    }
+
+    /// No corner's copy is farther from the origin, as a sum of coordinates.
+    pub fn reach(&self) -> f32 {
+        self.reach
+    }
+
+    /// A number's place on an axis.
+    #[inline(always)]
+    fn place(&self, x: f64, axis: usize) -> f64 {
+        (x - self.centre[axis]) * pow2(self.up)
+    }
+
+    /// The box of a triangle's copy, which holds the scaled triangle; `None` where it is not finite.
+    #[inline]
+    pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
+        if !corners.as_flattened().iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let mut bounds = [[0.0; 3]; 2];
+        for axis in 0..3 {
+            let [a, b, c] = corners.map(|corner| corner[axis]);
+            bounds[0][axis] = (self.place(a.min(b).min(c), axis) as f32).next_down();
+            bounds[1][axis] = (self.place(a.max(b).max(c), axis) as f32).next_up();
+        }
+        Some(bounds)
+    }
+
+    /// The copy of a triangle.
+    #[inline]
+    pub fn triangle(&self, TriangleOf([c1, c2, c3]): &Triangle64) -> Copy32 {
+        let scale = pow2(self.up);
+        let sub = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| (a[k] - b[k]) * scale);
+        let (minus_h4, h5, h6) = (sub(c1, c2), sub(c3, c1), sub(c3, c2));
+        let at = [0, 1, 2].map(|k| self.place(c1[k], k));
+        let square = |v: &[f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        let (a, b, c) = (square(&minus_h4), square(&h5), square(&h6));
+
+        // A NaN is one in the sum, too.
+        let far = f64::from(LARGEST);
+        let near =
+            (0..3).all(|k| at[k].abs() <= far && minus_h4[k].abs() <= far && h5[k].abs() <= far);
+        let known = near && a + b + c < f64::INFINITY;
+        let longest = a.max(b).max(c).sqrt() as f32;
+        // The second number above.
+        let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
+        Copy32 {
+            parts: [at, minus_h4, h5].map(|v| v.map(|x| x as f32)),
+            longest: if known { above } else { f32::NAN },
+        }
+    }
+
+    /// The copy of a point: it lies in every box of [`LocalFrame::bounds`] that holds it.
+    #[inline]
+    pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
+        [0, 1, 2].map(|k| self.place(point[k], k) as f32)
+    }
+
+    /// The copy of a ray: its interval holds the scaled one.
+    #[inline]
+    pub fn ray(&self, ray: &Ray64) -> Ray {
+        let scale = pow2(self.up);
+        let size = |[x, y, z]: [f64; 3]| x.abs() + y.abs() + z.abs();
+        let origin = [0, 1, 2].map(|k| self.place(ray.origin[k], k));
+        let dir = ray.dir.map(|x| x * scale);
+
+        // Nearly always, and false with a NaN: then t is that of the ray.
+        let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
+        let same = (LENGTHS[0]..=LENGTHS[1]).contains(&size(dir));
+        if has_interval & same & (size(origin) <= FAR_OUT) {
+            return Ray {
+                origin: origin.map(|x| x as f32),
+                t_min: below(ray.t_min.max(0.0)),
+                dir: dir.map(|x| x as f32),
+                t_max: end(ray.t_max),
+            };
+        }
+        self.odd_ray(ray)
+    }
+
+    /// The same of a ray that is none, starts far out, or has a scale of its own.
+    #[cold]
+    #[inline(never)]
+    fn odd_ray(&self, ray: &Ray64) -> Ray {
+        let finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
+        let goes = ray.dir.iter().any(|x| x.rank() != 0);
+        if !(has_interval(ray) && finite(&ray.origin) && finite(&ray.dir) && goes) {
+            return DEAD;
+        }
+        let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
+        let times = self.exponent(ray);
+        Ray {
+            origin: [at(0), at(1), at(2)],
+            t_min: below(scaled(ray.t_min.max(0.0), times)),
+            dir: ray.dir.map(|x| scaled(x, self.up - times) as f32),
+            t_max: end(scaled(ray.t_max, times)),
+        }
+    }
+
+    /// The t of a ray's copy is the ray's times 2 to this: nearly always the ray's own.
+    #[inline]
+    pub fn exponent(&self, ray: &Ray64) -> i32 {
+        let length = self.up + longest_exponent(ray);
+        if length.abs() <= SAME { 0 } else { length }
+    }
+}
+
+/// The exponent of the largest component of a direction; 0 of none.
+#[inline]
+fn longest_exponent(ray: &Ray64) -> i32 {
+    let [x, y, z] = ray.dir.map(|x| x.rank());
+    exponent(f64::from_bits(x.max(y).max(z)))
+}
+
+/// e of a positive number between `2^e` and twice that; of 0, 0.
+#[inline]
+fn exponent(x: f64) -> i32 {
+    let (m, e) = x.parts();
+    if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
+}
+
+/// `x 2^by`, rounded; infinite or about 0 where that is too large or too small. By its bits, for a CPU may be set to
+/// read a subnormal x as 0.
+#[inline]
+fn scaled(x: f64, by: i32) -> f64 {
+    if !Bits::is_finite(x) {
+        return x;
+    }
+    let (m, e) = x.parts();
+    let to = e + by;
+    let half = (to / 2).clamp(-600, 600);
+    m as f64 * pow2(half) * pow2((to - half).clamp(-1000, 1000))
+}
+
+/// A positive number or 0 rounded down.
+#[inline]
+fn below(x: f64) -> f32 {
+    let near = x as f32;
+    if f64::from(near) > x || near == f32::INFINITY { near.next_down().max(0.0) } else { near }
+}
+
+/// A positive end rounded up: however small, it is one for a CPU that reads subnormal numbers as 0, too.
+#[inline]
+fn end(x: f64) -> f32 {
+    let near = x as f32;
+    let above = if f64::from(near) < x { near.next_up() } else { near };
+    above.max(f32::MIN_POSITIVE)
+}
+
+/// `2^e`, a normal number.
+#[inline(always)]
+fn pow2(e: i32) -> f64 {
+    f64::from_bits(((e + 1023) as u64) << 52)
+}

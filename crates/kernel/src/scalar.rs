@@ -1,0 +1,141 @@
+//! The scalars in which coordinates are given: f32 and f64.
+
+use core::fmt;
+
+use bytemuck::Pod;
+
+/// What coordinates are given in: f32 or f64. The set is closed.
+pub trait Scalar:
+    Pod + PartialOrd + fmt::Debug + fmt::Display + Default + From<f32> + Into<f64> + Send + Sync + Bits
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// The t of a ray without end.
+    const INFINITY: Self;
+}
+
+impl Scalar for f32 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const INFINITY: Self = Self::INFINITY;
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    const INFINITY: Self = Self::INFINITY;
+}
+
+/// A float by its bits: a CPU that is set to read subnormal numbers as zero does not matter here.
+///
+/// No other crate can name it, so that none can make a [`Scalar`].
+pub trait Bits: Copy {
+    /// The bits, both zeros alike.
+    type Key: Copy + Ord + fmt::Debug + Send + Sync;
+
+    /// Itself as a key.
+    fn key(self) -> Self::Key;
+
+    /// The number of a key.
+    fn of_key(key: Self::Key) -> Self;
+
+    /// How many bits the m of [`Bits::parts`] has at most.
+    const DIGITS: i32;
+
+    /// m and e of a finite number `m * 2^e`; of zero, 0 and any. Smaller numbers have no larger e.
+    fn parts(self) -> (i64, i32);
+
+    /// Whether it is neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+
+    /// Whether its sign is negative, also of a zero or a NaN.
+    fn is_negative(self) -> bool;
+
+    /// A number whose order is that of positive floats: 0 for zero, of infinity [`Bits::ENDLESS`], above that NaN.
+    fn rank(self) -> u64;
+
+    /// The [`Bits::rank`] of infinity.
+    const ENDLESS: u64;
+}
+
+impl Bits for f32 {
+    type Key = u32;
+
+    #[inline(always)]
+    fn key(self) -> u32 {
+        if self.rank() == 0 { 0 } else { self.to_bits() }
+    }
+
+    #[inline(always)]
+    fn of_key(key: u32) -> Self {
+        Self::from_bits(key)
+    }
+
+    const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
+    const ENDLESS: u64 = Self::INFINITY.to_bits() as u64;
+
+    #[inline(always)]
+    fn parts(self) -> (i64, i32) {
+        let bits = self.to_bits();
+        let (field, fraction) = (bits >> 23 & 0xff, i64::from(bits & 0x7f_ffff));
+        let size = if field == 0 { fraction } else { fraction | 1 << 23 };
+        (if bits >> 31 == 0 { size } else { -size }, field.max(1) as i32 - 150)
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        self.rank() < Self::ENDLESS
+    }
+
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self.to_bits() >> 31 != 0
+    }
+
+    #[inline(always)]
+    fn rank(self) -> u64 {
+        u64::from(self.to_bits() & (u32::MAX >> 1))
+    }
+}
+
+impl Bits for f64 {
+    type Key = u64;
+
+    #[inline(always)]
+    fn key(self) -> u64 {
+        if self.rank() == 0 { 0 } else { self.to_bits() }
+    }
+
+    #[inline(always)]
+    fn of_key(key: u64) -> Self {
+        Self::from_bits(key)
+    }
+
+    const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
+    const ENDLESS: u64 = Self::INFINITY.to_bits();
+
+    #[inline(always)]
+    fn parts(self) -> (i64, i32) {
+        let bits = self.to_bits();
+        let (field, fraction) = ((bits >> 52) as i32 & 0x7ff, (bits & ((1 << 52) - 1)) as i64);
+        let size = if field == 0 { fraction } else { fraction | 1 << 52 };
+        (if bits >> 63 == 0 { size } else { -size }, field.max(1) - 1075)
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        self.rank() < Self::ENDLESS
+    }
+
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self.to_bits() >> 63 != 0
+    }
+
+    #[inline(always)]
+    fn rank(self) -> u64 {
+        self.to_bits() & (u64::MAX >> 1)
+    }
+}

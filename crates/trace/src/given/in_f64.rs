@@ -1,0 +1,213 @@
+//! Given in f64: the walk goes over copies in f32, and the resolver asks the originals.
+//!
+//! All of it is `inline`, so that only who asks for f64 compiles it.
+
+use std::cell::RefCell;
+use std::cmp::Ordering;
+
+use intertri::internal::exact::{self, HitCoefficients64, Side};
+use intertri::internal::{Filter, LocalFrame, Originals, Which};
+use intertri::simd::Level;
+use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
+
+use super::{Ask, Given, Progress};
+use crate::build::{BuildError, Triangles};
+use crate::tree::{Aabb, BLOCK, HitBounds, NONE, Tree};
+
+/// The triangles as given, by their indices, and where their copies are.
+#[derive(Clone, Debug)]
+pub struct Originals64 {
+    frame: LocalFrame,
+    triangles: Vec<Triangle64>,
+}
+
+impl Given for f64 {
+    type Originals = Originals64;
+    const PIECE: usize = 1 << 13;
+
+    #[inline]
+    fn build(
+        triangles: &[Triangle64],
+        progress: Progress<'_>,
+    ) -> Result<(Tree, Originals64), BuildError> {
+        let frame = frame_around(triangles);
+        let tree = Tree::over(&Copies { frame, triangles }, progress)?;
+        let mut kept = Vec::new();
+        let count = triangles.len();
+        kept.try_reserve_exact(count).map_err(|_| BuildError::OutOfMemory { count })?;
+        kept.extend_from_slice(triangles);
+        Ok((tree, Originals64 { frame, triangles: kept }))
+    }
+
+    #[inline]
+    fn walk(tree: &Tree, originals: &Originals64, which: Which<'_>, rays: &[Ray64], ask: Ask<'_>) {
+        let frame = &originals.frame;
+        let level = which.level();
+        let asked = Asked { tree, originals, rays, level };
+        let test = Filter::on_copies(&asked, frame.reach(), level);
+        match rays {
+            [ray] => ask(test.into(), &[frame.ray(ray)]),
+            _ => {
+                let copies: Vec<Ray> = rays.iter().map(|ray| frame.ray(ray)).collect();
+                ask(test.into(), &copies);
+            }
+        }
+    }
+
+    #[inline]
+    fn triangle(tree: &Tree, originals: &Originals64, place: u32) -> Triangle64 {
+        originals.triangles[tree.index_of(place) as usize]
+    }
+
+    #[inline]
+    fn point(originals: &Originals64, point: [f64; 3]) -> [f32; 3] {
+        originals.frame.point(point)
+    }
+}
+
+/// The frame of all triangles that are finite.
+#[inline]
+fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for triangle in triangles {
+        let corners = triangle.0.as_flattened();
+        // Times zero, a NaN or an infinity is NaN and stays so in the sum.
+        if corners.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
+            for (i, &x) in corners.iter().enumerate() {
+                (lo[i % 3], hi[i % 3]) = (lo[i % 3].min(x), hi[i % 3].max(x));
+            }
+        }
+    }
+    LocalFrame::around(lo, hi)
+}
+
+/// Triangles to be copied.
+struct Copies<'a> {
+    frame: LocalFrame,
+    triangles: &'a [Triangle64],
+}
+
+impl Triangles for Copies<'_> {
+    #[inline]
+    fn count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    #[inline]
+    fn hit_bounds(&self, i: usize) -> HitBounds {
+        let triangle = &self.triangles[i];
+        let Some(bounds) = self.frame.bounds(triangle) else { return HitBounds::Nowhere };
+        // What f64 sees no area of may have one.
+        if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
+            return HitBounds::Nowhere;
+        }
+        let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
+        HitBounds::Box(Aabb { lo, hi })
+    }
+
+    #[inline]
+    fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8> {
+        let count = indices.iter().take_while(|&&i| i != NONE).count();
+        let some = |lane: usize| indices[lane.min(count.saturating_sub(1))] as usize;
+        let copies: [_; BLOCK] =
+            std::array::from_fn(|lane| self.frame.triangle(&self.triangles[some(lane)]));
+        TriangleBlock::of_copies(&copies[..count])
+    }
+}
+
+thread_local! {
+    /// What is computed of triangles for one bundle after the other.
+    static ROOM: RefCell<Vec<[HitCoefficients64; 8]>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Rays on their way through a tree, as given.
+#[derive(Debug)]
+struct Asked<'a> {
+    tree: &'a Tree,
+    originals: &'a Originals64,
+    rays: &'a [Ray64],
+    level: Level,
+}
+
+impl Asked<'_> {
+    #[inline]
+    fn pair(&self, ray: u32, place: u32) -> (&Ray64, &Triangle64) {
+        let index = self.tree.index_of(place);
+        (&self.rays[ray as usize], &self.originals.triangles[index as usize])
+    }
+}
+
+impl Originals for Asked<'_> {
+    #[inline]
+    fn hit(&self, ray: u32, place: u32) -> Option<f64> {
+        let (original, triangle) = self.pair(ray, place);
+        exact::hit(original, triangle).then(|| self.t(ray, place))
+    }
+
+    #[inline]
+    fn t(&self, ray: u32, place: u32) -> f64 {
+        let (ray, triangle) = self.pair(ray, place);
+        exact::t_times(ray, triangle, self.originals.frame.exponent(ray))
+    }
+
+    #[inline]
+    fn order(&self, ray: u32, one: u32, other: u32) -> Ordering {
+        let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
+        // Rounded t keep the order where they differ.
+        let (a, b) = (exact::t(ray, one), exact::t(ray, other));
+        a.total_cmp(&b).then_with(|| exact::order(ray, one, other))
+    }
+
+    #[inline]
+    fn starts_on(&self, ray: u32, place: u32) -> bool {
+        let (ray, triangle) = self.pair(ray, place);
+        exact::is_on(triangle, ray.origin)
+    }
+
+    #[inline]
+    fn facing(&self, ray: u32, place: u32) -> Option<Side> {
+        let (ray, triangle) = self.pair(ray, place);
+        exact::facing(ray, triangle)
+    }
+
+    #[inline]
+    fn crossing(&self, ray: u32, place: u32) -> Option<Side> {
+        let (ray, triangle) = self.pair(ray, place);
+        exact::crossing(ray, triangle)
+    }
+
+    #[inline]
+    fn shared_origin_hits(&self, first: u32, places: &[u32], slots: &[u32], hits: &mut [Hit]) {
+        let rays = &self.rays[first as usize..][..hits.len()];
+        let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
+        if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
+            // Only their copies start at one.
+            for ((number, &slot), hit) in (first..).zip(slots).zip(hits) {
+                let place = places.get(slot as usize);
+                *hit = place.map_or(Hit::MISS, |&place| self.hit_attributes(number, place));
+            }
+            return;
+        }
+        let triangle = |&place: &u32| {
+            let index = self.tree.index_of(place);
+            (&self.originals.triangles[index as usize], index)
+        };
+        let triangles: Vec<_> = places.iter().map(triangle).collect();
+        ROOM.with_borrow_mut(|room| {
+            exact::hits_of_origin64(self.level, rays, &triangles, slots, room, hits);
+        });
+    }
+
+    #[inline]
+    fn hits(&self, pairs: &[(u32, u32)], hits: &mut [Hit]) {
+        for (pairs, hits) in pairs.chunks(8).zip(hits.chunks_mut(8)) {
+            let of = |i: usize| {
+                let (number, place) = pairs[i.min(pairs.len() - 1)];
+                let (ray, triangle) = self.pair(number, place);
+                (ray, triangle, self.tree.index_of(place))
+            };
+            let eight: [_; 8] = std::array::from_fn(of);
+            exact::hits64(self.level, &eight[..pairs.len()], hits);
+        }
+    }
+}

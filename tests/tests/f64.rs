@@ -1,0 +1,15 @@
+//! Given in f64: the arithmetic of each tier against rationals, meshes, hierarchies, and the coordinates that users
+//! of other tracers lose.
+
+#[path = "f64/bound.rs"]
+mod bound;
+#[path = "f64/cases.rs"]
+mod cases;
+#[path = "f64/hierarchy.rs"]
+mod hierarchy;
+#[path = "f64/meshes.rs"]
+mod meshes;
+#[path = "f64/pairs.rs"]
+mod pairs;
+#[path = "f64/utm.rs"]
+mod utm;

@@ -1,0 +1,191 @@
+//! The hierarchy over f64 against a plain loop over the pairs, whose arithmetic `pairs` holds against rationals.
+
+use intertri::internal::exact;
+use intertri::simd::Level;
+use intertri::{Exact, Hit, Ray64, Triangle64};
+use intertri_lab::rng::Rng;
+use intertri_trace::Bvh;
+
+/// The hits of a ray in their order.
+fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
+    let found = |(i, triangle): (usize, &Triangle64)| {
+        exact::hit(ray, triangle).then(|| {
+            let (t, u, v) = exact::attributes(ray, triangle);
+            Hit { t, u, v, triangle: i as u32, geometry: 0 }
+        })
+    };
+    let mut all: Vec<Hit> = triangles.iter().enumerate().filter_map(found).collect();
+    all.sort_by(|a, b| {
+        let [at, bt] = [a, b].map(|hit| &triangles[hit.triangle as usize]);
+        exact::order(ray, at, bt).then(a.triangle.cmp(&b.triangle))
+    });
+    all
+}
+
+/// Every query about every ray, one by one and in batches.
+pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usize {
+    let bvh = Bvh::new(triangles).unwrap();
+    let wanted: Vec<Vec<Hit>> = rays.iter().map(|ray| hits(triangles, ray)).collect();
+    for level in Level::all() {
+        let mode = Exact::at(level);
+        let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+        let mut index = vec![0; rays.len()];
+        bvh.closest_batch(&mode, rays, &mut closest);
+        bvh.any_batch(&mode, rays, &mut any);
+        bvh.triangles_batch(&mode, rays, &mut index);
+        for (i, (ray, want)) in rays.iter().zip(&wanted).enumerate() {
+            let what = || format!("{name} {} ray {i}: {ray:?}", level.name());
+            let first = want.first().copied();
+            assert_eq!(closest[i].some(), first, "closest batch, {}", what());
+            assert_eq!(bvh.closest(&mode, ray), first, "closest, {}", what());
+            assert_eq!(index[i], first.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle), "{}", what());
+            assert_eq!(any[i], first.is_some(), "any batch, {}", what());
+            assert_eq!(bvh.any(&mode, ray), first.is_some(), "any, {}", what());
+            assert_eq!(&bvh.all(&mode, ray), want, "all, {}", what());
+            assert_eq!(mode.closest64(triangles, ray), first, "closest of a slice, {}", what());
+            assert_eq!(mode.any64(triangles, ray), first.is_some(), "any of a slice, {}", what());
+            assert_eq!(&mode.all64(triangles, ray), want, "all of a slice, {}", what());
+            let crossings = bvh.crossings(&mode, ray);
+            let sided = want.iter().filter_map(|hit| {
+                let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
+                Some((*hit, side == exact::Side::Leaves))
+            });
+            let crossings = crossings.iter().map(|crossing| (crossing.hit, crossing.leaves));
+            assert!(crossings.eq(sided), "crossings, {}", what());
+        }
+    }
+    wanted.iter().filter(|hits| !hits.is_empty()).count()
+}
+
+/// Triangles about points in a cube, turned and moved.
+pub(crate) fn soup(
+    count: usize,
+    size: f64,
+    scale: f64,
+    moved: f64,
+    rng: &mut Rng,
+) -> Vec<Triangle64> {
+    let place = |[x, y, z]: [f64; 3]| {
+        // A turn that leaves no number short.
+        let (c, s) = (0.8, 0.6);
+        [c * x - s * y, s * x + c * y, z].map(|x| x * scale + moved)
+    };
+    let mut triangle = || {
+        let at = rng.cube();
+        let mut corner = || {
+            let d = rng.cube();
+            place([0, 1, 2].map(|k| at[k] + size * d[k]))
+        };
+        Triangle64([corner(), corner(), corner()])
+    };
+    (0..count).map(|_| triangle()).collect()
+}
+
+/// Rays at corners, edges, into triangles and past them; from afar, from nearby and from the surface.
+pub(crate) fn rays(triangles: &[Triangle64], count: usize, rng: &mut Rng) -> Vec<Ray64> {
+    let mix = |a: [f64; 3], b: [f64; 3], s: f64| [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]));
+    (0..count)
+        .map(|i| {
+            let [a, b, c] = rng.pick(triangles).0;
+            let [d, e, f] = rng.pick(triangles).0;
+            let on = mix(mix(a, b, rng.unit()), c, rng.unit());
+            let target = match i % 5 {
+                0 => a,
+                1 => mix(a, b, 0.5),
+                2 => mix(a, b, rng.unit()),
+                _ => on,
+            };
+            let origin = match i % 7 {
+                0 => mix(d, e, rng.unit()),
+                1 => d,
+                2 => mix(mix(d, e, 0.5), f, 0.25),
+                3 => mix(on, d, 1e-9),
+                _ => mix(on, d, 3.0 * rng.signed()),
+            };
+            let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
+            let dir = if i % 11 == 0 { rng.direction() } else { dir };
+            let ray = Ray64::new(origin, dir);
+            match i % 13 {
+                0 => ray.between(0.5, 1.0),
+                1 => ray.between(1.0, 2.0),
+                2 => ray.between(-1.0, 1.0_f64.next_up()),
+                3 => ray.between(1.0_f64.next_down(), 1e300),
+                _ => ray,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn models_moved_and_turned() {
+    let mut rng = Rng::new(37);
+    for moved in [0.0, 1e3, 1e6, 1e9, 1e12] {
+        for size in [0.3, 0.03] {
+            let triangles = soup(300, size, 1.0, moved, &mut rng);
+            let rays = rays(&triangles, 700, &mut rng);
+            let hit = check(&format!("moved by {moved:e}"), &triangles, &rays);
+            assert!(hit > 300, "{moved:e}: {hit}");
+        }
+    }
+}
+
+/// From 1e-6 to 1e12 in one scene; and all of it so small or large that exponents come to their ends.
+#[test]
+fn extents_of_every_size() {
+    let mut rng = Rng::new(38);
+    let extents = |scale: f64, rng: &mut Rng| {
+        let mut all = vec![];
+        for size in [1e-6, 1e-3, 1.0, 1e6, 1e12] {
+            all.extend(soup(30, 0.5, size * scale, 0.0, rng));
+        }
+        all
+    };
+    for scale in [1.0, 1e-20, 1e20, 1e-295, 1e-310, 1e295] {
+        let triangles = extents(scale, &mut rng);
+        let rays = rays(&triangles, 300, &mut rng);
+        let hit = check(&format!("extents times {scale:e}"), &triangles, &rays);
+        assert!(hit > 100, "{scale:e}: {hit}");
+    }
+}
+
+/// Rays that are no rays, start beyond everything or go nowhere; triangles that are none.
+#[test]
+fn what_is_not_finite_or_nothing() {
+    let mut rng = Rng::new(39);
+    let mut triangles = soup(60, 0.4, 1.0, 5e5, &mut rng);
+    triangles[7].0[1][2] = f64::NAN;
+    triangles[8].0[0][0] = f64::INFINITY;
+    triangles[9].0 = [triangles[9].0[0]; 3];
+    let mut rays = rays(&triangles[10..], 200, &mut rng);
+    let numbers = [f64::NAN, f64::INFINITY, -0.0, 5e-324, f64::MAX, -f64::MAX, 1e-310, 1e200];
+    for i in 0..400 {
+        let mut ray = rays[i % 200];
+        let numbers8: &mut [f64; 8] = bytemuck::cast_mut(&mut ray);
+        numbers8[i % 8] = numbers[i / 8 % 8];
+        if i % 3 == 0 {
+            numbers8[i / 3 % 8] = numbers[i / 24 % 8];
+        }
+        rays.push(ray);
+    }
+    rays.push(Ray64::new([5e5; 3], [0.0; 3]));
+    rays.push(Ray64::new([5e5; 3], [5e-324; 3]));
+    rays.push(Ray64::new([5e5; 3], [f64::MAX; 3]));
+    assert!(check("odd numbers", &triangles, &rays) > 100);
+    assert!(Bvh::<f64>::new(&[]).unwrap().closest(&Exact::default(), &rays[0]).is_none());
+}
+
+/// A t beyond f64 is infinite, one below it 0; both are hits of the whole ray.
+#[test]
+fn t_beyond_f64() {
+    let wall = |z: f64| Triangle64([[-1.0, -1.0, z], [3.0, -1.0, z], [-1.0, 3.0, z]]);
+    let far = Bvh::new(&[wall(1e10)]).unwrap();
+    let ray = Ray64::new([0.0; 3], [0.0, 0.0, 5e-324]);
+    let hit = far.closest(&Exact::default(), &ray).unwrap();
+    assert_eq!((hit.t, hit.triangle), (f64::INFINITY, 0));
+    assert!(far.any(&Exact::default(), &ray));
+    assert!(!far.any(&Exact::default(), &ray.between(0.0, f64::MAX)));
+    let near = Bvh::new(&[wall(1e-320)]).unwrap();
+    let ray = Ray64::new([0.0; 3], [0.0, 0.0, 1e300]);
+    assert_eq!(near.closest(&Exact::default(), &ray).map(|hit| hit.t), Some(0.0));
+    assert!(!near.any(&Exact::default(), &ray.between(5e-324, 1.0)));
+}

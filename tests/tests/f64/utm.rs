@@ -1,0 +1,68 @@
+//! Rays that leave a wall at UTM coordinates (mikedh/trimesh 48): a tracer that rounds to f32 hits the wall again.
+
+use intertri::{Exact, Hit, Ray64, Triangle64};
+use intertri_trace::Bvh;
+
+/// A room of walls that are not along the axes, at such coordinates.
+fn room() -> Vec<Triangle64> {
+    let corner = |i: usize| {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f64);
+        let (x, y) = (4.1 * x, 3.7 * y);
+        [148_376.213 + 0.8 * x - 0.6 * y, 528_980.447 + 0.6 * x + 0.8 * y, 31.02 + 2.6 * z]
+    };
+    // Each corner of a face after the other, counter-clockwise as seen from outside.
+    let faces =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
+    faces.into_iter().flat_map(halves).map(|t| Triangle64(t.map(corner))).collect()
+}
+
+/// A point of a triangle, in f64, and its normal of length 1.
+fn point(triangle: &Triangle64) -> ([f64; 3], [f64; 3]) {
+    let [a, b, c] = triangle.0;
+    let n = triangle.normal();
+    let length = n.iter().map(|x| x * x).sum::<f64>().sqrt();
+    ([0, 1, 2].map(|k| 0.3 * a[k] + 0.3 * b[k] + 0.4 * c[k]), n.map(|x| x / length))
+}
+
+#[test]
+fn a_ray_that_leaves_a_wall_does_not_hit_it() {
+    let (walls, mode) = (room(), Exact::default());
+    let bvh = Bvh::new(&walls).unwrap();
+    let mut rays = vec![];
+    for (i, wall) in walls.iter().enumerate() {
+        let (on, n) = point(wall);
+        for exponent in 1..=9 {
+            // Outside of the wall and inside of it, by 10 cm to 1 nm, out and in, and slanted.
+            for side in [1.0, -1.0] {
+                let off = side * 10.0_f64.powi(-exponent);
+                let origin = [0, 1, 2].map(|k| on[k] + off * n[k]);
+                for (out, slant) in [(1.0, 0.0), (-1.0, 0.0), (1.0, 0.7), (-1.0, 0.7)] {
+                    let dir = [out * n[0] - slant * n[1], out * n[1] + slant * n[0], out * n[2]];
+                    rays.push((i, side, out, exponent, Ray64::new(origin, dir)));
+                }
+            }
+        }
+    }
+    let all: Vec<Ray64> = rays.iter().map(|ray| ray.4).collect();
+    let mut hits = vec![Hit::MISS; all.len()];
+    bvh.closest_batch(&mode, &all, &mut hits);
+    for (&(wall, side, out, exponent, ray), hit) in rays.iter().zip(&hits) {
+        let what = format!("wall {wall}, side {side}, out {out}, 1e-{exponent} m: {hit:?}");
+        assert_eq!(bvh.closest(&mode, &ray), hit.some(), "{what}");
+        // From outside and out there is nothing. Toward the wall the first hit is it, as near as the origin is.
+        let toward = side != out;
+        assert_eq!(bvh.any(&mode, &ray), toward || side < 0.0, "{what}");
+        if toward {
+            // The other half of its face, at most.
+            assert_eq!(hit.triangle as usize / 2, wall / 2, "{what}");
+            let want = 10.0_f64.powi(-exponent);
+            assert!((hit.t - want).abs() < 5e-10 + 1e-6 * want, "{what}");
+        } else if side < 0.0 {
+            // Across the room.
+            assert!(hit.is_hit() && hit.triangle as usize / 2 != wall / 2, "{what}");
+        } else {
+            assert_eq!(hit.some(), None, "{what}");
+        }
+    }
+}
