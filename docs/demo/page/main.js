@@ -47,6 +47,10 @@ async function start() {
     root.dataset.theme = dark ? "light" : "dark";
     recolour();
   });
-  setTimeout(() => { bits(engine); page.ready = true; }, 600);
+  setTimeout(() => {
+    bits(engine);
+    page.fan.change(); // the first picture's time was that of code not yet compiled
+    page.ready = true;
+  }, 600);
 }
 start();
