@@ -1,0 +1,16 @@
+"""Ray/triangle queries over numpy arrays. *Trace in f32. Answer in f64. Or exactly.*
+
+>>> import numpy as np, intertri
+>>> mesh = intertri.Mesh([[-9, 0, -9], [9, 0, -9], [0, 0, 9]], [[0, 1, 2]])
+>>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
+np.float64(2.0)
+
+`Mesh` is the class to begin with. `intertri.trimesh` puts it into trimesh, `intertri.open3d` has the interface of
+Open3D's scenes, `intertri.dask` answers on a cluster.
+"""
+
+from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists
+from ._intertri import __version__
+from ._mesh import Mesh, load
+
+__all__ = ["CROSSING", "CROSSINGS", "HIT", "NEAREST", "HitLists", "Mesh", "load", "__version__"]

@@ -1,0 +1,234 @@
+"""From what users give to what the native part reads: flat, contiguous arrays of one scalar."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+F32 = np.dtype(np.float32)
+F64 = np.dtype(np.float64)
+
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+
+@dataclass(slots=True)
+class Rays:
+    """Rays as the native part reads them, and the shape of their answers."""
+
+    count: int
+    columns: int
+    origins: Floats
+    directions: Floats | None
+    t_min: Floats
+    t_max: Floats
+    shape: tuple[int, ...]
+
+    @property
+    def parts(self) -> tuple[Floats | None, ...]:
+        """The arrays that are read."""
+        return self.origins, self.directions, self.t_min, self.t_max
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.origins.dtype
+
+    @property
+    def width(self) -> int:
+        """Rays in a row of a picture, 0 where the shape does not tell."""
+        return self.shape[-1] if len(self.shape) > 1 else 0
+
+
+def floats(values: ArrayLike, name: str) -> Floats:
+    """An array of f32 or f64 with the same values."""
+    array = np.asarray(values)
+    native = array.dtype.newbyteorder("=")
+    if native in (F32, F64):
+        return array.astype(native, copy=False)
+    if array.dtype.kind in "iub":
+        as_double = array.astype(F64)
+        if array.dtype.itemsize > 4 and (np.abs(as_double) > 2.0**53).any():
+            raise ValueError(f"{name} has integers beyond 2**53, which float64 does not keep")
+        return as_double
+    if array.dtype == np.float16:
+        return array.astype(F32)
+    if array.dtype == object and array.size == 0:
+        return array.astype(F64)
+    raise TypeError(f"{name} has dtype {array.dtype}; it must be float32, float64 or integer")
+
+
+def fits_f32(array: Floats) -> bool:
+    """Whether every value is one of float32."""
+    if array.dtype == F32:
+        return True
+    with np.errstate(over="ignore"):
+        return bool(np.array_equal(array, array.astype(F32), equal_nan=True))
+
+
+def points(values: ArrayLike, name: str = "points") -> Floats:
+    """Points of shape (..., 3)."""
+    array = floats(values, name)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        if array.size == 0 and array.ndim <= 1:
+            return array.reshape(0, 3)
+        raise ValueError(f"{name} has shape {array.shape}; it must be (..., 3)")
+    return array
+
+
+def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
+    """The same numbers in a row, copied only where type, order or alignment wants it."""
+    return np.require(array, dtype, ["C", "A"]).reshape(-1)
+
+
+def vertices_and_faces(
+    vertices: ArrayLike, faces: ArrayLike | None
+) -> tuple[Floats, NDArray[np.uint32]]:
+    """Vertices (n, 3) and faces (m, 3), checked; triangles (m, 3, 3) are taken apart."""
+    corners = floats(vertices, "vertices")
+    if faces is None:
+        if corners.size == 0:
+            corners = corners.reshape(0, 3, 3)
+        if corners.ndim != 3 or corners.shape[1:] != (3, 3):
+            raise ValueError(
+                f"without faces, vertices must be triangles of shape (m, 3, 3), not {corners.shape}"
+            )
+        corners = corners.reshape(-1, 3)
+        rows = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
+    else:
+        if corners.size == 0 and corners.ndim == 1:
+            corners = corners.reshape(0, 3)
+        if corners.ndim != 2 or corners.shape[1] != 3:
+            raise ValueError(f"vertices has shape {corners.shape}; it must be (n, 3)")
+        rows = face_rows(faces, len(corners))
+    finite = np.isfinite(corners).all(axis=1)
+    if not finite.all():
+        row = int(np.argmin(finite))
+        raise ValueError(f"vertex {row} is not finite: {corners[row].tolist()}")
+    return corners, rows
+
+
+def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
+    """Faces (m, 3) of so many vertices."""
+    rows = np.asarray(faces)
+    if rows.size == 0:
+        return np.zeros((0, 3), np.uint32)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f"faces has shape {rows.shape}; it must be (m, 3): triangles")
+    if rows.dtype.kind not in "iu":
+        raise TypeError(f"faces has dtype {rows.dtype}; it must be integer")
+    if len(rows) >= 2**31 or count >= 2**32:
+        raise ValueError("there are more than 2**31 faces or 2**32 vertices")
+    wrong = (rows < 0) | (rows >= count)
+    if wrong.any():
+        row = int(np.argmax(wrong.any(axis=1)))
+        wrong_rows = int(wrong.any(axis=1).sum())
+        raise IndexError(
+            f"face {row} is {rows[row].tolist()}, but there are {count} vertices"
+            + (f" ({wrong_rows} faces are out of range)" if wrong_rows > 1 else "")
+        )
+    return rows.astype(np.uint32)
+
+
+def _broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(shape, other)
+    except ValueError:
+        raise ValueError(f"{names} have shapes that do not fit: {shape} and {other}") from None
+
+
+def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
+    """The ends of rays: one number for all, or one a ray. Whether it is a Python number, which takes the type of
+    the others."""
+    is_weak = isinstance(value, (int, float))
+    array = floats(value, name)
+    if array.ndim:
+        try:
+            array = np.broadcast_to(array, shape)
+        except ValueError:
+            raise ValueError(f"{name} has shape {array.shape}, but the rays have {shape}") from None
+    return array, is_weak
+
+
+def rays(
+    origins: ArrayLike,
+    directions: ArrayLike | None,
+    t_min: ArrayLike,
+    t_max: ArrayLike,
+    mesh: np.dtype[Any],
+) -> Rays:
+    """Rays for a mesh over a scalar: f32 where that loses nothing and the mesh is f32, else f64."""
+    first = floats(origins, "origins" if directions is not None else "rays")
+    if directions is None:
+        if first.size == 0 and first.ndim == 1:
+            first = first.reshape(0, 6)
+        if first.ndim == 0 or first.shape[-1] not in (6, 8):
+            raise ValueError(f"rays have shape {first.shape}; without directions it must be (..., 6) or (..., 8)")
+        columns, shape, second = first.shape[-1], first.shape[:-1], None
+    else:
+        columns = 3
+        first, second = points(first, "origins"), points(directions, "directions")
+        shape = _broadcast(first.shape[:-1], second.shape[:-1], "origins and directions")
+    (low, low_is_weak), (high, high_is_weak) = _column(t_min, "t_min", shape), _column(t_max, "t_max", shape)
+    if columns == 8 and not (low_is_weak and high_is_weak and t_min == 0 and t_max == math.inf):
+        raise ValueError("rays of shape (..., 8) have their own t_min and t_max")
+
+    strong = [first] + [second] * (second is not None) + [low] * (not low_is_weak) + [high] * (not high_is_weak)
+    dtype = mesh
+    if mesh == F32 and not all(fits_f32(array) for array in strong if array is not None):
+        dtype = F64
+
+    count = math.prod(shape)
+
+    def numbers(array: Floats, row: tuple[int, ...]) -> Floats:
+        """All rows, or the one that stands for all."""
+        if array.size == math.prod(row):
+            return flat(array, dtype)
+        return flat(np.broadcast_to(array, shape + row), dtype)
+
+    return Rays(
+        count,
+        columns,
+        numbers(first, (columns,)),
+        None if second is None else numbers(second, (3,)),
+        numbers(low, ()),
+        numbers(high, ()),
+        shape,
+    )
+
+
+def answers(
+    shape: tuple[int, ...], dtype: np.dtype[Any], out: NDArray[Any] | None, *asked: NDArray[Any] | None
+) -> NDArray[Any]:
+    """An array for answers: `out` if it is one, else a new one."""
+    if out is None:
+        return np.empty(shape, dtype)
+    if not isinstance(out, np.ndarray):
+        raise TypeError(f"out must be a numpy array, not {type(out).__name__}")
+    if out.dtype != dtype:
+        raise TypeError(f"out has dtype {out.dtype}; it must be {dtype}")
+    if out.shape != shape:
+        raise ValueError(f"out has shape {out.shape}; it must be {shape}")
+    if not (out.flags.c_contiguous and out.flags.aligned and out.flags.writeable):
+        raise ValueError("out must be contiguous, aligned and writeable")
+    if any(part is not None and np.may_share_memory(out, part) for part in asked):
+        raise ValueError("out shares memory with what is asked")
+    return out
+
+
+def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:
+    """The memory of a contiguous array."""
+    return array.reshape(-1).view(np.uint8)
+
+
+def threads_of(threads: int | None) -> int | None:
+    """A number of threads, or `None` for all."""
+    if threads is None:
+        return None
+    if not isinstance(threads, (int, np.integer)) or isinstance(threads, bool):
+        raise TypeError(f"threads must be an integer or None, not {type(threads).__name__}")
+    if not 1 <= threads <= 1024:
+        raise ValueError(f"threads is {threads}; it must be from 1 to 1024, or None for all")
+    return int(threads)

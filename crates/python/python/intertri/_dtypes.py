@@ -1,0 +1,51 @@
+"""The layouts of answers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+HIT = np.dtype([("t", "<f8"), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), ("geometry", "<u4")])
+"""A hit, 32 bytes.
+
+``t``: the distance along the ray in multiples of the length of its direction, infinity for a miss.
+``u``, ``v``: the weights of the second and third corner; the point is (1 - u - v) a + u b + v c.
+``triangle``: the row of ``Mesh.faces``, -1 for a miss. ``geometry``: the number of the mesh, 0.
+"""
+
+CROSSING = np.dtype(
+    {
+        "names": ["t", "u", "v", "triangle", "geometry", "leaves"],
+        "formats": ["<f8", "<f8", "<f8", "<i4", "<u4", "?"],
+        "offsets": [0, 8, 16, 24, 28, 32],
+        "itemsize": 40,
+    }
+)
+"""A crossing, 40 bytes: a hit, and whether the ray runs with the normal (``leaves``)."""
+
+CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
+"""How often a ray crosses: leaving less entering (``signed``), and in all (``unsigned``)."""
+
+
+NEAREST = np.dtype(
+    [("distance", "<f8"), ("point", "<f8", (3,)), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), ("geometry", "<u4")]
+)
+"""The point of a mesh nearest to another, 56 bytes: how far it is, where, its weights as in `HIT`, and the triangle,
+-1 where there is none: the distance is infinite and the point not a number."""
+
+
+class HitLists(NamedTuple):
+    """Any number of hits a ray: those of ray ``i`` are ``hits[offsets[i]:offsets[i + 1]]``, in order of t."""
+
+    offsets: NDArray[np.int64]
+    """Shape (n + 1,), from 0."""
+    hits: NDArray[np.void]
+    """Rows of `HIT`, or of `CROSSING`."""
+
+    @property
+    def rays(self) -> NDArray[np.int64]:
+        """The number of the ray of each hit."""
+        count = len(self.offsets) - 1
+        return np.repeat(np.arange(count, dtype=np.int64), np.diff(self.offsets))

@@ -1,0 +1,64 @@
+"""The native part. `intertri.Mesh` is the interface."""
+
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import Rays
+
+__version__: str
+SURFACE: int
+
+class _Tree:
+    def closest(
+        self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.uint8]
+    ) -> None: ...
+    def triangles(
+        self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.uint8]
+    ) -> None: ...
+    def any(
+        self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.bool_]
+    ) -> None: ...
+    def all(
+        self, rays: Rays, mode: str, threads: int | None, limit: int | None
+    ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]: ...
+    def crossings(
+        self, rays: Rays, threads: int | None
+    ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]: ...
+    def count_crossings(
+        self, rays: Rays, threads: int | None, width: int, out: NDArray[np.uint8]
+    ) -> None: ...
+    def winding(
+        self, points: NDArray[Any], threads: int | None, out: NDArray[np.uint8]
+    ) -> None: ...
+
+    def seconds(self, rays: Rays, threads: int | None, times: int) -> tuple[float, float]: ...
+    def to_bytes(self) -> bytes: ...
+    def refit(self, vertices: NDArray[Any], faces: NDArray[np.uint32], threads: int | None) -> float: ...
+    @staticmethod
+    def open_edge(vertices: NDArray[Any], faces: NDArray[np.uint32]) -> str | None: ...
+
+@final
+class Tree32(_Tree):
+    def __new__(
+        cls, vertices: NDArray[Any], faces: NDArray[np.uint32], threads: int | None
+    ) -> Tree32: ...
+    @staticmethod
+    def from_bytes(saved: bytes, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> Tree32: ...
+
+@final
+class Tree64(_Tree):
+    def __new__(
+        cls, vertices: NDArray[Any], faces: NDArray[np.uint32], threads: int | None
+    ) -> Tree64: ...
+    @staticmethod
+    def from_bytes(saved: bytes, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> Tree64: ...
+
+def closest_point(
+    tree: Tree32,
+    points: NDArray[np.float32],
+    radius: float,
+    threads: int | None,
+    out: NDArray[np.uint8],
+) -> None: ...

@@ -1,0 +1,216 @@
+"""intertri on a cluster: rays in dask arrays, answers in dask arrays.
+
+>>> import numpy as np, dask.array, intertri, intertri.dask
+>>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
+>>> rays = dask.array.from_array(np.float32([[0.2, 0.2, 0, 0, 0, 1], [9, 9, 0, 0, 0, 1]]), chunks=(1, 6))
+>>> intertri.dask.closest(mesh, rays).compute()["triangle"]
+array([ 0, -1], dtype=int32)
+
+The mesh goes to each worker once, and each worker process builds its hierarchy once. A block of rays, best about a
+million, is one task. Answers do not depend on blocks, workers or CPUs; `digest` is a hash to see it by. A task that
+is lost with its worker is run again by dask.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections import OrderedDict
+from typing import Any
+
+import dask.array as da
+from dask.base import tokenize
+import numpy as np
+from numpy.typing import NDArray
+
+from .._dtypes import CROSSINGS, HIT
+from .._mesh import Mesh, Mode
+
+__all__ = ["SharedMesh", "any", "closest", "contains", "count_crossings", "digest", "from_parquet", "from_zarr", "share", "to_zarr"]
+
+PROGRAM_HIT = np.dtype([("triangle", "<i8"), ("t", "<f8"), ("u", "<f8"), ("v", "<f8")])
+"""The layout of `intertri trace --raw`, which `digest` hashes."""
+
+
+class SharedMesh:
+    """A mesh that is at every worker. `share` makes it."""
+
+    def __init__(self, digest: str, payload: Any) -> None:
+        self.digest = digest
+        self.payload = payload
+
+
+def share(mesh: Mesh, client: Any = None) -> SharedMesh:
+    """Sends a mesh to every worker of a client of ``distributed``, once. The functions below take the result in place
+    of the mesh. Without a client, that of the moment if there is one, else the mesh stays in this process.
+
+    Workers that come later fetch it from the others.
+    """
+    client = client or _client()
+    if client is None:
+        return SharedMesh(mesh.digest, mesh)
+    payload = _Payload(mesh.digest, mesh.vertices, mesh.faces)
+    return SharedMesh(mesh.digest, client.scatter(payload, broadcast=True, hash=False))
+
+
+def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
+    """The closest hits of rays (n, 6) or (n, 8): an array (n,) of `intertri.HIT`, in the blocks of the rays.
+
+    ``threads`` is how many a block is answered by; a worker runs as many blocks at a time as it has threads of its
+    own, so 1 is right unless it has a single one for many cores.
+    """
+    return _blocks("closest", mesh, rays, HIT, mode=mode, threads=threads)
+
+
+def any(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
+    """Whether rays (n, 6) or (n, 8) hit anything: an array (n,) of bool."""
+    return _blocks("any", mesh, rays, np.dtype(bool), mode=mode, threads=threads)
+
+
+def count_crossings(mesh: Mesh | SharedMesh, rays: da.Array, *, threads: int = 1) -> da.Array:
+    """How often rays (n, 6) or (n, 8) cross the mesh: an array (n,) of `intertri.CROSSINGS`."""
+    return _blocks("count_crossings", mesh, rays, CROSSINGS, threads=threads)
+
+
+def contains(
+    mesh: Mesh | SharedMesh, points: da.Array, *, assume_closed: bool = False, threads: int = 1
+) -> da.Array:
+    """Whether points (n, 3) are inside: an array (n,) of bool."""
+    options = {"assume_closed": assume_closed, "threads": threads}
+    return _blocks("contains", mesh, points, np.dtype(bool), columns=(3,), **options)
+
+
+def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) -> da.Array:
+    """Rays from parquet, a block a partition: ``columns`` names origin and direction (6), or with t_min and t_max (8:
+    ox, oy, oz, t_min, dx, dy, dz, t_max), by default the first."""
+    import dask.dataframe as dd
+
+    frame = dd.read_parquet(path, columns=columns, **options)
+    return frame.to_dask_array(lengths=True)
+
+
+def from_zarr(path: Any, **options: Any) -> da.Array:
+    """Closest hits as `to_zarr` wrote them: an array (n,) of `intertri.HIT`."""
+    fields = {name: da.from_zarr(path, component=name, **options) for name in HIT.names or ()}
+    return da.map_blocks(_join, *fields.values(), dtype=HIT, meta=np.empty((0,), HIT))
+
+
+def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
+    """Writes closest hits into a zarr group, an array a field (t, u, v, triangle, geometry), in the blocks of ``hits``.
+    ``options`` go to ``create_array``, such as ``compressors=None``."""
+    import zarr
+
+    size = max(hits.chunks[0], default=1) or 1
+    if set(hits.chunks[0][:-1]) - {size}:
+        hits = hits.rechunk({0: size})
+    group = zarr.open_group(path, mode="w")
+    names = HIT.names or ()
+    targets = [
+        group.create_array(name, shape=hits.shape, chunks=(size,), dtype=HIT[name], **options) for name in names
+    ]
+    da.store([hits[name] for name in names], targets, lock=False)
+
+
+def digest(hits: da.Array | NDArray[np.void]) -> str:
+    """The SHA-256 of closest hits in order, in the layout of the program: equal for any chunking and any number of
+    workers, and to that of ``intertri trace --raw``. Blocks are fetched one by one.
+
+    >>> import numpy as np, intertri, intertri.dask
+    >>> intertri.dask.digest(np.zeros(0, intertri.HIT))[:8]
+    'e3b0c442'
+    """
+    state = hashlib.sha256()
+    if isinstance(hits, np.ndarray):
+        state.update(_program_bytes(hits))
+    else:
+        for block in hits.blocks:
+            state.update(_program_bytes(block.compute()))
+    return state.hexdigest()
+
+
+def _program_bytes(hits: NDArray[np.void]) -> bytes:
+    rows = np.empty(hits.shape, PROGRAM_HIT)
+    for name in PROGRAM_HIT.names or ():
+        rows[name] = hits[name]
+    return rows.tobytes()
+
+
+# ---- What happens where ----
+
+
+class _Payload:
+    """A mesh on its way: its arrays, and the hash by which workers keep it."""
+
+    def __init__(self, digest: str, vertices: NDArray[Any], faces: NDArray[np.uint32]) -> None:
+        self.digest, self.vertices, self.faces = digest, vertices, faces
+
+
+_KEPT = 4
+_meshes: OrderedDict[str, Mesh] = OrderedDict()
+_lock = threading.Lock()
+
+
+def _mesh_of(payload: Mesh | _Payload) -> Mesh:
+    """The mesh in this process, built by the first that asks; the last few are kept."""
+    if isinstance(payload, Mesh):
+        return payload
+    with _lock:
+        mesh = _meshes.get(payload.digest)
+        if mesh is None:
+            mesh = Mesh(payload.vertices, payload.faces)
+            _meshes[payload.digest] = mesh
+        _meshes.move_to_end(payload.digest)
+        while len(_meshes) > _KEPT:
+            _meshes.popitem(last=False)
+        return mesh
+
+
+def _join(*fields: NDArray[Any]) -> NDArray[np.void]:
+    """Hits from their fields."""
+    hits = np.empty(fields[0].shape, HIT)
+    for name, field in zip(HIT.names or (), fields):
+        hits[name] = field
+    return hits
+
+
+def _answer(block: NDArray[Any], payload: Any, query: str, options: dict[str, Any]) -> NDArray[Any]:
+    """The answers of a block, on a worker."""
+    answers: NDArray[Any] = getattr(_mesh_of(payload), query)(block, **options)
+    return answers
+
+
+def _blocks(
+    query: str,
+    mesh: Mesh | SharedMesh,
+    rows: da.Array,
+    dtype: np.dtype[Any],
+    columns: tuple[int, ...] = (6, 8),
+    **options: Any,
+) -> da.Array:
+    if rows.ndim != 2 or rows.shape[1] not in columns:
+        wanted = " or ".join(f"(n, {count})" for count in columns)
+        raise ValueError(f"the array has shape {rows.shape}; it must be {wanted}")
+    if rows.numblocks[1] != 1:
+        rows = rows.rechunk({1: -1})
+    shared = mesh if isinstance(mesh, SharedMesh) else share(mesh)
+    return da.map_blocks(
+        _answer,
+        rows,
+        payload=shared.payload,
+        query=query,
+        options=options,
+        dtype=dtype,
+        drop_axis=1,
+        meta=np.empty((0,), dtype),
+        name=f"intertri-{query}-{tokenize(rows.name, shared.digest, query, options)}",
+    )
+
+
+def _client() -> Any:
+    """The client of the moment, if there is one."""
+    try:
+        from distributed import get_client
+
+        return get_client()
+    except (ImportError, ValueError):
+        return None

@@ -1,0 +1,261 @@
+"""intertri in trimesh: its ray interface, `contains` and signed distance, with float64 kept.
+
+>>> import trimesh, intertri.trimesh
+>>> mesh = intertri.trimesh.install(trimesh.creation.box())
+>>> mesh.ray.intersects_first([[0, 0, 5]], [[0, 0, -1]]) >= 0
+array([ True])
+>>> mesh.contains([[0, 0, 0], [0, 0, 0.7]])
+array([ True, False])
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from trimesh.caching import Cache
+
+from .. import _mesh
+
+Ints: TypeAlias = NDArray[np.int64]
+Floats: TypeAlias = NDArray[np.float64]
+
+__all__ = ["ProximityQuery", "RayMeshIntersector", "closest_point", "install", "signed_distance"]
+
+
+def install(mesh: Any) -> Any:
+    """Lets a mesh of trimesh ask intertri: ``mesh.ray`` becomes a `RayMeshIntersector`, so that ``mesh.contains``
+    and what else goes by rays answers exactly. Returns the mesh."""
+    mesh.ray = RayMeshIntersector(mesh)
+    return mesh
+
+
+class RayMeshIntersector:
+    """Ray queries of a mesh, by the interface of ``trimesh.ray.ray_pyembree.RayMeshIntersector``.
+
+    `intersects_first`, `intersects_any` and whatever has ``multiple_hits=False`` ask for the closest hit ahead of
+    the origin, t > 0. An edge or corner belongs to all its triangles, so no ray slips through.
+
+    With ``multiple_hits=True`` the answers are crossings: each surface once, though the ray meets an edge or a
+    corner of it, in order along the ray. A ray that starts exactly on the mesh is taken to come from outside:
+    it crosses there if it goes in.
+
+    Parameters
+    ----------
+    geometry : trimesh.Trimesh
+        The hierarchy is built when it is first needed, and again after the mesh has changed.
+    scale_to_box : bool
+        Not needed; taken so that calls may stay as they are.
+    """
+
+    def __init__(self, geometry: Any, scale_to_box: bool = True) -> None:
+        self.mesh = geometry
+        self._scale_to_box = scale_to_box
+        self._cache = Cache(id_function=geometry.__hash__)
+
+    @property
+    def intertri(self) -> _mesh.Mesh:
+        """The `intertri.Mesh` that answers."""
+        self._cache.verify()
+        if "mesh" not in self._cache:
+            vertices = np.asarray(self.mesh.vertices, np.float64).reshape(-1, 3)
+            faces = np.asarray(self.mesh.faces, np.int64).reshape(-1, 3)
+            self._cache["mesh"] = _mesh.Mesh(vertices, faces)
+        found: _mesh.Mesh = self._cache["mesh"]
+        return found
+
+    def intersects_location(
+        self, ray_origins: ArrayLike, ray_directions: ArrayLike, multiple_hits: bool = True, **options: Any
+    ) -> tuple[Floats, Ints, Ints]:
+        """Where rays meet the mesh: locations (m, 3), the ray of each (m,), its face (m,)."""
+        triangles, rays, locations = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits, return_locations=True, **options
+        )
+        return locations, rays, triangles
+
+    def intersects_id(
+        self,
+        ray_origins: ArrayLike,
+        ray_directions: ArrayLike,
+        multiple_hits: bool = True,
+        max_hits: int = 100,
+        return_locations: bool = False,
+    ) -> tuple[Any, ...]:
+        """Which faces rays meet: faces (m,), the ray of each (m,), and with ``return_locations`` where (m, 3).
+
+        Parameters
+        ----------
+        ray_origins, ray_directions : (n, 3) float
+        multiple_hits : bool
+            All crossings, or the closest hit alone.
+        max_hits : int
+            At most so many a ray, the nearest.
+        """
+        origins, directions = _rays(ray_origins, ray_directions)
+        if multiple_hits:
+            rays, triangles, t = self._crossings(origins, directions, max_hits)
+        else:
+            hits = self.intertri.closest(origins, directions)
+            rays = np.flatnonzero(hits["triangle"] >= 0)
+            triangles, t = hits["triangle"][rays], hits["t"][rays]
+        if not return_locations:
+            return triangles.astype(np.int64), rays
+        return triangles.astype(np.int64), rays, origins[rays] + t[:, None] * directions[rays]
+
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> Ints:
+        """The face that each ray meets first, -1 for none: (n,)."""
+        return self.intertri.closest_triangle(*_rays(ray_origins, ray_directions)).astype(np.int64)
+
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
+        """Whether each ray meets the mesh: (n,)."""
+        return self.intertri.any(*_rays(ray_origins, ray_directions))
+
+    def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether points are inside of the mesh or on it: (n,).
+
+        Of a closed mesh whose faces are turned alike, inside is where it winds around. Of any other, a point is
+        inside if a ray from it crosses an odd number of faces.
+        """
+        at = np.asarray(points, np.float64)
+        if at.ndim != 2 or at.shape[1] != 3:
+            raise ValueError("points must be (n,3)")
+        mesh = self.intertri
+        if mesh.is_closed:
+            return mesh.contains(at)
+        counts = mesh.count_crossings(at, _SOME_WAY)
+        odd: NDArray[np.bool_] = counts["unsigned"] % 2 == 1
+        return odd
+
+    def _crossings(
+        self, origins: Floats, directions: Floats, max_hits: int
+    ) -> tuple[Ints, NDArray[np.int32], Floats]:
+        """Crossings in order along each ray: ray, triangle and t."""
+        mesh = self.intertri
+        lists = mesh.crossings(origins, directions)
+        hits, rays = lists.hits, lists.rays
+        triangles, t = hits["triangle"], hits["t"]
+        start = self._entered_at_start(origins, directions, lists.offsets, hits["leaves"])
+        if start is not None:
+            entering, faces = start
+            at = lists.offsets[entering]
+            rays = np.insert(rays, at, entering)
+            triangles = np.insert(triangles, at, faces)
+            t = np.insert(t, at, 0.0)
+        counts = np.bincount(rays, minlength=len(origins))
+        if counts.size and counts.max() > max_hits:
+            first = np.repeat(np.cumsum(counts) - counts, counts)
+            near = np.arange(len(rays)) - first < max_hits
+            rays, triangles, t = rays[near], triangles[near], t[near]
+        return rays, triangles, t
+
+    def _entered_at_start(
+        self, origins: Floats, directions: Floats, offsets: Ints, leaves: NDArray[np.bool_]
+    ) -> tuple[Ints, NDArray[np.int32]] | None:
+        """The rays that start on the mesh and go in, and a face that each starts on."""
+        mesh = self.intertri
+        if not len(origins) or not len(mesh):
+            return None
+        if (origins == origins[0]).all():
+            on = np.full(len(origins), mesh.is_on_surface(origins[0]))
+        else:
+            on = mesh.is_on_surface(origins)
+        on &= np.isfinite(directions).all(axis=1) & directions.any(axis=1)
+        starting = np.flatnonzero(on)
+        if not len(starting):
+            return None
+        faces: NDArray[np.int32] = mesh.closest_point(origins[starting])["triangle"]
+        if mesh.is_closed:
+            # What it leaves later and has not entered, it enters here.
+            sides = np.concatenate([[0], np.cumsum(np.where(leaves, 1, -1))])
+            enters = (sides[offsets[1:]] - sides[offsets[:-1]])[starting] != 0
+        else:
+            a, b, c = np.moveaxis(mesh.triangles[faces], 1, 0)
+            enters = np.einsum("ij,ij->i", np.cross(b - a, c - a), directions[starting]) < 0
+        return starting[enters], faces[enters]
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = self.__dict__.copy()
+        state.pop("_cache", None)
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._cache = Cache(id_function=self.mesh.__hash__)
+
+    def __deepcopy__(self, *_: Any) -> RayMeshIntersector:
+        return self.__copy__()
+
+    def __copy__(self) -> RayMeshIntersector:
+        return RayMeshIntersector(self.mesh, self._scale_to_box)
+
+
+# No common direction, so that few edges are met exactly.
+_SOME_WAY = np.array([0.53721, 0.35137, 0.76691], np.float32).astype(np.float64)
+
+
+def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
+    """Rays as arrays (n, 3)."""
+    start, way = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
+    if start.size == 0 and way.size == 0:
+        return start.reshape(0, 3), way.reshape(0, 3)
+    if start.shape != way.shape:
+        raise ValueError("Ray origin and direction don't match!")
+    if start.ndim != 2 or start.shape[1] != 3:
+        raise ValueError(f"rays have shape {start.shape}; it must be (n, 3)")
+    return start, way
+
+
+# ---- Points ----
+
+
+def _asked(mesh: Any) -> RayMeshIntersector:
+    """What answers for a mesh: what is installed in it, or a new one."""
+    ray = getattr(mesh, "ray", None)
+    return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
+
+
+def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
+    """As ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances (n,), faces (n,).
+
+    Where `install` has not been called, the hierarchy is built by each call.
+    """
+    found = _asked(mesh).intertri.closest_point(points)
+    return found["point"], found["distance"], found["triangle"].astype(np.int64)
+
+
+def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
+    """As ``trimesh.proximity.signed_distance``: distances to the mesh (n,), **positive inside**, 0 on it.
+
+    The sign is that of `RayMeshIntersector.contains_points`, not of a normal.
+    """
+    asked = _asked(mesh)
+    at = np.asarray(points, np.float64)
+    distance: Floats = asked.intertri.closest_point(at)["distance"]
+    signed: Floats = np.where(asked.contains_points(at), distance, -distance)
+    return signed
+
+
+class ProximityQuery:
+    """As ``trimesh.proximity.ProximityQuery``: `on_surface`, `signed_distance` and `vertex` of a mesh."""
+
+    def __init__(self, mesh: Any) -> None:
+        self._mesh = mesh
+        self._asked = _asked(mesh)
+
+    def on_surface(self, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
+        """See `closest_point`."""
+        found = self._asked.intertri.closest_point(points)
+        return found["point"], found["distance"], found["triangle"].astype(np.int64)
+
+    def signed_distance(self, points: ArrayLike) -> Floats:
+        """See the function `signed_distance`."""
+        at = np.asarray(points, np.float64)
+        distance: Floats = self._asked.intertri.closest_point(at)["distance"]
+        signed: Floats = np.where(self._asked.contains_points(at), distance, -distance)
+        return signed
+
+    def vertex(self, points: ArrayLike) -> tuple[Floats, Ints]:
+        """The closest vertex of the mesh, by trimesh's own tree: distances (n,) and vertices (n,)."""
+        found: tuple[Floats, Ints] = self._mesh.kdtree.query(points)
+        return found

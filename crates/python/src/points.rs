@@ -1,0 +1,78 @@
+//! Many points: in the order of a curve that fills space, so that neighbours are asked one after the other.
+
+use pyo3::prelude::*;
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use crate::run::run;
+use crate::scalar::Scalar;
+
+/// Points a thread takes at a time.
+const CHUNK: usize = 4096;
+
+/// Fewer points are asked in the order in which they come.
+const FEW: usize = 512;
+
+/// Asks for one answer a point; `none` is any. No answer depends on the order.
+pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    points: &[S],
+    (answers, none): (&mut [A], A),
+    ask: impl Fn(&[[S; 3]], &mut [A]) + Sync,
+) -> PyResult<()> {
+    let points: &[[S; 3]] = bytemuck::cast_slice(points);
+    run(py, pool, points.len().saturating_mul(64), |stop| {
+        if points.len() < FEW {
+            ask(points, answers);
+            return;
+        }
+        let order = order(points);
+        let mut found = vec![none; points.len()];
+        let chunks = order.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
+        chunks.for_each_init(Vec::new, |gathered, (order, found)| {
+            if !stop.is_set() {
+                gathered.clear();
+                gathered.extend(order.iter().map(|&(_, i)| points[i as usize]));
+                ask(gathered, found);
+            }
+        });
+        for (&(_, i), found) in order.iter().zip(found) {
+            answers[i as usize] = found;
+        }
+    })
+}
+
+/// The numbers of points along the curve, behind their places on it.
+fn order<S: Scalar>(points: &[[S; 3]]) -> Vec<(u32, u32)> {
+    let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for point in points {
+        for k in 0..3 {
+            let x: f64 = point[k].into();
+            if x.is_finite() {
+                (lo[k], hi[k]) = (lo[k].min(x), hi[k].max(x));
+            }
+        }
+    }
+    // Ten bits an axis; what is not finite comes first.
+    let steps = [0, 1, 2].map(|k| 1023.0 / (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
+    let place = |(i, point): (usize, &[S; 3])| {
+        let along = |k: usize| {
+            let x: f64 = point[k].into();
+            spread(((x - lo[k]) * steps[k]) as u32)
+        };
+        (along(0) << 2 | along(1) << 1 | along(2), i as u32)
+    };
+    let mut order: Vec<_> = points.par_iter().enumerate().map(place).collect();
+    order.par_sort_unstable();
+    order
+}
+
+/// Ten bits, each two places from the next.
+fn spread(x: u32) -> u32 {
+    let x = x.min(1023);
+    let x = (x | x << 16) & 0x0300_00ff;
+    let x = (x | x << 8) & 0x0300_f00f;
+    let x = (x | x << 4) & 0x030c_30c3;
+    (x | x << 2) & 0x0924_9249
+}

@@ -1,0 +1,346 @@
+//! The classes that Python's `Mesh` stands on: a hierarchy over f32 or f64, asked by flat arrays.
+//!
+//! `intertri/_mesh.py` checks what users give and shapes the answers. What is checked again here is what memory
+//! depends on.
+
+use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use intertri::{Crossings, Hit, TriangleOf};
+use intertri_trace::{ClosestPoint, Place, Solid};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
+use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::batch::answers;
+use crate::lists::{Lists, lists};
+use crate::mesh::Mesh;
+use crate::order::tiled;
+use crate::points::of_points;
+use crate::pool::pool;
+use crate::run::run;
+use crate::scalar::{Mode, Scalar, nearest};
+use crate::source::Arrays;
+
+/// What stands for a point on the mesh among winding numbers.
+pub(crate) const SURFACE: i32 = i32::MIN;
+
+type Threads = Option<NonZeroUsize>;
+type Bytes<'py> = PyReadwriteArray1<'py, u8>;
+
+/// A mesh with its hierarchy. A query holds on to the one that it began with.
+struct Shared<S: Scalar>(Mutex<Arc<Mesh<S>>>);
+
+impl<S: Scalar> Shared<S> {
+    fn new(solid: Solid<S>) -> Self {
+        Self(Mutex::new(Arc::new(Mesh::new(solid))))
+    }
+
+    /// The mesh as it is, after what is being done to it.
+    fn get(&self, py: Python<'_>) -> Arc<Mesh<S>> {
+        py.detach(|| self.0.lock().unwrap_or_else(PoisonError::into_inner).clone())
+    }
+}
+
+/// The answers that bytes stand for.
+fn rows<'a, A: bytemuck::Pod>(bytes: &'a mut Bytes<'_>, count: usize) -> PyResult<&'a mut [A]> {
+    let bytes = bytes.as_slice_mut()?;
+    if bytes.is_empty() && count == 0 {
+        return Ok(&mut []);
+    }
+    let rows: &mut [A] = bytemuck::try_cast_slice_mut(bytes)
+        .map_err(|error| PyValueError::new_err(format!("out cannot be filled: {error}")))?;
+    if rows.len() == count {
+        Ok(rows)
+    } else {
+        Err(PyValueError::new_err("out has another length"))
+    }
+}
+
+/// The triangles of faces.
+fn gather<S: Scalar>(vertices: &[S], faces: &[u32]) -> PyResult<Vec<TriangleOf<S>>> {
+    let vertices: &[[S; 3]] = vertices.as_chunks().0;
+    let faces: &[[u32; 3]] = faces.as_chunks().0;
+    let mut triangles = Vec::new();
+    triangles.try_reserve_exact(faces.len()).map_err(|_| {
+        PyMemoryError::new_err(format!("{} triangles need more memory than there is", faces.len()))
+    })?;
+    for face in faces {
+        let corner = |k: usize| vertices.get(face[k] as usize).copied();
+        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+            return Err(PyIndexError::new_err(format!("face {face:?} is out of range")));
+        };
+        triangles.push(TriangleOf([a, b, c]));
+    }
+    Ok(triangles)
+}
+
+/// How a mesh winds around a place; `SURFACE` on the mesh.
+fn winding(place: Place) -> i32 {
+    match place {
+        Place::Outside => 0,
+        Place::Inside(times) => times,
+        Place::Surface => SURFACE,
+    }
+}
+
+/// A class over one scalar: what is generic cannot be a Python class.
+macro_rules! tree {
+    ($name:ident, $scalar:ty) => {
+        /// A hierarchy over triangles.
+        #[pyclass(frozen, module = "intertri._intertri")]
+        pub(crate) struct $name {
+            mesh: Shared<$scalar>,
+        }
+
+        #[pymethods]
+        impl $name {
+            #[new]
+            fn new(
+                py: Python<'_>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+                threads: Threads,
+            ) -> PyResult<Self> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let pool = pool(threads)?;
+                let build = |_: &_| <$scalar>::solid(&gather(vertices, faces)?);
+                Ok(Self { mesh: Shared::new(run(py, &pool, faces.len(), build)??) })
+            }
+
+            /// Which edge is open, if one is.
+            #[staticmethod]
+            fn open_edge(
+                py: Python<'_>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+            ) -> PyResult<Option<String>> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let pool = pool(None)?;
+                run(py, &pool, faces.len(), |_| {
+                    Ok(<$scalar>::open_edge(&gather::<$scalar>(vertices, faces)?))
+                })?
+            }
+
+            /// Fills `out` with the closest hits.
+            fn closest(
+                &self,
+                py: Python<'_>,
+                rays: Arrays<'_, $scalar>,
+                mode: &str,
+                threads: Threads,
+                width: usize,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let out: &mut [Hit] = rows(&mut out, rays.count)?;
+                let mesh = self.mesh.get(py);
+                answers(py, &*pool(threads)?, &rays, width, (out, Hit::MISS), |rays, hits| {
+                    <$scalar>::closest(&mesh.solid, mode, rays, hits);
+                })
+            }
+
+            /// Fills `out` with the triangles of the closest hits.
+            fn triangles(
+                &self,
+                py: Python<'_>,
+                rays: Arrays<'_, $scalar>,
+                mode: &str,
+                threads: Threads,
+                width: usize,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let out: &mut [u32] = rows(&mut out, rays.count)?;
+                let mesh = self.mesh.get(py);
+                answers(py, &*pool(threads)?, &rays, width, (out, 0), |rays, triangles| {
+                    <$scalar>::triangles(&mesh.solid, mode, rays, triangles);
+                })
+            }
+
+            /// Fills `out` with whether anything is hit.
+            fn any(
+                &self,
+                py: Python<'_>,
+                rays: Arrays<'_, $scalar>,
+                mode: &str,
+                threads: Threads,
+                width: usize,
+                mut out: PyReadwriteArray1<'_, bool>,
+            ) -> PyResult<()> {
+                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let out = out.as_slice_mut()?;
+                if out.len() != rays.count {
+                    return Err(PyValueError::new_err("out has another length"));
+                }
+                let mesh = self.mesh.get(py);
+                answers(py, &*pool(threads)?, &rays, width, (out, false), |rays, any| {
+                    <$scalar>::any(&mesh.solid, mode, rays, any);
+                })
+            }
+
+            /// All hits of each ray.
+            fn all<'py>(
+                &self,
+                py: Python<'py>,
+                rays: Arrays<'py, $scalar>,
+                mode: &str,
+                threads: Threads,
+                limit: Option<usize>,
+            ) -> PyResult<Lists<'py>> {
+                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let mesh = self.mesh.get(py);
+                lists(py, &*pool(threads)?, &rays, |rays| {
+                    <$scalar>::all(&mesh.solid, mode, rays, limit)
+                })
+            }
+
+            /// All crossings of each ray.
+            fn crossings<'py>(
+                &self,
+                py: Python<'py>,
+                rays: Arrays<'py, $scalar>,
+                threads: Threads,
+            ) -> PyResult<Lists<'py>> {
+                let rays = rays.source()?;
+                let mesh = self.mesh.get(py);
+                lists(py, &*pool(threads)?, &rays, |rays| mesh.crossings(rays))
+            }
+
+            /// Fills `out` with how often each ray crosses: signed and unsigned.
+            fn count_crossings(
+                &self,
+                py: Python<'_>,
+                rays: Arrays<'_, $scalar>,
+                threads: Threads,
+                width: usize,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let rays = rays.source()?;
+                let out: &mut [[i64; 2]] = rows(&mut out, rays.count)?;
+                let mesh = self.mesh.get(py);
+                answers(py, &*pool(threads)?, &rays, width, (out, [0; 2]), |rays, out| {
+                    let mut counts = vec![Crossings::default(); rays.len()];
+                    <$scalar>::count(&mesh.solid, rays, &mut counts);
+                    for (out, count) in out.iter_mut().zip(counts) {
+                        *out = [count.signed, count.unsigned as i64];
+                    }
+                })
+            }
+
+            /// Fills `out` with the winding numbers of points, `SURFACE` on the mesh.
+            fn winding(
+                &self,
+                py: Python<'_>,
+                points: PyReadonlyArray1<'_, $scalar>,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let points = points.as_slice()?;
+                let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
+                let mesh = self.mesh.get(py);
+                of_points(py, &*pool(threads)?, points, (out, 0), |points, out| {
+                    let mut places = vec![Place::Outside; points.len()];
+                    <$scalar>::places(&mesh.solid, points, &mut places);
+                    out.iter_mut().zip(places).for_each(|(out, place)| *out = winding(place));
+                })
+            }
+
+            /// Moves the triangles, and tells how worn the tree is.
+            fn refit(
+                &self,
+                py: Python<'_>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+                threads: Threads,
+            ) -> PyResult<f64> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let pool = pool(threads)?;
+                py.detach(|| {
+                    let triangles = gather::<$scalar>(vertices, faces)?;
+                    // Queries that came before go on with the mesh that they have. The lock is taken on this thread:
+                    // one of the pool that waits for others might be given another refit meanwhile.
+                    let mut guard = self.mesh.0.lock().unwrap_or_else(PoisonError::into_inner);
+                    let mesh: &mut Arc<_> = &mut *guard;
+                    pool.install(|| Arc::make_mut(mesh).refit(&triangles))
+                })
+            }
+
+            /// The hierarchy as bytes.
+            fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+                let mesh = self.mesh.get(py);
+                let bytes = py.detach(|| <$scalar>::to_bytes(&mesh.solid));
+                PyBytes::new(py, &bytes)
+            }
+
+            /// The hierarchy of bytes, over these triangles.
+            #[staticmethod]
+            fn from_bytes(
+                py: Python<'_>,
+                bytes: &[u8],
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+            ) -> PyResult<Self> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let pool = pool(None)?;
+                let mesh = run(py, &pool, faces.len(), |_| {
+                    <$scalar>::from_bytes(bytes, &gather::<$scalar>(vertices, faces)?)
+                })??;
+                Ok(Self { mesh: Shared::new(mesh) })
+            }
+
+            /// How many seconds the call in Rust takes for these rays and their closest hits: as they come, and in
+            /// the order of tiles if they are a square picture. For benchmarks.
+            fn seconds(
+                &self,
+                py: Python<'_>,
+                rays: Arrays<'_, $scalar>,
+                threads: Threads,
+                times: usize,
+            ) -> PyResult<(f64, f64)> {
+                let rays = rays.source()?;
+                let mesh = self.mesh.get(py);
+                let (mut in_rows, mut by_tiles) = (Vec::new(), Vec::new());
+                rays.gather(0..rays.count, &mut in_rows);
+                let order = tiled(rays.count.isqrt().max(1), rays.count);
+                rays.gather(order.iter().map(|&i| i as usize), &mut by_tiles);
+                let mut hits = vec![Hit::MISS; rays.count];
+                run(py, &*pool(threads)?, rays.count, |_| {
+                    let (mut a, mut b) = (f64::INFINITY, f64::INFINITY);
+                    for _ in 0..times {
+                        for (rays, least) in [(&in_rows, &mut a), (&by_tiles, &mut b)] {
+                            let began = Instant::now();
+                            <$scalar>::closest(&mesh.solid, Mode::Exact, rays, &mut hits);
+                            *least = least.min(began.elapsed().as_secs_f64());
+                        }
+                    }
+                    (a, b)
+                })
+            }
+        }
+    };
+}
+
+tree!(Tree32, f32);
+tree!(Tree64, f64);
+
+/// Fills `out` with the points of a mesh that are nearest to points.
+#[pyfunction]
+pub(crate) fn closest_point(
+    py: Python<'_>,
+    tree: &Tree32,
+    points: PyReadonlyArray1<'_, f32>,
+    radius: f64,
+    threads: Threads,
+    mut out: Bytes<'_>,
+) -> PyResult<()> {
+    let points = points.as_slice()?;
+    let out: &mut [ClosestPoint] = rows(&mut out, points.len() / 3)?;
+    let mesh = tree.mesh.get(py);
+    let none = ClosestPoint::NONE;
+    of_points(py, &*pool(threads)?, points, (out, none), |points, out| {
+        nearest(&mesh.solid, points, radius, out);
+    })
+}

@@ -1,0 +1,158 @@
+"""Pickles, threads, signals, forks, documentation and types."""
+
+import copy
+import doctest
+import importlib
+import multiprocessing
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import intertri
+import numpy as np
+import pytest
+from conftest import camera, icosphere
+
+
+@pytest.fixture
+def mesh(dtype):
+    vertices, faces = icosphere(3)
+    return intertri.Mesh(vertices.astype(dtype), faces)
+
+
+def test_copies_answer_alike(mesh):
+    eye, ways = camera(50, [1, 2, 3])
+    hits = mesh.closest(eye.astype(mesh.dtype), ways.astype(mesh.dtype))
+    copies = [copy.copy(mesh), copy.deepcopy(mesh)]
+    copies += [pickle.loads(pickle.dumps(mesh, protocol)) for protocol in range(2, pickle.HIGHEST_PROTOCOL + 1)]
+    for other in copies:
+        assert other is not mesh and other.dtype == mesh.dtype and other.digest == mesh.digest
+        assert (other.closest(eye.astype(mesh.dtype), ways.astype(mesh.dtype)) == hits).all()
+
+
+def _closest_in_child(mesh, rays, queue):
+    queue.put(mesh.closest(rays)["triangle"].sum())
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_has_threads_of_its_own(mesh):
+    eye, ways = camera(300, [1, 2, 3])
+    rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
+    truth = mesh.closest(rays)["triangle"].sum()
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    child = context.Process(target=_closest_in_child, args=(mesh, rays, queue))
+    child.start()
+    assert queue.get(timeout=60) == truth
+    child.join()
+
+
+def test_the_lock_is_let_go(mesh):
+    """Another thread of Python runs while a query does."""
+    eye, ways = camera(1200, [1, 2, 3])
+    rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
+    turns, done = [0], threading.Event()
+
+    def turn():
+        while not done.is_set():
+            turns[0] += 1
+            time.sleep(0)
+
+    other = threading.Thread(target=turn)
+    other.start()
+    before = turns[0]
+    mesh.all(rays.reshape(-1, 6), threads=1)
+    during = turns[0] - before
+    done.set()
+    other.join()
+    assert during > 20
+
+
+INTERRUPTED = """
+import numpy as np, intertri, os, signal, sys, threading, time
+sys.path.insert(0, {tests!r})
+from conftest import icosphere
+vertices, faces = icosphere(5)
+mesh = intertri.Mesh(vertices.astype(np.float32), faces)
+pressed = []
+rng = np.random.default_rng(0)
+rays = rng.uniform(-1, 1, (20_000_000, 6)).astype(np.float32)
+def press():
+    pressed.append(time.perf_counter())
+    os.kill(os.getpid(), signal.SIGINT)
+timer = threading.Timer(0.5, press)
+mesh.closest(rays[:10])
+timer.start()
+try:
+    mesh.closest(rays, threads=1)
+except KeyboardInterrupt:
+    print("ended", time.perf_counter() - pressed[0])
+    assert mesh.closest(rays[:1000]).shape == (1000,)
+else:
+    print("not heeded")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signal")
+def test_ctrl_c_ends_a_query():
+    script = INTERRUPTED.format(tests=str(Path(__file__).parent))
+    out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
+    assert out.stdout.startswith("ended"), out
+    assert float(out.stdout.split()[1]) < 3
+
+
+@pytest.mark.parametrize("name", ["intertri", "intertri._dtypes", "intertri._mesh", "intertri.trimesh",
+                                  "intertri.open3d", "intertri.dask"])
+def test_examples_of_the_documentation(name):
+    needs = {"intertri.trimesh": ["trimesh"], "intertri.dask": ["dask.array"]}
+    for other in needs.get(name, []):
+        pytest.importorskip(other)
+    failed, tried = doctest.testmod(importlib.import_module(name))
+    assert failed == 0 and (tried or name == "intertri._dtypes")
+
+
+def test_every_query_has_an_example():
+    names = [name for name in vars(intertri.Mesh) if not name.startswith("_")]
+    plain = {"vertices", "faces", "dtype", "triangles", "bounds", "is_closed"}
+    missing = [name for name in names if name not in plain and ">>>" not in (getattr(intertri.Mesh, name).__doc__ or "")]
+    assert len(names) > 10 and not missing
+
+
+PACKAGE = Path(intertri.__file__).parent
+PROJECT = Path(__file__).parent.parent
+
+
+@pytest.mark.parametrize("checker", [["mypy"], ["pyright"]], ids=["mypy", "pyright"])
+def test_types(checker, tmp_path):
+    pytest.importorskip(checker[0])
+    use = tmp_path / "use.py"
+    use.write_text("""\
+import intertri
+import numpy as np
+from numpy.typing import NDArray
+mesh = intertri.Mesh(np.zeros((3, 3), np.float32), [[0, 1, 2]])
+any_hit: NDArray[np.bool_] = mesh.any([0, 0, 0], [0, 0, 1], mode="certified", threads=2)
+faces: NDArray[np.uint32] = mesh.faces
+lists: intertri.HitLists = mesh.all([[0, 0, 0]], [0, 0, 1])
+""")
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("""\
+import intertri
+intertri.Mesh([[0, 0, 0]], [[0, 0, 0]]).any([0, 0, 0], [0, 0, 1], mode="fast")
+""")
+    # Of what the package builds on, which is not as well typed, it needs nothing.
+    where = ["--pythonpath", sys.executable] if checker == ["pyright"] else []
+    run = lambda *files: subprocess.run([sys.executable, "-m", *checker, *(where if files else []), *map(str, files)],
+                                        capture_output=True, text=True, cwd=PROJECT)
+    ours = run()
+    if "npm" in ours.stderr or "nodeenv" in ours.stderr:
+        pytest.skip("pyright cannot be had here")
+    assert ours.returncode == 0, ours.stdout + ours.stderr
+    assert run(use).returncode == 0, run(use).stdout
+    assert run(wrong).returncode != 0 and "mode" in run(wrong).stdout

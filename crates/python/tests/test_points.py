@@ -1,0 +1,57 @@
+"""Points: inside, outside, on the mesh; against rationals."""
+
+import intertri
+import numpy as np
+import oracle
+import pytest
+from conftest import box, icosphere
+
+WAY = (3, 5, 7)
+
+
+def test_contains_is_right(dtype, rng):
+    vertices, faces = icosphere(1)
+    mesh = intertri.Mesh(vertices.astype(dtype), faces)
+    points = rng.uniform(-1.1, 1.1, (150, 3)).astype(dtype)
+    points[:42] = mesh.vertices
+    points[42:60] = (mesh.triangles[:18, 0] + mesh.triangles[:18, 1]) / 2
+    inside = mesh.contains(points)
+    for point, is_in in zip(points, inside):
+        on = any(oracle.squared_distance(triangle, point) == 0 for triangle in mesh.triangles)
+        truth = on or sum(side for _, _, side in oracle.crossings(mesh.triangles, point, WAY)) != 0
+        assert is_in == truth
+    assert 20 < inside[60:].sum() < 70 and inside[:42].all()
+
+
+def test_cavities_and_overlaps(dtype):
+    outer, faces = box()
+    inner = outer * 0.5
+    hollow = intertri.Mesh(np.concatenate([outer, inner]).astype(dtype), np.concatenate([faces, faces[:, ::-1] + 8]))
+    assert hollow.is_closed
+    assert hollow.contains([[0, 0, 0], [0, 0, 0.75], [0, 0, 2], [0, 0, 0.5]]).tolist() == [False, True, False, True]
+    twice = intertri.Mesh(np.concatenate([outer, outer + 0.5]).astype(dtype), np.concatenate([faces, faces + 8]))
+    assert twice.winding_number([[0.2, 0.2, 0.3], [-0.9, -0.9, -0.9], [3, 0, 0]]).tolist() == [2, 1, 0]
+    inside_out = intertri.Mesh(outer.astype(dtype), faces[:, ::-1])
+    assert inside_out.winding_number([0, 0, 0]) == -1 and inside_out.contains([0, 0, 0])
+
+
+def test_shapes(rng):
+    mesh = intertri.Mesh(*icosphere(2))
+    points = rng.uniform(-1, 1, (4, 5, 3))
+    assert mesh.contains(points).shape == (4, 5)
+    assert (mesh.contains(points).ravel() == mesh.contains(points.reshape(-1, 3))).all()
+    assert (mesh.contains(np.asfortranarray(points)) == mesh.contains(points)).all()
+    assert not mesh.contains([np.nan, 0, 0])
+    assert mesh.contains(points, threads=1).tolist() == mesh.contains(points, threads=2).tolist()
+
+
+def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
+    """From inside of a closed mesh at every corner and edge: the winding number, whatever the direction."""
+    vertices, faces = icosphere(3)
+    mesh = intertri.Mesh(vertices.astype(dtype), faces)
+    origin = np.array([0.125, 0.25, -0.125], dtype)
+    corners = mesh.vertices - origin
+    edges = (mesh.triangles[:, 0] + mesh.triangles[:, 1]) / dtype(2) - origin
+    ways = np.concatenate([corners, edges, -corners]).astype(dtype)
+    assert mesh.any(origin, ways).all()
+    assert (mesh.count_crossings(origin, ways)["signed"] == 1).all()

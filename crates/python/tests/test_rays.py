@@ -1,0 +1,181 @@
+"""Rays against rationals: every answer and every bit."""
+
+import math
+
+import intertri
+import numpy as np
+import oracle
+import pytest
+from conftest import box, camera, icosphere
+
+
+def aimed(mesh, rng, count):
+    """Rays that are hard: half at corners and midpoints of edges, some along edges, some anywhere."""
+    corners = mesh.triangles
+    origins = (mesh.vertices.mean(axis=0) + rng.uniform(-2, 2, (count, 3))).astype(mesh.dtype)
+    picked = corners[rng.integers(len(corners), size=count)]
+    middle = (picked[:, 0] / 2 + picked[:, 1] / 2).astype(mesh.dtype)
+    target = np.where(np.arange(count)[:, None] % 2 == 0, picked[:, 0], middle)
+    ways = (target - origins).astype(mesh.dtype)
+    ways[::5] = rng.uniform(-1, 1, (len(ways[::5]), 3))
+    ways[1::7, 0] = 0
+    ways[2::7, :2] = 0
+    origins[2::7, :2] = picked[2::7, 0, :2]
+    return origins, ways
+
+
+def rounded(hit):
+    """The true values, rounded once."""
+    return [float(x) for x in hit[:3]]
+
+
+@pytest.fixture(params=["sphere", "box", "far"])
+def mesh(request, dtype):
+    vertices, faces = icosphere(2) if request.param != "box" else box()
+    if request.param == "far":
+        vertices = vertices * 0.25 + [148376, 1234, -223423]
+    return intertri.Mesh(vertices.astype(dtype), faces)
+
+
+def test_closest_is_right(mesh, rng):
+    origins, ways = aimed(mesh, rng, 120)
+    hits = mesh.closest(origins, ways)
+    found = 0
+    for hit, origin, way in zip(hits, origins, ways):
+        truth = oracle.closest(mesh.triangles, origin, way)
+        if truth is None:
+            assert hit["triangle"] == -1 and hit["t"] == math.inf
+        else:
+            found += 1
+            assert hit["triangle"] == truth[3]
+            assert [hit["t"], hit["u"], hit["v"]] == rounded(truth)
+    assert found > 20
+    assert (mesh.any(origins, ways) == (hits["triangle"] >= 0)).all()
+    assert (mesh.closest_triangle(origins, ways) == hits["triangle"]).all()
+
+
+def test_all_and_crossings_are_right(mesh, rng):
+    origins, ways = aimed(mesh, rng, 80)
+    lists, crossed = mesh.all(origins, ways), mesh.crossings(origins, ways)
+    counts = mesh.count_crossings(origins, ways)
+    assert lists.offsets[-1] == len(lists.hits) > 20 and crossed.offsets[-1] == len(crossed.hits) > 20
+    assert (mesh.all(origins, ways, limit=1).hits == lists.hits[np.unique(lists.rays, return_index=True)[1]]).all()
+    for i, (origin, way) in enumerate(zip(origins, ways)):
+        truth = oracle.all_hits(mesh.triangles, origin, way)
+        hits = lists.hits[lists.offsets[i] : lists.offsets[i + 1]]
+        assert hits["triangle"].tolist() == [hit[3] for hit in truth]
+        assert [[h["t"], h["u"], h["v"]] for h in hits] == [rounded(hit) for hit in truth]
+        truth = oracle.crossings(mesh.triangles, origin, way)
+        hits = crossed.hits[crossed.offsets[i] : crossed.offsets[i + 1]]
+        assert hits["triangle"].tolist() == [triangle for _, triangle, _ in truth]
+        assert hits["t"].tolist() == [float(t) for t, _, _ in truth]
+        assert hits["leaves"].tolist() == [side == 1 for _, _, side in truth]
+        assert counts[i].tolist() == (sum(side for _, _, side in truth), len(truth))
+
+
+def test_intervals(dtype):
+    mesh = intertri.Mesh(np.array([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]], dtype))
+    ask = lambda **ends: int(mesh.closest([0.25, 0.25, 0], [0, 0, 1], **ends)["triangle"])
+    assert ask(t_min=5) == 0 and ask(t_max=5) == -1
+    assert ask(t_min=np.nextafter(dtype(5), dtype(6))) == -1 and ask(t_max=np.nextafter(dtype(5), dtype(6))) == 0
+    assert ask(t_min=math.nan) == -1 and ask(t_min=6, t_max=4) == -1 and ask(t_min=-3) == 0
+    t_max = np.array([4, 5, 6], dtype)
+    assert mesh.any([0.25, 0.25, 0], np.tile(dtype([0, 0, 1]), (3, 1)), t_max=t_max).tolist() == [False, False, True]
+    rays = np.array([[0.25, 0.25, 0, 0, 0, 0, 1, 6], [0.25, 0.25, 0, 0, 0, 0, 1, 5]], dtype)
+    assert mesh.closest(rays)["triangle"].tolist() == [0, -1]
+
+
+def test_numbers_that_are_none(dtype):
+    mesh = intertri.Mesh(np.array([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]], dtype))
+    for bad in (math.nan, math.inf, -math.inf):
+        assert mesh.closest([bad, 0, 0], [0, 0, 1])["triangle"] == -1
+        assert mesh.closest([0.2, 0.2, 0], [0, 0, bad])["triangle"] == -1
+    assert mesh.closest([0.2, 0.2, 0], [0, 0, 0])["triangle"] == -1
+
+
+def test_ways_to_give_rays_agree(dtype, rng):
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(2)))
+    eye, ways = camera(40, [0, 0.5, 4])
+    eye, ways = eye.astype(dtype), ways.astype(dtype)
+    flat = ways.reshape(-1, 3)
+    hits = mesh.closest(np.broadcast_to(eye, flat.shape), flat)
+    assert (hits["triangle"] >= 0).sum() > 100
+    six = np.concatenate([np.broadcast_to(eye, flat.shape), flat], axis=1)
+    eight = np.insert(np.insert(six, 3, 0, axis=1), 7, np.inf, axis=1)
+    assert (mesh.closest(eye, flat) == hits).all()
+    assert (mesh.closest(eye, ways).ravel() == hits).all() and mesh.closest(eye, ways).shape == (40, 40)
+    assert (mesh.closest(six) == hits).all() and (mesh.closest(eight) == hits).all()
+    assert (mesh.closest(np.asfortranarray(six)) == hits).all()
+    assert (mesh.closest(eye, np.repeat(flat, 2, axis=0)[::2]) == hits).all()
+    assert (mesh.closest(eye, flat[::-1])[::-1] == hits).all()
+    assert (mesh.closest(eye.astype(">" + eye.dtype.str[1:]), flat) == hits).all()
+    padded = np.zeros(flat.nbytes + 1, np.uint8)
+    padded[1:] = flat.view(np.uint8).ravel()
+    crooked = padded[1:].view(flat.dtype).reshape(-1, 3)
+    assert not crooked.flags.aligned and (mesh.closest(eye, crooked) == hits).all()
+    one = [mesh.closest(eye, way) for way in flat[:50]]
+    assert all(a == b for a, b in zip(one, hits))
+
+
+@pytest.mark.parametrize("size", [31, 64, 100, 200, 333])
+def test_order_of_pictures_changes_nothing(dtype, size, rng):
+    """Pictures are traced tile by tile: rows of any length, cut anywhere, in any order."""
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
+    eye, ways = camera(size, [1, 0.5, 3])
+    eye, flat = eye.astype(dtype), ways.astype(dtype).reshape(-1, 3)
+    shuffled = rng.permutation(len(flat))
+    hits = np.empty(len(flat), intertri.HIT)
+    hits[shuffled] = mesh.closest(eye, flat[shuffled])
+    assert (hits["triangle"] >= 0).mean() > 0.1
+    assert (mesh.closest(eye, flat) == hits).all()
+    assert (mesh.closest(eye, flat.reshape(size, size, 3)).ravel() == hits).all()
+    cut = len(flat) - 17
+    assert (mesh.closest(eye, flat[:cut]) == hits[:cut]).all() and (mesh.closest(eye, flat[17:]) == hits[17:]).all()
+    assert (mesh.closest_triangle(eye, flat) == hits["triangle"]).all()
+    assert (mesh.any(eye, flat) == (hits["triangle"] >= 0)).all()
+
+
+def test_threads_and_out_change_nothing(dtype):
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
+    eye, ways = camera(400, [1, 0.5, 3])
+    eye, ways = eye.astype(dtype), ways.astype(dtype).reshape(-1, 3)
+    hits = mesh.closest(eye, ways)
+    out = np.zeros(len(ways), intertri.HIT)
+    for threads in (1, 2, 3):
+        assert mesh.closest(eye, ways, threads=threads, out=out) is out
+        assert (out == hits).all()
+        assert (mesh.all(eye, ways, threads=threads).hits == mesh.all(eye, ways).hits).all()
+    found = np.zeros(len(ways), bool)
+    assert mesh.any(eye, ways, out=found) is found and (found == (hits["triangle"] >= 0)).all()
+
+
+def test_certified(rng):
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*icosphere(3)))
+    eye, ways = camera(64, [1, 0.5, 3])
+    eye, ways = eye.astype(np.float32), ways.astype(np.float32)
+    exact, certified = mesh.closest(eye, ways), mesh.closest(eye, ways, mode="certified")
+    assert (exact["triangle"] == certified["triangle"]).mean() > 0.99
+    hit = exact["triangle"] >= 0
+    assert np.allclose(exact["t"][hit], certified["t"][hit], rtol=1e-9)
+
+
+def test_float64_rays_keep_their_digits():
+    """A float32 mesh, and rays that float32 cannot hold: they pass an edge by 1e-12."""
+    mesh = intertri.Mesh(np.float32([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]]))
+    origins = np.array([[0.5, 0.5 - 1e-12, 0], [0.5, 0.5, 0], [0.5, 0.5 + 1e-12, 0]])
+    assert mesh.any(origins, [0, 0, 1]).tolist() == [True, True, False]
+    assert mesh.any(origins.astype(np.float32), np.float32([0, 0, 1])).tolist() == [True, True, True]
+    assert mesh.contains(origins, assume_closed=True).tolist() == [False] * 3
+
+
+def test_empty():
+    nothing = intertri.Mesh(np.zeros((0, 3), np.float32), np.zeros((0, 3), int))
+    assert len(nothing) == 0 and nothing.bounds is None
+    assert nothing.closest([0, 0, 0], [0, 0, 1])["triangle"] == -1
+    mesh = intertri.Mesh(*box())
+    none = np.zeros((0, 3))
+    assert mesh.closest(none, none).shape == (0,) and mesh.any(none, [0, 0, 1]).shape == (0,)
+    assert mesh.all(none, none).offsets.tolist() == [0] and len(mesh.all(none, none).hits) == 0
+    assert mesh.crossings(none, none).offsets.tolist() == [0]
+    assert mesh.contains(none).shape == (0,) and mesh.closest([], []).shape == (0,)
+    assert mesh.closest(np.zeros((4, 0, 3)), [0, 0, 1]).shape == (4, 0)
