@@ -44,7 +44,9 @@ pub fn builds(
             ("embree, robust", true, false),
             ("embree, high quality", false, true),
         ] {
-            let ready = || Scene::new(api, mesh, Build { robust, high, avx2: false, threads, collect: false });
+            let ready = || {
+                Scene::new(api, mesh, Build { robust, high, avx2: false, threads, collect: false })
+            };
             let build = |scene: &Result<Scene, String>| scene.as_ref().map(Scene::commit).is_ok();
             all.push((name, middle(repeats, ready, build)));
         }

@@ -17,6 +17,7 @@ use intertri_scene::Mesh;
 use rayon::prelude::*;
 
 use crate::engine::{Answer, CHUNK, Engine, Question};
+use crate::flush_to_zero::with_flush_to_zero;
 use crate::lists::Found;
 
 /// A device, a scene, a geometry, or any pointer.
@@ -488,24 +489,4 @@ impl<'a> Caller<'a> {
             }
         }
     }
-}
-
-/// Runs with subnormal numbers taken for zero, as Embree's manual asks for.
-#[cfg(target_arch = "x86_64")]
-pub fn with_flush_to_zero(run: impl FnOnce()) {
-    const FLUSH: u32 = 0x8040;
-    let mut before = 0_u32;
-    // SAFETY: the control word is read, two bits of it are set, and it is put back.
-    unsafe {
-        std::arch::asm!("stmxcsr [{}]", in(reg) &mut before, options(nostack));
-        let flush = before | FLUSH;
-        std::arch::asm!("ldmxcsr [{}]", in(reg) &flush, options(nostack, readonly));
-        run();
-        std::arch::asm!("ldmxcsr [{}]", in(reg) &before, options(nostack, readonly));
-    }
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-pub fn with_flush_to_zero(run: impl FnOnce()) {
-    run();
 }

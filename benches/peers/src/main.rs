@@ -10,6 +10,7 @@ mod embree;
 mod engine;
 mod engines;
 mod fixed;
+mod flush_to_zero;
 mod leaks;
 mod lists;
 mod measure;

@@ -7,8 +7,9 @@ use intertri::Ray;
 use rayon::prelude::*;
 
 use super::collected::{Lists, sort};
-use crate::embree::{Caller, Collector, Group, RayHit, Scene, with_flush_to_zero};
+use crate::embree::{Caller, Collector, Group, RayHit, Scene};
 use crate::engine::{Answer, CHUNK, Engine, Question};
+use crate::flush_to_zero::with_flush_to_zero;
 
 /// A scene asked by calls of N rays: 1, 8 or 16.
 pub struct Every<const N: usize> {

@@ -92,8 +92,7 @@ pub fn run(options: &Options) -> Result<(), String> {
             let hits: usize =
                 truth.iter().filter(|a| a.is_hit()).map(|a| a.triangle as usize).sum();
             let seconds = options.seconds;
-            let measured =
-                measure::measure(&mut engines, &rays, QUESTION, &truth, seconds, &pool);
+            let measured = measure::measure(&mut engines, &rays, QUESTION, &truth, seconds, &pool);
             let measured: Vec<Row> = measured
                 .into_iter()
                 .map(|row| Row {
@@ -146,13 +145,16 @@ fn engines(
                 Some(ours(name, bvh, Certified::default(), options.limit))
             }
             "exact" | "exact-single" => Some(ours(name, bvh, Exact::default(), options.limit)),
-            "obvhs-2" | "obvhs-8" => Some(Box::new(obvhs::Every::new(triangles, name == "obvhs-8"))),
+            "obvhs-2" | "obvhs-8" => {
+                Some(Box::new(obvhs::Every::new(triangles, name == "obvhs-8")))
+            }
             _ => api.and_then(|api| {
                 let robust = name.contains("robust");
                 let scene = scenes.entry(robust).or_insert_with(|| {
                     let build =
                         Build { robust, high: false, avx2: false, threads: 0, collect: true };
-                    let scene = Scene::new(api, &scene.mesh, build).inspect_err(|e| eprintln!("{e}"));
+                    let scene =
+                        Scene::new(api, &scene.mesh, build).inspect_err(|e| eprintln!("{e}"));
                     scene.ok().map(|scene| {
                         scene.commit();
                         Arc::new(scene)
