@@ -5,6 +5,7 @@ mod batch;
 mod lists;
 mod mesh;
 mod order;
+mod part;
 mod points;
 mod pool;
 mod run;

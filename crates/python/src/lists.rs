@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
+use crate::part::Part;
 use crate::run::run;
 use crate::scalar::Scalar;
 use crate::source::Source;
@@ -17,18 +18,6 @@ const CHUNK: usize = 4096;
 
 /// Where each ray's answers begin, and after the last where they end; and the bytes of the answers.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u8>>);
-
-/// The lists of some rays: how many answers each has, and all of them.
-pub(crate) struct Part<A> {
-    pub(crate) counts: Vec<u32>,
-    pub(crate) answers: Vec<A>,
-}
-
-impl<A> Part<A> {
-    pub(crate) fn new() -> Self {
-        Self { counts: Vec::new(), answers: Vec::new() }
-    }
-}
 
 /// Asks for a list a ray.
 pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(

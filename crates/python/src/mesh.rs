@@ -7,7 +7,7 @@ use intertri::{Hit, RayOf, TriangleOf};
 use intertri_trace::Solid;
 use pyo3::PyResult;
 
-use crate::lists::Part;
+use crate::part::Part;
 use crate::scalar::{Mode, Scalar};
 
 /// A mesh with its hierarchy.

@@ -7,7 +7,7 @@ use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
-use crate::lists::Part;
+use crate::part::Part;
 
 /// What answers promise.
 #[derive(Clone, Copy)]

@@ -5,21 +5,12 @@ use super::super::int::Int;
 use super::super::quotient::Quotient;
 use super::super::scale::Scale;
 use super::super::tier::Tier;
+use super::closest_point::Closest;
 use super::feature::{Feature, feature_from};
 use super::offsets::{Offsets, at_widths, scale, tier};
 use super::order::square;
 use super::rounded;
 use crate::{Ray, Triangle};
-
-/// The point of a triangle that is closest to another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closest {
-    /// How far it is: the root of the exact square, which is rounded once, rounded once more. That is within 0.86
-    /// units of the last place of the true distance. 0 only where that is 0.
-    pub distance: f64,
-    /// The weights of the second and the third corner, each rounded once.
-    pub weights: [f64; 2],
-}
 
 /// The point of a finite triangle with an area that is closest to a finite one; by a tier or one behind it.
 pub fn closest(from: Tier, point: [f32; 3], triangle: &Triangle) -> Closest {

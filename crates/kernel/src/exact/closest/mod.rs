@@ -14,13 +14,15 @@
 //! proofs: `docs/numerics/nearest.md`.
 
 mod attributes;
+mod closest_point;
 mod feature;
 mod lanes;
 mod offsets;
 mod order;
 mod rounded;
 
-pub use attributes::{Closest, closest};
+pub use attributes::closest;
+pub use closest_point::Closest;
 pub use feature::{Feature, feature, feature_from};
 pub use lanes::{Squares, squares};
 pub use order::{closer, closer_from};

@@ -3,7 +3,7 @@
 
 use super::super::double::{Double, cross, difference, dot, product, sum};
 use super::super::rounded::{DOUBT, Volume, quotient};
-use super::attributes::Closest;
+use super::closest_point::Closest;
 use super::feature::Feature;
 use crate::Triangle;
 use crate::simd::{Lanes, Vec3};
