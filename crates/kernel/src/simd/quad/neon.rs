@@ -245,7 +245,7 @@ pub(super) mod doubles {
     /// Two masks at once, as one of 32 bits a lane.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
-        cpu!(super::singles::bits(vuzp1q_u32(
+        cpu!(singles::bits(vuzp1q_u32(
             vreinterpretq_u32_u64(first),
             vreinterpretq_u32_u64(last)
         )))
@@ -326,10 +326,10 @@ pub(super) mod integers {
     }
     #[inline(always)]
     pub(crate) fn negative(a: Reg) -> u32 {
-        cpu!(super::doubles::bits(vcltzq_s64(a)))
+        cpu!(doubles::bits(vcltzq_s64(a)))
     }
     #[inline(always)]
     pub(crate) fn zero(a: Reg) -> u32 {
-        cpu!(super::doubles::bits(vceqzq_s64(a)))
+        cpu!(doubles::bits(vceqzq_s64(a)))
     }
 }
