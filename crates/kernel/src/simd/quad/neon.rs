@@ -245,10 +245,7 @@ pub(super) mod doubles {
     /// Two masks at once, as one of 32 bits a lane.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
-        cpu!(singles::bits(vuzp1q_u32(
-            vreinterpretq_u32_u64(first),
-            vreinterpretq_u32_u64(last)
-        )))
+        cpu!(singles::bits(vuzp1q_u32(vreinterpretq_u32_u64(first), vreinterpretq_u32_u64(last))))
     }
     #[inline(always)]
     pub(crate) fn from_bits(bits: u32) -> Mask {
