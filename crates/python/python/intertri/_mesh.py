@@ -561,7 +561,7 @@ class Mesh:
         else:
             if self._copy is None:
                 self._copy = Copy(self._vertices.astype(F64, copy=False), self._faces, threads)
-            self._copy.find(np.ascontiguousarray(at).reshape(-1, 3), radius, threads, nearest.reshape(-1))
+            self._copy.find(np.ascontiguousarray(at, np.float64).reshape(-1, 3), radius, threads, nearest.reshape(-1))
         return nearest if at.ndim > 1 or out is not None else nearest[()]
 
     def signed_distance(

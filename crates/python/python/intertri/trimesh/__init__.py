@@ -8,6 +8,9 @@ array([ True])
 array([ True, False])
 """
 
+# What trimesh knows of its types differs from version to version.
+# pyright: reportAttributeAccessIssue=false, reportArgumentType=false, reportAssignmentType=false, reportCallIssue=false
+
 from __future__ import annotations
 
 from typing import Any, TypeAlias
