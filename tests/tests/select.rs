@@ -79,7 +79,7 @@ impl Meshes {
                 counting.iter().map(|&i| self.scene.triangles[i as usize]).collect();
             let told = |hit| self.of_counting(&counting, hit);
             let first = mode.closest(&some, ray);
-            let want = first.map(told).unwrap_or(Hit::MISS);
+            let want = first.map_or(Hit::MISS, told);
             let at = || format!("{} ray {i}: {ray:?}, {select:?}", mode.level().name());
             assert_eq!(bits(&closest[i]), bits(&want), "{}", at());
             assert_eq!(any[i], first.is_some(), "{}", at());
@@ -106,20 +106,22 @@ impl Meshes {
     }
 
     /// Crossings of the triangles that count.
-    fn check_crossings(&self, mode: &Exact, select: &Select<'_>) {
+    fn check_crossings(&self, mode: Exact, select: &Select<'_>) {
         let (rays, only) = (&self.scene.rays[..], self.bvh.only(select));
         let mut counts = vec![Crossings { signed: 7, unsigned: 7 }; rays.len()];
-        only.crossings_batch(mode, rays, &mut counts);
+        only.crossings_batch(&mode, rays, &mut counts);
         for (i, ray) in rays.iter().enumerate() {
             let counting = self.counting(select, i, ray);
             let some: Vec<Triangle> =
                 counting.iter().map(|&i| self.scene.triangles[i as usize]).collect();
             let all = mode.crossings(&some, ray);
             let mut want = Crossings::default();
-            all.iter().for_each(|crossing| want.add(crossing.leaves));
+            for crossing in &all {
+                want.add(crossing.leaves);
+            }
             assert_eq!(counts[i], want, "ray {i}: {ray:?}, {select:?}");
             let skip = select.skip.get(i..i + 1).unwrap_or(&[]);
-            let got = self.bvh.only(&Select { skip, ..*select }).crossings(mode, ray);
+            let got = self.bvh.only(&Select { skip, ..*select }).crossings(&mode, ray);
             let told =
                 |c: &intertri::Crossing| (bits(&self.of_counting(&counting, c.hit)), c.leaves);
             assert!(got.iter().map(|c| (bits(&c.hit), c.leaves)).eq(all.iter().map(told)));
@@ -149,12 +151,10 @@ fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     let (ux, uy, uz) = (bx - &ax, by - &ay, bz - &az);
     let (vx, vy, vz) = (cx - ax, cy - ay, cz - az);
     let sum = dx * (&uy * &vz - &uz * &vy) + dy * (uz * &vx - &ux * vz) + dz * (ux * vy - uy * vx);
-    if sum == RBig::ZERO {
-        0
-    } else if sum > RBig::ZERO {
-        1
-    } else {
-        -1
+    match sum.cmp(&RBig::ZERO) {
+        std::cmp::Ordering::Less => -1,
+        std::cmp::Ordering::Equal => 0,
+        std::cmp::Ordering::Greater => 1,
     }
 }
 
@@ -183,7 +183,7 @@ fn choices(meshes: &Meshes, level: Level) -> usize {
                 hits += meshes.check(&certified, &select);
                 hits += meshes.check(&exact, &select);
                 hits += meshes.check(&double, &select);
-                meshes.check_crossings(&exact, &select);
+                meshes.check_crossings(exact, &select);
             }
         }
     }

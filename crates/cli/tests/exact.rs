@@ -123,7 +123,8 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
             let line = format!("render --size {size}{light} --engine {engine} --check {check}");
             let check = &report(&place, &line)["check"];
             assert_eq!(check["differing_pixels"], check["excused_pixels"], "{line}: {check}");
-            assert!(check["differing_pixels"].as_u64() < Some(10), "{line}: {check}");
+            // Exact shadow rays begin on the surface, the others end a ten thousandth before it.
+            assert!(check["differing_pixels"].as_u64() < Some(25), "{line}: {check}");
         }
     }
     for check in ["raster", "fixed"] {

@@ -165,7 +165,7 @@ impl LocalFrame {
 /// The exponent of the largest component of a direction; 0 of none.
 #[inline]
 fn longest_exponent(ray: &Ray64) -> i32 {
-    let [x, y, z] = ray.dir.map(|x| x.rank());
+    let [x, y, z] = ray.dir.map(Bits::rank);
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 

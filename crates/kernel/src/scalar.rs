@@ -5,6 +5,15 @@ use core::fmt;
 use bytemuck::Pod;
 
 /// What coordinates are given in: f32 or f64. The set is closed.
+///
+/// ```
+/// use intertri::{Scalar, TriangleOf};
+/// /// The middle of a triangle, in f64.
+/// fn middle<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
+///     [0, 1, 2].map(|k| triangle.0.iter().map(|corner| Into::<f64>::into(corner[k])).sum::<f64>() / 3.0)
+/// }
+/// assert_eq!(middle(&intertri::Triangle64([[0.0; 3], [3.0, 0.0, 0.0], [0.0, 6.0, 0.0]])), [1.0, 2.0, 0.0]);
+/// ```
 pub trait Scalar:
     Pod + PartialOrd + fmt::Debug + fmt::Display + Default + From<f32> + Into<f64> + Send + Sync + Bits
 {

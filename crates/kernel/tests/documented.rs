@@ -58,7 +58,7 @@ fn items_of<'a>(
     is_internal: impl Fn(&str) -> bool,
 ) -> (usize, Vec<&'a str>) {
     let (mut count, mut bare) = (0, vec![]);
-    let (mut has_example, mut in_trait, mut internal) = (false, false, false);
+    let (mut has_example, mut in_trait, mut internal, mut hidden) = (false, false, false, false);
     for line in text.lines() {
         let code = line.trim();
         if code.starts_with("///") {
@@ -66,6 +66,7 @@ fn items_of<'a>(
             continue;
         }
         if code.starts_with('#') || code.starts_with("//") {
+            hidden |= code.contains("doc(hidden)");
             continue;
         }
         let top = !line.starts_with(char::is_whitespace);
@@ -87,11 +88,11 @@ fn items_of<'a>(
             let called =
                 || [".", "::", " "].iter().any(|dot| examples.contains(&format!("{dot}{name}")));
             count += 1;
-            if !internal && !has_example && (top || !called()) {
+            if !internal && !hidden && !has_example && (top || !called()) {
                 bare.push(name);
             }
         }
-        has_example = false;
+        (has_example, hidden) = (false, false);
     }
     (count, bare)
 }

@@ -176,7 +176,7 @@ mod tests {
             let toward = DVec3::new(2.0 * size, over * size, size);
             let lights = [Light::Point { position: single(point + toward) }, sun(toward)];
             let near = point + toward * 1e-5;
-            let side = toward.any_orthonormal_vector() * size;
+            let side = toward.normalize().any_orthonormal_vector() * size;
             let other = toward.normalize().cross(side);
             let wall = [near - side - other, near + side * 2.0, near + other * 2.0].map(single);
             let far = [wall, wall.map(|p| single(double(p) + toward * 1.1))].map(Triangle);

@@ -78,7 +78,9 @@ impl<S: Given> Bvh<S> {
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
         let mut all = room(count).map_err(out_of_memory)?;
-        meshes.iter().for_each(|mesh| all.extend_from_slice(mesh));
+        for mesh in meshes {
+            all.extend_from_slice(mesh);
+        }
         let counts = meshes.iter().map(|mesh| mesh.len());
         let geometries = Geometries::of(counts).map_err(out_of_memory)?;
         let mut bvh = Self::new(&all)?;

@@ -188,8 +188,8 @@ fn equal_rounded_t_are_told_apart() {
     assert_eq!(numbers(bvh.all(&mode, &ray)), [1, 2, 0]);
     assert_eq!(crossings(mode.crossings(&triangles, &ray)), [1, 2, 0]);
     assert_eq!(crossings(bvh.crossings(&mode, &ray)), [1, 2, 0]);
-    let mut hits = [Hit::MISS; 2000];
-    bvh.closest_batch(&mode, &[ray; 2000], &mut hits);
+    let mut hits = vec![Hit::MISS; 2000];
+    bvh.closest_batch(&mode, &vec![ray; 2000], &mut hits);
     hits[0] = mode.closest(&triangles, &ray).unwrap();
     hits[1] = bvh.closest(&mode, &ray).unwrap();
     assert!(hits.iter().all(|hit| hit.triangle == 1));

@@ -17,13 +17,14 @@ struct Ball {
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {
-        let bump = 1.0 + 0.1 * f64::from(u8::from((ring * 7 + sector % sectors * 3) % 5 == 0));
+        let bump =
+            1.0 + 0.1 * f64::from(u8::from((ring * 7 + sector % sectors * 3).is_multiple_of(5)));
         let (polar, around) = (
             ring as f64 / rings as f64 * std::f64::consts::PI,
             (sector % sectors) as f64 / sectors as f64 * std::f64::consts::TAU,
         );
         // One corner at each pole.
-        let (r, bump) = if ring % rings == 0 { (0.0, 1.0) } else { (polar.sin(), bump) };
+        let (r, bump) = if ring.is_multiple_of(rings) { (0.0, 1.0) } else { (polar.sin(), bump) };
         let v = [r * around.cos(), r * around.sin(), polar.cos()].map(|x| x * bump);
         [0, 1, 2].map(|k| {
             let x = if on_grid { (v[k] * 1024.0).round() / 1024.0 } else { v[k] };
@@ -95,7 +96,7 @@ fn signed_crossings_are_the_winding_number() {
                 bvh.closest_batch(&mode, &rays, &mut hits);
                 for (k, ray) in rays.iter().enumerate() {
                     let what = format!("{size:e} {centre:?} {on_grid} {ray:?}");
-                    assert_eq!(i64::from(counts[k].signed), winding, "{what}");
+                    assert_eq!(counts[k].signed, winding, "{what}");
                     assert!(winding == 0 || any[k], "{what} leaks");
                     assert_eq!(any[k], hits[k].is_hit(), "{what}");
                     inside += usize::from(winding == 1);

@@ -126,7 +126,7 @@ pub(super) fn plane_signs(
 ) -> Option<(Ordering, Ordering)> {
     let (a, h4, h5) = (c1 - org, c2 - c1, c3 - c1);
     let sign = |x| {
-        let [over, under, zero] = Sum::volume(x, h4, h5).signs(VOLUME).map(|mask| mask.any());
+        let [over, under, zero] = Sum::volume(x, h4, h5).signs(VOLUME).map(Mask::any);
         let order = if over { Ordering::Greater } else { Ordering::Less };
         if zero { Some(Ordering::Equal) } else { (over || under).then_some(order) }
     };

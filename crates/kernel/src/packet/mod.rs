@@ -123,6 +123,7 @@ impl<const N: usize> TriangleBlock<N> {
     }
 
     /// Up to N copies of triangles, the rest filled with the last.
+    #[doc(hidden)]
     pub fn of_copies(copies: &[Copy32]) -> Self {
         let live = copies.len().min(N);
         let mut block =

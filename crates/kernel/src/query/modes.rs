@@ -138,6 +138,14 @@ impl Exact {
     }
 
     /// [`Mode::all`] of what is given in f64.
+    ///
+    /// ```
+    /// use intertri::{Exact, Ray64, Triangle64};
+    /// let at = |z| Triangle64::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let ray = Ray64::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
+    /// let hits = Exact::default().all64(&[at(1e9), at(-1.0), at(3.0)], &ray);
+    /// assert!(hits.iter().map(|hit| hit.t).eq([3.0, 1e9]));
+    /// ```
     pub fn all64(&self, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
         in_f64::all(self.level, triangles, ray)
     }

@@ -45,12 +45,11 @@ impl Given for f64 {
         let level = which.level();
         let asked = Asked { tree, originals, rays, level };
         let test = Filter::on_copies(&asked, frame.reach(), level);
-        match rays {
-            [ray] => ask(test.into(), &[frame.ray(ray)]),
-            _ => {
-                let copies: Vec<Ray> = rays.iter().map(|ray| frame.ray(ray)).collect();
-                ask(test.into(), &copies);
-            }
+        if let [ray] = rays {
+            ask(test.into(), &[frame.ray(ray)]);
+        } else {
+            let copies: Vec<Ray> = rays.iter().map(|ray| frame.ray(ray)).collect();
+            ask(test.into(), &copies);
         }
     }
 
