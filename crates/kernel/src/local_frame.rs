@@ -14,6 +14,7 @@
 use crate::exact::has_interval;
 use crate::packet::{Copy32, LARGEST, SHORTEST};
 use crate::scalar::Bits;
+use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
 /// Scaled, the farthest corner is this far out: between 1 and 2. Exponents of the scale, so that it is a normal f64,
@@ -98,7 +99,7 @@ impl LocalFrame {
         let near =
             (0..3).all(|k| at[k].abs() <= far && minus_h4[k].abs() <= far && h5[k].abs() <= far);
         let known = near && a + b + c < f64::INFINITY;
-        let longest = a.max(b).max(c).sqrt() as f32;
+        let longest = Lanes::sqrt(a.max(b).max(c)) as f32;
         // The second number above.
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
         Copy32 {

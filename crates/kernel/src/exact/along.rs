@@ -43,7 +43,7 @@ pub(crate) fn t_times_from<S: Scalar>(
 /// Whether a t is far from the ends of f64's exponents.
 #[inline(always)]
 fn is_tame_t(t: f64) -> bool {
-    (f64::MIN_POSITIVE.sqrt()..=f64::MAX.sqrt()).contains(&t)
+    (pow2(-500)..=pow2(500)).contains(&t)
 }
 
 #[inline(never)]
