@@ -75,11 +75,18 @@ pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
+/// Whether the differences of such boundary coordinates, and of the coordinates they are made of,
+/// cannot overflow; false for NaN.
+fn in_range(boundaries: [f64; 6]) -> bool {
+    boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
+}
+
 /// The part of an edge that is in the canonical view volume, or `None` where nothing is.
 ///
 /// An end that is inside keeps its bits, a cut one lies on its wall up to rounding, and the edge
 /// from `c` to `a` gives the same two points in the other order. An edge with a coordinate that is
-/// NaN, infinite, or so large that `w + x` and the like overflow is nowhere.
+/// NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest f64 is
+/// nowhere.
 ///
 /// ```
 /// use intertri_raster::{Point4, clip_edge};
@@ -90,7 +97,7 @@ pub fn outcode(boundaries: [f64; 6]) -> u8 {
 /// ```
 pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
     let (a_bc, c_bc) = (a.boundaries(), c.boundaries());
-    if !a_bc.iter().chain(&c_bc).all(|bc| bc.is_finite()) {
+    if !(in_range(a_bc) && in_range(c_bc)) {
         return None;
     }
 
@@ -143,7 +150,8 @@ pub struct Scratch {
 /// The outline of a convex facet is convex. A concave one may come out with parts joined by edges
 /// that run to and fro along a wall. Corners that are inside keep their bits, and a cut corner
 /// depends on the ends of its edge alone, not on their order or on the facet. An outline with a
-/// coordinate that is NaN, infinite, or so large that `w + x` and the like overflow is nowhere.
+/// coordinate that is NaN, infinite, or so large that `w + x` and the like exceed a quarter of the
+/// largest f64 is nowhere.
 pub fn clip_facet(
     corners: impl IntoIterator<Item = Point4>,
     walls: u8,
@@ -154,15 +162,15 @@ pub fn clip_facet(
     outline.extend(corners);
 
     // All corners outside of one wall, or all inside?
-    let (mut all, mut any, mut finite) = (walls, 0, true);
+    let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();
-        finite &= boundaries.iter().all(|bc| bc.is_finite());
+        usable &= in_range(boundaries);
         let code = outcode(boundaries) & walls;
         all &= code;
         any |= code;
     }
-    if all != 0 || !finite {
+    if all != 0 || !usable {
         outline.clear();
     }
 

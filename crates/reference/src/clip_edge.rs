@@ -18,7 +18,8 @@
 //!   a wall is rejected, and one that only starts there is kept.
 //! - **`A = tmp`** at the end would assign rubbish when A was inside and nothing was put into `tmp`:
 //!   here `A` changes only if `tIn` did. And `C` is computed from the old `A`.
-//! - **NaN and infinity** are not mentioned. Here such an edge has no part in the volume.
+//! - **NaN and infinity** are not mentioned. Here such an edge has no part in the volume; nor has one
+//!   so large that a difference of its boundary coordinates could overflow.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,11 +69,13 @@ pub fn outcode(boundaries: [f64; 6]) -> u8 {
 ///
 /// An end that is inside keeps its bits. A cut end may stand outside of its wall by rounding. The
 /// part can be a single point, where an edge touches the volume's own edge. An edge with a
-/// coordinate that is NaN, infinite, or so large that `w + x` and the like overflow, answers 0.
+/// coordinate that is NaN, infinite, or so large that `w + x` and the like exceed a quarter of the
+/// largest f64, answers 0.
 pub fn clip_edge(a: &mut Point4, c: &mut Point4) -> i32 {
     let a_bc = a.boundaries();
     let c_bc = c.boundaries();
-    if a_bc.iter().chain(&c_bc).any(|bc| !bc.is_finite()) {
+    // Up to here, no difference of two boundary coordinates, nor of two coordinates, overflows.
+    if !a_bc.iter().chain(&c_bc).all(|bc| bc.abs() <= f64::MAX / 4.0) {
         return 0;
     }
 
