@@ -92,7 +92,8 @@ fn theirs(
     build: f64,
 ) -> Result<(), String> {
     let threads = pool.current_num_threads() as u32;
-    let scene = Scene::new(api, mesh, Build { robust: false, high: false, avx2: false, threads })?;
+    let build_as = Build { robust: false, high: false, avx2: false, threads, collect: false };
+    let scene = Scene::new(api, mesh, build_as)?;
     let scene = scene.for_refits();
     scene.commit();
     let mut turn = 0.3;
