@@ -1,6 +1,7 @@
 //! How answers become one number.
 
 use intertri::Hit;
+use intertri_trace::Place;
 
 /// FNV-1a over 64-bit words, and how many answers are no miss.
 pub(crate) struct Digest {
@@ -34,5 +35,15 @@ impl Digest {
     pub(crate) fn truth(&mut self, truth: bool) {
         self.hits += u64::from(truth);
         self.word(truth.into());
+    }
+
+    /// Where a point lies; outside is no hit.
+    pub(crate) fn place(&mut self, place: Place) {
+        self.hits += u64::from(place != Place::Outside);
+        self.word(match place {
+            Place::Outside => 0,
+            Place::Inside(times) => times as u64,
+            Place::Surface => u64::MAX / 2,
+        });
     }
 }

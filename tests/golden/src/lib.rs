@@ -15,6 +15,7 @@
 //! ```
 
 mod digest;
+mod doubles;
 mod grid;
 mod lists;
 mod modes;
@@ -59,6 +60,7 @@ macro_rules! section {
 pub const SECTIONS: &[Section] = &[
     section!("modes", "answers.txt", modes::answers),
     section!("fixed", "fixed.txt", grid::answers),
+    section!("doubles", "doubles.txt", doubles::answers),
     section!("lists", "lists.txt", lists::answers),
     section!("nearest", "nearest.txt", nearest::answers),
     section!("saved", "saved.txt", saved::answers),

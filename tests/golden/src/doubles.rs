@@ -1,0 +1,90 @@
+//! The section `doubles`: `exact` over scenes in f64, by every query.
+
+use intertri::simd::Level;
+use intertri::{Crossings, Exact, Hit, Ray, Ray64, Triangle64};
+use intertri_trace::{Bvh, Place, Solid};
+
+use crate::Line;
+use crate::digest::Digest;
+use crate::scenes::{Scene, scenes};
+
+/// Where the scenes stand: at home, and as far away as UTM coordinates are.
+const PLACES: [(&str, [f64; 3]); 2] =
+    [("at home", [0.0; 3]), ("far away", [448_262.118, 5_411_932.678, 113.4])];
+
+/// The lines of all scenes, a third as large, so that f32 does not hold their coordinates.
+pub(crate) fn answers(level: Level) -> Vec<Line> {
+    let mode = Exact::at(level);
+    let mut lines = vec![];
+    for scene in &scenes() {
+        for (place, by) in PLACES {
+            of_scene(&format!("{}, {place}", scene.name), scene, by, mode, &mut lines);
+        }
+    }
+    lines
+}
+
+/// The lines of a scene that is moved by a vector.
+fn of_scene(name: &str, scene: &Scene, by: [f64; 3], mode: Exact, lines: &mut Vec<Line>) {
+    let third = |p: [f32; 3]| p.map(|x| f64::from(x) / 3.0);
+    let moved = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + by[k]);
+    let triangles: Vec<_> =
+        scene.triangles.iter().map(|t| Triangle64(t.0.map(|p| moved(third(p))))).collect();
+    let ray = |ray: &Ray| {
+        let moved = Ray64::new(moved(third(ray.origin)), third(ray.dir));
+        moved.between(ray.t_min.into(), ray.t_max.into())
+    };
+    let rays: Vec<_> = scene.rays.iter().map(ray).collect();
+    let few = &rays[..rays.len().min(100)];
+    let bvh = Bvh::new(&triangles).expect("small");
+    let mut put = |query: &str, digest: Digest| {
+        lines.push(Line::new(name, "exact", query, &digest));
+    };
+
+    let mut hits = vec![Hit::MISS; rays.len()];
+    bvh.closest_batch(&mode, &rays, &mut hits);
+    put("closest, batch", of_hits(hits));
+    put("closest, one", of_hits(few.iter().map(|r| bvh.closest(&mode, r).unwrap_or(Hit::MISS))));
+    put("all", of_hits(few.iter().flat_map(|r| bvh.all(&mode, r))));
+    let lists = bvh.all_batch(&mode, few, Some(3)).expect("small");
+    put("all, first three", of_hits(lists.hits));
+    let slices = few.iter().map(|r| mode.closest64(&triangles, r).unwrap_or(Hit::MISS));
+    put("closest, slices", of_hits(slices));
+
+    let (mut any, mut digest) = (vec![false; rays.len()], Digest::new());
+    bvh.any_batch(&mode, &rays, &mut any);
+    for any in any {
+        digest.truth(any);
+    }
+    put("any", digest);
+
+    let (mut counts, mut digest) = (vec![Crossings::default(); rays.len()], Digest::new());
+    bvh.crossings_batch(&mode, &rays, &mut counts);
+    for count in counts {
+        digest.hits += count.unsigned;
+        digest.word(count.signed as u64);
+        digest.word(count.unsigned);
+    }
+    put("crossings", digest);
+
+    if scene.closed {
+        let solid = Solid::assume_closed(&triangles).expect("small");
+        let points = rays.iter().map(|r| [0, 1, 2].map(|k| r.origin[k] + 0.9 * r.dir[k]));
+        let points: Vec<_> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
+        let (mut places, mut digest) = (vec![Place::Outside; points.len()], Digest::new());
+        solid.place_batch(&points, &mut places);
+        for place in places {
+            digest.place(place);
+        }
+        put("contains", digest);
+    }
+}
+
+/// The digest of hits.
+fn of_hits(hits: impl IntoIterator<Item = Hit>) -> Digest {
+    let mut digest = Digest::new();
+    for hit in hits {
+        digest.hit(&hit);
+    }
+    digest
+}
