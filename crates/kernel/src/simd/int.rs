@@ -62,6 +62,19 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     fn negative(self) -> u32;
     /// The lanes that are 0.
     fn zero(self) -> u32;
+
+    /// [`Ints::negative`] of these lanes and, above them, of others: at once where that takes less.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn negative_of_two(self, last: Self) -> u32 {
+        self.negative() | last.negative() << Self::N
+    }
+    /// [`Ints::zero`] of these lanes and of others.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn zero_of_two(self, last: Self) -> u32 {
+        self.zero() | last.zero() << Self::N
+    }
 }
 
 impl<L: Ints> Ints for Pair<L> {
@@ -97,11 +110,11 @@ impl<L: Ints> Ints for Pair<L> {
     }
     #[inline(always)]
     fn negative(self) -> u32 {
-        self.0.negative() | self.1.negative() << L::N
+        self.0.negative_of_two(self.1)
     }
     #[inline(always)]
     fn zero(self) -> u32 {
-        self.0.zero() | self.1.zero() << L::N
+        self.0.zero_of_two(self.1)
     }
 }
 

@@ -195,9 +195,9 @@ macro_rules! lanes {
 lanes!(Singles, SinglesMask, singles);
 lanes!(Doubles, DoublesMask, doubles);
 
-/// A register of i64.
+/// Two registers of i64: as many lanes as one has of i32, for products have factors of that width.
 #[derive(Clone, Copy)]
-pub(super) struct Integers(cpu::integers::Reg);
+pub(super) struct Integers(cpu::integers::Regs);
 
 impl Add for Integers {
     type Output = Self;
@@ -216,7 +216,7 @@ impl Sub for Integers {
 }
 
 impl Ints for Integers {
-    const N: usize = 2;
+    const N: usize = 4;
 
     #[inline(always)]
     fn splat(x: i64) -> Self {
@@ -250,6 +250,14 @@ impl Ints for Integers {
     fn zero(self) -> u32 {
         cpu::integers::zero(self.0)
     }
+    #[inline(always)]
+    fn negative_of_two(self, last: Self) -> u32 {
+        cpu::integers::negative_of_two(self.0, last.0)
+    }
+    #[inline(always)]
+    fn zero_of_two(self, last: Self) -> u32 {
+        cpu::integers::zero_of_two(self.0, last.0)
+    }
 }
 
 /// 128-bit registers, and pairs of them for more lanes.
@@ -262,8 +270,8 @@ impl Simd for Baseline {
     type F32x16 = Pair<Pair<Singles>>;
     type F64x4 = Pair<Doubles>;
     type F64x8 = Pair<Pair<Doubles>>;
-    type I64x4 = Pair<Integers>;
-    type I64x8 = Pair<Pair<Integers>>;
+    type I64x4 = Integers;
+    type I64x8 = Pair<Integers>;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]

@@ -153,10 +153,14 @@ pub(super) mod singles {
     /// Two masks at once: halves of eight bits a lane, of which each keeps its own.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
+        cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
+    }
+    /// Eight masks of 16 bits.
+    #[inline(always)]
+    pub(crate) fn bits_of_eight(mask: uint16x8_t) -> u32 {
         cpu!({
             let lane = vld1q_u16([1, 2, 4, 8, 16, 32, 64, 128].as_ptr());
-            let both = vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last));
-            vaddvq_u16(vandq_u16(both, lane)).into()
+            vaddvq_u16(vandq_u16(mask, lane)).into()
         })
     }
     #[inline(always)]
@@ -271,62 +275,117 @@ pub(super) mod doubles {
     }
 }
 
-/// Two i64.
+/// Four i64, in two registers.
 pub(super) mod integers {
     use super::*;
 
-    pub(crate) type Reg = int64x2_t;
+    pub(crate) type Regs = [int64x2_t; 2];
 
     #[inline(always)]
-    pub(crate) fn splat(x: i64) -> Reg {
-        cpu!(vdupq_n_s64(x))
+    pub(crate) fn splat(x: i64) -> Regs {
+        cpu!([vdupq_n_s64(x), vdupq_n_s64(x)])
     }
     #[inline(always)]
-    pub(crate) fn load(from: &[i64; 2]) -> Reg {
-        cpu!(vld1q_s64(from.as_ptr()))
+    pub(crate) fn load(from: &[i64; 4]) -> Regs {
+        cpu!([vld1q_s64(from.as_ptr()), vld1q_s64(from[2..].as_ptr())])
     }
     #[inline(always)]
-    pub(crate) fn load_f32(from: &[f32; 2]) -> Reg {
-        cpu!(vmovl_s32(vcvt_s32_f32(vld1_f32(from.as_ptr()))))
-    }
-    #[inline(always)]
-    pub(crate) fn store(x: Reg, to: &mut [i64; 2]) {
-        cpu!(vst1q_s64(to.as_mut_ptr(), x))
-    }
-    #[inline(always)]
-    pub(crate) fn add(a: Reg, b: Reg) -> Reg {
-        cpu!(vaddq_s64(a, b))
-    }
-    #[inline(always)]
-    pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
-        cpu!(vsubq_s64(a, b))
-    }
-    #[inline(always)]
-    pub(crate) fn mul_narrow(a: Reg, b: Reg) -> Reg {
-        cpu!(vmull_s32(vmovn_s64(a), vmovn_s64(b)))
-    }
-    /// Each component of b = low + 2^32 * high with a signed low half: the two sums meet at the end.
-    #[inline(always)]
-    pub(crate) fn dot(a: [Reg; 3], b: [Reg; 3]) -> Reg {
+    pub(crate) fn load_f32(from: &[f32; 4]) -> Regs {
         cpu!({
-            let narrow = [vmovn_s64(a[0]), vmovn_s64(a[1]), vmovn_s64(a[2])];
-            let half = vdupq_n_s64(1 << 31);
-            let high_of = |b| vshrn_n_s64::<32>(vaddq_s64(b, half));
-            let low = vmull_s32(narrow[0], vmovn_s64(b[0]));
-            let low =
-                vmlal_s32(vmlal_s32(low, narrow[1], vmovn_s64(b[1])), narrow[2], vmovn_s64(b[2]));
-            let high = vmull_s32(narrow[0], high_of(b[0]));
-            let high =
-                vmlal_s32(vmlal_s32(high, narrow[1], high_of(b[1])), narrow[2], high_of(b[2]));
-            vaddq_s64(low, vshlq_n_s64::<32>(high))
+            let numbers = vcvtq_s32_f32(vld1q_f32(from.as_ptr()));
+            [vmovl_s32(vget_low_s32(numbers)), vmovl_high_s32(numbers)]
         })
     }
     #[inline(always)]
-    pub(crate) fn negative(a: Reg) -> u32 {
-        cpu!(doubles::bits(vcltzq_s64(a)))
+    pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
+        cpu!({
+            vst1q_s64(to.as_mut_ptr(), x[0]);
+            vst1q_s64(to[2..].as_mut_ptr(), x[1]);
+        })
     }
     #[inline(always)]
-    pub(crate) fn zero(a: Reg) -> u32 {
-        cpu!(doubles::bits(vceqzq_s64(a)))
+    pub(crate) fn add(a: Regs, b: Regs) -> Regs {
+        cpu!([vaddq_s64(a[0], b[0]), vaddq_s64(a[1], b[1])])
+    }
+    #[inline(always)]
+    pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
+        cpu!([vsubq_s64(a[0], b[0]), vsubq_s64(a[1], b[1])])
+    }
+    /// Low halves. (Truncation rather than a shuffle: that of what was just widened costs nothing.)
+    #[inline(always)]
+    fn low(x: Regs) -> int32x4_t {
+        cpu!(vcombine_s32(vmovn_s64(x[0]), vmovn_s64(x[1])))
+    }
+    /// High halves.
+    #[inline(always)]
+    fn high(x: Regs) -> int32x4_t {
+        cpu!(vuzp2q_s32(vreinterpretq_s32_s64(x[0]), vreinterpretq_s32_s64(x[1])))
+    }
+    #[inline(always)]
+    fn product(a: int32x4_t, b: int32x4_t) -> Regs {
+        cpu!([vmull_s32(vget_low_s32(a), vget_low_s32(b)), vmull_high_s32(a, b)])
+    }
+    #[inline(always)]
+    fn plus_product(sum: Regs, a: int32x4_t, b: int32x4_t) -> Regs {
+        cpu!([vmlal_s32(sum[0], vget_low_s32(a), vget_low_s32(b)), vmlal_high_s32(sum[1], a, b),])
+    }
+    #[inline(always)]
+    pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
+        product(low(a), low(b))
+    }
+    /// Each component of b = low + 2^32 * high with a signed low half. Of the products of the high ones nothing above
+    /// 32 bits is left, so they take one multiplication for all four lanes.
+    #[inline(always)]
+    pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
+        let a = [low(a[0]), low(a[1]), low(a[2])];
+        let lows = [low(b[0]), low(b[1]), low(b[2])];
+        let highs =
+            [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
+        let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
+        let sum = plus_product(sum, a[2], lows[2]);
+        cpu!({
+            let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
+            let high = vmlaq_s32(high, a[2], highs[2]);
+            let of = |half| vreinterpretq_s64_s32(half);
+            let none = vdupq_n_s32(0);
+            add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
+        })
+    }
+    /// The high half beside a low one that is signed: one more where that is negative.
+    #[inline(always)]
+    fn above(low: int32x4_t, high: int32x4_t) -> int32x4_t {
+        cpu!(vreinterpretq_s32_u32(vsraq_n_u32::<31>(
+            vreinterpretq_u32_s32(high),
+            vreinterpretq_u32_s32(low)
+        )))
+    }
+    #[inline(always)]
+    pub(crate) fn negative(x: Regs) -> u32 {
+        cpu!(singles::bits(vcltzq_s32(high(x))))
+    }
+    #[inline(always)]
+    pub(crate) fn negative_of_two(first: Regs, last: Regs) -> u32 {
+        let halves = [high(first), high(last)];
+        cpu!({
+            let of = |half| vreinterpretq_s16_s32(half);
+            let signs = vcltzq_s16(vuzp2q_s16(of(halves[0]), of(halves[1])));
+            singles::bits_of_eight(signs)
+        })
+    }
+    /// Masks of 32 bits a lane where lanes are 0.
+    #[inline(always)]
+    fn zeros(x: Regs) -> uint32x4_t {
+        cpu!({
+            let of = |mask| vreinterpretq_u32_u64(mask);
+            vuzp1q_u32(of(vceqzq_s64(x[0])), of(vceqzq_s64(x[1])))
+        })
+    }
+    #[inline(always)]
+    pub(crate) fn zero(x: Regs) -> u32 {
+        singles::bits(zeros(x))
+    }
+    #[inline(always)]
+    pub(crate) fn zero_of_two(first: Regs, last: Regs) -> u32 {
+        singles::bits_of_two(zeros(first), zeros(last))
     }
 }

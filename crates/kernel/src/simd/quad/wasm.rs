@@ -238,75 +238,99 @@ pub(super) mod doubles {
     }
 }
 
-/// Two i64.
+/// Four i64, in two registers.
 pub(super) mod integers {
     use super::*;
 
-    pub(crate) type Reg = v128;
+    pub(crate) type Regs = [v128; 2];
 
     #[inline(always)]
-    pub(crate) fn splat(x: i64) -> Reg {
-        i64x2_splat(x)
+    pub(crate) fn splat(x: i64) -> Regs {
+        [i64x2_splat(x), i64x2_splat(x)]
     }
     #[allow(unsafe_code)]
     #[inline(always)]
-    pub(crate) fn load(from: &[i64; 2]) -> Reg {
-        // SAFETY: 128 bits of numbers, of any alignment.
-        unsafe { v128_load(from.as_ptr().cast()) }
+    pub(crate) fn load(from: &[i64; 4]) -> Regs {
+        // SAFETY: 128 bits of numbers each, of any alignment.
+        unsafe { [v128_load(from.as_ptr().cast()), v128_load(from[2..].as_ptr().cast())] }
+    }
+    #[inline(always)]
+    pub(crate) fn load_f32(from: &[f32; 4]) -> Regs {
+        let numbers = i32x4_trunc_sat_f32x4(singles::load(from));
+        [i64x2_extend_low_i32x4(numbers), i64x2_extend_high_i32x4(numbers)]
     }
     #[allow(unsafe_code)]
     #[inline(always)]
-    pub(crate) fn load_f32(from: &[f32; 2]) -> Reg {
-        // SAFETY: 64 bits of numbers, of any alignment.
-        let numbers = unsafe { v128_load64_zero(from.as_ptr().cast()) };
-        i64x2_extend_low_i32x4(i32x4_trunc_sat_f32x4(numbers))
-    }
-    #[allow(unsafe_code)]
-    #[inline(always)]
-    pub(crate) fn store(x: Reg, to: &mut [i64; 2]) {
-        // SAFETY: room for 128 bits of numbers, of any alignment.
-        unsafe { v128_store(to.as_mut_ptr().cast(), x) }
+    pub(crate) fn store(x: Regs, to: &mut [i64; 4]) {
+        // SAFETY: room for 128 bits of numbers each, of any alignment.
+        unsafe {
+            v128_store(to.as_mut_ptr().cast(), x[0]);
+            v128_store(to[2..].as_mut_ptr().cast(), x[1]);
+        }
     }
     #[inline(always)]
-    pub(crate) fn add(a: Reg, b: Reg) -> Reg {
-        i64x2_add(a, b)
+    pub(crate) fn add(a: Regs, b: Regs) -> Regs {
+        [i64x2_add(a[0], b[0]), i64x2_add(a[1], b[1])]
     }
     #[inline(always)]
-    pub(crate) fn sub(a: Reg, b: Reg) -> Reg {
-        i64x2_sub(a, b)
+    pub(crate) fn sub(a: Regs, b: Regs) -> Regs {
+        [i64x2_sub(a[0], b[0]), i64x2_sub(a[1], b[1])]
     }
-    /// The low halves of both, side by side, then their product.
+    /// Low halves.
     #[inline(always)]
-    pub(crate) fn mul_narrow(a: Reg, b: Reg) -> Reg {
-        i64x2_extmul_low_i32x4(low(a), low(b))
+    fn low(x: Regs) -> v128 {
+        i32x4_shuffle::<0, 2, 4, 6>(x[0], x[1])
     }
-    /// Each component of b = low + 2^32 * high with a signed low half: the two sums meet at the end.
+    /// High halves.
     #[inline(always)]
-    pub(crate) fn dot(a: [Reg; 3], b: [Reg; 3]) -> Reg {
+    fn high(x: Regs) -> v128 {
+        i32x4_shuffle::<1, 3, 5, 7>(x[0], x[1])
+    }
+    #[inline(always)]
+    fn product(a: v128, b: v128) -> Regs {
+        [i64x2_extmul_low_i32x4(a, b), i64x2_extmul_high_i32x4(a, b)]
+    }
+    #[inline(always)]
+    pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
+        product(low(a), low(b))
+    }
+    /// Each component of b = low + 2^32 * high with a signed low half. Of the products of the high ones nothing above
+    /// 32 bits is left, so they take one multiplication for all four lanes.
+    #[inline(always)]
+    pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];
-        let half = i64x2_splat(1 << 31);
-        let high = |b| i32x4_shuffle::<1, 3, 1, 3>(i64x2_add(b, half), half);
-        let sum = |x, y, z| {
-            let [x, y, z] = [(a[0], x), (a[1], y), (a[2], z)].map(
-                #[inline(always)]
-                |(a, b)| i64x2_extmul_low_i32x4(a, b),
-            );
-            i64x2_add(i64x2_add(x, y), z)
-        };
-        let of_low = sum(low(b[0]), low(b[1]), low(b[2]));
-        let of_high = sum(high(b[0]), high(b[1]), high(b[2]));
-        i64x2_add(of_low, i64x2_shl(of_high, 32))
+        let lows = [low(b[0]), low(b[1]), low(b[2])];
+        let highs =
+            [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
+        let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
+        let sum = add(sum, product(a[2], lows[2]));
+        let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
+        let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
+        let none = i64x2_splat(0);
+        let above =
+            [i32x4_shuffle::<0, 4, 1, 5>(none, high), i32x4_shuffle::<0, 6, 1, 7>(none, high)];
+        add(sum, above)
+    }
+    /// The high half beside a low one that is signed: one more where that is negative.
+    #[inline(always)]
+    fn above(low: v128, high: v128) -> v128 {
+        i32x4_sub(high, i32x4_shr(low, 31))
     }
     #[inline(always)]
-    fn low(a: Reg) -> Reg {
-        i32x4_shuffle::<0, 2, 0, 2>(a, a)
+    pub(crate) fn negative(x: Regs) -> u32 {
+        i32x4_bitmask(high(x)).into()
     }
     #[inline(always)]
-    pub(crate) fn negative(a: Reg) -> u32 {
-        i64x2_bitmask(a).into()
+    pub(crate) fn negative_of_two(first: Regs, last: Regs) -> u32 {
+        negative(first) | negative(last) << 4
     }
     #[inline(always)]
-    pub(crate) fn zero(a: Reg) -> u32 {
-        i64x2_bitmask(i64x2_eq(a, i64x2_splat(0))).into()
+    pub(crate) fn zero(x: Regs) -> u32 {
+        let none = i64x2_splat(0);
+        negative([i64x2_eq(x[0], none), i64x2_eq(x[1], none)])
+    }
+    #[inline(always)]
+    pub(crate) fn zero_of_two(first: Regs, last: Regs) -> u32 {
+        zero(first) | zero(last) << 4
     }
 }
