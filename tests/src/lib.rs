@@ -31,8 +31,8 @@ mod pages {
 use intertri::internal::{Filter, Test};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits, Ray,
-    RayPacket, Threshold, Triangle, TriangleBlock,
+    Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits, Prepared,
+    Ray, RayPacket, Threshold, Triangle, TriangleBlock,
 };
 
 /// Every pair of a scene through every mode, level, width and form of the kernel.
@@ -181,6 +181,13 @@ where
             same(&hits, rays.len(), want).map_err(|(lane, what)| {
                 format!("{name} {level} packet of {N}: {what}\n{:?}\n{triangle:?}", rays[lane])
             })?;
+            let any = mode.level().run(AnyOf { test: mode.test(), packet, triangle: &prepared });
+            if any != hits.bits {
+                let bits = hits.bits;
+                return Err(format!(
+                    "{name} {level} any of a packet of {N}: {any:b}, not {bits:b}\n{rays:?}\n{triangle:?}"
+                ));
+            }
         }
     }
     for (i, ray) in scene.rays.iter().enumerate() {
@@ -193,6 +200,27 @@ where
         }
     }
     Ok(())
+}
+
+/// The lanes of a packet that hit a triangle, without t.
+struct AnyOf<'a, T: Test, const N: usize> {
+    test: T,
+    packet: &'a RayPacket<N>,
+    triangle: &'a Prepared<T>,
+}
+
+impl<T: LaneQueries, const N: usize> WithSimd for AnyOf<'_, T, N>
+where
+    Lane<N>: Width,
+{
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> u32 {
+        let rays = self.test.prepare_packet_in::<S, N>(self.packet);
+        let live = self.packet.live();
+        self.test.packet_any_in(&rays, self.triangle, live, &mut Counts::default())
+    }
 }
 
 /// Compares the live lanes with what they should be, and that no other lane is a hit.

@@ -26,6 +26,12 @@ pub(crate) trait LanePairs {
         self.resolver().hit(&self.ray(lane), &self.triangle(lane), self.numbers(lane))
     }
 
+    /// Whether the pair of a lane is a hit.
+    #[inline(always)]
+    fn meets(&self, lane: usize) -> bool {
+        self.resolver().meets(&self.ray(lane), &self.triangle(lane), self.numbers(lane))
+    }
+
     /// t of the pair of a lane, which is known to be a hit.
     #[inline(always)]
     fn t(&self, lane: usize) -> f64 {

@@ -104,6 +104,55 @@ pub trait LaneQueries: Test {
         all_hits(found, |lane| self.sure_end(packet.t_max[lane]), &pairs)
     }
 
+    /// The lanes of N rays that hit one triangle, a bit each: those of [`LaneQueries::packet_in`] without their t,
+    /// which takes long where pairs are close. Only the lanes in `live` take part.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{Counts, Exact, LaneQueries, Mode, Ray, RayPacket, Triangle};
+    ///
+    /// /// The rays that a wall stops.
+    /// struct Shadow<'a>(&'a RayPacket<8>, &'a Triangle);
+    /// impl WithSimd for Shadow<'_> {
+    ///     type Output = u32;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> u32 {
+    ///         let (test, mut counts) = (Exact::default().test(), Counts::default());
+    ///         let rays = test.prepare_packet_in::<S, 8>(self.0);
+    ///         test.packet_any_in(&rays, &test.prepare(self.1), self.0.live(), &mut counts)
+    ///     }
+    /// }
+    ///
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// // Inside, on the longest edge, a step of f32 beside it, and a ray that ends before the wall.
+    /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
+    /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
+    /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
+    /// ```
+    #[inline(always)]
+    fn packet_any_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S, N>,
+        triangle: &Prepared<Self>,
+        live: u32,
+        counts: &mut Counts,
+    ) -> u32
+    where
+        Lane<N>: Width,
+    {
+        let (packet, constants) = (rays.packet(), &triangle.constants);
+        let triangles = self.one_triangle::<F<S, N>, D<S, N>>(&triangle.triangle, constants);
+        let far = Lanes::load(&packet.t_max);
+        let Some(found) = self.test(&triangles, rays.lanes(), far, live, counts) else { return 0 };
+        let (resolver, triangle) = (self.resolver(), &triangle.triangle);
+        let (first, place, find) = (0, 0, |_| *triangle);
+        let pairs = RaysOnTriangle { resolver, packet, first, triangle, place, find };
+        let sure_end = packet.t_max.map(|t_max| self.sure_end(t_max));
+        let sure = found.exact | found.near & found.t_hi.lt(Lanes::load(&sure_end)).bits();
+        let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
+        lanes_of(found.lanes() & !sure).fold(sure, meets)
+    }
+
     /// All hits of one ray with N triangles.
     ///
     /// An example stands at [`PreparedRay`].

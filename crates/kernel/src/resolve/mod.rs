@@ -60,6 +60,16 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// Whether the ray hits the triangle within its interval, for whoever asks for no t.
+    #[cold]
+    #[inline(never)]
+    pub fn meets(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> bool {
+        match self {
+            Self::Exact => crate::exact::hit(ray, triangle),
+            _ => self.hit(ray, triangle, numbers).is_some(),
+        }
+    }
+
     /// t, rounded to f64, of a triangle that the ray is known to hit.
     #[inline(never)]
     pub fn t(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> f64 {
