@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use intertri::Triangle;
+use intertri::{Triangle, Triangle64, TriangleOf};
 use intertri_scene::Mesh;
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
@@ -35,8 +35,14 @@ pub fn builds(
         times[repeats / 2]
     }
 
-    let mut all =
-        vec![("intertri", pool.install(|| middle(repeats, || (), |()| Bvh::new(triangles))))];
+    let in_f64: Vec<Triangle64> =
+        triangles.iter().map(|t| TriangleOf(t.0.map(|corner| corner.map(f64::from)))).collect();
+    let mut all = pool.install(|| {
+        vec![
+            ("intertri", middle(repeats, || (), |()| Bvh::new(triangles))),
+            ("intertri, f64", middle(repeats, || (), |()| Bvh::<f64>::new(&in_f64))),
+        ]
+    });
     if let Some(api) = api {
         let threads = pool.current_num_threads() as u32;
         for (name, robust, high) in [
@@ -56,7 +62,10 @@ pub fn builds(
         all.push(("obvhs, medium", obvhs(BvhBuildParams::medium_build())));
         all.push(("obvhs, slow", obvhs(BvhBuildParams::slow_build())));
         all.push(("bvh", middle(repeats, || (), |()| TwoWay::new(triangles))));
-        all.push(("parry", middle(repeats, || (), |()| Parry::new(mesh))));
+        all.push((
+            "parry",
+            middle(repeats, || (), |()| Parry::new(&mesh.positions, &mesh.triangles)),
+        ));
     });
     all
 }

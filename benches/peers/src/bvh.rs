@@ -1,30 +1,35 @@
-//! The crate `bvh`: boxes are its business, triangles the caller's, who gets a plain f32
-//! Möller-Trumbore here.
+//! The crate `bvh`: boxes are its business, triangles the caller's, who gets a plain
+//! Möller-Trumbore here, in f32 or in f64.
 
 use std::ops::Range;
 
 use ::bvh::aabb::{Aabb, Bounded};
-use ::bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
+use ::bvh::bounding_hierarchy::{BHShape, BHValue, BoundingHierarchy};
 use ::bvh::bvh::Bvh;
-use intertri::{Ray, Triangle};
+use intertri::{RayOf, Scalar, TriangleOf};
 use nalgebra::{Point3, Vector3};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-struct Shape {
-    corners: [Point3<f32>; 3],
+/// f32 or f64.
+pub trait Real: BHValue + Scalar {}
+impl Real for f32 {}
+impl Real for f64 {}
+
+struct Shape<S: Real> {
+    corners: [Point3<S>; 3],
     index: u32,
     node: usize,
 }
 
-impl Bounded<f32, 3> for Shape {
-    fn aabb(&self) -> Aabb<f32, 3> {
+impl<S: Real> Bounded<S, 3> for Shape<S> {
+    fn aabb(&self) -> Aabb<S, 3> {
         let [a, b, c] = &self.corners;
         Aabb::with_bounds(a.inf(&b.inf(c)), a.sup(&b.sup(c)))
     }
 }
 
-impl BHShape<f32, 3> for Shape {
+impl<S: Real> BHShape<S, 3> for Shape<S> {
     fn set_bh_node_index(&mut self, index: usize) {
         self.node = index;
     }
@@ -33,33 +38,33 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
-impl Shape {
+impl<S: Real> Shape<S> {
     /// How far the triangle is, within `0..far`.
     #[inline(always)]
-    fn hit(&self, ray: &::bvh::ray::Ray<f32, 3>, far: f32) -> Option<f32> {
+    fn hit(&self, ray: &::bvh::ray::Ray<S, 3>, far: S) -> Option<S> {
         let [a, b, c] = &self.corners;
         let (e1, e2) = (b - a, c - a);
         let p = ray.direction.cross(&e2);
-        let inverse = 1.0 / e1.dot(&p);
+        let inverse = S::ONE / e1.dot(&p);
         let s = ray.origin - a;
         let u = s.dot(&p) * inverse;
         let q = s.cross(&e1);
         let v = ray.direction.dot(&q) * inverse;
         let t = e2.dot(&q) * inverse;
-        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t < far).then_some(t)
+        (u >= S::ZERO && v >= S::ZERO && u + v <= S::ONE && t >= S::ZERO && t < far).then_some(t)
     }
 }
 
-pub struct TwoWay {
-    bvh: Bvh<f32, 3>,
-    shapes: Vec<Shape>,
+pub struct TwoWay<S: Real = f32> {
+    bvh: Bvh<S, 3>,
+    shapes: Vec<Shape<S>>,
     /// With the end of the interval.
-    rays: Singles<(::bvh::ray::Ray<f32, 3>, f32)>,
+    rays: Singles<(::bvh::ray::Ray<S, 3>, S)>,
 }
 
-impl TwoWay {
-    pub fn new(triangles: &[Triangle]) -> Self {
-        let shape = |(i, t): (usize, &Triangle)| Shape {
+impl<S: Real> TwoWay<S> {
+    pub fn new(triangles: &[TriangleOf<S>]) -> Self {
+        let shape = |(i, t): (usize, &TriangleOf<S>)| Shape {
             corners: t.0.map(Point3::from),
             index: i as u32,
             node: 0,
@@ -70,11 +75,11 @@ impl TwoWay {
     }
 }
 
-impl Engine for TwoWay {
-    fn load(&mut self, rays: &[Ray], question: Question) {
+impl<S: Real> Engine<RayOf<S>> for TwoWay<S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.rays.load(rays, question, |r| {
             let direction = Vector3::from(r.dir);
-            let inv_direction = direction.map(|x| 1.0 / x);
+            let inv_direction = direction.map(|x| S::ONE / x);
             let origin = Point3::from(r.origin);
             (::bvh::ray::Ray { origin, direction, inv_direction }, r.t_max)
         });

@@ -30,10 +30,10 @@ impl Answer {
     }
 }
 
-/// A tracer over one scene.
-pub trait Engine: Send + Sync {
+/// A tracer over one scene, which is asked with rays of this type.
+pub trait Engine<R = Ray>: Send + Sync {
     /// Takes rays into the layout that it likes best. Not timed.
-    fn load(&mut self, rays: &[Ray], question: Question);
+    fn load(&mut self, rays: &[R], question: Question);
     /// Traces those of a part that begins with a multiple of [`CHUNK`] and ends with another or the last, on the
     /// threads of the pool it is called in. Timed.
     fn trace(&mut self, part: Range<usize>);
@@ -62,7 +62,7 @@ impl<R> Default for Singles<R> {
 }
 
 impl<R: Send + Sync> Singles<R> {
-    pub fn load(&mut self, rays: &[Ray], question: Question, convert: impl Fn(&Ray) -> R) {
+    pub fn load<G>(&mut self, rays: &[G], question: Question, convert: impl Fn(&G) -> R) {
         self.rays = rays.iter().map(convert).collect();
         self.any = question.any;
         self.answers = vec![Answer::MISS; rays.len()];

@@ -125,7 +125,7 @@ pub fn engines(
                 Some(Box::new(Obvhs::new(triangles, wide, BvhBuildParams::slow_build())))
             }
             "bvh" => Some(Box::new(TwoWay::new(triangles))),
-            "parry" => made(name, Parry::new(mesh)),
+            "parry" => made(name, Parry::new(&mesh.positions, &mesh.triangles)),
             "fixed" => made(name, Fixed::new(scene)),
             _ => api.and_then(|api| {
                 let build = Build {

@@ -11,6 +11,7 @@ mod engine;
 mod engines;
 mod fixed;
 mod flush_to_zero;
+mod in_f64;
 mod leaks;
 mod lists;
 mod measure;
@@ -36,7 +37,7 @@ use rayon::ThreadPool;
 use crate::clock::Clock;
 use crate::embree::Api;
 use crate::engine::{Answer, Engine, Question};
-use crate::measure::Row;
+use crate::measure::{Beside, Row, Truth};
 use crate::ours::Batch;
 use crate::rays::{Kind, Order};
 
@@ -57,6 +58,8 @@ enum Command {
     Leaks(leaks::Options),
     /// Measure every hit of each ray.
     Lists(lists::Options),
+    /// Measure scenes in f64 beside the same in f32, and beside others in f64.
+    F64(in_f64::Options),
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
     Chart(ChartOptions),
@@ -140,6 +143,7 @@ fn main() -> ExitCode {
         Command::Builds(options) => builds_of_all(&options),
         Command::Leaks(options) => leaks::run(&options),
         Command::Lists(options) => lists::run(&options),
+        Command::F64(options) => in_f64::run(&options),
         #[cfg(feature = "chart")]
         Command::Chart(options) => chart_of_all(&options),
         Command::Distances(options) => distances::run(&options),
@@ -201,7 +205,9 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
 
             let seconds = options.seconds;
-            let measured = measure::measure(&mut engines, &rays, question, &truth, seconds, &pool);
+            let (truth, beside): (Truth<'_>, Beside) = (&|_| &truth[..], measure::embree);
+            let measured =
+                measure::measure(&mut engines, &rays, question, truth, seconds, &pool, beside);
             let measured: Vec<Row> = measured
                 .into_iter()
                 .map(|row| Row {

@@ -41,6 +41,12 @@ pub struct Row {
     pub reference_wrong: usize,
 }
 
+/// What is right for whom, by the engine's name.
+pub type Truth<'a> = &'a dyn Fn(&str) -> &'a [Answer];
+
+/// Beside which row a row stands.
+pub type Beside = fn(&[Row], usize) -> Option<usize>;
+
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
@@ -127,9 +133,10 @@ pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],
     question: Question,
-    truth: &[Answer],
+    truth: Truth<'_>,
     budget: f64,
     pool: &ThreadPool,
+    beside: Beside,
 ) -> Vec<Row> {
     for (_, engine) in engines.iter_mut() {
         engine.load(rays, question);
@@ -148,10 +155,10 @@ pub fn measure(
     let kept: Vec<_> = times.iter().map(|times| times.kept()).collect();
     let row = |(engine, rounds): (&Named, &Rounds)| {
         let speed = speed(rounds, parts.clone());
-        row(engine, rounds, speed, rays.len(), truth)
+        row(engine, rounds, speed, rays.len(), truth(&engine.0))
     };
     let mut rows: Vec<Row> = engines.iter().zip(&kept).map(row).collect();
-    compare(&mut rows, &kept);
+    compare(&mut rows, &kept, beside);
     rows
 }
 
@@ -201,20 +208,21 @@ fn row(
     }
 }
 
-/// Holds each engine against the fastest of Embree's fast calls, of those held to AVX2 for who is held
-/// to AVX2.
-fn compare(rows: &mut [Row], kept: &[Rounds]) {
-    let best = |group: &str| {
-        let of = |&i: &usize| {
-            rows[i].engine.strip_prefix(group).is_some_and(|rest| !rest.contains("robust"))
-        };
-        let speed = |i: usize| rows[i].speed[1];
-        (0..rows.len()).filter(of).max_by(|&a, &b| speed(a).total_cmp(&speed(b)))
+/// The fastest of Embree's fast calls; of those held to AVX2 for who is held to AVX2.
+pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
+    let avx2 = rows[engine].engine.contains("avx2");
+    let group = if avx2 { "embree-avx2" } else { "embree-fast" };
+    let of = |&i: &usize| {
+        rows[i].engine.strip_prefix(group).is_some_and(|rest| !rest.contains("robust"))
     };
-    let (any_level, avx2) = (best("embree-fast"), best("embree-avx2"));
+    let speed = |i: usize| rows[i].speed[1];
+    (0..rows.len()).filter(of).max_by(|&a, &b| speed(a).total_cmp(&speed(b)))
+}
+
+/// Holds each engine against another.
+fn compare(rows: &mut [Row], kept: &[Rounds], beside: Beside) {
     for i in 0..rows.len() {
-        let base = if rows[i].engine.contains("avx2") { avx2 } else { any_level };
-        let Some(base) = base else { continue };
+        let Some(base) = beside(rows, i) else { continue };
         let rounds = kept[i].iter().zip(&kept[base]);
         let ratios: Vec<f64> = rounds.filter_map(|(a, b)| ratio(a, b)).collect();
         rows[i].ratio = (!ratios.is_empty()).then(|| spread(ratios));

@@ -3,30 +3,31 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use intertri::internal::{Resolver, Test};
-use intertri::{Hit, Mode, Ray};
-use intertri_trace::Bvh;
+use intertri::Hit;
+use intertri::RayOf;
+use intertri::internal::Resolver;
+use intertri_trace::{Bvh, Given, ModeFor};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
 /// The batch calls.
-pub struct Batch<M> {
-    bvh: Arc<Bvh>,
+pub struct Batch<M, S: Given = f32> {
+    bvh: Arc<Bvh<S>>,
     mode: M,
-    rays: Vec<Ray>,
+    rays: Vec<RayOf<S>>,
     any: bool,
     hits: Vec<Hit>,
     seen: Vec<bool>,
 }
 
-impl<M: Mode> Batch<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+impl<M: ModeFor<S>, S: Given> Batch<M, S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
         Self { bvh, mode, rays: vec![], any: false, hits: vec![], seen: vec![] }
     }
 }
 
-impl<M: Mode> Engine for Batch<M> {
-    fn load(&mut self, rays: &[Ray], question: Question) {
+impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Batch<M, S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.rays = rays.to_vec();
         self.any = question.any;
         self.hits = vec![Hit::MISS; rays.len()];
@@ -55,19 +56,19 @@ impl<M: Mode> Engine for Batch<M> {
 }
 
 /// The batch call that tells the triangle alone; of any hit, the batch call.
-pub struct Triangles<M> {
-    batch: Batch<M>,
+pub struct Triangles<M, S: Given = f32> {
+    batch: Batch<M, S>,
     triangles: Vec<u32>,
 }
 
-impl<M: Mode> Triangles<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+impl<M: ModeFor<S>, S: Given> Triangles<M, S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
         Self { batch: Batch::new(bvh, mode), triangles: vec![] }
     }
 }
 
-impl<M: Mode> Engine for Triangles<M> {
-    fn load(&mut self, rays: &[Ray], question: Question) {
+impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Triangles<M, S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.batch.load(rays, question);
         self.triangles = vec![u32::MAX; rays.len()];
     }
@@ -92,20 +93,20 @@ impl<M: Mode> Engine for Triangles<M> {
 }
 
 /// The calls for a single ray.
-pub struct Single<M> {
-    bvh: Arc<Bvh>,
+pub struct Single<M, S: Given = f32> {
+    bvh: Arc<Bvh<S>>,
     mode: M,
-    rays: Singles<Ray>,
+    rays: Singles<RayOf<S>>,
 }
 
-impl<M: Mode> Single<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+impl<M: ModeFor<S>, S: Given> Single<M, S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
         Self { bvh, mode, rays: Singles::default() }
     }
 }
 
-impl<M: Mode> Engine for Single<M> {
-    fn load(&mut self, rays: &[Ray], question: Question) {
+impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.rays.load(rays, question, |ray| *ray);
     }
 
@@ -128,8 +129,8 @@ impl<M: Mode> Engine for Single<M> {
 }
 
 /// Whether every bit of t is that of document A.
-fn as_document<M: Mode>(mode: &M) -> bool {
-    matches!(mode.test().resolver(), Resolver::Document(_))
+fn as_document<S>(mode: &impl ModeFor<S>) -> bool {
+    matches!(mode.which().resolver(), Resolver::Document(_))
 }
 
 fn answer(hit: &Hit) -> Answer {

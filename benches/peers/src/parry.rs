@@ -1,53 +1,60 @@
-//! The crate `parry3d`: a triangle mesh with its own hierarchy.
+//! The crates `parry3d` and `parry3d-f64`: a triangle mesh with its own hierarchy.
 
 use std::ops::Range;
 
-use intertri::Ray;
-use intertri_scene::Mesh;
-use parry3d::math::Vector;
-use parry3d::shape::{CompositeShapeRef, TriMesh};
+use intertri::{Ray, Ray64};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-pub struct Parry {
-    mesh: TriMesh,
-    /// With the end of the interval.
-    rays: Singles<(parry3d::query::Ray, f32)>,
+/// The engine over one of the two crates, which have the same types, each in its own scalar.
+macro_rules! parry {
+    ($name:ident, $parry:ident, $scalar:ty, $ray:ty) => {
+        pub struct $name {
+            mesh: $parry::shape::TriMesh,
+            /// With the end of the interval.
+            rays: Singles<($parry::query::Ray, $scalar)>,
+        }
+
+        impl $name {
+            pub fn new(positions: &[[$scalar; 3]], triangles: &[[u32; 3]]) -> Result<Self, String> {
+                let points = positions.iter().map(|&p| $parry::math::Vector::from_array(p));
+                let mesh = $parry::shape::TriMesh::new(points.collect(), triangles.to_vec());
+                Ok(Self { mesh: mesh.map_err(|e| e.to_string())?, rays: Singles::default() })
+            }
+        }
+
+        impl Engine<$ray> for $name {
+            fn load(&mut self, rays: &[$ray], question: Question) {
+                let vector = $parry::math::Vector::from_array;
+                self.rays.load(rays, question, |r| {
+                    let far = r.t_max.min(<$scalar>::MAX);
+                    ($parry::query::Ray::new(vector(r.origin), vector(r.dir)), far)
+                });
+            }
+
+            fn trace(&mut self, part: Range<usize>) {
+                let Self { mesh, rays } = self;
+                let mesh = &*mesh;
+                let cast = |(ray, far): &(_, $scalar)| {
+                    $parry::shape::CompositeShapeRef(mesh).cast_local_ray(ray, *far, true)
+                };
+                // For any hit, too, its closest is quickest: only that walk tests boxes in lanes.
+                rays.trace(
+                    part,
+                    |ray| match cast(ray) {
+                        Some((triangle, t)) => Answer { triangle, t: t.into() },
+                        None => Answer::MISS,
+                    },
+                    |ray| cast(ray).is_some(),
+                );
+            }
+
+            fn answers(&self) -> Vec<Answer> {
+                self.rays.answers()
+            }
+        }
+    };
 }
 
-impl Parry {
-    pub fn new(mesh: &Mesh) -> Result<Self, String> {
-        let points = mesh.positions.iter().map(|&p| Vector::from_array(p)).collect();
-        let mesh = TriMesh::new(points, mesh.triangles.clone()).map_err(|e| e.to_string())?;
-        Ok(Self { mesh, rays: Singles::default() })
-    }
-}
-
-impl Engine for Parry {
-    fn load(&mut self, rays: &[Ray], question: Question) {
-        let vector = Vector::from_array;
-        self.rays.load(rays, question, |r| {
-            let far = r.t_max.min(f32::MAX);
-            (parry3d::query::Ray::new(vector(r.origin), vector(r.dir)), far)
-        });
-    }
-
-    fn trace(&mut self, part: Range<usize>) {
-        let Self { mesh, rays } = self;
-        let mesh = &*mesh;
-        let cast = |(ray, far): &(_, f32)| CompositeShapeRef(mesh).cast_local_ray(ray, *far, true);
-        // For any hit, too, its closest is quickest: only that walk tests boxes in lanes.
-        rays.trace(
-            part,
-            |ray| match cast(ray) {
-                Some((triangle, t)) => Answer { triangle, t: t.into() },
-                None => Answer::MISS,
-            },
-            |ray| cast(ray).is_some(),
-        );
-    }
-
-    fn answers(&self) -> Vec<Answer> {
-        self.rays.answers()
-    }
-}
+parry!(Parry, parry3d, f32, Ray);
+parry!(Parry64, parry3d_f64, f64, Ray64);

@@ -1,6 +1,6 @@
 //! The rays: those of a camera, those to a light, those that bounce, those that aim at edges and vertices.
 
-use intertri::{Double, Hit, Ray};
+use intertri::{Double, Hit, Ray, Ray64};
 use intertri_scene::{Scene, hit_point};
 use intertri_trace::Bvh;
 
@@ -67,6 +67,24 @@ impl Order {
 
 /// All the rays of a kind, of a picture of `size * size` pixels. `size` is a power of two.
 pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray> {
+    lines(kind, scene, bvh, size, order).iter().map(rounded).collect()
+}
+
+/// A ray in f32.
+pub fn rounded(ray: &Ray64) -> Ray {
+    let rounded = |v: [f64; 3]| v.map(|x| x as f32);
+    let [t_min, t_max] = [ray.t_min, ray.t_max].map(|t| t as f32);
+    Ray::new(rounded(ray.origin), rounded(ray.dir)).between(t_min, t_max)
+}
+
+/// A ray in f64.
+pub fn widened(ray: &Ray) -> Ray64 {
+    let [t_min, t_max] = [ray.t_min, ray.t_max].map(f64::from);
+    Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
+}
+
+/// The same before their directions are rounded to f32: those at edges and vertices go nearer to them.
+pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let pixel = |i: u32| match order {
         Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
         Order::Rows => (i % size, i / size),
@@ -77,7 +95,7 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
     };
     let primary: Vec<Ray> = (0..size * size).map(camera).collect();
     if kind == Kind::Primary {
-        return primary;
+        return primary.iter().map(widened).collect();
     }
     let mut hits = vec![Hit::MISS; primary.len()];
     bvh.closest_batch(&Double::default(), &primary, &mut hits);
@@ -99,7 +117,8 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
             let origin = [0, 1, 2].map(|k| (point[k] + away * normal[k]) as f32);
             let corner = [c1, c2, c3][i % 3];
             let at = |p: [f64; 3]| {
-                Ray::new(ray.origin, [0, 1, 2].map(|k| (p[k] - f64::from(ray.origin[k])) as f32))
+                let from = ray.origin.map(f64::from);
+                Ray64::new(from, sub(p, from))
             };
             let light = scene.light.origin(point);
             match kind {
@@ -112,15 +131,15 @@ pub fn rays(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Ve
                     // A point of the unit sphere on top of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
-                    Ray::new(origin, dir.map(|x| x as f32))
+                    widened(&Ray::new(origin, dir.map(|x| x as f32)))
                 }
                 Kind::Shadow => {
                     let dir = [0, 1, 2].map(|k| light[k] - origin[k]);
-                    Ray::new(origin, dir).between(0.0, 1.0)
+                    widened(&Ray::new(origin, dir).between(0.0, 1.0))
                 }
                 Kind::Light => {
                     let dir = [0, 1, 2].map(|k| origin[k] - light[k]);
-                    Ray::new(light, dir).between(0.0, 1.0)
+                    widened(&Ray::new(light, dir).between(0.0, 1.0))
                 }
             }
         })

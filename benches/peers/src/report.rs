@@ -63,8 +63,14 @@ pub fn table(rows: &[Row]) {
             format!("{}/{}", row.repeats, row.repeats + row.dips),
         );
     }
-    if let Some(row) = rows.iter().find(|row| !row.base.is_empty()) {
-        println!("ratio: times as fast as {}, its fastest call here", row.base);
+    let mut bases: Vec<&str> = Vec::new();
+    for row in rows {
+        if !row.base.is_empty() && !bases.contains(&row.base.as_str()) {
+            bases.push(&row.base);
+        }
+    }
+    if !bases.is_empty() {
+        println!("ratio: times as fast as {}", bases.join(", "));
     }
 }
 

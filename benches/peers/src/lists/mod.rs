@@ -92,7 +92,15 @@ pub fn run(options: &Options) -> Result<(), String> {
             let hits: usize =
                 truth.iter().filter(|a| a.is_hit()).map(|a| a.triangle as usize).sum();
             let seconds = options.seconds;
-            let measured = measure::measure(&mut engines, &rays, QUESTION, &truth, seconds, &pool);
+            let measured = measure::measure(
+                &mut engines,
+                &rays,
+                QUESTION,
+                &|_| &truth[..],
+                seconds,
+                &pool,
+                measure::embree,
+            );
             let measured: Vec<Row> = measured
                 .into_iter()
                 .map(|row| Row {

@@ -1,0 +1,168 @@
+//! Scenes in f64 beside the same in f32, where they are and far away; and beside other tracers in f64.
+
+mod input;
+mod own;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use intertri::{Exact, Ray64};
+use intertri_scene::Scene;
+use intertri_trace::Bvh;
+use rayon::ThreadPool;
+
+use crate::clock::Clock;
+use crate::engine::Answer;
+use crate::measure::{self, Named, Row};
+use crate::ours::{Batch, Single, Triangles};
+use crate::rays::{self, Kind, Order, widened};
+use crate::{report, scenes};
+
+use input::Input;
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scenes, as for `rays`.
+    #[arg(long, value_delimiter = ',', default_value = "bunny,kitchen,sphere")]
+    scene: Vec<String>,
+    /// Kinds of rays.
+    #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse,edges")]
+    kind: Vec<Kind>,
+    /// Engines by name; all unless given.
+    #[arg(long, value_delimiter = ',')]
+    engine: Vec<String>,
+    /// How far the scenes are moved.
+    #[arg(long, default_value_t = 1e6)]
+    moved: f64,
+    /// How far away one triangle more is, in sizes of the scene, where triangles are small beside it.
+    #[arg(long, default_value_t = 1e3)]
+    far: f64,
+    /// Seconds for each engine, scene and kind.
+    #[arg(long, default_value_t = 1.0)]
+    seconds: f64,
+    /// Pixels along a side of the picture, a power of two.
+    #[arg(long, default_value_t = 1024)]
+    size: u32,
+    /// The order of the pixels.
+    #[arg(long, value_enum, default_value_t = Order::Tiles)]
+    order: Order,
+    /// Where to write the figures for programs.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Embree's shared library, as for `rays`.
+    #[arg(long, env = "EMBREE")]
+    embree: Option<PathBuf>,
+}
+
+/// A scene in f32, in f64, and moved.
+struct Scenes {
+    given: Scene,
+    in_f32: Arc<Bvh>,
+    still: Input,
+    moved: Input,
+    vast: Input,
+}
+
+pub fn run(options: &Options) -> Result<(), String> {
+    if !options.size.is_power_of_two() || options.size > 1 << 14 {
+        return Err("--size: a power of two, at most 16384".into());
+    }
+    let (api, pool) = (crate::embree(options.embree.clone()), crate::pool(1)?);
+    report::header(pool.install(Clock::fastest), 1, options.size);
+    let mut rows: Vec<Row> = Vec::new();
+    for name in &options.scene {
+        let given = scenes::scene(name)?;
+        let triangles = given.mesh.to_triangles();
+        let in_f32 = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
+        let by = [1.0, 0.7, -0.3].map(|x| x * options.moved);
+        let still = Input::new(&given.mesh, [0.0; 3], 0.0, api.as_ref())?;
+        let moved = Input::new(&given.mesh, by, 0.0, api.as_ref())?;
+        let vast = Input::new(&given.mesh, [0.0; 3], options.far, None)?;
+        let scene = Scenes { given, in_f32, still, moved, vast };
+        for &kind in &options.kind {
+            let measured = cell(options, &scene, kind, &pool)?;
+            let measured: Vec<Row> = measured
+                .into_iter()
+                .map(|row| Row {
+                    scene: name.clone(),
+                    triangles: scene.in_f32.len(),
+                    kind: kind.name().into(),
+                    order: options.order.name().into(),
+                    threads: 1,
+                    ..row
+                })
+                .collect();
+            report::table(&measured);
+            rows.extend(measured);
+        }
+    }
+    if let Some(path) = &options.json {
+        let text = serde_json::to_string_pretty(&rows).map_err(|e| e.to_string())?;
+        crate::write(path, text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// One scene and one kind of rays.
+fn cell(
+    options: &Options,
+    scene: &Scenes,
+    kind: Kind,
+    pool: &ThreadPool,
+) -> Result<Vec<Row>, String> {
+    let Options { size, order, seconds, .. } = *options;
+    let question = kind.question();
+    let rays = rays::rays(kind, &scene.given, &scene.in_f32, size, order);
+    let casts: Vec<Ray64> = rays.iter().map(widened).collect();
+    let moved: Arc<[Ray64]> = casts.iter().map(|ray| scene.moved.ray(ray)).collect();
+    let (exact, mode) = (&scene.in_f32, Exact::default());
+    let mut engines: Vec<Named> = vec![
+        ("exact".into(), Box::new(Batch::new(exact.clone(), mode))),
+        ("exact-triangles".into(), Box::new(Triangles::new(exact.clone(), mode))),
+        ("exact-single".into(), Box::new(Single::new(exact.clone(), mode))),
+    ];
+    let casts: Arc<[Ray64]> = casts.into();
+    let wanted =
+        |name: &str| options.engine.is_empty() || options.engine.iter().any(|only| only == name);
+    engines.extend(scene.still.ours("f64", &casts));
+    engines.extend(scene.moved.ours("f64-moved", &moved));
+    engines.extend(scene.vast.ours("f64-vast", &casts));
+    for (name, [tests, undecided]) in [
+        ("exact", input::counts(exact, &rays, question)),
+        ("f64", scene.still.counts(&casts, question)),
+        ("f64-moved", scene.moved.counts(&moved, question)),
+        ("f64-vast", scene.vast.counts(&casts, question)),
+    ] {
+        println!("{name:10} {tests:8.2} tests a ray, {undecided:.5} settled by the resolver");
+    }
+    let mut truths = vec![
+        ("aimed", Vec::new()),
+        ("moved", scene.moved.truth(&moved, question)),
+        ("", scene.still.truth(&casts, question)),
+    ];
+    if matches!(kind, Kind::Edges | Kind::Vertices) {
+        let aimed: Arc<[Ray64]> =
+            rays::lines(kind, &scene.given, &scene.in_f32, size, order).into();
+        engines.extend(scene.still.ours("f64-aimed", &aimed));
+        truths[0].1 = scene.still.truth(&aimed, question);
+    }
+    engines.retain(|(name, _)| wanted(name));
+    engines.extend(scene.still.others("f64", &casts, &wanted)?);
+    engines.extend(scene.moved.others("f64-moved", &moved, &wanted)?);
+    let truth = &|name: &str| truth_of(&truths, name);
+    Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
+}
+
+/// What is right for an engine, by the end of the name of its input.
+fn truth_of<'a>(truths: &'a [(&str, Vec<Answer>)], engine: &str) -> &'a [Answer] {
+    let of_it = |(input, _): &&(&str, Vec<Answer>)| engine.contains(input);
+    truths.iter().find(of_it).map_or(&[], |(_, truth)| truth)
+}
+
+/// The row of `exact` over f32 that is asked for the same.
+fn in_f32(rows: &[Row], engine: usize) -> Option<usize> {
+    let name = &rows[engine].engine;
+    let form = ["-triangles", "-single"].into_iter().find(|form| name.ends_with(form));
+    let exact = format!("exact{}", form.unwrap_or_default());
+    rows.iter().position(|row| row.engine == exact)
+}
