@@ -380,3 +380,6 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         Decided { hit, undecided, t_lo, t_hi }
     }
 }
+
+#[cfg(all(test, feature = "std"))]
+mod tests;

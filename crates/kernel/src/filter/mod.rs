@@ -23,6 +23,8 @@ pub(crate) mod projection;
 mod room;
 mod shared_origin;
 mod shared_origin_list;
+#[cfg(all(test, feature = "std"))]
+mod worst;
 
 pub use block_hits::BlockHits;
 pub use edges::{Rays, Triangles};

@@ -467,3 +467,6 @@ fn load<F: Lanes<Scalar = f32>>(form: &[[f32; 16]; 3]) -> [F; 3] {
 fn splat<F: Lanes<Scalar = f32>>(form: [f32; 3]) -> [F; 3] {
     [F::splat(form[0]), F::splat(form[1]), F::splat(form[2])]
 }
+
+#[cfg(all(test, feature = "std"))]
+mod tests;

@@ -1,0 +1,322 @@
+//! The most that roundings can come to, to first order: numbers that keep what each rounding so far may add to them.
+//!
+//! ```text
+//!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ         a share for each rounding, each input that is a copy,
+//!                                            ±  u|value|        and this sum's own
+//! ```
+//!
+//! The filter's code runs over them as it is. All shares of one sign are what no input has ever been seen to come to:
+//! against that a bound stands by what it is made of, not by how roundings fell. Products and sums are rounded apart, as
+//! where nothing is fused.
+//!
+//! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, has the idea and more.
+
+use core::cell::{Cell, RefCell};
+use core::ops::{Add, Div, Mul, Neg, Sub};
+use std::collections::VecDeque;
+use std::thread_local;
+
+use super::bound;
+use crate::simd::{Ints, Lanes, Level, Simd, Vec3};
+
+/// Roundings of a case, at most.
+const SHARES: usize = 320;
+
+thread_local! {
+    /// How many there are so far.
+    static USED: Cell<usize> = const { Cell::new(0) };
+    /// What the next numbers that are loaded may be off by.
+    static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
+}
+
+/// A number, and by how much each rounding may have changed it.
+#[derive(Clone, Copy)]
+pub(super) struct Worst {
+    pub(super) value: f64,
+    shares: [f64; SHARES],
+}
+
+impl Worst {
+    /// An exact number.
+    fn exact(value: f64) -> Self {
+        Self { value, shares: [0.0; SHARES] }
+    }
+
+    /// A number that may be off by so much.
+    pub(super) fn off_by(value: f64, share: f64) -> Self {
+        let number = USED.get();
+        USED.set(number + 1);
+        let mut all = Self::exact(value);
+        all.shares[number] = share;
+        all
+    }
+
+    /// The copy of a number.
+    pub(super) fn copy(value: f64) -> Self {
+        Self::off_by(value, f64::from(bound::U) * value.abs())
+    }
+
+    /// Copies.
+    pub(super) fn copies(v: [f64; 3]) -> Vec3<Self> {
+        let [x, y, z] = v.map(Self::copy);
+        Vec3 { x, y, z }
+    }
+
+    /// Rounded once more.
+    pub(super) fn rounded(self) -> Self {
+        let mut rounded = Self::copy(self.value);
+        for (to, from) in rounded.shares.iter_mut().zip(self.shares) {
+            *to += from;
+        }
+        rounded
+    }
+
+    /// The product, not rounded.
+    pub(super) fn times(&self, b: &Self) -> Self {
+        Self::combined(self.value * b.value, (self, b.value), (b, self.value))
+    }
+
+    /// The sum, not rounded.
+    pub(super) fn plus(&self, b: &Self) -> Self {
+        Self::combined(self.value + b.value, (self, 1.0), (b, 1.0))
+    }
+
+    /// The quotient, not rounded.
+    pub(super) fn over(&self, b: Self) -> Self {
+        let q = self.value / b.value;
+        Self::combined(q, (self, 1.0 / b.value), (&b, -q / b.value))
+    }
+
+    /// The most that it may be off by.
+    pub(super) fn most(&self) -> f64 {
+        self.shares.iter().map(|share| share.abs()).sum()
+    }
+
+    /// `value`, to which what these two are off by adds so many times that.
+    fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
+        let mut all = Self::exact(value);
+        for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
+            *to = times_a * a + times_b * b;
+        }
+        all
+    }
+
+    /// Begins another case; the numbers that are loaded next may be off by so much.
+    pub(super) fn begin(loaded: &[f64]) {
+        USED.set(0);
+        LOADED.with_borrow_mut(|next| {
+            next.clear();
+            next.extend(loaded);
+        });
+    }
+}
+
+impl Add for Worst {
+    type Output = Self;
+    fn add(self, b: Self) -> Self {
+        self.plus(&b).rounded()
+    }
+}
+
+impl Sub for Worst {
+    type Output = Self;
+    fn sub(self, b: Self) -> Self {
+        self + -b
+    }
+}
+
+impl Mul for Worst {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        self.times(&b).rounded()
+    }
+}
+
+impl Div for Worst {
+    type Output = Self;
+    fn div(self, b: Self) -> Self {
+        self.over(b).rounded()
+    }
+}
+
+impl Neg for Worst {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, shares: self.shares.map(|share| -share) }
+    }
+}
+
+impl Lanes for Worst {
+    type Scalar = f32;
+    type Mask = bool;
+    const N: usize = 1;
+
+    fn splat(x: f32) -> Self {
+        Self::exact(f64::from(x))
+    }
+    fn load(from: &[f32]) -> Self {
+        let share = LOADED.with_borrow_mut(VecDeque::pop_front);
+        Self::off_by(f64::from(from[0]), share.unwrap_or(0.0))
+    }
+    fn load_f32(from: &[f32]) -> Self {
+        Self::load(from)
+    }
+    fn store(self, to: &mut [f32]) {
+        to[0] = self.value as f32;
+    }
+    fn store_f32(self, to: &mut [f32]) {
+        self.store(to);
+    }
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+    fn mul_error(self, _: Self, _: Self) -> Self {
+        unreachable!("no f32 is split here")
+    }
+    fn max(self, other: Self) -> Self {
+        if self.value > other.value { self } else { other }
+    }
+    fn min(self, other: Self) -> Self {
+        if self.value < other.value { self } else { other }
+    }
+    fn abs(self) -> Self {
+        self.flip(self)
+    }
+    fn power(self) -> Self {
+        Self::exact(self.value.log2().floor().exp2())
+    }
+    fn flip(self, of: Self) -> Self {
+        if of.value.is_sign_negative() { -self } else { self }
+    }
+    fn or_sign(self, other: Self) -> Self {
+        if other.value.is_sign_negative() { -Lanes::abs(self) } else { self }
+    }
+    fn negative(self) -> bool {
+        self.value.is_sign_negative()
+    }
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        Self::combined(root, (&self, 0.5 / root), (&self, 0.0)).rounded()
+    }
+    fn lt(self, other: Self) -> bool {
+        self.value < other.value
+    }
+    fn le(self, other: Self) -> bool {
+        self.value <= other.value
+    }
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
+/// A level of such numbers; its f64 are plain ones.
+#[derive(Clone, Copy)]
+pub(super) struct Worsts;
+
+impl Simd for Worsts {
+    type F32x4 = Worst;
+    type F32x8 = Worst;
+    type F32x16 = Worst;
+    type F64x4 = f64;
+    type F64x8 = f64;
+    type I64x4 = NoInts;
+    type I64x8 = NoInts;
+    const LEVEL: Level = Level::PORTABLE;
+}
+
+/// No integers.
+#[derive(Clone, Copy)]
+pub(super) struct NoInts;
+
+impl Add for NoInts {
+    type Output = Self;
+    fn add(self, _: Self) -> Self {
+        self
+    }
+}
+
+impl Sub for NoInts {
+    type Output = Self;
+    fn sub(self, _: Self) -> Self {
+        self
+    }
+}
+
+impl Ints for NoInts {
+    const N: usize = 1;
+
+    fn splat(_: i64) -> Self {
+        Self
+    }
+    fn load(_: &[i64]) -> Self {
+        Self
+    }
+    fn load_f32(_: &[f32]) -> Self {
+        Self
+    }
+    fn store(self, _: &mut [i64]) {}
+    fn mul_narrow(self, _: Self) -> Self {
+        self
+    }
+    fn dot(_: [Self; 3], _: [Self; 3]) -> Self {
+        Self
+    }
+    fn negative(self) -> u32 {
+        0
+    }
+    fn zero(self) -> u32 {
+        0
+    }
+}
+
+/// A search for the inputs that use most of some bounds: numbers that change a little or a lot, of which what uses more
+/// is kept.
+pub(super) struct Search(u64);
+
+impl Search {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Between -1 and 1.
+    pub(super) fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        let mixed = (self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// A place among so many.
+    pub(super) fn below(&mut self, n: usize) -> usize {
+        ((self.number() + 1.0) * 0.5 * n as f64) as usize % n
+    }
+
+    /// The most that `share` finds in so many climbs of so many steps, each from other inputs.
+    pub(super) fn most<const N: usize>(
+        &mut self,
+        [climbs, steps]: [usize; 2],
+        start: impl Fn(&mut Self) -> [f64; N],
+        share: impl Fn(&[f64; N]) -> Option<f64>,
+    ) -> f64 {
+        let mut most = 0.0_f64;
+        for _ in 0..climbs {
+            let mut best = start(self);
+            let Some(mut used) = share(&best) else { continue };
+            for _ in 0..steps {
+                let mut next = best;
+                let size = 10.0_f64.powf(-4.0 * (self.number() + 1.0) * 0.5);
+                for _ in 0..=self.below(3) {
+                    let number = &mut next[self.below(N)];
+                    *number += size * self.number();
+                    if self.below(8) == 0 {
+                        *number = 0.0;
+                    }
+                }
+                if let Some(now) = share(&next).filter(|now| *now >= used) {
+                    (best, used) = (next, now);
+                }
+            }
+            most = most.max(used);
+        }
+        most
+    }
+}
