@@ -15,7 +15,7 @@ mod tree;
 
 use pyo3::prelude::*;
 
-/// What `intertri/_mesh.py` stands on; no part of the interface.
+/// What `intertri/_triangles.py` stands on; no part of the interface.
 #[pymodule]
 mod _intertri {
     use pyo3::prelude::*;

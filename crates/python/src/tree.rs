@@ -1,7 +1,6 @@
 //! The classes that Python's `Mesh` stands on: a hierarchy over f32 or f64, asked by flat arrays.
 //!
-//! `intertri/_mesh.py` checks what users give and shapes the answers. What is checked again here is what memory
-//! depends on.
+//! `intertri/_arrays.py` checks what users give. What is checked again here is what memory depends on.
 
 use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -107,8 +107,9 @@ def test_ctrl_c_ends_a_query():
     assert float(out.stdout.split()[1]) < 3
 
 
-@pytest.mark.parametrize("name", ["intertri", "intertri._dtypes", "intertri._mesh", "intertri.trimesh",
-                                  "intertri.open3d", "intertri.dask"])
+@pytest.mark.parametrize("name", ["intertri", "intertri._dtypes", "intertri._mesh", "intertri._triangles",
+                                  "intertri._rays", "intertri._points", "intertri.trimesh", "intertri.open3d",
+                                  "intertri.dask"])
 def test_examples_of_the_documentation(name):
     needs = {"intertri.trimesh": ["trimesh"], "intertri.dask": ["dask.array"]}
     for other in needs.get(name, []):
@@ -118,7 +119,7 @@ def test_examples_of_the_documentation(name):
 
 
 def test_every_query_has_an_example():
-    names = [name for name in vars(intertri.Mesh) if not name.startswith("_")]
+    names = [name for name in dir(intertri.Mesh) if not name.startswith("_")]
     plain = {"vertices", "faces", "dtype", "triangles", "bounds", "is_closed"}
     missing = [name for name in names if name not in plain and ">>>" not in (getattr(intertri.Mesh, name).__doc__ or "")]
     assert len(names) > 10 and not missing

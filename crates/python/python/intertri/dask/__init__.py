@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._dtypes import CROSSINGS, HIT
-from .._mesh import Mesh, Mode
+from .._mesh import Mesh
+from .._rays import Mode
 
 __all__ = ["SharedMesh", "any", "closest", "contains", "count_crossings", "digest", "from_parquet", "from_zarr", "share", "to_zarr"]
 

@@ -1,0 +1,166 @@
+"""What points ask of a mesh."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays
+from ._arrays import F32, F64
+from ._dtypes import NEAREST
+from ._intertri import SURFACE, Tree32, closest_point
+from ._nearest import Copy
+from ._triangles import Triangles
+
+
+class PointQueries(Triangles):
+    """Queries by points."""
+
+    __slots__ = ()
+
+    def _points(self, values: ArrayLike) -> NDArray[np.floating[Any]]:
+        """Points in the scalar that loses nothing."""
+        points = _arrays.points(values)
+        fits = self.dtype != F32 or _arrays.fits_f32(points)
+        return points.astype(self.dtype if fits else F64, copy=False)
+
+    def _winding(self, points: ArrayLike, threads: int | None) -> NDArray[np.int32]:
+        """Winding numbers, `SURFACE` on the mesh."""
+        at = self._points(points)
+        numbers = np.empty(at.shape[:-1], np.int32)
+        tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
+        tree.winding(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(numbers))
+        return numbers
+
+    def contains(
+        self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
+    ) -> NDArray[np.bool_]:
+        """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3). Always exact.
+
+        Inside is where the mesh winds around: parts may overlap, and a part that is turned inside out within
+        another is a cavity.
+
+        Parameters
+        ----------
+        points : (..., 3)
+            One that is not finite is outside.
+        assume_closed : bool
+            An open mesh has no inside, and is an error. If true, crossings along one direction decide.
+
+        Raises
+        ------
+        ValueError
+            If the mesh is open.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> solid = intertri.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> solid.contains([[1, 1, 1], [3, 3, 3], [1, 1, 2], [1, 1, 2.0000000000000004]])
+        array([ True, False,  True, False])
+        """
+        if not assume_closed:
+            self._must_be_closed()
+        inside: NDArray[np.bool_] = self._winding(points, threads) != 0
+        return inside
+
+    def winding_number(
+        self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
+    ) -> NDArray[np.int32]:
+        """How often the mesh winds around points: (...) int32 for points of shape (..., 3); 0 on the mesh itself.
+
+        Parameters and errors are those of `contains`.
+
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+        >>> intertri.Mesh(corners, faces + faces).winding_number([[1, 1, 1], [3, 3, 3]])
+        array([2, 0], dtype=int32)
+        """
+        if not assume_closed:
+            self._must_be_closed()
+        numbers = self._winding(points, threads)
+        return np.where(numbers == SURFACE, np.int32(0), numbers)
+
+    def is_on_surface(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.bool_]:
+        """Whether points lie exactly on the mesh: (...) bool for points of shape (..., 3).
+
+        >>> import intertri
+        >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
+        >>> mesh.is_on_surface([[0.5, 0.5, 5], [0.5, 0.5000000000000001, 5]])
+        array([ True, False])
+        """
+        on: NDArray[np.bool_] = self._winding(points, threads) == SURFACE
+        return on
+
+    def closest_point(
+        self,
+        points: ArrayLike,
+        *,
+        radius: float = math.inf,
+        threads: int | None = None,
+        out: NDArray[np.void] | None = None,
+    ) -> NDArray[np.void]:
+        """The point of the mesh that is nearest to each point.
+
+        Parameters
+        ----------
+        points : (..., 3)
+        radius : float
+            How far to look: a point that is farther from the mesh has none.
+        threads, out
+            As for `closest`; ``out`` is of dtype `NEAREST`.
+
+        Returns
+        -------
+        (...) `NEAREST`
+            Fields distance, point, u, v, triangle (-1 for none) and geometry. In float32 the triangle is truly the
+            nearest, and of those that are equally near the lowest. In float64 it is found on a copy in float32 about
+            the mesh's middle, so it may be one that is farther by 2**-21 of the distance or of the mesh's size;
+            distance and point are those of this triangle, in float64.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
+        >>> near = mesh.closest_point([[0.25, 0.25, 7], [3, 0, 5]])
+        >>> near["distance"], near["point"][1]
+        (array([2., 2.]), array([1., 0., 5.]))
+        """
+        at = self._points(points)
+        if not radius >= 0:
+            raise ValueError(f"radius is {radius}; it must not be negative")
+        nearest, threads = _arrays.answers(at.shape[:-1], NEAREST, out, at), _arrays.threads_of(threads)
+        if at.dtype == F32:
+            tree = self._tree(F32, threads)
+            assert isinstance(tree, Tree32)
+            closest_point(tree, _arrays.flat(at, F32), float(radius), threads, _arrays.as_bytes(nearest))
+        else:
+            if self._copy is None:
+                self._copy = Copy(self._vertices.astype(F64, copy=False), self._faces, threads)
+            self._copy.find(np.ascontiguousarray(at, np.float64).reshape(-1, 3), radius, threads, nearest.reshape(-1))
+        return nearest if at.ndim > 1 or out is not None else nearest[()]
+
+    def signed_distance(
+        self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
+    ) -> NDArray[np.float64]:
+        """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
+
+        The sign is that of `contains`, exact; 0 on the mesh. Distances are those of `closest_point`. Parameters and
+        errors are those of `contains`.
+        ``intertri.trimesh.signed_distance`` has trimesh's sign, positive inside.
+
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> solid = intertri.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> solid.signed_distance([[0.5, 1, 1], [-2, 1, 1], [0, 1, 1]])
+        array([-0.5,  2. ,  0. ])
+        """
+        inside = self.contains(points, assume_closed=assume_closed, threads=threads)
+        distance = self.closest_point(points, threads=threads)["distance"]
+        signed: NDArray[np.float64] = np.where(inside & (distance > 0), -distance, distance)
+        return signed
