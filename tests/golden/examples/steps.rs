@@ -1,0 +1,141 @@
+//! Runs one kind of step so many times at the narrowest level, for whoever counts instructions:
+//!
+//!     steps NAME TIMES
+//!
+//! The difference of two counts is what the steps cost; `docs/targets.md` has a table of them.
+
+use std::hint::black_box;
+
+use intertri::fixed::{Bits, Grid, Packet, Prepared};
+use intertri::simd::{Level, Simd, WithSimd};
+use intertri::{Certified, Double, Exact, Hit, Mode, Ray, Triangle};
+use intertri_lab::meshes::Mesh;
+use intertri_lab::rng::Rng;
+use intertri_trace::Bvh;
+
+const LEVEL: Level = Level::PORTABLE;
+
+fn main() {
+    let args: Vec<String> = std::env::args().collect();
+    let times = args.get(2).and_then(|times| times.parse().ok());
+    let (Some(name), Some(times)) = (args.get(1), times) else { panic!("give NAME TIMES") };
+    let (certified, exact) = (Certified::default().at(LEVEL), Exact::at(LEVEL));
+    let mut inputs = Inputs(Rng::new(1));
+    match &name[..] {
+        "integers" => integers::<false>(&mut inputs, times),
+        "grid" => integers::<true>(&mut inputs, times),
+        "slices certified" => slices(&mut inputs, &certified, times),
+        "slices exact" => slices(&mut inputs, &exact, times),
+        "slices double" => slices(&mut inputs, &Double::default().at(LEVEL), times),
+        "primary certified" => batches(&certified, &primary(), times),
+        "primary exact" => batches(&exact, &primary(), times),
+        "scattered certified" => batches(&certified, &inputs.scattered(), times),
+        "scattered exact" => batches(&exact, &inputs.scattered(), times),
+        "one certified" => one_by_one(&certified, &inputs.scattered(), times),
+        "one exact" => one_by_one(&exact, &inputs.scattered(), times),
+        "any certified" => any(&certified, &inputs.scattered(), times),
+        _ => panic!("no step has the name {name}"),
+    }
+}
+
+/// Points and rays without end.
+struct Inputs(Rng);
+
+impl Inputs {
+    fn point(&mut self) -> [f32; 3] {
+        self.0.direction().map(|x| x as f32)
+    }
+    fn triangles(&mut self) -> Vec<Triangle> {
+        (0..64).map(|_| Triangle::new(self.point(), self.point(), self.point())).collect()
+    }
+    fn rays(&mut self) -> Vec<Ray> {
+        (0..64).map(|_| Ray::new(self.point(), self.point())).collect()
+    }
+    /// Rays within a sphere that go everywhere.
+    fn scattered(&mut self) -> Vec<Ray> {
+        (0..4096).map(|_| Ray::new(self.point().map(|x| 0.3 * x), self.point())).collect()
+    }
+}
+
+/// Rays of a camera that sees a sphere, 64 by 64.
+fn primary() -> Vec<Ray> {
+    let at = |i: i32| (i as f32 / 32.0 - 1.0) * 0.4;
+    (0..4096).map(|i| Ray::new([0.1, 0.2, -3.0], [at(i % 64), at(i / 64), 1.0])).collect()
+}
+
+fn sphere() -> Bvh {
+    let mesh = Mesh::icosphere(5);
+    let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|v| v.map(|x| x as f32)).collect();
+    let face = |face: &[usize; 3]| Triangle(face.map(|i| vertices[i]));
+    Bvh::new(&mesh.faces.iter().map(face).collect::<Vec<_>>()).expect("small")
+}
+
+/// Eight rays against a triangle in integers: 512 steps.
+fn integers<const FILTER: bool>(inputs: &mut Inputs, times: u64) {
+    let (triangles, rays) = (inputs.triangles(), inputs.rays());
+    let points = triangles.iter().flat_map(|t| t.0).chain(rays.iter().map(|r| r.origin));
+    let grid = Grid::around(points, Bits::FINE).expect("finite");
+    let prepared: Vec<_> =
+        triangles.iter().map(|t| Prepared::new(&grid.triangle(t).expect("within"))).collect();
+    let rays: Vec<_> = rays.iter().map(|r| grid.ray(r).expect("within")).collect();
+    let packets: Vec<_> = rays.chunks(8).map(Packet::new).collect();
+    for _ in 0..times {
+        black_box(LEVEL.run(Grids::<FILTER>(&packets, &prepared)));
+    }
+}
+
+struct Grids<'a, const FILTER: bool>(&'a [Packet<8>], &'a [Prepared]);
+
+impl<const FILTER: bool> WithSimd for Grids<'_, FILTER> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> usize {
+        let mut found = 0;
+        for packet in self.0 {
+            for triangle in self.1 {
+                packet.crossings_in::<S, FILTER>(triangle, packet.live(), |_, _| found += 1);
+            }
+        }
+        found
+    }
+}
+
+/// Slices: 4096 pairs.
+fn slices<M: Mode>(inputs: &mut Inputs, mode: &M, times: u64) {
+    let (triangles, rays) = (inputs.triangles(), inputs.rays());
+    let mut hits = vec![Hit::MISS; rays.len()];
+    for _ in 0..times {
+        mode.closest_batch(black_box(&triangles), &rays, &mut hits);
+        black_box(&hits);
+    }
+}
+
+/// A batch of 4096 rays through the hierarchy of a sphere.
+fn batches<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+    let (bvh, mut hits) = (sphere(), vec![Hit::MISS; rays.len()]);
+    for _ in 0..times {
+        bvh.closest_batch(mode, black_box(rays), &mut hits);
+        black_box(&hits);
+    }
+}
+
+/// The same, a ray a call.
+fn one_by_one<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+    let bvh = sphere();
+    for _ in 0..times {
+        for ray in rays {
+            black_box(bvh.closest(mode, black_box(ray)));
+        }
+    }
+}
+
+/// The same: whether there is a hit.
+fn any<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+    let bvh = sphere();
+    for _ in 0..times {
+        for ray in rays {
+            black_box(bvh.any(mode, black_box(ray)));
+        }
+    }
+}
