@@ -2,7 +2,7 @@
 
 use intertri::{Ray, RayPacket, Triangle};
 
-use crate::input::{Numbers, along, double, single};
+use crate::input::{Numbers, double, single};
 use crate::methods::{METHODS, Pairs, Sink};
 
 /// Pixels of a side, at most.
@@ -33,9 +33,10 @@ pub const CLASSES: usize = 5;
 #[derive(Clone, Debug)]
 pub struct Fan {
     triangles: Vec<Triangle>,
+    /// Rays that differ, and which of them each pixel has: pixels smaller than a step of f32 share some.
     packets: Vec<RayPacket<8>>,
-    size: usize,
-    /// A bit a triangle, for each pixel.
+    ray_of: Vec<u32>,
+    /// A bit a triangle, for each ray.
     truth: Vec<u8>,
 }
 
@@ -62,35 +63,48 @@ impl Fan {
 
         let middle = double(vertex);
         let eye = single([0, 1, 2].map(|k| middle[k] - distance * forward[k]));
+        let from = double(eye);
         let half = (size / 2) as f64;
-        let ray = |i: usize| {
-            let (x, y) = ((i % size) as f64 - half, half - (i / size) as f64);
-            let at = along(middle, [right, up], shift[0] + x * pixel, shift[1] + y * pixel);
-            Ray::new(eye, single([0, 1, 2].map(|k| at[k] - f64::from(eye[k]))))
+        // Along a row nothing changes but the first product, along a column the second.
+        let column = |x: usize| {
+            let x = shift[0] + (x as f64 - half) * pixel;
+            [0, 1, 2].map(|k| middle[k] + x * right[k])
         };
-        let rays: Vec<Ray> = (0..size * size).map(ray).collect();
-        let packets = rays.chunks(8).map(RayPacket::new).collect();
-        let mut fan = Self { triangles, packets, size, truth: vec![] };
+        let row = |y: usize| {
+            let y = shift[1] + (half - y as f64) * pixel;
+            up.map(|up| y * up)
+        };
+        let columns: Vec<_> = (0..size).map(column).collect();
+        let rows: Vec<_> = (0..size).map(row).collect();
+        let (dirs, ray_of) = differing(size, |column, row| {
+            let (a, b) = (columns[column], rows[row]);
+            single([0, 1, 2].map(|k| a[k] + b[k] - from[k]))
+        });
+        let packet = |dirs: &[[f32; 3]]| {
+            let rays = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| Ray::new(eye, dirs[i.min(dirs.len() - 1)]));
+            RayPacket::new(&rays[..dirs.len()])
+        };
+        let packets = dirs.chunks(8).map(packet).collect();
+        let mut fan = Self { triangles, packets, ray_of, truth: vec![] };
         fan.truth = fan.hit_by(METHODS.len() - 1);
         Some(fan)
     }
 
-    /// Which triangles each pixel hits by a method, as bits.
+    /// Which triangles each ray hits by a method, as bits.
     fn hit_by(&self, method: usize) -> Vec<u8> {
-        struct Bits(Vec<u8>);
+        /// For each packet a byte a triangle, which has a bit a ray.
+        struct Bits(Vec<u64>);
         impl Sink for Bits {
             #[inline]
             fn hits(&mut self, packet: usize, bits: u32, triangle: usize, _: &[f64; 8]) {
-                for (lane, hit) in self.0[8 * packet..].iter_mut().take(8).enumerate() {
-                    *hit |= ((bits >> lane & 1) as u8) << triangle;
-                }
+                self.0[packet] |= u64::from(bits) << (8 * triangle);
             }
         }
-        let mut hit = Bits(vec![0; self.size * self.size]);
+        let mut hit = Bits(vec![0; self.packets.len()]);
         let (packets, triangles) = (&self.packets[..], &self.triangles[..]);
         let pairs = Pairs { packets, triangles, closest: false };
         METHODS[method].run(pairs, &mut hit);
-        hit.0
+        hit.0.into_iter().flat_map(|bits| transposed(bits).to_le_bytes()).collect()
     }
 
     /// How many pixels of each class a method has, and what each pixel is: the class in the low four bits,
@@ -99,17 +113,52 @@ impl Fan {
     /// # Panics
     /// If there is no such method.
     pub fn picture(&self, method: usize) -> ([u32; CLASSES], Vec<u8>) {
-        let mut counts = [0; CLASSES];
-        let hit =
-            if method == METHODS.len() - 1 { self.truth.clone() } else { self.hit_by(method) };
-        let pixel = |(&hit, &truth): (&u8, &u8)| {
-            let class = classify(hit, truth);
-            counts[class as usize] += 1;
-            class as u8 | (truth.trailing_zeros() as u8 & 7) << 4
+        let other = (method != METHODS.len() - 1).then(|| self.hit_by(method));
+        let hit = other.as_ref().unwrap_or(&self.truth);
+        let seen = |(&hit, &truth): (&u8, &u8)| {
+            classify(hit, truth) as u8 | (truth.trailing_zeros() as u8 & 7) << 4
         };
-        let pixels = hit.iter().zip(&self.truth).map(pixel).collect();
+        let of_rays: Vec<u8> = hit.iter().zip(&self.truth).map(seen).collect();
+        let pixels: Vec<u8> = self.ray_of.iter().map(|&ray| of_rays[ray as usize]).collect();
+        let mut counts = [0; CLASSES];
+        for pixel in &pixels {
+            counts[usize::from(pixel & 15)] += 1;
+        }
         (counts, pixels)
     }
+}
+
+/// The directions of a square of pixels that differ from those to the left and above, and which of them each
+/// pixel has.
+fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 3]>, Vec<u32>) {
+    let (mut dirs, mut ray_of) = (Vec::with_capacity(size * size), Vec::with_capacity(size * size));
+    let same = |a: [f32; 3], b: [f32; 3]| a.map(f32::to_bits) == b.map(f32::to_bits);
+    for row in 0..size {
+        for column in 0..size {
+            let dir = dir(column, row);
+            let known =
+                [(column > 0, 1), (row > 0, size)].into_iter().find_map(|(is_there, back)| {
+                    let ray: u32 = *is_there.then(|| &ray_of[ray_of.len() - back])?;
+                    same(dirs[ray as usize], dir).then_some(ray)
+                });
+            ray_of.push(known.unwrap_or_else(|| {
+                dirs.push(dir);
+                dirs.len() as u32 - 1
+            }));
+        }
+    }
+    (dirs, ray_of)
+}
+
+/// Eight bytes of eight bits, rows as columns.
+fn transposed(bits: u64) -> u64 {
+    let swap = |x: u64, by: u32, mask: u64| {
+        let differ = (x ^ x >> by) & mask;
+        x ^ differ ^ differ << by
+    };
+    let x = swap(bits, 7, 0x00aa_00aa_00aa_00aa);
+    let x = swap(x, 14, 0x0000_cccc_0000_cccc);
+    swap(x, 28, 0x0000_0000_f0f0_f0f0)
 }
 
 /// What a pixel is whose triangles are these.
@@ -120,5 +169,31 @@ fn classify(hit: u8, truth: u8) -> Class {
         (0, _) => Class::Leak,
         _ if hit & truth == truth && truth != 0 => Class::Double,
         _ => Class::Wrong,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{differing, transposed};
+
+    #[test]
+    fn rows_become_columns() {
+        for (row, column) in [(0, 0), (0, 7), (7, 0), (3, 5), (6, 1)] {
+            assert_eq!(transposed(1 << (8 * row + column)), 1 << (8 * column + row));
+        }
+        assert_eq!(transposed(0xff), 0x0101_0101_0101_0101);
+    }
+
+    #[test]
+    fn each_pixel_has_its_own_ray() {
+        // The zeros of two signs are two directions.
+        let dir =
+            |x: usize, y: usize| [(x / 2) as f32, y.min(2) as f32, if x < 6 { 0.0 } else { -0.0 }];
+        let (dirs, ray_of) = differing(8, dir);
+        assert_eq!(dirs.len(), 4 * 3);
+        for (i, &ray) in ray_of.iter().enumerate() {
+            let wanted = dir(i % 8, i / 8).map(f32::to_bits);
+            assert_eq!(dirs[ray as usize].map(f32::to_bits), wanted, "{i}");
+        }
     }
 }

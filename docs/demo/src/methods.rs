@@ -150,19 +150,7 @@ impl<T: LaneQueries> WithSimd for OfMode<'_, T> {
                 continue;
             }
             for (k, triangle) in prepared.iter().enumerate() {
-                let mut hits = ClosestHits::new(&packet.t_max);
-                let at = (k as u32, k as u32);
-                test.packet_closest_in(
-                    &rays,
-                    triangle,
-                    at,
-                    find,
-                    packet.live(),
-                    &mut hits,
-                    &mut counts,
-                );
-                let bits =
-                    (0..8).fold(0, |bits, lane| bits | u32::from(hits.lane(lane).is_hit()) << lane);
+                let bits = test.packet_any_in(&rays, triangle, packet.live(), &mut counts);
                 if bits != 0 {
                     sink.hits(i, bits, k, &[0.0; 8]);
                 }

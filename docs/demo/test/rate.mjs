@@ -1,5 +1,9 @@
-// Rays a second on the page, with SIMD and without, beside the native library: node rate.mjs [MODEL...].
-// Prints a row a model; - is the built-in scene. The best of some runs of each, one thread.
+// How fast the page is, with SIMD and without.
+//
+//     node rate.mjs MODEL...    rays a second beside the native library, a row a model; - is the built-in scene. The
+//                               best of some runs of each, one thread.
+//     node rate.mjs             the milliseconds of a picture of the vertex, by method and width of a pixel: the truth
+//                               by exact, the method, and the canvas. The median of some.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -35,25 +39,48 @@ const measure = ([name, text]) => {
     engine.trace(0, numbers[1]);
     best = Math.min(best, performance.now() - start);
   }
-  let frames = [];
-  engine.fan(window.intertri.fan.numbers());
-  for (let i = 0; i < 12; i++) {
-    const start = performance.now();
-    engine.fan(window.intertri.fan.numbers());
-    engine.fanPicture(0);
-    frames.push(performance.now() - start);
+  return { rate: numbers[0] * numbers[1] / best / 1e3, numbers };
+};
+/** By width of a pixel, the milliseconds of a picture by each method, as the page draws it. */
+const pictures = async (zooms) => {
+  const { fan, engine } = window.intertri;
+  const rows = [];
+  for (const zoom of zooms) {
+    const row = [];
+    for (let method = 0; method < engine.methods.length; method++) {
+      Object.assign(fan.state, { zoom, method, yaw: 9 });
+      const times = [];
+      for (let i = 0; i < 15; i++) {
+        fan.state.yaw += 0.1;
+        fan.change();
+        await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+        times.push(window.intertri.frame.time);
+      }
+      row.push(times.sort((a, b) => a - b)[7]);
+    }
+    rows.push(row);
   }
-  return { rate: numbers[0] * numbers[1] / best / 1e3, numbers, frame: Math.min(...frames) };
+  return { rows, methods: engine.methods };
 };
 
 const [simd, plain] = [await pageWith(""), await pageWith("#plain")];
-console.log("model                 native    simd128      plain   (million rays a second)   a picture of the vertex, ms");
-for (const file of process.argv.length > 2 ? process.argv.slice(2) : ["-"]) {
+const models = process.argv.slice(2);
+if (models.length) console.log("model                 native    simd128      plain   (million rays a second)");
+for (const file of models) {
   const given = file === "-" ? ["", ""] : [basename(file), readFileSync(file).toString("base64")];
   const [a, b] = [await simd.evaluate(measure, given), await plain.evaluate(measure, given)];
   const native = Number(execFileSync(NATIVE, ["rate", file, ...a.numbers.map(String)], { encoding: "utf8" }));
   const columns = [native, a.rate, b.rate].map((x) => x.toFixed(2).padStart(9)).join("  ");
-  console.log(`${basename(file).padEnd(18)}${columns}   ${a.frame.toFixed(1)} simd128, ${b.frame.toFixed(1)} plain`);
+  console.log(`${basename(file).padEnd(18)}${columns}`);
+}
+const zooms = [18, 24, 25.5, 30];
+for (const [name, of] of models.length ? [] : [["simd128", simd], ["plain", plain]]) {
+  await of.bringToFront(); // others are drawn seldom
+  const { rows, methods } = await of.evaluate(pictures, zooms);
+  console.log(`\n${`a picture, ms, ${name}`.padEnd(24)}${zooms.map((zoom) => `2^-${zoom}`.padStart(9)).join("")}`);
+  methods.forEach((method, i) => {
+    console.log(method.padEnd(24) + rows.map((row) => row[i].toFixed(1).padStart(9)).join(""));
+  });
 }
 await context.close();
 rmSync(profile, { recursive: true, force: true });
