@@ -5,11 +5,17 @@
 mod bound;
 #[path = "f64/cases.rs"]
 mod cases;
+#[path = "nearest/truth.rs"]
+mod closest_truth;
 #[path = "f64/hierarchy.rs"]
 mod hierarchy;
 #[path = "f64/meshes.rs"]
 mod meshes;
+#[path = "f64/nearest.rs"]
+mod nearest;
 #[path = "f64/pairs.rs"]
 mod pairs;
+#[path = "f64/saved.rs"]
+mod saved;
 #[path = "f64/utm.rs"]
 mod utm;

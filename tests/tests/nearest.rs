@@ -1,5 +1,7 @@
-//! The closest point, held against rationals by another route: the plane and Cramer's rule for the face, a clamped
-//! parameter for each edge, and the least of all. Nothing of the kernel's is used.
+//! The closest point, held against rationals by another route.
+
+#[path = "nearest/truth.rs"]
+mod truth;
 
 use dashu_ratio::RBig;
 use intertri::Triangle;
@@ -8,78 +10,7 @@ use intertri::simd::Vec3;
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint};
 
-type V = [RBig; 3];
-
-fn rational(p: [f32; 3]) -> V {
-    p.map(|x| RBig::try_from(x).unwrap())
-}
-
-fn minus(a: &V, b: &V) -> V {
-    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
-}
-
-fn dot(a: &V, b: &V) -> RBig {
-    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
-}
-
-/// The exact square of the distance, and the weights of the second and third corner; none for a line.
-fn truth(point: [f32; 3], triangle: &Triangle) -> Option<(RBig, [RBig; 2])> {
-    let [a, b, c] = triangle.0.map(rational);
-    let p = rational(point);
-    let (ab, ac, ap) = (minus(&b, &a), minus(&c, &a), minus(&p, &a));
-    let [x, y, z] = [dot(&ab, &ab), dot(&ab, &ac), dot(&ac, &ac)];
-    let det = &x * &z - &y * &y;
-    if det == RBig::ZERO {
-        return None;
-    }
-
-    // The foot on the plane, by the normal equations.
-    let (r, s) = (dot(&ab, &ap), dot(&ac, &ap));
-    let u = (&r * &z - &s * &y) / &det;
-    let v = (&s * &x - &r * &y) / &det;
-    let square_at = |u: &RBig, v: &RBig| {
-        let at = |k: usize| &ap[k] - &ab[k] * u - &ac[k] * v;
-        let d = [at(0), at(1), at(2)];
-        dot(&d, &d)
-    };
-    if u >= RBig::ZERO && v >= RBig::ZERO && &u + &v <= RBig::ONE {
-        return Some((square_at(&u, &v), [u, v]));
-    }
-
-    // Else the nearest of the edges.
-    let clamped = |x: RBig| x.clamp(RBig::ZERO, RBig::ONE);
-    let (bc, bp) = (minus(&c, &b), minus(&p, &b));
-    let along_bc = clamped(dot(&bc, &bp) / dot(&bc, &bc));
-    let ends = [
-        [clamped(r / x), RBig::ZERO],
-        [RBig::ZERO, clamped(s / z)],
-        [RBig::ONE - &along_bc, along_bc],
-    ];
-    let all = ends.into_iter().map(|[u, v]| (square_at(&u, &v), [u, v]));
-    all.min_by(|a, b| a.0.cmp(&b.0))
-}
-
-/// Whether a float is a number rounded once: nothing is nearer.
-fn is_rounded(x: f64, exact: &RBig) -> bool {
-    let off = |x: f64| {
-        let d = RBig::try_from(x).unwrap() - exact;
-        if d < RBig::ZERO { -d } else { d }
-    };
-    let here = off(x);
-    here <= off(x.next_up()) && here <= off(x.next_down())
-}
-
-/// Whether a distance is within a unit in the last place of a square's root.
-fn is_within_one_ulp(distance: f64, square: &RBig) -> bool {
-    let squared = |x: f64| {
-        let x = RBig::try_from(x).unwrap();
-        &x * &x
-    };
-    if *square == RBig::ZERO || distance == 0.0 {
-        return *square == RBig::ZERO && distance == 0.0;
-    }
-    squared(distance.next_down()) < *square && *square < squared(distance.next_up())
-}
+use truth::{is_rounded, is_within_one_ulp, truth};
 
 /// Numbers of many kinds: small grids, anywhere, beside each other, over the whole range, subnormal.
 struct Numbers {

@@ -74,12 +74,12 @@ fn ours(triangles: &[Triangle]) -> Result<f64, String> {
 
     let bytes = bvh.to_bytes();
     tell("to bytes", fastest(|| bvh.to_bytes()));
-    tell("from bytes", fastest(|| Bvh::from_bytes(&bytes)));
+    tell("from bytes", fastest(|| Bvh::<f32>::from_bytes(&bytes)));
     let path = std::env::temp_dir().join(format!("intertri-moves-{}", std::process::id()));
     std::fs::File::create(&path)
         .and_then(|mut file| file.write_all(&bytes))
         .map_err(|e| error(&e))?;
-    tell("load from a file", fastest(|| Bvh::load(&path)));
+    tell("load from a file", fastest(|| Bvh::<f32>::load(&path)));
     std::fs::remove_file(&path).map_err(|e| error(&e))?;
     println!("  {:.1} bytes a triangle", bytes.len() as f64 / triangles.len() as f64);
     Ok(build)

@@ -58,9 +58,27 @@ impl LocalFrame {
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
 
+    /// The frame with such a centre and exponent, if there may be one, of corners that are not farther from it along
+    /// each axis, scaled.
+    pub fn of(centre: [f64; 3], up: i32, farthest: [f32; 3]) -> Option<Self> {
+        let sane = centre.iter().all(|x| x.is_finite()) && (SCALES.0..=SCALES.1).contains(&up);
+        let reach = farthest.iter().map(|&x| f64::from(x)).sum::<f64>() as f32;
+        sane.then_some(Self { centre, up, reach: reach * (1.0 + 1.0 / 1024.0) })
+    }
+
+    /// The centre, and the exponent of the scale.
+    pub fn centre_and_exponent(&self) -> ([f64; 3], i32) {
+        (self.centre, self.up)
+    }
+
     /// No corner's copy is farther from the origin, as a sum of coordinates.
     pub fn reach(&self) -> f32 {
         self.reach
+    }
+
+    /// The scale, a power of two.
+    pub fn scale(&self) -> f64 {
+        pow2(self.up)
     }
 
     /// A number's place on an axis.
@@ -112,6 +130,21 @@ impl LocalFrame {
     #[inline]
     pub fn point(&self, point: [f64; 3]) -> [f32; 3] {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
+    }
+
+    /// Two points between which a finite one lies, as seen from the centre and scaled.
+    #[inline]
+    pub fn around_point(&self, point: [f64; 3]) -> [[f32; 3]; 2] {
+        // By halves: the difference may be beyond f64.
+        let half = |k: usize| (0.5 * point[k] - 0.5 * self.centre[k]) * pow2(self.up + 1);
+        let near = [0, 1, 2].map(|k| half(k) as f32);
+        [near.map(f32::next_down), near.map(f32::next_up)]
+    }
+
+    /// So far a corner of a scaled triangle may be along an axis from what sums of its copy's parts in f32 give.
+    #[inline]
+    pub fn corner_room(&self) -> f32 {
+        self.reach * (5.0 / (1 << 24) as f32)
     }
 
     /// The copy of a ray: its interval holds the scaled one.

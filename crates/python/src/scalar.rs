@@ -169,7 +169,7 @@ impl Scalar for f32 {
     }
 
     fn from_bytes(bytes: &[u8], triangles: &[TriangleOf<f32>]) -> PyResult<Solid> {
-        let bvh = Bvh::from_bytes(bytes).map_err(wrong)?;
+        let bvh: Bvh = Bvh::from_bytes(bytes).map_err(wrong)?;
         if bvh.len() == triangles.len() {
             Ok(Solid::assume_closed_bvh(bvh))
         } else {

@@ -36,6 +36,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // What is damaged is told, in a line.
     let mut saved = sea.to_bytes();
     saved[123_456] ^= 1;
-    println!("{}", Bvh::from_bytes(&saved).unwrap_err());
+    println!("{}", Bvh::<f32>::from_bytes(&saved).unwrap_err());
     Ok(())
 }

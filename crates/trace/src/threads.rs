@@ -64,6 +64,22 @@ pub(crate) fn update<T: Send, R: Send>(
     Ok(told)
 }
 
+/// Fills pieces of a slice, on all threads where there are threads, until one fails.
+#[cfg(unix)]
+pub(crate) fn fill<E: Send>(
+    all: &mut [u8],
+    piece: usize,
+    fill: impl Fn(usize, &mut [u8]) -> Result<(), E> + Sync + Send,
+) -> Result<(), E> {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        all.par_chunks_mut(piece).enumerate().try_for_each(|(i, to)| fill(i, to))
+    }
+    #[cfg(not(feature = "parallel"))]
+    all.chunks_mut(piece).enumerate().try_for_each(|(i, to)| fill(i, to))
+}
+
 /// Whether something holds of all, on all threads where there are threads.
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync + Send) -> bool {
     #[cfg(feature = "parallel")]

@@ -23,6 +23,7 @@ mod nearest;
 mod report;
 mod saved;
 mod scenes;
+mod solid64;
 #[cfg(target_arch = "wasm32")]
 pub mod wasm;
 
@@ -64,6 +65,7 @@ pub const SECTIONS: &[Section] = &[
     section!("lists", "lists.txt", lists::answers),
     section!("nearest", "nearest.txt", nearest::answers),
     section!("saved", "saved.txt", saved::answers),
+    section!("solid64", "solid64.txt", solid64::answers),
 ];
 
 impl Section {

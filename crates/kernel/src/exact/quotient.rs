@@ -9,6 +9,7 @@ use core::cmp::Ordering;
 
 use super::int::{minus, plus};
 use crate::Scalar;
+use crate::scalar::Bits;
 use crate::simd::Lanes;
 
 /// A positive quotient: `first * 2^exponent`, and less than a unit of `first` more.
@@ -77,13 +78,23 @@ impl Quotient {
         if top > LARGEST { f64::INFINITY } else { subnormal(first, top) }
     }
 
-    /// The root of this rounded once, rounded once more: within 0.86 units in the last place. Both must be within
-    /// the normal numbers but for the exponent of this.
+    /// The root of this rounded once, rounded once more: within 0.86 units in the last place, or 0.93 where the
+    /// result is subnormal. Never 0; infinite beyond the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
-        Lanes::sqrt(size) * pow2((self.exponent - odd) / 2)
+        let root = Lanes::sqrt(size);
+        let up = if root < pow2(32) { 31 } else { 32 };
+        let (root, top) = (root * pow2(-up), (self.exponent - odd) / 2 + up);
+        if (SMALLEST..=LARGEST).contains(&top) {
+            return root * pow2(top);
+        }
+        if top > LARGEST {
+            return f64::INFINITY;
+        }
+        let (m, _) = root.parts();
+        f64::from_bits(subnormal((m as u64) << 11, top).to_bits().max(1))
     }
 
     /// Compared with a float that is not negative, nor NaN or infinite.

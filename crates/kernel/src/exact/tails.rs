@@ -22,7 +22,7 @@ const TAME: [f64; 2] = [f64::from_bits((1023 - 500) << 52), f64::from_bits((1023
 #[derive(Clone, Copy)]
 pub(super) struct TwoParts<D> {
     pub(super) first: Vec3<D>,
-    rest: Vec3<D>,
+    pub(super) rest: Vec3<D>,
 }
 
 /// `a - b`, exactly.

@@ -140,6 +140,12 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
+    /// The same with some lanes dead.
+    #[doc(hidden)]
+    pub fn keeping(self, lanes: u32) -> Self {
+        Self { live: self.live & lanes, ..self }
+    }
+
     /// Without the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {

@@ -3,7 +3,8 @@
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
-use crate::tree::{BLOCK, HitBounds, NONE, hit_bounds};
+use crate::across::lanes_of;
+use crate::tree::{BLOCK, HitBounds, LaneBounds, LeafBounds, NONE, hit_bounds};
 
 /// What a hierarchy is built over.
 pub(crate) trait Triangles: Sync {
@@ -13,6 +14,9 @@ pub(crate) trait Triangles: Sync {
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// Those of a leaf side by side.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
+    /// The same where some may have moved to where they cannot be hit, whose lanes are dead; and the box around the
+    /// others.
+    fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
 impl Triangles for [Triangle] {
@@ -29,6 +33,11 @@ impl Triangles for [Triangle] {
     #[inline]
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8> {
         Level::best().run(SideBySide { triangles: self, indices })
+    }
+
+    #[inline]
+    fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds) {
+        Level::best().run(Moved { triangles: self, indices })
     }
 }
 
@@ -49,5 +58,44 @@ impl WithSimd for SideBySide<'_> {
             count += 1;
         }
         TriangleBlock::new_in::<S>(&corners[..count])
+    }
+}
+
+/// The triangles of a leaf where they are now, and the box around them.
+struct Moved<'a> {
+    triangles: &'a [Triangle],
+    indices: &'a [u32; BLOCK],
+}
+
+impl WithSimd for Moved<'_> {
+    type Output = (TriangleBlock<8>, LeafBounds);
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let (mut corners, mut lanes) = ([[[0.0; 8]; 3]; 3], 0);
+        for (lane, &index) in self.indices.iter().enumerate() {
+            if index == NONE {
+                break;
+            }
+            lanes |= 1 << lane;
+            let triangle = &self.triangles[index as usize];
+            for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
+                for (row, &x) in rows.iter_mut().zip(corner) {
+                    row[lane] = x;
+                }
+            }
+        }
+        let bounds = LaneBounds { corners: &corners, lanes }.run::<S>();
+
+        // Dead lanes repeat one that is not.
+        let dead = 0xff & !bounds.boxed;
+        if dead != 0 {
+            let live = bounds.boxed.trailing_zeros() as usize;
+            for row in corners.as_flattened_mut() {
+                let x = row.get(live).copied().unwrap_or(0.0);
+                lanes_of(dead).for_each(|lane| row[lane] = x);
+            }
+        }
+        (TriangleBlock::of_lanes_in::<S>(corners, bounds.boxed), bounds)
     }
 }

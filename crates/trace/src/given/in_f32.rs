@@ -1,10 +1,15 @@
 //! Given in f32: the walk goes over the triangles and rays themselves.
 
+use std::io::{self, Write};
+
 use intertri::internal::Which;
 use intertri::{Ray, Triangle};
 
 use super::{Ask, Given, Progress};
 use crate::build::BuildError;
+use crate::nearest::{ClosestPoint, InF32, closest_points};
+use crate::refit::{Refit, RefitError};
+use crate::save::{self, Input, LoadError};
 use crate::tree::Tree;
 
 impl Given for f32 {
@@ -28,5 +33,31 @@ impl Given for f32 {
     #[inline]
     fn point((): &(), point: [f32; 3]) -> [f32; 3] {
         point
+    }
+
+    fn closest_points(
+        tree: &Tree,
+        (): &(),
+        points: &[[f32; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    ) {
+        closest_points(InF32(tree), points, radius, closest);
+    }
+
+    fn refit_tree(
+        tree: &mut Tree,
+        (): &mut (),
+        triangles: &[Triangle],
+    ) -> Result<Refit, RefitError> {
+        tree.refit(triangles)
+    }
+
+    fn write_tree(tree: &Tree, (): &(), output: &mut dyn Write) -> io::Result<()> {
+        save::write(tree, output)
+    }
+
+    fn read_tree(input: &mut dyn Input) -> Result<(Tree, ()), LoadError> {
+        Ok((save::read(input)?, ()))
     }
 }

@@ -4,15 +4,21 @@
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
+use std::io::{self, Write};
 
 use intertri::internal::exact::{self, HitCoefficients64, Side};
 use intertri::internal::{Filter, LocalFrame, Originals, Which};
 use intertri::simd::Level;
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
 
+use super::mesh64::InF64;
 use super::{Ask, Given, Progress};
+use crate::across::lanes_of;
 use crate::build::{BuildError, Triangles};
-use crate::tree::{Aabb, BLOCK, HitBounds, NONE, Tree};
+use crate::nearest::{ClosestPoint, closest_points};
+use crate::refit::{Refit, RefitError};
+use crate::save::{Input, LoadError, read64, write64};
+use crate::tree::{Aabb, BLOCK, HitBounds, LeafBounds, NONE, Tree};
 
 /// The triangles as given, by their indices, and where their copies are.
 #[derive(Clone, Debug)]
@@ -62,6 +68,51 @@ impl Given for f64 {
     fn point(originals: &Originals64, point: [f64; 3]) -> [f32; 3] {
         originals.frame.point(point)
     }
+
+    #[inline]
+    fn closest_points(
+        tree: &Tree,
+        originals: &Originals64,
+        points: &[[f64; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    ) {
+        let Originals64 { frame, triangles } = originals;
+        closest_points(InF64 { tree, frame, triangles }, points, radius, closest);
+    }
+
+    #[inline]
+    fn refit_tree(
+        tree: &mut Tree,
+        originals: &mut Originals64,
+        triangles: &[Triangle64],
+    ) -> Result<Refit, RefitError> {
+        // The frame of a new build.
+        let frame = frame_around(triangles);
+        let refit = tree.refit(&Copies { frame, triangles })?;
+        tree.reach = reach(tree, &frame);
+        originals.frame = frame;
+        originals.triangles.copy_from_slice(triangles);
+        Ok(refit)
+    }
+
+    #[inline]
+    fn write_tree(tree: &Tree, originals: &Originals64, output: &mut dyn Write) -> io::Result<()> {
+        write64(tree, &originals.frame, &originals.triangles, output)
+    }
+
+    #[inline]
+    fn read_tree(input: &mut dyn Input) -> Result<(Tree, Originals64), LoadError> {
+        let (mut tree, frame, triangles) = read64(input)?;
+        tree.reach = reach(&tree, &frame);
+        Ok((tree, Originals64 { frame, triangles }))
+    }
+}
+
+/// No coordinate of a copy is larger. Leaves that are in no box have edges where others have corners.
+#[inline]
+fn reach(tree: &Tree, frame: &LocalFrame) -> f32 {
+    if tree.boxed < tree.leaves.len() { tree.reach.max(frame.reach()) } else { tree.reach }
 }
 
 /// The frame of all triangles that are finite.
@@ -111,6 +162,25 @@ impl Triangles for Copies<'_> {
         let copies: [_; BLOCK] =
             std::array::from_fn(|lane| self.frame.triangle(&self.triangles[some(lane)]));
         TriangleBlock::of_copies(&copies[..count])
+    }
+
+    #[inline]
+    fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds) {
+        let mut leaf = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, unbounded: 0 };
+        for (lane, &i) in indices.iter().enumerate().take_while(|(_, i)| **i != NONE) {
+            if let HitBounds::Box(bounds) = self.hit_bounds(i as usize) {
+                leaf.bounds.join(&bounds);
+                leaf.boxed |= 1 << lane;
+            }
+        }
+        // Dead lanes repeat one that is not.
+        let Some(first) = lanes_of(leaf.boxed).next() else {
+            return (TriangleBlock::of_copies(&[]), leaf);
+        };
+        let some = |lane: usize| if leaf.boxed >> lane & 1 != 0 { lane } else { first };
+        let copy = |lane: usize| self.frame.triangle(&self.triangles[indices[some(lane)] as usize]);
+        let copies: [_; BLOCK] = std::array::from_fn(copy);
+        (TriangleBlock::of_copies(&copies).keeping(leaf.boxed), leaf)
     }
 }
 

@@ -9,13 +9,18 @@
 
 mod in_f32;
 mod in_f64;
+mod mesh64;
 
 use std::fmt::Debug;
+use std::io::{self, Write};
 
 use intertri::internal::Which;
 use intertri::{Exact, Mode, Ray, RayOf, Scalar, TriangleOf};
 
 use crate::build::BuildError;
+use crate::nearest::ClosestPoint;
+use crate::refit::{Refit, RefitError};
+use crate::save::{Input, LoadError};
 use crate::tree::Tree;
 
 /// What is told of a build: how many triangles are done, of how many.
@@ -58,6 +63,36 @@ pub trait Given: Scalar {
     /// Where a point lies in the tree's boxes.
     #[doc(hidden)]
     fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];
+
+    /// The closest points of some, on this thread, where they are not farther than a radius.
+    #[doc(hidden)]
+    fn closest_points(
+        tree: &Tree,
+        originals: &Self::Originals,
+        points: &[[Self; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    );
+
+    /// Moves the triangles.
+    #[doc(hidden)]
+    fn refit_tree(
+        tree: &mut Tree,
+        originals: &mut Self::Originals,
+        triangles: &[TriangleOf<Self>],
+    ) -> Result<Refit, RefitError>;
+
+    /// Writes all of it.
+    #[doc(hidden)]
+    fn write_tree(
+        tree: &Tree,
+        originals: &Self::Originals,
+        output: &mut dyn Write,
+    ) -> io::Result<()>;
+
+    /// Reads what was written.
+    #[doc(hidden)]
+    fn read_tree(input: &mut dyn Input) -> Result<(Tree, Self::Originals), LoadError>;
 }
 
 /// A mode that answers for triangles and rays given in a scalar: every mode for f32, and for f64 the mode

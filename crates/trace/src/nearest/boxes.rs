@@ -16,11 +16,12 @@ pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Which boxes may hold something whose square is at most what `far` is for, and their squares.
+/// Which boxes may hold something whose square is at most what `far` is for, and their squares; the point lies
+/// between two.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
-    point: Vec3<F>,
+    within: [Vec3<F>; 2],
     far: f32,
 ) -> (F::Mask, F) {
     // A child that is not there has nothing between its sides.
@@ -34,28 +35,27 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
         y: F::load(node.sides(1, true)),
         z: F::load(node.sides(2, true)),
     };
-    let square = to_boxes(lo, hi, point);
+    let square = to_boxes(lo, hi, within);
     (lo.x.le(hi.x) & square.le(F::splat(far)), square)
 }
 
 /// Which of eight triangles may be nearer than what `far` is for, by the boxes around them.
 #[inline(always)]
 pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
-    [a, b, c]: &[[[f32; 8]; 3]; 3],
-    point: Vec3<F>,
+    [a, b, c]: [Vec3<F>; 3],
+    within: [Vec3<F>; 2],
     far: f32,
 ) -> F::Mask {
-    let [a, b, c] = [Vec3::<F>::load(a), Vec3::load(b), Vec3::load(c)];
     let lo = Vec3 { x: a.x.min(b.x).min(c.x), y: a.y.min(b.y).min(c.y), z: a.z.min(b.z).min(c.z) };
     let hi = Vec3 { x: a.x.max(b.x).max(c.x), y: a.y.max(b.y).max(c.y), z: a.z.max(b.z).max(c.z) };
-    to_boxes(lo, hi, point).le(F::splat(far))
+    to_boxes(lo, hi, within).le(F::splat(far))
 }
 
 /// The squares of the distances to boxes.
 #[inline(always)]
-fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, at: Vec3<F>) -> F {
+fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);
-    let (before, behind) = (lo - at, at - hi);
+    let (before, behind) = (lo - to, from - hi);
     let x = before.x.max(behind.x).max(none);
     let y = before.y.max(behind.y).max(none);
     let z = before.z.max(behind.z).max(none);

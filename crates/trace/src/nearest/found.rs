@@ -3,13 +3,14 @@
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
 
-use crate::tree::Tree;
+use super::mesh::Mesh;
 
 /// The point of a mesh that is closest to a given one. Plain data of 56 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
-    /// How far it is: the true distance within 0.86 units in the last place, 0 only where that is 0.
+    /// How far it is: the true distance within 0.86 units in the last place, 0 only where that is 0. Of coordinates in
+    /// f64, within 0.93 where it is subnormal, and infinite where it is beyond f64.
     pub distance: f64,
     /// Where it is: each coordinate within `2^-51` of the triangle's largest.
     pub point: [f64; 3],
@@ -48,19 +49,19 @@ pub(super) struct Candidate {
 }
 
 /// The closest of some triangles, one of which is; of those that are exactly as close the lowest index.
-pub(super) fn closest_of(
-    bvh: &Tree,
-    point: [f32; 3],
+pub(super) fn closest_of<M: Mesh>(
+    mesh: M,
+    point: [M::Scalar; 3],
     candidates: &mut [Candidate],
 ) -> Option<(u32, ClosestPoint)> {
     // From the lowest index on, a later one must be closer.
     if candidates.len() > 1 {
-        candidates.sort_unstable_by_key(|candidate| bvh.index_of(candidate.place));
+        candidates.sort_unstable_by_key(|candidate| mesh.tree().index_of(candidate.place));
     }
     let (first, others) = candidates.split_first()?;
-    let mut best = (first.place, bvh.triangle_in(first.place));
+    let mut best = (first.place, mesh.triangle(first.place));
     for other in others.iter().filter(|other| other.place != first.place) {
-        let triangle = bvh.triangle_in(other.place);
+        let triangle = mesh.triangle(other.place);
         if closer(point, &triangle, &best.1).is_lt() {
             best = (other.place, triangle);
         }
@@ -70,10 +71,10 @@ pub(super) fn closest_of(
     let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
-        let [a, b, c] = triangle.0.map(|corner| f64::from(corner[axis]));
+        let [a, b, c] = triangle.0.map(|corner| corner[axis].into());
         (first * a + u * b) + v * c
     };
     let point = [at(0), at(1), at(2)];
-    let triangle = bvh.index_of(place);
+    let triangle = mesh.tree().index_of(place);
     Some((place, ClosestPoint { distance, point, u, v, triangle, geometry: 0 }))
 }

@@ -10,6 +10,7 @@
 
 mod boxes;
 mod found;
+mod mesh;
 mod order;
 mod query;
 mod search;
@@ -17,3 +18,5 @@ mod search;
 mod tests;
 
 pub use found::ClosestPoint;
+pub(crate) use mesh::{At, InF32, Mesh};
+pub(crate) use query::closest_points;

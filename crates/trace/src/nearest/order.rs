@@ -9,11 +9,11 @@ const FEW: usize = 16;
 /// Bits of a coordinate along the curve.
 const BITS: u32 = 10;
 
-/// The numbers of points along Morton's curve through the box of the tree and as much around it.
-pub(super) fn along_curve(bvh: &Tree, points: &[[f32; 3]]) -> Vec<u32> {
-    let numbers = 0..points.len() as u32;
-    if points.len() <= FEW {
-        return numbers.collect();
+/// The numbers of points along Morton's curve through the box of the tree and as much around it; where they are is
+/// told in the tree's units.
+pub(super) fn along_curve(bvh: &Tree, count: usize, at: impl Fn(usize) -> [f32; 3]) -> Vec<u32> {
+    if count <= FEW {
+        return (0..count as u32).collect();
     }
     let root = &bvh.nodes[0];
     let sides = |axis: usize| {
@@ -29,7 +29,7 @@ pub(super) fn along_curve(bvh: &Tree, points: &[[f32; 3]]) -> Vec<u32> {
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
-    let cell = |point: &[f32; 3]| {
+    let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
             // What is outside, or not finite, is in the first cell or the last.
@@ -38,9 +38,7 @@ pub(super) fn along_curve(bvh: &Tree, points: &[[f32; 3]]) -> Vec<u32> {
         };
         along(0) | along(1) | along(2)
     };
-    let mut order: Vec<u64> = (points.iter().zip(numbers))
-        .map(|(point, number)| u64::from(cell(point)) << 32 | u64::from(number))
-        .collect();
+    let mut order: Vec<u64> = (0..count).map(|i| u64::from(cell(at(i))) << 32 | i as u64).collect();
     order.sort_unstable();
     order.into_iter().map(|place| place as u32).collect()
 }

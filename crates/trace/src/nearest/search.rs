@@ -5,25 +5,27 @@ use intertri::simd::{Lanes, Mask, Simd, Vec3};
 
 use super::boxes;
 use super::found::Candidate;
+use super::mesh::{At, Mesh};
 use crate::across::lanes_of;
 use crate::single::{BOTTOM, Kept};
-use crate::tree::{LEAF, Tree};
+use crate::tree::LEAF;
 
 /// A search for the triangle that is closest to a point.
-pub(super) struct Search<'a> {
-    pub(super) bvh: &'a Tree,
-    pub(super) point: [f32; 3],
-    /// No square that is larger counts.
+pub(super) struct Search<'a, M> {
+    pub(super) mesh: M,
+    pub(super) at: At,
+    /// No square that is larger counts, in the tree's units.
     pub(super) most: f64,
     /// The triangles that may be the closest.
     pub(super) candidates: &'a mut Vec<Candidate>,
 }
 
-impl Search<'_> {
+impl<M: Mesh> Search<'_, M> {
     /// Walks the tree; first to a leaf that is likely to be near, if one is known. What remains are the candidates.
     #[inline(always)]
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut Kept) {
-        let (bvh, point) = (self.bvh, Vec3::<S::F32x8>::splat(self.point));
+        let mesh = self.mesh;
+        let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
         self.candidates.clear();
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
@@ -50,7 +52,7 @@ impl Search<'_> {
                 continue;
             }
             let node = &bvh.nodes[next as usize];
-            let (met, squares) = boxes::squares(node, point, far);
+            let (met, squares) = boxes::squares(node, within, far);
             next = if met.any() {
                 stack.push_nearest_first::<S>(&mut top, node, 0, met, squares)
             } else {
@@ -64,17 +66,15 @@ impl Search<'_> {
     /// Adds the triangles of a leaf that may be the closest. Whether there are any.
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, leaf: usize) -> bool {
-        let block = &self.bvh.leaves[leaf].block;
-        let point = Vec3::<S::F32x8>::splat(self.point);
+        let (mesh, at) = (self.mesh, self.at);
+        let within = at.in_leaves.map(Vec3::<S::F32x8>::splat);
         let far = boxes::far_for(self.most);
-        let near = boxes::may_be_near(block.corners(), point, far).bits() & block.live();
+        let near = boxes::may_be_near(mesh.near_corners(leaf), within, far);
+        let near = near.bits() & mesh.tree().leaves[leaf].block.live();
         if near == 0 {
             return false;
         }
-        let [a, b, c] = block.corners();
-        let point = Vec3::<S::F64x8>::splat(self.point.map(f64::from));
-        let corners = [Vec3::load_f32(a), Vec3::load_f32(b), Vec3::load_f32(c)];
-        let found = squares(corners, point);
+        let found = squares(mesh.corners::<S>(leaf, near), Vec3::splat(at.point));
         let mut near = found.least.le(Lanes::splat(self.most)).bits() & near;
         if near == 0 {
             return false;
@@ -82,7 +82,8 @@ impl Search<'_> {
         // What may be a line is asked for its area before it can stand in another's way.
         let doubtful = near & !found.has_area.bits();
         if doubtful != 0 {
-            let lines = lanes_of(doubtful).filter(|&lane| !has_area(&block.triangle(lane)));
+            let is_line = |lane: &usize| !has_area(&mesh.triangle((8 * leaf + lane) as u32));
+            let lines = lanes_of(doubtful).filter(is_line);
             near &= !lines.fold(0, |lines, lane| lines | 1 << lane);
         }
 

@@ -1,5 +1,6 @@
 //! Where rays cross a mesh, each edge and corner once: by the mode `exact`.
 
+use intertri::internal::exact::is_on;
 use intertri::{Crossing, Crossings, Exact, RayOf};
 
 use super::{Only, batch, one};
@@ -8,7 +9,7 @@ use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
 use crate::place::Place;
 use crate::select::Select;
-use crate::single::is_on_surface;
+use crate::single::is_held;
 
 /// The way in which winding numbers are counted: any is as good as another. Of the common ones it is none, so
 /// that few edges are met exactly.
@@ -48,7 +49,8 @@ where
 
     /// Where a point lies.
     pub(crate) fn place(&self, mode: Exact, point: [S; 3]) -> Place {
-        if is_on_surface(self, point) {
+        let seen = S::point(&self.originals, point);
+        if is_held(&self.tree, seen, |place| is_on(&self.triangle(place), point)) {
             return Place::Surface;
         }
         self.ask_one(&mode, &RayOf::new(point, DIR.map(S::from)), |tree, which, ray| {

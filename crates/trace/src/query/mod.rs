@@ -1,6 +1,7 @@
 //! What users ask of a hierarchy: of one ray, or of many.
 
 mod batch;
+mod closest_point;
 mod crossings;
 #[cfg(feature = "fixed")]
 mod fixed;
@@ -12,8 +13,6 @@ mod only;
 pub use fixed::FixedBvh;
 pub use lists::HitLists;
 pub use only::Only;
-
-pub(crate) use batch::chunks;
 
 use intertri::internal::Which;
 use intertri::{Counts, Hit, Ray, RayOf};

@@ -14,18 +14,13 @@ mod tests;
 
 pub use error::RefitError;
 
-use intertri::simd::{Level, Simd, WithSimd};
-use intertri::{Triangle, TriangleBlock};
-
 use crate::across::lanes_of;
-use crate::bvh::Bvh;
+use crate::build::Triangles;
 use crate::memory::{NoMemory, room};
 use crate::threads;
-use crate::tree::{
-    Aabb, EMPTY, HitBounds, LEAF, LaneBounds, Leaf, LeafBounds, NONE, Node, Tree, hit_bounds,
-};
+use crate::tree::{Aabb, EMPTY, HitBounds, LEAF, Leaf, LeafBounds, NONE, Node, Tree};
 
-/// How good a tree is after [`Bvh::refit`].
+/// How good a tree is after [`Bvh::refit`](crate::Bvh::refit).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Refit {
@@ -53,39 +48,13 @@ impl Refit {
     }
 }
 
-impl Bvh {
-    /// Moves the triangles: their new corners, all of them in the order in which they were given. The tree stays
-    /// as it is, in place; its boxes are fitted to the corners, on all threads.
-    ///
-    /// Answers are those of a hierarchy built anew, bit for bit. It takes a small part of the time of a build, but
-    /// the more the triangles move against each other, the longer rays take; [`Refit`] tells how worn the tree
-    /// is. Triangles may lose their area or stop being finite, and come back.
-    ///
-    /// # Errors
-    /// If there are more triangles or fewer: then nothing has changed. If there is too little memory: then it
-    /// holds no triangle any more.
-    ///
-    /// ```
-    /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
-    /// let floor = |y| Triangle::new([-1.0, y, -1.0], [3.0, y, -1.0], [-1.0, y, 3.0]);
-    /// let ray = Ray::new([0.0, 9.0, 0.0], [0.0, -1.0, 0.0]);
-    /// let mut bvh = Bvh::new(&[floor(0.0), floor(1.0)])?;
-    /// let refit = bvh.refit(&[floor(5.0), floor(3.0)])?;
-    /// let hit = bvh.closest(&Exact::default(), &ray);
-    /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 4.0)));
-    /// assert!(refit.ratio() > 0.0 && !refit.is_worn());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn refit(&mut self, triangles: &[Triangle]) -> Result<Refit, RefitError> {
-        self.tree.refit(triangles)
-    }
-}
-
 impl Tree {
-    /// See [`Bvh::refit`].
-    fn refit(&mut self, triangles: &[Triangle]) -> Result<Refit, RefitError> {
-        let (expected, found) = (self.triangles, triangles.len());
+    /// Moves the triangles. Where there is too little memory, it holds none any more.
+    pub(crate) fn refit(
+        &mut self,
+        triangles: &(impl Triangles + ?Sized),
+    ) -> Result<Refit, RefitError> {
+        let (expected, found) = (self.triangles, triangles.count());
         if expected != found {
             return Err(RefitError::Count { expected, found });
         }
@@ -96,7 +65,7 @@ impl Tree {
         })
     }
 
-    fn refitted(&mut self, triangles: &[Triangle]) -> Result<Refit, NoMemory> {
+    fn refitted(&mut self, triangles: &(impl Triangles + ?Sized)) -> Result<Refit, NoMemory> {
         let cost_as_built = match self.cost_as_built {
             Some(cost) => cost,
             None => self.cost()?,
@@ -106,10 +75,9 @@ impl Tree {
         // Who has no place in the tree is known before it changes.
         let left_out = self.left_out()?;
         self.leaves.truncate(self.boxed);
-        let level = Level::best();
         let fit = |leaf: &mut Leaf| {
             let around;
-            (leaf.block, around) = level.run(Moved { triangles, indices: &leaf.indices });
+            (leaf.block, around) = triangles.moved(&leaf.indices);
             around
         };
         let bounds = threads::update(&mut self.leaves, fit)?;
@@ -150,7 +118,7 @@ impl Tree {
     /// place in the tree.
     fn add_unboxed(
         &mut self,
-        triangles: &[Triangle],
+        triangles: &(impl Triangles + ?Sized),
         bounds: &[LeafBounds],
         left_out: &[u32],
     ) -> Result<(), NoMemory> {
@@ -162,8 +130,7 @@ impl Tree {
             }
         }
         unboxed.try_reserve(left_out.len())?;
-        let can_be_hit =
-            |&index: &u32| hit_bounds(&triangles[index as usize]) != HitBounds::Nowhere;
+        let can_be_hit = |&index: &u32| triangles.hit_bounds(index as usize) != HitBounds::Nowhere;
         unboxed.extend(left_out.iter().copied().filter(can_be_hit));
         unboxed.sort_unstable();
 
@@ -171,48 +138,8 @@ impl Tree {
         self.leaves.extend(unboxed.chunks(8).map(|some| {
             let mut indices = [NONE; 8];
             indices[..some.len()].copy_from_slice(some);
-            let corners: Vec<Triangle> = some.iter().map(|&i| triangles[i as usize]).collect();
-            Leaf { block: TriangleBlock::new(&corners), indices }
+            Leaf { block: triangles.block(&indices), indices }
         }));
         Ok(())
-    }
-}
-
-/// The triangles of a leaf where they are now, and the box around them.
-struct Moved<'a> {
-    triangles: &'a [Triangle],
-    indices: &'a [u32; 8],
-}
-
-impl WithSimd for Moved<'_> {
-    type Output = (TriangleBlock<8>, LeafBounds);
-
-    #[inline(always)]
-    fn run<S: Simd>(self) -> Self::Output {
-        let (mut corners, mut lanes) = ([[[0.0; 8]; 3]; 3], 0);
-        for (lane, &index) in self.indices.iter().enumerate() {
-            if index == NONE {
-                break;
-            }
-            lanes |= 1 << lane;
-            let triangle = &self.triangles[index as usize];
-            for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
-                for (row, &x) in rows.iter_mut().zip(corner) {
-                    row[lane] = x;
-                }
-            }
-        }
-        let bounds = LaneBounds { corners: &corners, lanes }.run::<S>();
-
-        // Dead lanes repeat one that is not.
-        let dead = 0xff & !bounds.boxed;
-        if dead != 0 {
-            let live = bounds.boxed.trailing_zeros() as usize;
-            for row in corners.as_flattened_mut() {
-                let x = row.get(live).copied().unwrap_or(0.0);
-                lanes_of(dead).for_each(|lane| row[lane] = x);
-            }
-        }
-        (TriangleBlock::of_lanes_in::<S>(corners, bounds.boxed), bounds)
     }
 }

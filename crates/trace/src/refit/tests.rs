@@ -63,7 +63,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
 
     // It can be saved as it is.
     let bytes = bvh.to_bytes();
-    let loaded = Bvh::from_bytes(&bytes).unwrap();
+    let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
     assert!(loaded.to_bytes() == bytes);
     assert_eq!(loaded.tree.cost_as_built, bvh.tree.cost_as_built);
 }
@@ -150,5 +150,5 @@ fn the_number_of_triangles_stays() {
     assert_eq!(error, RefitError::Count { expected, found });
     assert!(error.to_string().contains("not to 5"));
     assert_as_new(&bvh, &triangles);
-    assert!(Bvh::new(&[]).unwrap().refit(&[]).unwrap().ratio() == 1.0);
+    assert!(Bvh::<f32>::new(&[]).unwrap().refit(&[]).unwrap().ratio() == 1.0);
 }

@@ -62,12 +62,19 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
     };
+    // All eight at once: lanes find the least and the greatest side.
+    let are_in = |node: &Node, outer: &Aabb| {
+        (0..3).all(|k| {
+            let least = node.sides(k, false).iter().fold(f32::INFINITY, |least, &x| least.min(x));
+            let most = node.sides(k, true).iter().fold(f32::NEG_INFINITY, |most, &x| most.max(x));
+            outer.lo[k] <= least && most <= outer.hi[k]
+        })
+    };
     let holds = |node: &Node| {
         (0..8).filter(|&slot| node.children()[slot] != EMPTY).all(|slot| {
             let (bounds, child) = (node.bounds(slot), node.children()[slot]);
             if child & LEAF == 0 {
-                let node = &nodes[child as usize];
-                return (0..8).all(|slot| is_in(&node.bounds(slot), &bounds));
+                return are_in(&nodes[child as usize], &bounds);
             }
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.unbounded == 0 && is_in(&leaf.bounds, &bounds)
@@ -86,12 +93,6 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles make no sense");
     let (tree, unboxed) = leaves.split_at(boxed);
-    let lanes = |leaf: &Leaf| leaf.indices.iter().take_while(|&&index| index != NONE).count();
-    let in_tree: usize = tree.iter().map(lanes).sum();
-    if in_tree + left_out.len() != triangles {
-        return wrong;
-    }
-
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));
@@ -108,7 +109,9 @@ pub(super) fn numbers(
     for &index in left_out {
         once = once && (index as usize) < triangles && is_new(index);
     }
-    if !once {
+    // Each once, and so as many as there are bits.
+    let found: usize = seen.iter().map(|word| word.count_ones() as usize).sum();
+    if !once || found != triangles {
         return wrong;
     }
     if unboxed.is_empty() {
@@ -118,8 +121,9 @@ pub(super) fn numbers(
     // Those that may stand there: the silent ones of the tree, and those left out.
     let mut away = zeros::<u64>(triangles.div_ceil(64))?;
     let silent = tree.iter().flat_map(|leaf| {
+        let lanes = leaf.indices.iter().take_while(|&&index| index != NONE).count();
         let is_silent = |lane: &usize| leaf.block.live() >> lane & 1 == 0;
-        (0..lanes(leaf)).filter(is_silent).map(|lane| leaf.indices[lane])
+        (0..lanes).filter(is_silent).map(|lane| leaf.indices[lane])
     });
     for index in silent.chain(left_out.iter().copied()) {
         away[index as usize / 64] |= 1 << (index % 64);

@@ -15,6 +15,11 @@ pub enum LoadError {
         /// What this one does not know.
         what: String,
     },
+    /// Its coordinates are given in another scalar: it is a `Bvh<f64>`, or a `Bvh<f32>`.
+    Scalar {
+        /// `f32` or `f64`.
+        found: &'static str,
+    },
     /// It ends before it should.
     CutOff,
     /// It is not what was written.
@@ -56,6 +61,9 @@ impl fmt::Display for LoadError {
             Self::NotSaved => f.write_str("is no saved hierarchy"),
             Self::Newer { what } => {
                 write!(f, "a later version has saved it ({what}); save it again by this one")
+            }
+            Self::Scalar { found } => {
+                write!(f, "the coordinates of the saved hierarchy are {found}: load it as such")
             }
             Self::CutOff => f.write_str("the saved hierarchy is cut off"),
             Self::Damaged { what } => write!(f, "the saved hierarchy is damaged: {what}"),

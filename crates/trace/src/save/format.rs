@@ -12,7 +12,8 @@
 //! it stands for the whole file.
 //!
 //! **To add a section**: a kind, here; its records beside those of leaves. A reader that does not know a kind
-//! refuses the file, unless the kind has the bit [`OPTIONAL`]. Kinds 5 to 15 are kept free for f64 corners. Where nodes or leaves get another shape, [`VERSION`] goes up.
+//! refuses the file, unless the kind has the bit [`OPTIONAL`]. Where nodes or leaves get another shape, [`VERSION`]
+//! goes up.
 
 use super::checksum::checksum;
 use super::error::LoadError;
@@ -57,6 +58,12 @@ pub(super) const LEFT_OUT: u32 = 3;
 pub(super) const NUMBER: usize = 4;
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
+
+/// In place of [`LEAVES`] where corners are f64: where their copies are, and the leaves.
+pub(super) const FRAME: u32 = 5;
+pub(super) const FRAME_SIZE: usize = 32;
+pub(super) const LEAVES64: u32 = 6;
+pub(super) const LEAF64_SIZE: usize = 608;
 
 /// Where the header has its checksum.
 const SUM: usize = HEADER - 8;
@@ -152,6 +159,8 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
             LEAVES => *record == LEAF_SIZE as u32,
             LEFT_OUT => *record == NUMBER as u32,
             GEOMETRIES => *record == GEOMETRY as u32,
+            FRAME => *record == FRAME_SIZE as u32 && *size == u64::from(*record),
+            LEAVES64 => *record == LEAF64_SIZE as u32,
             _ if kind & OPTIONAL != 0 => true,
             _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };

@@ -1,14 +1,18 @@
-//! Where bytes come from: from memory, as they lie there, or from a stream, through one buffer.
+//! Where bytes come from: from memory, as they lie there, or from a stream or a file, through one buffer.
 
+#[cfg(unix)]
+use std::fs::File;
 use std::io::Read;
 
 use super::error::LoadError;
+#[cfg(unix)]
+use crate::threads;
 
 /// So much of a stream is read at a time.
 const PIECE: usize = 1 << 20;
 
 /// Bytes, one piece after the other.
-pub(super) trait Input {
+pub trait Input {
     /// The next so many.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
     /// So many are surely still to come.
@@ -16,17 +20,17 @@ pub(super) trait Input {
 }
 
 /// Bytes in memory.
-pub(super) struct Slice<'a> {
+pub(crate) struct Slice<'a> {
     left: &'a [u8],
 }
 
 impl<'a> Slice<'a> {
-    pub(super) fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self { left: bytes }
     }
 
     /// Nothing may follow.
-    pub(super) fn end(self) -> Result<(), LoadError> {
+    pub(crate) fn end(self) -> Result<(), LoadError> {
         if self.left.is_empty() { Ok(()) } else { more() }
     }
 }
@@ -44,7 +48,7 @@ impl Input for Slice<'_> {
 }
 
 /// Bytes of a stream.
-pub(super) struct Stream<R> {
+pub(crate) struct Stream<R> {
     from: R,
     buffer: Vec<u8>,
     known: usize,
@@ -52,12 +56,12 @@ pub(super) struct Stream<R> {
 
 impl<R: Read> Stream<R> {
     /// `known` of them are surely to come.
-    pub(super) fn new(from: R, known: usize) -> Self {
+    pub(crate) fn new(from: R, known: usize) -> Self {
         Self { from, buffer: Vec::new(), known }
     }
 
     /// Nothing may follow.
-    pub(super) fn end(mut self) -> Result<(), LoadError> {
+    pub(crate) fn end(mut self) -> Result<(), LoadError> {
         if self.from.read(&mut [0])? == 0 { Ok(()) } else { more() }
     }
 }
@@ -82,6 +86,56 @@ impl<R: Read> Input for Stream<R> {
 
     fn known(&self) -> usize {
         self.known
+    }
+}
+
+/// Bytes of a file of some size, which all threads copy from what the system has of it.
+#[cfg(unix)]
+pub(crate) struct Pieces {
+    file: File,
+    at: u64,
+    size: u64,
+    buffer: Vec<u8>,
+}
+
+#[cfg(unix)]
+impl Pieces {
+    /// So much of a file is copied by one thread.
+    const EACH: usize = 1 << 18;
+
+    pub(crate) fn new(file: File, size: u64) -> Self {
+        Self { file, at: 0, size, buffer: Vec::new() }
+    }
+
+    /// Nothing may follow.
+    pub(crate) fn end(self) -> Result<(), LoadError> {
+        use std::os::unix::fs::FileExt;
+        if self.file.read_at(&mut [0], self.at)? == 0 { Ok(()) } else { more() }
+    }
+}
+
+#[cfg(unix)]
+impl Input for Pieces {
+    fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
+        use std::os::unix::fs::FileExt;
+        if count > self.known() {
+            return Err(LoadError::CutOff);
+        }
+        if self.buffer.len() < count {
+            let more = count - self.buffer.len();
+            self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
+            self.buffer.resize(count, 0);
+        }
+        let (file, at, buffer) = (&self.file, self.at, &mut self.buffer[..count]);
+        threads::fill(buffer, Self::EACH, |i, to| {
+            file.read_exact_at(to, at + (i * Self::EACH) as u64)
+        })?;
+        self.at += count as u64;
+        Ok(buffer)
+    }
+
+    fn known(&self) -> usize {
+        usize::try_from(self.size - self.at).unwrap_or(usize::MAX)
     }
 }
 

@@ -7,11 +7,12 @@ use super::check;
 use super::checksum::checksum;
 use super::error::LoadError;
 use super::format::{
-    BLOCK, Entry, GEOMETRIES, GEOMETRY, HEADER, Header, LEAF_SIZE, LEAVES, LEFT_OUT, NODE, NODES,
-    NUMBER, checksum_of_blocks, parse, table_size, u32_at,
+    BLOCK, Entry, FRAME, GEOMETRIES, GEOMETRY, HEADER, Header, LEAF_SIZE, LEAF64_SIZE, LEAVES,
+    LEAVES64, LEFT_OUT, NODE, NODES, NUMBER, checksum_of_blocks, parse, table_size, u32_at,
 };
 use super::input::Input;
 use super::records::{ReadLeaf, read_node};
+use super::records64::{Frame, Leaf64, read_frame, read_leaf64};
 use crate::memory::NoMemory;
 use crate::threads;
 use crate::tree::{Geometries, LaneBounds, Leaf, LeafBounds, Node, Tree};
@@ -24,22 +25,39 @@ const LEAST: usize = 128;
 
 /// What the sections have.
 #[derive(Default)]
-struct Parts {
+pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
-    leaves: Option<Vec<Leaf>>,
-    bounds: Vec<LeafBounds>,
+    pub(super) leaves: Option<Vec<Leaf>>,
+    pub(super) bounds: Vec<LeafBounds>,
+    /// Of f64: where copies are, and the leaves of which they are made.
+    pub(super) frame: Option<Frame>,
+    pub(super) leaves64: Option<Vec<Leaf64>>,
     left_out: Option<Vec<u32>>,
     /// Of each geometry how many triangles it has, and its mask.
     geometries: Option<Vec<(u32, u32)>>,
 }
 
 /// Reads all of it, and nothing that follows.
-pub(super) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
+pub(crate) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
+    let (header, parts) = read_parts(input, "f32")?;
+    parts.tree(&header)
+}
+
+/// Reads all sections of a hierarchy over some scalar.
+pub(super) fn read_parts(
+    input: &mut dyn Input,
+    scalar: &'static str,
+) -> Result<(Header, Parts), LoadError> {
     let mut header = [0; HEADER];
     header.copy_from_slice(input.take(HEADER).map_err(not_saved)?);
     let mut front = header.to_vec();
     front.extend(input.take(table_size(&header)?)?);
     let (header, entries) = parse(&front)?;
+    let is_f64 = entries.iter().any(|entry| matches!(entry.kind, FRAME | LEAVES64));
+    let found = if is_f64 { "f64" } else { "f32" };
+    if found != scalar {
+        return Err(LoadError::Scalar { found });
+    }
 
     let mut parts = Parts::default();
     let mut end = front.len() as u64;
@@ -51,7 +69,7 @@ pub(super) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
         parts.read(input, entry, &header)?;
         end = entry.place + entry.size;
     }
-    parts.bvh(&header)
+    Ok((header, parts))
 }
 
 /// What is too short for a header is hardly one that was cut off.
@@ -114,6 +132,24 @@ impl Parts {
                 })?;
                 self.geometries.replace(geometries).is_some()
             }
+            FRAME => {
+                let mut frame = None;
+                in_batches(input, entry, |batch| {
+                    frame = Some(read_frame(batch)?);
+                    Ok(())
+                })?;
+                std::mem::replace(&mut self.frame, frame).is_some()
+            }
+            LEAVES64 => {
+                let mut leaves = room(input, entry)?;
+                in_batches(input, entry, |batch| {
+                    let leaf =
+                        |i: usize| read_leaf64(&batch[i * LEAF64_SIZE..][..LEAF64_SIZE], triangles);
+                    let count = batch.len() / LEAF64_SIZE;
+                    append(&mut leaves, count, || Leaf64::NONE, leaf, "a leaf makes no sense")
+                })?;
+                self.leaves64.replace(leaves).is_some()
+            }
             // Nobody needs it; its checksum is right or not.
             _ => {
                 in_batches(input, entry, |_| Ok(()))?;
@@ -123,8 +159,8 @@ impl Parts {
         if again { LoadError::damaged("it has a section twice") } else { Ok(()) }
     }
 
-    /// The hierarchy, if all belongs together.
-    fn bvh(self, header: &Header) -> Result<Tree, LoadError> {
+    /// The tree, if all belongs together.
+    pub(super) fn tree(self, header: &Header) -> Result<Tree, LoadError> {
         let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
             return LoadError::damaged("it has no nodes or no leaves");
         };
@@ -133,12 +169,14 @@ impl Parts {
             return LoadError::damaged("the header makes no sense");
         }
         let boxed = header.boxed as usize;
-        let depth = check::tree(&nodes, boxed)?;
-        let (boxes, numbers) = threads::join(
-            || check::boxes(&nodes, &self.bounds[..boxed]),
+        // Boxes are looked at where the tree leads to, so after that.
+        let (depth, numbers) = threads::join(
+            || check::tree(&nodes, boxed),
             || check::numbers(&leaves, boxed, &left_out, header.triangles as usize),
         );
-        boxes.and(numbers)?;
+        let depth = depth?;
+        numbers?;
+        check::boxes(&nodes, &self.bounds[..boxed])?;
 
         let geometries = match &self.geometries {
             None => Geometries::one(),

@@ -15,94 +15,23 @@ mod check;
 mod checksum;
 mod error;
 mod format;
+mod in_f64;
 mod input;
 mod load;
 mod records;
+mod records64;
 mod store;
 #[cfg(test)]
 mod tests;
 
 pub use error::LoadError;
 pub use format::SAVED_MAGIC;
-
-use std::fs::File;
-use std::io::{self, Read, Write};
-use std::path::Path;
-
-use crate::bvh::Bvh;
-use input::{Slice, Stream};
-
-impl Bvh {
-    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
-    ///
-    /// They hold the triangles that can be hit, their numbers, and the tree: 80 to 90 bytes a triangle.
-    ///
-    /// ```
-    /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
-    /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
-    /// let saved = Bvh::new(&[floor])?.to_bytes();
-    /// let bvh = Bvh::from_bytes(&saved)?;
-    /// let hit = bvh.closest(&Exact::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
-    /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 2.0)));
-    /// assert!(Bvh::from_bytes(&saved[..99]).is_err());
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let written = self.write_to(&mut bytes);
-        debug_assert!(written.is_ok(), "a vector takes all bytes");
-        bytes
-    }
-
-    /// Writes [`Bvh::to_bytes`], some at a time.
-    ///
-    /// # Errors
-    /// If they cannot be written.
-    pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
-        store::write(&self.tree, &mut output)
-    }
-
-    /// A hierarchy that was saved.
-    ///
-    /// Whatever the bytes are, there is an error or a hierarchy that is sound: every child, number and box is
-    /// checked against what lies below it. So who tampers with a tree can leave out triangles, or give others,
-    /// but never make it miss one that it holds. A checksum tells damage.
-    ///
-    /// # Errors
-    /// If they are not a saved hierarchy, damaged, cut off, followed by more, of a later version, or too large
-    /// for the memory.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
-        let mut input = Slice::new(bytes);
-        let tree = load::read(&mut input)?;
-        input.end()?;
-        Ok(Self { tree, originals: () })
-    }
-
-    /// [`Bvh::from_bytes`] of what a stream gives, as far as the hierarchy goes: what follows is not read.
-    /// Memory grows with what arrives, whatever the header promises. It reads large pieces: there is no
-    /// use in a buffer before it.
-    ///
-    /// # Errors
-    /// As [`Bvh::from_bytes`]; and if it cannot be read.
-    pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
-        let tree = load::read(&mut Stream::new(input, 0))?;
-        Ok(Self { tree, originals: () })
-    }
-
-    /// [`Bvh::from_bytes`] of a file.
-    ///
-    /// # Errors
-    /// As [`Bvh::from_bytes`]; and if it cannot be read.
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
-        let file = File::open(path)?;
-        let size = usize::try_from(file.metadata()?.len()).unwrap_or(usize::MAX);
-        let mut input = Stream::new(file, size);
-        let tree = load::read(&mut input)?;
-        input.end()?;
-        Ok(Self { tree, originals: () })
-    }
-}
+pub(crate) use in_f64::{read64, write64};
+#[cfg(unix)]
+pub(crate) use input::Pieces;
+pub(crate) use input::{Input, Slice, Stream};
+pub(crate) use load::read;
+pub(crate) use store::write;
 
 /// Makes all checksums of a saved hierarchy right, where it is so whole that they can be found: for tests of what
 /// comes behind them.

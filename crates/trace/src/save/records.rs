@@ -27,15 +27,38 @@ pub(super) fn write_node(node: &Node, to: &mut [u8]) {
 /// Writes a leaf down.
 pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
     let corners = leaf.block.corners().as_flattened().as_flattened().iter().map(|x| x.to_bits());
-    let live = leaf.block.live();
-    let numbers = leaf
-        .indices
-        .iter()
-        .enumerate()
-        .map(|(lane, &index)| if live >> lane & 1 == 0 { index | SILENT } else { index });
-    for (to, x) in to.chunks_exact_mut(4).zip(corners.chain(numbers)) {
+    for (to, x) in to.chunks_exact_mut(4).zip(corners.chain(numbers_to_write(leaf))) {
         to.copy_from_slice(&x.to_le_bytes());
     }
+}
+
+/// The numbers of a leaf's triangles as they are written.
+pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
+    let live = leaf.block.live();
+    let number = move |lane: usize| {
+        let silent = if live >> lane & 1 == 0 { SILENT } else { 0 };
+        leaf.indices[lane] | silent
+    };
+    (0..8).map(number)
+}
+
+/// The numbers of a leaf and which of its triangles are live: at least one number, in ascending order, below
+/// `triangles`.
+#[inline(always)]
+pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u32; 8], u32)> {
+    let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
+    for (lane, index) in indices.iter_mut().enumerate() {
+        if *index == NONE {
+            // No other number follows.
+            next = SILENT;
+            continue;
+        }
+        live |= u32::from(*index & SILENT == 0) << lane;
+        *index &= !SILENT;
+        sound &= *index >= next && *index < triangles;
+        next = (*index + 1).max(next);
+    }
+    sound.then_some((indices, live))
 }
 
 /// The words of a record.
@@ -79,18 +102,7 @@ impl WithSimd for ReadLeaf<'_> {
         let words: [u32; LEAF_SIZE / 4] = words(self.bytes);
         let mut indices = [0; 8];
         indices.copy_from_slice(&words[72..]);
-        let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
-        for (lane, index) in indices.iter_mut().enumerate() {
-            if *index == NONE {
-                // No other number follows.
-                next = SILENT;
-                continue;
-            }
-            live |= u32::from(*index & SILENT == 0) << lane;
-            *index &= !SILENT;
-            sound &= *index >= next && *index < self.triangles;
-            next = (*index + 1).max(next);
-        }
+        let (indices, live) = read_numbers(indices, self.triangles)?;
 
         let mut corners = [[[0.0; 8]; 3]; 3];
         let flat = corners.as_flattened_mut().as_flattened_mut();
@@ -100,6 +112,6 @@ impl WithSimd for ReadLeaf<'_> {
             finite &= bits & f32::INFINITY.to_bits() != f32::INFINITY.to_bits();
         }
         let block = TriangleBlock::of_lanes_in::<S>(corners, live);
-        (sound && finite).then_some(Leaf { block, indices })
+        finite.then_some(Leaf { block, indices })
     }
 }

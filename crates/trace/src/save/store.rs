@@ -16,11 +16,11 @@ use crate::tree::Tree;
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
 
 /// A section to be written: how many records of which size, and what writes one.
-struct Section<'a> {
-    kind: u32,
-    record: usize,
-    count: usize,
-    write: &'a (dyn Fn(usize, &mut [u8]) + Sync),
+pub(super) struct Section<'a> {
+    pub(super) kind: u32,
+    pub(super) record: usize,
+    pub(super) count: usize,
+    pub(super) write: &'a (dyn Fn(usize, &mut [u8]) + Sync),
 }
 
 impl Section<'_> {
@@ -36,10 +36,21 @@ impl Section<'_> {
 }
 
 /// Writes all of it.
-pub(super) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
+pub(crate) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
+    let leaf = |i: usize, to: &mut [u8]| write_leaf(&bvh.leaves[i], to);
+    let count = bvh.leaves.len();
+    let leaves = Section { kind: LEAVES, record: LEAF_SIZE, count, write: &leaf };
+    write_with(bvh, vec![leaves], output)
+}
+
+/// Writes all of it, given how its leaves are written.
+pub(super) fn write_with(
+    bvh: &Tree,
+    leaves: Vec<Section<'_>>,
+    output: &mut dyn Write,
+) -> io::Result<()> {
     let left_out = bvh.left_out().map_err(no_memory)?;
     let node = |i: usize, to: &mut [u8]| write_node(&bvh.nodes[i], to);
-    let leaf = |i: usize, to: &mut [u8]| write_leaf(&bvh.leaves[i], to);
     let number = |i: usize, to: &mut [u8]| to.copy_from_slice(&left_out[i].to_le_bytes());
     let geometries: Vec<_> = bvh.geometries.counts_and_masks(bvh.triangles).collect();
     let geometry = |i: usize, to: &mut [u8]| {
@@ -47,11 +58,11 @@ pub(super) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
         to[..4].copy_from_slice(&count.to_le_bytes());
         to[4..].copy_from_slice(&mask.to_le_bytes());
     };
-    let mut sections = vec![
-        Section { kind: NODES, record: NODE, count: bvh.nodes.len(), write: &node },
-        Section { kind: LEAVES, record: LEAF_SIZE, count: bvh.leaves.len(), write: &leaf },
-        Section { kind: LEFT_OUT, record: NUMBER, count: left_out.len(), write: &number },
-    ];
+    let mut sections =
+        vec![Section { kind: NODES, record: NODE, count: bvh.nodes.len(), write: &node }];
+    sections.extend(leaves);
+    let count = left_out.len();
+    sections.push(Section { kind: LEFT_OUT, record: NUMBER, count, write: &number });
     if !bvh.geometries.is_plain() {
         let count = geometries.len();
         sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });

@@ -55,7 +55,7 @@ fn geometries_and_masks_are_saved() {
             bvh.set_mask(0, 0b110);
         }
         let bytes = bvh.to_bytes();
-        let loaded = Bvh::from_bytes(&bytes).unwrap();
+        let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
         assert_same(&bvh, &loaded);
         assert_eq!(bvh.geometries(), loaded.geometries());
         assert!(bytes == loaded.to_bytes());
@@ -71,7 +71,7 @@ fn geometries_and_masks_are_saved() {
     let last = bytes.len() - 16;
     bytes[last] += 1;
     seal(&mut bytes);
-    let error = Bvh::from_bytes(&bytes).unwrap_err().to_string();
+    let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err().to_string();
     assert!(error.contains("geometries"), "{error}");
 }
 
@@ -80,10 +80,10 @@ fn what_is_saved_is_loaded() {
     for count in [0, 1, 2, 8, 9, 100, 3000, 20_000] {
         let bvh = Bvh::new(&soup(count)).unwrap();
         let bytes = bvh.to_bytes();
-        let loaded = Bvh::from_bytes(&bytes).unwrap();
+        let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
         assert_same(&bvh, &loaded);
         assert!(bytes == loaded.to_bytes(), "{count}");
-        let streamed = Bvh::read_from(&*[&bytes[..], b"and more"].concat()).unwrap();
+        let streamed = Bvh::<f32>::read_from(&*[&bytes[..], b"and more"].concat()).unwrap();
         assert!(bytes == streamed.to_bytes(), "{count}");
         let bits = |t: &Triangle| t.0.map(|corner| corner.map(f32::to_bits));
         let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
@@ -98,7 +98,7 @@ fn the_same_bytes_everywhere() {
     #[cfg(feature = "parallel")]
     for threads in [1, 3] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let other = pool.install(|| Bvh::from_bytes(&bytes).unwrap().to_bytes());
+        let other = pool.install(|| Bvh::<f32>::from_bytes(&bytes).unwrap().to_bytes());
         assert!(bytes == other);
     }
 }
@@ -111,33 +111,36 @@ fn files_are_loaded() {
     let bvh = Bvh::new(&soup(3000)).unwrap();
     let path = std::env::temp_dir().join(format!("intertri-saved-{}", std::process::id()));
     std::fs::write(&path, bvh.to_bytes()).unwrap();
-    let loaded = Bvh::load(&path);
+    let loaded = Bvh::<f32>::load(&path);
     std::fs::write(&path, [bvh.to_bytes(), vec![0]].concat()).unwrap();
-    let longer = Bvh::load(&path);
+    let longer = Bvh::<f32>::load(&path);
+    std::fs::write(&path, &bvh.to_bytes()[..9999]).unwrap();
+    let shorter = Bvh::<f32>::load(&path);
     std::fs::remove_file(&path).unwrap();
     assert_same(&bvh, &loaded.unwrap());
     assert!(matches!(longer, Err(LoadError::Damaged { .. })));
-    assert!(matches!(Bvh::load(&path), Err(LoadError::Io(_))));
+    assert!(matches!(shorter, Err(LoadError::CutOff)));
+    assert!(matches!(Bvh::<f32>::load(&path), Err(LoadError::Io(_))));
 }
 
 #[test]
 fn every_cut_and_every_damage_is_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     for end in 0..bytes.len() {
-        let error = Bvh::from_bytes(&bytes[..end]).unwrap_err();
+        let error = Bvh::<f32>::from_bytes(&bytes[..end]).unwrap_err();
         let expected =
             if end < HEADER { "is no saved hierarchy" } else { "the saved hierarchy is cut off" };
         assert_eq!(error.to_string(), expected, "{end}");
-        assert!(Bvh::read_from(&bytes[..end]).is_err());
+        assert!(Bvh::<f32>::read_from(&bytes[..end]).is_err());
     }
     let mut damaged = bytes.clone();
     for bit in 0..8 * bytes.len() {
         damaged[bit / 8] ^= 1 << (bit % 8);
-        let error = Bvh::from_bytes(&damaged).expect_err("a bit is another").to_string();
+        let error = Bvh::<f32>::from_bytes(&damaged).expect_err("a bit is another").to_string();
         assert!(error.len() < 120 && !error.contains('\n'), "{error}");
         damaged[bit / 8] = bytes[bit / 8];
     }
-    assert!(Bvh::from_bytes(&damaged).is_ok());
+    assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
 /// Whatever one word is changed to, with all checksums mended: an error, or a hierarchy that is sound.
@@ -151,7 +154,7 @@ fn no_word_makes_an_answer_wrong() {
             let mut changed = bytes.clone();
             changed[4 * word..4 * word + 4].copy_from_slice(&value.to_le_bytes());
             seal(&mut changed);
-            let Ok(bvh) = Bvh::from_bytes(&changed) else {
+            let Ok(bvh) = Bvh::<f32>::from_bytes(&changed) else {
                 refused += 1;
                 continue;
             };
@@ -177,7 +180,7 @@ fn changed(bytes: &[u8], at: usize, to: &[u8]) -> Vec<u8> {
 #[test]
 fn later_versions_are_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
-    let text = |bytes: &[u8]| Bvh::from_bytes(bytes).unwrap_err().to_string();
+    let text = |bytes: &[u8]| Bvh::<f32>::from_bytes(bytes).unwrap_err().to_string();
     assert!(text(&changed(&bytes, 8, &[2])).contains("later version"));
     // The third section is that of triangles left out; of a kind that nobody knows, it is to be known or not.
     let kind = HEADER + 2 * ENTRY;
@@ -185,7 +188,10 @@ fn later_versions_are_told() {
     let optional = changed(&bytes, kind, &(7 | OPTIONAL).to_le_bytes());
     assert!(text(&optional).contains("numbers"), "nobody was left out");
     let none_left_out = Bvh::new(&soup(1)[..0]).unwrap().to_bytes();
-    assert!(Bvh::from_bytes(&changed(&none_left_out, kind, &(7 | OPTIONAL).to_le_bytes())).is_ok());
+    assert!(
+        Bvh::<f32>::from_bytes(&changed(&none_left_out, kind, &(7 | OPTIONAL).to_le_bytes()))
+            .is_ok()
+    );
 }
 
 /// What a header promises sizes nothing.
@@ -207,6 +213,6 @@ fn promises_need_no_memory() {
     let front = [&long[..HEADER - 8], &long[HEADER..HEADER + 3 * ENTRY]].concat();
     let sum = super::checksum::checksum(&front);
     long[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());
-    assert!(matches!(Bvh::from_bytes(&long), Err(LoadError::CutOff)));
-    assert!(matches!(Bvh::read_from(&*long), Err(LoadError::CutOff)));
+    assert!(matches!(Bvh::<f32>::from_bytes(&long), Err(LoadError::CutOff)));
+    assert!(matches!(Bvh::<f32>::read_from(&*long), Err(LoadError::CutOff)));
 }

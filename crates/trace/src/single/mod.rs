@@ -7,7 +7,7 @@ mod slab;
 mod stack;
 mod traverse;
 
-pub(crate) use on_surface::{is_held, is_on_surface};
+pub(crate) use on_surface::is_held;
 pub(crate) use queries::{All, Closest, Hits};
 pub(crate) use slab::{SlabLanes, Slabs, octant};
 pub(crate) use stack::{BOTTOM, Kept, Stack};

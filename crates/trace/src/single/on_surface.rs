@@ -1,17 +1,7 @@
 //! Whether a point lies on a triangle of a hierarchy.
 
-use intertri::internal::exact::is_on;
-
 use crate::across::lanes_of;
-use crate::bvh::Bvh;
-use crate::given::Given;
 use crate::tree::{EMPTY, LEAF, Tree};
-
-/// Whether a point lies on a triangle, exactly.
-pub(crate) fn is_on_surface<S: Given>(bvh: &Bvh<S>, point: [S; 3]) -> bool {
-    let seen = S::point(&bvh.originals, point);
-    is_held(&bvh.tree, seen, |place| is_on(&bvh.triangle(place), point))
-}
 
 /// Whether one of the triangles does whose boxes hold a point, as boxes are.
 pub(crate) fn is_held(bvh: &Tree, point: [f32; 3], is_on: impl Fn(u32) -> bool) -> bool {

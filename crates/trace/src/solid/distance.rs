@@ -1,15 +1,19 @@
 //! Signed distances: how far the mesh is, and on which side.
 
-use intertri::Exact;
+use intertri::{Exact, internal::Bits};
 
 use super::Solid;
+use crate::given::{Given, ModeFor};
 use crate::nearest::ClosestPoint;
 use crate::place::Place;
 
 /// Points that are worked on at a time, so that what is kept of them in between stays small.
 const SLAB: usize = 1 << 16;
 
-impl Solid {
+impl<S: Given> Solid<S>
+where
+    Exact: ModeFor<S>,
+{
     /// How far a point is from the mesh: below 0 where the mesh winds around it, 0 on a triangle, above 0 outside.
     /// The sign is exact, and the distance is that of [`ClosestPoint::distance`]. NaN where the point is not
     /// finite, infinite where no triangle has an area.
@@ -23,7 +27,7 @@ impl Solid {
     /// assert_eq!(points.map(|point| solid.signed_distance(point)), [-0.5, 5.0, 0.0]);
     /// # Ok::<(), intertri_trace::SolidError>(())
     /// ```
-    pub fn signed_distance(&self, point: [f32; 3]) -> f64 {
+    pub fn signed_distance(&self, point: [S; 3]) -> f64 {
         let mut distance = [0.0];
         self.signed_distance_batch(&[point], &mut distance);
         distance[0]
@@ -33,7 +37,7 @@ impl Solid {
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn signed_distance_batch(&self, points: &[[f32; 3]], distances: &mut [f64]) {
+    pub fn signed_distance_batch(&self, points: &[[S; 3]], distances: &mut [f64]) {
         assert_eq!(points.len(), distances.len(), "one distance a point");
         let size = SLAB.min(points.len());
         let mut closest = vec![ClosestPoint::NONE; size];
@@ -45,7 +49,7 @@ impl Solid {
             self.bvh.places(Exact::default(), points, inside, winds);
             for (i, distance) in distances.iter_mut().enumerate() {
                 let far = closest[i].distance;
-                *distance = if !points[i].iter().all(|x| x.is_finite()) {
+                *distance = if !points[i].iter().all(|x| Bits::is_finite(*x)) {
                     f64::NAN
                 } else if inside[i] {
                     -far

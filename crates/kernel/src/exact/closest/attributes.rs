@@ -1,32 +1,32 @@
 //! How far the closest point of a triangle is, and where it lies: each number the exact one, rounded.
 
-use super::super::input::is_plain;
 use super::super::int::Int;
 use super::super::quotient::Quotient;
 use super::super::scale::Scale;
-use super::super::tier::Tier;
+use super::super::tier::{Tier, is_f64};
 use super::closest_point::Closest;
-use super::feature::{Feature, feature_from};
+use super::feature::{Feature, feature_from, is_tame};
 use super::offsets::{Offsets, at_widths, scale, tier};
 use super::order::square;
 use super::rounded;
-use crate::{Ray, Triangle};
+use crate::{Scalar, TriangleOf};
 
 /// The point of a finite triangle with an area that is closest to a finite one; by a tier or one behind it.
-pub fn closest(from: Tier, point: [f32; 3], triangle: &Triangle) -> Closest {
+pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);
     if from == Tier::Float
-        && is_plain(&Ray::new(point, [1.0, 0.0, 0.0]), triangle)
+        && is_tame(point, triangle)
         && let Some(closest) = rounded::closest(point, triangle, feature)
     {
         return closest;
     }
     let scale = scale(point, triangle.0);
-    at_widths!(from.max(tier(scale)), exactly(scale, point, triangle, feature))
+    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, triangle, feature))
 }
 
 #[inline(never)]
 fn exactly<
+    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -35,8 +35,8 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [f32; 3],
-    triangle: &Triangle,
+    point: [S; 3],
+    triangle: &TriangleOf<S>,
     feature: Feature,
 ) -> Closest {
     let offsets = Offsets::<C, N>::new(scale, point, triangle.0);

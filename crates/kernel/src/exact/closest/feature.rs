@@ -6,9 +6,9 @@ use core::cmp::Ordering;
 use super::super::input::is_plain;
 use super::super::int::Int;
 use super::super::scale::Scale;
-use super::super::tier::Tier;
+use super::super::tier::{Tier, is_f64};
 use super::offsets::{Offsets, at_widths, scale, tier};
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// Where on a triangle the closest point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,25 +27,32 @@ const SUM: f64 = 4.0 * f64::EPSILON;
 /// `2^-48`: so are products of two of those, times the products of their sums.
 const AREA: f64 = 16.0 * f64::EPSILON;
 
+/// Whether f64 loses nothing of the numbers beyond its rounding.
+#[inline(always)]
+pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
+    is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
+}
+
 /// Where on a finite triangle with an area the point closest to a finite one lies.
-pub fn feature(point: [f32; 3], triangle: &Triangle) -> Feature {
+pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
 
 /// The same by a tier or one behind it.
-pub fn feature_from(from: Tier, point: [f32; 3], triangle: &Triangle) -> Feature {
+pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     if from == Tier::Float
-        && is_plain(&Ray::new(point, [1.0, 0.0, 0.0]), triangle)
+        && is_tame(point, triangle)
         && let Some(feature) = by_float(point, triangle)
     {
         return feature;
     }
     let scale = scale(point, triangle.0);
-    at_widths!(from.max(tier(scale)), exactly(scale, point, triangle))
+    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, triangle))
 }
 
 #[inline(never)]
 fn exactly<
+    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -54,8 +61,8 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [f32; 3],
-    triangle: &Triangle,
+    point: [S; 3],
+    triangle: &TriangleOf<S>,
 ) -> Feature {
     let offsets = Offsets::<C, N>::new(scale, point, triangle.0);
     let along = offsets.along();
@@ -72,10 +79,10 @@ fn exactly<
 
 /// In f64, where its bounds tell.
 #[inline(always)]
-fn by_float(point: [f32; 3], triangle: &Triangle) -> Option<Feature> {
-    let p = point.map(f64::from);
+fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Feature> {
+    let p = point.map(Into::into);
     let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-    let corners = triangle.0.map(|corner| corner.map(f64::from));
+    let corners = triangle.0.map(|corner| corner.map(Into::into));
     let [a, b, c] = corners;
     let (ab, ac) = (minus(b, a), minus(c, a));
 

@@ -4,18 +4,23 @@ use core::cmp::Ordering;
 
 use super::super::int::{Int, cross, dot};
 use super::super::scale::Scale;
-use super::super::tier::Tier;
+use super::super::tier::{Tier, is_f64};
 use super::feature::{Feature, feature_from};
 use super::offsets::{Offsets, at_widths, tier};
-use crate::Triangle;
+use crate::{Scalar, TriangleOf};
 
 /// Which of two finite triangles with an area is closer to a finite point.
-pub fn closer(point: [f32; 3], one: &Triangle, other: &Triangle) -> Ordering {
+pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     closer_from(Tier::Float, point, one, other)
 }
 
 /// The same by a tier or one behind it.
-pub fn closer_from(from: Tier, point: [f32; 3], one: &Triangle, other: &Triangle) -> Ordering {
+pub fn closer_from<S: Scalar>(
+    from: Tier,
+    point: [S; 3],
+    one: &TriangleOf<S>,
+    other: &TriangleOf<S>,
+) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
     // Neighbours share corners and edges.
@@ -24,17 +29,18 @@ pub fn closer_from(from: Tier, point: [f32; 3], one: &Triangle, other: &Triangle
     }
     let ([a, b, c], [d, e, f]) = (one.0, other.0);
     let scale = Scale::of(&[point, a, b, c, d, e, f]);
-    at_widths!(from.max(tier(scale)), exactly(scale, point, [one, other], features))
+    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, [one, other], features))
 }
 
 /// Whether both closest points lie on the same corner or edge.
 #[inline(always)]
-fn is_same(features: [Feature; 2], [one, other]: [&Triangle; 2]) -> bool {
+fn is_same<S: Scalar>(features: [Feature; 2], [one, other]: [&TriangleOf<S>; 2]) -> bool {
+    let corner = |of: &TriangleOf<S>, i: usize| of.0[i % 3].map(S::key);
     match features {
-        [Feature::Corner(i), Feature::Corner(j)] => one.0[i] == other.0[j],
+        [Feature::Corner(i), Feature::Corner(j)] => corner(one, i) == corner(other, j),
         [Feature::Edge(i), Feature::Edge(j)] => {
-            let (a, b) = (one.0[i], one.0[(i + 1) % 3]);
-            let (c, d) = (other.0[j], other.0[(j + 1) % 3]);
+            let (a, b) = (corner(one, i), corner(one, i + 1));
+            let (c, d) = (corner(other, j), corner(other, j + 1));
             (a == c && b == d) || (a == d && b == c)
         }
         _ => false,
@@ -43,6 +49,7 @@ fn is_same(features: [Feature; 2], [one, other]: [&Triangle; 2]) -> bool {
 
 #[inline(never)]
 fn exactly<
+    S: Scalar,
     const C: usize,
     const N: usize,
     const T: usize,
@@ -51,8 +58,8 @@ fn exactly<
     const P: usize,
 >(
     scale: Scale,
-    point: [f32; 3],
-    triangles: [&Triangle; 2],
+    point: [S; 3],
+    triangles: [&TriangleOf<S>; 2],
     features: [Feature; 2],
 ) -> Ordering {
     let square = |i: usize| {

@@ -1,39 +1,46 @@
 //! Distance and weights in numbers of twice the digits, with a proof of each rounding: what nearly every closest
 //! point takes. Bounds and proof: `docs/numerics/nearest.md`, section 6.
 
-use super::super::double::{Double, cross, difference, dot, product, sum};
-use super::super::rounded::{DOUBT, Volume, quotient};
+use core::marker::PhantomData;
+
+use super::super::double::{Double, cross, dot, product, sum};
+use super::super::rounded::{self, Volume, quotient};
+use super::super::tails::{self, TwoParts, cross_tails, difference, times};
+use super::super::tier::is_f64;
 use super::closest_point::Closest;
 use super::feature::Feature;
-use crate::Triangle;
 use crate::simd::{Lanes, Vec3};
+use crate::{Scalar, TriangleOf};
 
 /// Squares, numerators and denominators are within these where nothing can underflow.
 const SMALL: f64 = f64::from_bits((1023 - 400) << 52);
 const LARGE: f64 = f64::from_bits((1023 + 500) << 52);
 
-/// The closest point, where all of it is proven. No number may be subnormal.
+/// The closest point, where all of it is proven. All numbers must be tame.
 #[inline(always)]
-pub(super) fn closest(point: [f32; 3], triangle: &Triangle, feature: Feature) -> Option<Closest> {
-    let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
+pub(super) fn closest<S: Scalar>(
+    point: [S; 3],
+    triangle: &TriangleOf<S>,
+    feature: Feature,
+) -> Option<Closest> {
+    let vec3 = |p: [S; 3]| Vec3::<f64>::splat(p.map(Into::into));
     let (p, corners) = (vec3(point), triangle.0.map(vec3));
-    let seen = |i: usize| exactly(corners[i], p);
+    let seen = |i: usize| Offset::<S>::new(corners[i], p);
     match feature {
         Feature::Corner(corner) => {
-            let square = product_of(seen(corner)?, seen(corner)?);
+            let a = seen(corner)?;
+            let square = a.along(&a);
             let weights = [1, 2].map(|other| if corner == other { 1.0 } else { 0.0 });
-            Some(Closest { distance: root(rounded(&square)?)?, weights })
+            Some(Closest { distance: root(proven(&square)?)?, weights })
         }
         Feature::Edge(from) => {
             let to = (from + 1) % 3;
-            let (x, y, edge) = (seen(from)?, seen(to)?, exactly(corners[to], corners[from])?);
-            let den = Den::new(product_of(edge, edge))?;
-            let area = cross(x, edge);
-            let sizes = x.abs().permanents(edge.abs());
-            let square = den.under(&squares(&area, sizes, &area, sizes))?;
-            let minus = Vec3 { x: -edge.x, y: -edge.y, z: -edge.z };
-            let of_from = || den.under(&product_of(y, edge));
-            let of_to = || den.under(&product_of(x, minus));
+            let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
+            let den = Den::new(edge.along(&edge))?;
+            let area = x.cross(&edge);
+            let square = den.under(&area.along(&area))?;
+            let of_from = || den.under(&y.along(&edge));
+            let of_to = || den.under(&x.along(&edge.negative()));
             let weights = match from {
                 0 => [of_to()?, 0.0],
                 1 => [of_from()?, of_to()?],
@@ -43,67 +50,115 @@ pub(super) fn closest(point: [f32; 3], triangle: &Triangle, feature: Feature) ->
         }
         Feature::Face => {
             let a = seen(0)?;
-            let (ab, ac) = (exactly(corners[1], corners[0])?, exactly(corners[2], corners[0])?);
-            let normal = cross(ab, ac);
-            let sizes = ab.abs().permanents(ac.abs());
-            let den = Den::new(squares(&normal, sizes, &normal, sizes))?;
-
-            let volume = dot(&normal, a);
-            let permanent = sizes.dot_fused(a.abs());
-            let high = product(volume.high, volume.high);
-            let twice = 2.0 * volume.high * volume.low;
-            let size = Lanes::abs(volume.high);
-            let num = Volume {
-                value: sum(high.high, high.low + twice),
-                err: (2.0 * size * permanent + high.high) * DOUBT,
-            };
-            let square = den.under(&num)?;
-
-            let of_b = squares(&normal, sizes, &cross(ac, a), ac.abs().permanents(a.abs()));
-            let of_c = squares(&normal, sizes, &cross(a, ab), a.abs().permanents(ab.abs()));
-            let weights = [den.under(&of_b)?, den.under(&of_c)?];
+            let ab = Offset::new(corners[1], corners[0])?;
+            let ac = Offset::new(corners[2], corners[0])?;
+            let normal = ab.cross(&ac);
+            let den = Den::new(normal.along(&normal))?;
+            let square = den.under(&normal.volume_squared(&a))?;
+            let weights = [
+                den.under(&normal.along(&ac.cross(&a)))?,
+                den.under(&normal.along(&a.cross(&ab)))?,
+            ];
             Some(Closest { distance: root(square)?, weights })
         }
     }
 }
 
-/// `a - b`, where f64 holds it.
-#[inline(always)]
-fn exactly(a: Vec3<f64>, b: Vec3<f64>) -> Option<Vec3<f64>> {
-    let (difference, lacks) = difference(a, b);
-    (lacks == 0.0).then_some(difference)
+/// What products may be off by, as a share of the sizes that they are made of: less than half of this.
+const fn doubt<S: Scalar>() -> f64 {
+    if is_f64::<S>() { tails::DOUBT } else { rounded::DOUBT }
 }
 
-/// `a·b`
-#[inline(always)]
-fn product_of(a: Vec3<f64>, b: Vec3<f64>) -> Volume<f64> {
-    let exact = |x: f64| Double { high: x, low: 0.0 };
-    squares(
-        &[exact(a.x), exact(a.y), exact(a.z)],
-        a.abs(),
-        &[exact(b.x), exact(b.y), exact(b.z)],
-        b.abs(),
-    )
+/// The difference of two points given in a scalar: of f64 in two parts, of f32 where one holds it.
+#[derive(Clone, Copy)]
+struct Offset<S> {
+    parts: TwoParts<f64>,
+    given: PhantomData<S>,
 }
 
-/// The dot product of two vectors of which each component is within `3w²` of a size, and its low part within
-/// `2.1w` of that: within `53w²` of the sum of products of sizes.
-#[inline(always)]
-fn squares(
-    x: &[Double<f64>; 3],
+/// A vector in numbers of twice the digits, and the sizes that its error is relative to.
+struct Long<S> {
+    parts: [Double<f64>; 3],
     sizes: Vec3<f64>,
-    y: &[Double<f64>; 3],
-    other: Vec3<f64>,
-) -> Volume<f64> {
-    let part = |k: usize| {
-        let high = product(x[k].high, y[k].high);
-        Double { high: high.high, low: high.low + (x[k].high * y[k].low + x[k].low * y[k].high) }
-    };
-    let [a, b, c] = [part(0), part(1), part(2)];
-    let two = sum(a.high, b.high);
-    let three = sum(two.high, c.high);
-    let low = (two.low + three.low) + ((a.low + b.low) + c.low);
-    Volume { value: sum(three.high, low), err: sizes.dot_fused(other) * DOUBT }
+    given: PhantomData<S>,
+}
+
+impl<S: Scalar> Offset<S> {
+    /// `a - b`
+    #[inline(always)]
+    fn new(a: Vec3<f64>, b: Vec3<f64>) -> Option<Self> {
+        let parts = difference(a, b);
+        let lacks = parts.rest.abs();
+        let is_exact = lacks.x + lacks.y + lacks.z == 0.0;
+        (const { is_f64::<S>() } || is_exact).then_some(Self { parts, given: PhantomData })
+    }
+
+    /// The cross product.
+    #[inline(always)]
+    fn cross(&self, by: &Self) -> Long<S> {
+        let (a, b) = (self.parts.first, by.parts.first);
+        let parts =
+            if const { is_f64::<S>() } { cross_tails(&self.parts, &by.parts) } else { cross(a, b) };
+        Long { parts, sizes: a.abs().permanents(b.abs()), given: PhantomData }
+    }
+
+    /// The dot product.
+    #[inline(always)]
+    fn along(&self, by: &Self) -> Volume<f64> {
+        self.long().along(&by.long())
+    }
+
+    #[inline(always)]
+    fn long(&self) -> Long<S> {
+        let TwoParts { first, rest } = self.parts;
+        let low = |x: f64| if const { is_f64::<S>() } { x } else { 0.0 };
+        let part = |high: f64, rest: f64| Double { high, low: low(rest) };
+        let parts = [part(first.x, rest.x), part(first.y, rest.y), part(first.z, rest.z)];
+        Long { parts, sizes: first.abs(), given: PhantomData }
+    }
+
+    #[inline(always)]
+    fn negative(&self) -> Self {
+        let minus = |v: Vec3<f64>| Vec3 { x: -v.x, y: -v.y, z: -v.z };
+        let TwoParts { first, rest } = self.parts;
+        Self { parts: TwoParts { first: minus(first), rest: minus(rest) }, given: PhantomData }
+    }
+}
+
+impl<S: Scalar> Long<S> {
+    /// The dot product: within less than half of the [`doubt`] of the sum of products of sizes.
+    #[inline(always)]
+    fn along(&self, by: &Self) -> Volume<f64> {
+        let (x, y) = (&self.parts, &by.parts);
+        let part = |k: usize| {
+            let high = product(x[k].high, y[k].high);
+            let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
+            Double { high: high.high, low }
+        };
+        let [a, b, c] = [part(0), part(1), part(2)];
+        let two = sum(a.high, b.high);
+        let three = sum(two.high, c.high);
+        let low = (two.low + three.low) + ((a.low + b.low) + c.low);
+        let err = self.sizes.dot_fused(by.sizes) * const { doubt::<S>() };
+        Volume { value: sum(three.high, low), err }
+    }
+
+    /// The square of the volume over a corner.
+    #[inline(always)]
+    fn volume_squared(&self, corner: &Offset<S>) -> Volume<f64> {
+        let TwoParts { first, .. } = corner.parts;
+        let volume = if const { is_f64::<S>() } {
+            times(&self.parts, &corner.parts)
+        } else {
+            dot(&self.parts, first)
+        };
+        let permanent = self.sizes.dot_fused(first.abs());
+        let high = product(volume.high, volume.high);
+        let twice = 2.0 * volume.high * volume.low;
+        let size = Lanes::abs(volume.high);
+        let err = (2.0 * size * permanent + high.high) * const { doubt::<S>() };
+        Volume { value: sum(high.high, high.low + twice), err }
+    }
 }
 
 /// A denominator.
@@ -130,7 +185,7 @@ impl Den {
 
 /// A positive number, rounded once.
 #[inline(always)]
-fn rounded(of: &Volume<f64>) -> Option<f64> {
+fn proven(of: &Volume<f64>) -> Option<f64> {
     let Volume { value: Double { high, low }, err } = *of;
     let (least, most) = (high + (low - err), high + (low + err));
     (least == most && high > SMALL && high < LARGE).then_some(most)

@@ -1,5 +1,8 @@
 //! The hierarchy as users have it.
 
+mod moved;
+mod saved;
+
 use intertri::{Scalar, TriangleOf};
 
 use crate::across::lanes_of;

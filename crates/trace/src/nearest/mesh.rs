@@ -1,0 +1,82 @@
+//! The mesh as a search for the closest point sees it.
+
+use intertri::simd::{Lanes, Simd, Vec3};
+use intertri::{Scalar, Triangle, TriangleOf};
+
+use crate::tree::Tree;
+
+/// A mesh in some scalar, and the tree over it, or over copies of it. The search goes in the tree's units, in which the
+/// mesh is scaled by a power of two.
+pub(crate) trait Mesh: Copy {
+    /// What it is given in.
+    type Scalar: Scalar;
+
+    /// The tree.
+    fn tree(&self) -> &Tree;
+
+    /// Where a point is.
+    fn at(&self, point: [Self::Scalar; 3]) -> At;
+
+    /// A length in the tree's units.
+    fn scaled(&self, length: f64) -> f64;
+
+    /// The corners of a leaf's triangles in the tree, about.
+    fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
+
+    /// The corners of some of a leaf's triangles in the tree's units, but for underflow; any numbers in other lanes.
+    fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
+
+    /// The triangle in a place of the leaves.
+    fn triangle(&self, place: u32) -> TriangleOf<Self::Scalar>;
+}
+
+/// A point in the tree's units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct At {
+    /// It surely lies between these two.
+    pub(crate) within: [[f32; 3]; 2],
+    /// Where it meets a box around [`Mesh::near_corners`], it lies in the box with these two ends about itself.
+    pub(crate) in_leaves: [[f32; 3]; 2],
+    /// Itself, but for underflow.
+    pub(crate) point: [f64; 3],
+}
+
+/// A mesh in f32: it is what the tree is over.
+#[derive(Clone, Copy)]
+pub(crate) struct InF32<'a>(pub(crate) &'a Tree);
+
+impl Mesh for InF32<'_> {
+    type Scalar = f32;
+
+    #[inline(always)]
+    fn tree(&self) -> &Tree {
+        self.0
+    }
+
+    #[inline(always)]
+    fn at(&self, point: [f32; 3]) -> At {
+        At { within: [point; 2], in_leaves: [point; 2], point: point.map(f64::from) }
+    }
+
+    #[inline(always)]
+    fn scaled(&self, length: f64) -> f64 {
+        length
+    }
+
+    #[inline(always)]
+    fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3] {
+        let [a, b, c] = self.0.leaves[leaf].block.corners();
+        [Vec3::load(a), Vec3::load(b), Vec3::load(c)]
+    }
+
+    #[inline(always)]
+    fn corners<S: Simd>(&self, leaf: usize, _: u32) -> [Vec3<S::F64x8>; 3] {
+        let [a, b, c] = self.0.leaves[leaf].block.corners();
+        [Vec3::load_f32(a), Vec3::load_f32(b), Vec3::load_f32(c)]
+    }
+
+    #[inline(always)]
+    fn triangle(&self, place: u32) -> Triangle {
+        self.0.triangle_in(place)
+    }
+}

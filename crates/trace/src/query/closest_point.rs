@@ -1,0 +1,50 @@
+//! The closest point of the mesh: of one point, or of many.
+
+use intertri::Counts;
+
+use super::batch::chunks;
+use crate::bvh::Bvh;
+use crate::given::Given;
+use crate::nearest::ClosestPoint;
+
+impl<S: Given> Bvh<S> {
+    /// The point of the mesh that is closest to a given one, where it is not farther than a radius, which may be
+    /// infinite: its [`distance`](ClosestPoint::distance) is compared with that.
+    ///
+    /// The triangle is truly the closest; of those that are exactly as close, which neighbours often are, the
+    /// lowest index. Triangles without an area, or with a corner that is not finite, are not there. A point that
+    /// is not finite has no closest one.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::Triangle};
+    /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+    /// let bvh = Bvh::new(&[floor])?;
+    /// let closest = bvh.closest_point([0.0, 2.0, 0.0], f64::INFINITY).unwrap();
+    /// assert_eq!((closest.distance, closest.point), (2.0, [0.0, 0.0, 0.0]));
+    /// assert_eq!((closest.triangle, closest.u, closest.v), (0, 0.25, 0.25));
+    /// assert_eq!(bvh.closest_point([0.0, 2.0, 0.0], 1.9), None);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn closest_point(&self, point: [S; 3], radius: f64) -> Option<ClosestPoint> {
+        let mut answer = [ClosestPoint::NONE];
+        S::closest_points(&self.tree, &self.originals, &[point], radius, &mut answer);
+        answer[0].some()
+    }
+
+    /// [`Bvh::closest_point`] of many points, on all threads: `closest[i]` becomes that to `points[i]`,
+    /// [`ClosestPoint::NONE`] where there is none.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_point_batch(
+        &self,
+        points: &[[S; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    ) {
+        chunks(points, closest, |_, points, closest| {
+            S::closest_points(&self.tree, &self.originals, points, radius, closest);
+            Counts::default()
+        });
+    }
+}
