@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     sea.write_to(File::create(&path)?)?;
     let bytes = fs::metadata(&path)?.len();
     let start = Instant::now();
-    let loaded = Bvh::load(&path)?;
+    let loaded: Bvh = Bvh::load(&path)?;
     println!("{bytes} bytes, loaded in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);
     fs::remove_file(&path)?;
 

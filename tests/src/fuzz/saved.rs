@@ -1,38 +1,52 @@
-//! Saved hierarchies: whatever the bytes are, an error or a hierarchy that answers rightly.
+//! Saved hierarchies, over f32 and f64: whatever the bytes are, an error or a hierarchy that answers rightly.
 
-use intertri::{Certified, Exact, Ray, Triangle};
+use intertri::{Certified, Exact, Hit, RayOf, TriangleOf};
 use intertri_trace::internal::seal;
-use intertri_trace::{Bvh, SAVED_MAGIC};
+use intertri_trace::{Bvh, Given, LoadError, ModeFor, SAVED_MAGIC};
 
 use super::input::Input;
 
 /// The first byte chooses: a file as it is, the same with its checksums mended, or a scene that is saved, damaged
-/// here and there, and mended.
+/// here and there, and mended; its highest bit says whether a scene is in f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
-    match first % 4 {
-        0 => loaded(rest, rest),
-        1 => {
+    match (first % 4, first >> 7) {
+        (0, _) => loaded(rest, rest),
+        (1, _) => {
             let mut file = [&SAVED_MAGIC[..], rest].concat();
             seal(&mut file);
             loaded(&file, rest);
         }
-        _ => damaged(rest),
+        (_, 0) => damaged::<f32>(rest),
+        (_, _) => damaged::<f64>(rest),
     }
 }
 
+/// A file of either scalar.
+fn loaded(file: &[u8], more: &[u8]) {
+    let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
+    let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
+    // Where a header is sound, one of them is told that it is the other's.
+    assert!(!(scalar(&one) && scalar(&other)));
+    assert!(!(one.is_ok() && other.is_ok()));
+    assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));
+}
+
 /// A scene that is saved, damaged at some words, and mended.
-fn damaged(bytes: &[u8]) {
+fn damaged<S: Asked>(bytes: &[u8])
+where
+    Exact: ModeFor<S>,
+{
     let mut input = Input::new(bytes);
-    let triangles = input.triangles(60);
+    let triangles = S::triangles(&mut input, 60);
     let mut bvh = Bvh::new(&triangles).unwrap();
     if input.below(2) == 1 {
         // The triangles of another order are in no tree that was built.
-        let moved: Vec<Triangle> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
+        let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
         bvh.refit(&moved).unwrap();
     }
     let mut file = bvh.to_bytes();
-    assert!(Bvh::from_bytes(&file).unwrap().to_bytes() == file);
+    assert!(Bvh::<S>::from_bytes(&file).unwrap().to_bytes() == file);
     for _ in 0..input.below(6) {
         let at = 4 * input.below(file.len() / 4);
         let word = u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
@@ -51,44 +65,110 @@ fn damaged(bytes: &[u8]) {
 }
 
 /// Loads a file; what it holds must answer as a hierarchy that is built over the same triangles.
-fn loaded(file: &[u8], more: &[u8]) {
-    let mut bvh = match Bvh::from_bytes(file) {
+fn answers<S: Asked>(file: &[u8], more: &[u8]) -> Result<(), LoadError>
+where
+    Exact: ModeFor<S>,
+{
+    let mut bvh = match Bvh::<S>::from_bytes(file) {
         Ok(bvh) => bvh,
         Err(error) => {
             let text = error.to_string();
             assert!(text.len() < 200 && !text.contains(char::is_control), "{text:?}");
-            return;
+            return Err(error);
         }
     };
     let triangles = bvh.to_triangles();
     if triangles.len() > 2000 {
-        return;
+        return Ok(());
     }
     let mut input = Input::new(more);
-    let all = if triangles.is_empty() { vec![Triangle([[0.0; 3]; 3])] } else { triangles.clone() };
-    let rays: Vec<Ray> = (0..8).map(|_| input.ray(&all)).collect();
+    let nothing = [TriangleOf([[S::ZERO; 3]; 3])];
+    let all = if triangles.is_empty() { &nothing[..] } else { &triangles };
+    let rays: Vec<RayOf<S>> = (0..8).map(|_| S::ray(&mut input, all)).collect();
     same(&bvh, &Bvh::new(&triangles).unwrap(), &rays);
-    assert!(Bvh::from_bytes(&bvh.to_bytes()).is_ok());
+    assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
 
     // What was loaded can be moved.
-    let moved: Vec<Triangle> = (0..triangles.len()).map(|_| input.one_of(&all)).collect();
+    let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(all)).collect();
     bvh.refit(&moved).unwrap();
     same(&bvh, &Bvh::new(&moved).unwrap(), &rays);
+    Ok(())
 }
 
-fn same(one: &Bvh, other: &Bvh, rays: &[Ray]) {
-    let (exact, certified) = (Exact::default(), Certified::default());
+fn same<S: Asked>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>])
+where
+    Exact: ModeFor<S>,
+{
+    let exact = Exact::default();
     for ray in rays {
         assert_eq!(one.all(&exact, ray), other.all(&exact, ray), "{ray:?}");
         assert_eq!(one.closest(&exact, ray), other.closest(&exact, ray), "{ray:?}");
-        assert_eq!(one.closest(&certified, ray), other.closest(&certified, ray), "{ray:?}");
-        let near = |bvh: &Bvh| bvh.closest_point(ray.origin, f64::INFINITY);
+        S::same_by_others(one, other, ray);
+        let near = |bvh: &Bvh<S>| bvh.closest_point(ray.origin, f64::INFINITY);
         assert_eq!(near(one), near(other), "{:?}", ray.origin);
     }
-    let closest = |bvh: &Bvh| {
-        let mut hits = vec![intertri::Hit::MISS; rays.len()];
+    let closest = |bvh: &Bvh<S>| {
+        let mut hits = vec![Hit::MISS; rays.len()];
         bvh.closest_batch(&exact, rays, &mut hits);
         hits
     };
     assert_eq!(closest(one), closest(other));
+}
+
+/// A scalar in which scenes are made of bytes.
+trait Asked: Given {
+    /// Some triangles.
+    fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
+    /// A ray, often at one of the triangles.
+    fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self>;
+    /// By the modes that this scalar has besides.
+    fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);
+}
+
+impl Asked for f32 {
+    fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
+        input.triangles(at_most)
+    }
+
+    fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self> {
+        input.ray(triangles)
+    }
+
+    fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>) {
+        let mode = Certified::default();
+        // The reference's weights may be no numbers.
+        let bits = |bvh: &Bvh<Self>| {
+            let number = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+            let hit = bvh.closest(&mode, ray);
+            hit.map(|hit| (hit.triangle, [hit.t, hit.u, hit.v].map(number)))
+        };
+        assert_eq!(bits(one), bits(other), "{ray:?}");
+    }
+}
+
+/// Numbers of f32, moved and with more digits.
+impl Asked for f64 {
+    fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
+        let triangles = input.triangles(at_most);
+        let moved = input.one_of(&[0.0, 0.0, 1e6, 1e12, 1e300]);
+        let scale = input.one_of(&[1.0, 1.0 / 3.0, 1e-300, 1e270]);
+        let place = |x: f32| Self::from(x) * scale + moved;
+        triangles.iter().map(|t| TriangleOf(t.0.map(|corner| corner.map(place)))).collect()
+    }
+
+    fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self> {
+        let [a, b, c] = input.one_of(triangles).0;
+        let (shares, to) = ([input.number(), input.number()].map(Self::from), input.below(4));
+        let origin =
+            [0, 1, 2].map(|k| a[k] + shares[0] * (b[k] - c[k]) + shares[1] * (b[k] - a[k]));
+        let target = match to {
+            0 => a,
+            1 => [0, 1, 2].map(|k| a[k] * 0.5 + b[k] * 0.5),
+            2 => [0, 1, 2].map(|k| a[k] * 0.25 + b[k] * 0.25 + c[k] * 0.5),
+            _ => input.point().map(Self::from),
+        };
+        RayOf::new(origin, [0, 1, 2].map(|k| target[k] - origin[k]))
+    }
+
+    fn same_by_others(_: &Bvh<Self>, _: &Bvh<Self>, _: &RayOf<Self>) {}
 }

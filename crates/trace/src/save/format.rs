@@ -23,7 +23,7 @@ use crate::tree::LEAF;
 ///
 /// ```
 /// use intertri_trace::{Bvh, SAVED_MAGIC};
-/// assert!(Bvh::new(&[])?.to_bytes().starts_with(&SAVED_MAGIC));
+/// assert!(Bvh::<f32>::new(&[])?.to_bytes().starts_with(&SAVED_MAGIC));
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
 pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
