@@ -8,7 +8,7 @@ use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 use intertri::{RayOf, Scalar, TriangleOf};
 
-type Vector = [IBig; 3];
+type Vector<I> = [I; 3];
 
 /// Where the line of a ray meets the plane of a triangle.
 pub struct Truth {
@@ -35,14 +35,37 @@ fn parts(x: f64) -> (i64, i64) {
 }
 
 /// Vectors as multiples of one power of two.
-fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector>, i64) {
-    let numbers = || vectors.iter().flatten().map(|&x| parts(x.into())).filter(|&(m, _)| m != 0);
-    let low = numbers().map(|(m, e)| e + i64::from(m.trailing_zeros())).min().unwrap_or(0);
-    let integer = |x: S| {
+fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector<IBig>>, i64) {
+    let low = Scale::of(vectors).low;
+    (vectors.iter().map(|&v| vector(v, low)).collect(), low)
+}
+
+/// A vector as multiples of `2^low`.
+fn vector<S: Scalar, I: Integer>(v: [S; 3], low: i64) -> Vector<I> {
+    v.map(|x| {
         let (m, e) = parts(x.into());
-        shifted(IBig::from(m), e - low)
-    };
-    (vectors.iter().map(|v| v.map(integer)).collect(), low)
+        if m == 0 { I::of(0, 0) } else { I::of(m, e - low) }
+    })
+}
+
+/// Numbers are multiples of `2^low` below `2^(low + bits)`.
+struct Scale {
+    low: i64,
+    bits: i64,
+}
+
+impl Scale {
+    fn of<S: Scalar>(vectors: &[[S; 3]]) -> Self {
+        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        for &x in vectors.iter().flatten() {
+            let (m, e) = parts(x.into());
+            if m != 0 {
+                low = low.min(e + i64::from(m.trailing_zeros()));
+                high = high.max(e + 64 - i64::from(m.unsigned_abs().leading_zeros()));
+            }
+        }
+        if low > high { Self { low: 0, bits: 0 } } else { Self { low, bits: high - low } }
+    }
 }
 
 /// `x * 2^by`, which is an integer.
@@ -64,16 +87,18 @@ pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
         && side(c3, c1)
 }
 
-fn minus(a: &Vector, b: &Vector) -> Vector {
-    [&a[0] - &b[0], &a[1] - &b[1], &a[2] - &b[2]]
+fn minus<I: Integer>(a: &Vector<I>, b: &Vector<I>) -> Vector<I> {
+    [a[0].minus(&b[0]), a[1].minus(&b[1]), a[2].minus(&b[2])]
 }
 
-fn dot(a: &Vector, b: &Vector) -> IBig {
-    &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
+fn dot<I: Integer>(a: &Vector<I>, b: &Vector<I>) -> I {
+    let [x, y, z] = [a[0].times(&b[0]), a[1].times(&b[1]), a[2].times(&b[2])];
+    x.plus(&y).plus(&z)
 }
 
-fn cross(a: &Vector, b: &Vector) -> Vector {
-    [&a[1] * &b[2] - &a[2] * &b[1], &a[2] * &b[0] - &a[0] * &b[2], &a[0] * &b[1] - &a[1] * &b[0]]
+fn cross<I: Integer>(a: &Vector<I>, b: &Vector<I>) -> Vector<I> {
+    let minor = |i: usize, j: usize| a[i].times(&b[j]).minus(&a[j].times(&b[i]));
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
 fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
@@ -81,29 +106,66 @@ fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten().all(finite)
 }
 
-/// Where a line with a direction in integers meets the plane.
-fn along<S: Scalar>(
-    ray: &RayOf<S>,
-    (dir, dir_low): (&Vector, i64),
-    triangle: &TriangleOf<S>,
-) -> Option<Truth> {
-    let [c1, c2, c3] = triangle.0;
-    let (points, low) = integers(&[ray.origin, c1, c2, c3]);
-    let [o, c1, c2, c3] = &points[..] else { unreachable!() };
-    let (p, q, s) = (minus(c2, c1), minus(c3, c1), minus(o, c1));
-    let n = cross(&p, &q);
-    let det = dot(&n, dir);
-    if det == IBig::ZERO {
-        return None;
+/// A triangle and an origin in integers.
+struct Seen<I> {
+    p: Vector<I>,
+    q: Vector<I>,
+    s: Vector<I>,
+    n: Vector<I>,
+}
+
+/// By Cramer's rule: t, u and v times a determinant, and that.
+struct Cramer<I> {
+    t: I,
+    u: I,
+    v: I,
+    det: I,
+}
+
+impl<I: Integer> Seen<I> {
+    fn new<S: Scalar>(origin: [S; 3], triangle: &TriangleOf<S>, low: i64) -> Self {
+        let [c1, c2, c3] = triangle.0.map(|c| vector::<S, I>(c, low));
+        let (p, q) = (minus(&c2, &c1), minus(&c3, &c1));
+        let (s, n) = (minus(&vector(origin, low), &c1), cross(&p, &q));
+        Self { p, q, s, n }
     }
-    let (across, leaves) = (cross(dir, &s), det > IBig::ZERO);
-    let over = |num: IBig, exponent| Ratio {
-        num: if leaves { num } else { -num },
-        den: if leaves { det.clone() } else { -&det },
-        exponent,
-    };
-    let (u, v) = (over(dot(&q, &across), 0), over(-dot(&p, &across), 0));
-    Some(Truth { t: over(-dot(&n, &s), low - dir_low), u, v, leaves })
+
+    /// Along a direction.
+    fn along(&self, dir: &Vector<I>) -> Cramer<I> {
+        let (Self { p, q, s, n }, zero) = (self, I::of(0, 0));
+        let across = cross(dir, s);
+        let (t, v) = (zero.minus(&dot(n, s)), zero.minus(&dot(p, &across)));
+        Cramer { t, u: dot(q, &across), v, det: dot(n, dir) }
+    }
+}
+
+impl<I: Integer> Cramer<I> {
+    /// Where t is a multiple of `2^exponent`.
+    fn truth(self, exponent: i64) -> Option<Truth> {
+        let [t, u, v, det] = [self.t, self.u, self.v, self.det].map(Integer::big);
+        if det == IBig::ZERO {
+            return None;
+        }
+        let leaves = det > IBig::ZERO;
+        let over = |num: IBig, exponent| Ratio {
+            num: if leaves { num } else { -num },
+            den: if leaves { det.clone() } else { -&det },
+            exponent,
+        };
+        Some(Truth { t: over(t, exponent), u: over(u, 0), v: over(v, 0), leaves })
+    }
+}
+
+/// The scales of a pair.
+fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale) {
+    let [c1, c2, c3] = triangle.0;
+    (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
+}
+
+/// Whether 128 bits hold all that [`Seen`] computes: with points below `2^b` differences are below `2^(b + 1)`,
+/// t below `2^(3b + 6)`, and of a direction below `2^d` all the rest below `2^(2b + d + 7)`.
+fn are_small(points: &Scale, dir: &Scale) -> bool {
+    points.bits <= 40 && dir.bits <= 39
 }
 
 /// Where the line meets the plane in one point.
@@ -111,8 +173,20 @@ pub fn truth<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Trut
     if !is_finite(ray, triangle) {
         return None;
     }
-    let (dir, low) = integers(&[ray.dir]);
-    along(ray, (&dir[0], low), triangle)
+    let (points, dir) = scales(ray, triangle);
+    if are_small(&points, &dir) {
+        return truth_in::<S, i128>(ray, triangle, (points, dir));
+    }
+    truth_in::<S, IBig>(ray, triangle, (points, dir))
+}
+
+fn truth_in<S: Scalar, I: Integer>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    (points, dir): (Scale, Scale),
+) -> Option<Truth> {
+    let seen = Seen::<I>::new(ray.origin, triangle, points.low);
+    seen.along(&vector(ray.dir, dir.low)).truth(points.low - dir.low)
 }
 
 impl Truth {
@@ -230,12 +304,26 @@ pub fn once<S: Scalar>(
             return (truth.t.num > IBig::ZERO).then_some(truth.leaves);
         }
     }
+    let (points, dir) = scales(ray, triangle);
+    if are_small(&points, &dir) {
+        return once_by_powers(ray, triangle, (points, dir));
+    }
+    once_moved(ray, triangle, (points, dir))
+}
+
+/// By a direction that is moved in fact.
+fn once_moved<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    (points, dir): (Scale, Scale),
+) -> Option<bool> {
     let step = if size_of::<S>() > size_of::<f32>() { STEP_64 } else { STEP };
-    let (mut dir, low) = integers(&[ray.dir]);
-    for (power, x) in (0..3).rev().zip(&mut dir[0]) {
+    let mut moved = vector::<S, IBig>(ray.dir, dir.low);
+    for (power, x) in (0..3).rev().zip(&mut moved) {
         *x = (x.clone() << (3 * step)) + (IBig::ONE << (power * step));
     }
-    let moved = along(ray, (&dir[0], low), triangle)?;
+    let seen = Seen::<IBig>::new(ray.origin, triangle, points.low);
+    let moved = seen.along(&moved).truth(points.low - dir.low)?;
     let weights = moved.weights();
     if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
         return None;
@@ -243,4 +331,107 @@ pub fn once<S: Scalar>(
     // Nothing is on an edge still.
     assert!(weights.iter().all(|weight| *weight > IBig::ZERO));
     Some(moved.leaves)
+}
+
+/// All that is linear in the direction is a polynomial in ε, and the first power with a coefficient has its sign.
+fn once_by_powers<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    (points, dir): (Scale, Scale),
+) -> Option<bool> {
+    let seen = Seen::<i128>::new(ray.origin, triangle, points.low);
+    let axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    let powers = [vector(ray.dir, dir.low), axes[0], axes[1], axes[2]].map(|d| seen.along(&d));
+    let sign = |of: fn(&Cramer<i128>) -> i128| powers.each_ref().map(of).cmp(&[0; 4]);
+    let leaves = sign(|x| x.det);
+    let inside = [sign(|x| x.u), sign(|x| x.v), sign(|x| x.det - x.u - x.v), powers[0].t.cmp(&0)];
+    (leaves.is_ne() && inside == [leaves; 4]).then(|| leaves.is_gt())
+}
+
+/// What the rule is computed in.
+trait Integer: Sized {
+    /// `m * 2^by`, which is an integer.
+    fn of(m: i64, by: i64) -> Self;
+    fn plus(&self, other: &Self) -> Self;
+    fn minus(&self, other: &Self) -> Self;
+    fn times(&self, other: &Self) -> Self;
+    /// Of any size.
+    fn big(self) -> IBig;
+}
+
+impl Integer for IBig {
+    fn of(m: i64, by: i64) -> Self {
+        shifted(Self::from(m), by)
+    }
+    fn plus(&self, other: &Self) -> Self {
+        self + other
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self - other
+    }
+    fn times(&self, other: &Self) -> Self {
+        self * other
+    }
+    fn big(self) -> IBig {
+        self
+    }
+}
+
+impl Integer for i128 {
+    fn of(m: i64, by: i64) -> Self {
+        if by < 0 { Self::from(m >> -by) } else { Self::from(m) << by }
+    }
+    fn plus(&self, other: &Self) -> Self {
+        self.checked_add(*other).unwrap()
+    }
+    fn minus(&self, other: &Self) -> Self {
+        self.checked_sub(*other).unwrap()
+    }
+    fn times(&self, other: &Self) -> Self {
+        self.checked_mul(*other).unwrap()
+    }
+    fn big(self) -> IBig {
+        self.into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Ray, Triangle};
+    use intertri_lab::rng::Rng;
+
+    use super::*;
+
+    /// In 128 bits and in integers of any size, and by powers of ε and a direction that is moved.
+    #[test]
+    fn both_routes_agree() {
+        let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
+        for i in 0..200_000 {
+            // From many zeros to as many bits as 128 hold.
+            let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
+            let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
+            let mut vector = || [number(), number(), number()];
+            let triangle = Triangle([vector(), vector(), vector()]);
+            let ray = Ray::new(vector(), vector());
+            let both = || scales(&ray, &triangle);
+            let (points, dir) = both();
+            if ray.dir == [0.0; 3] || !are_small(&points, &dir) {
+                continue;
+            }
+            let parts = |truth: Option<Truth>| {
+                let ratio = |r: Ratio| (r.num, r.den, r.exponent);
+                truth.map(|Truth { t, u, v, leaves }| ([t, u, v].map(ratio), leaves))
+            };
+            let (of_128, of_any) = (
+                truth_in::<_, i128>(&ray, &triangle, both()),
+                truth_in::<_, IBig>(&ray, &triangle, both()),
+            );
+            assert_eq!(parts(of_128), parts(of_any), "{ray:?} {triangle:?}");
+            let moved = once_moved(&ray, &triangle, both());
+            assert_eq!(once_by_powers(&ray, &triangle, both()), moved, "{ray:?} {triangle:?}");
+            small += 1;
+            crossed += u32::from(moved.is_some());
+        }
+        assert!(small > 100_000 && crossed > 10_000, "{small} {crossed}");
+    }
 }
