@@ -40,6 +40,7 @@ fn check_mode<M: Mode>(
     for limit in limits {
         lists.push((limit, bvh.all_batch(mode, rays, limit).map_err(|e| e.to_string())?));
     }
+    let mut intersector = bvh.intersector(mode);
     for (i, ray) in rays.iter().enumerate() {
         let want = truth.closest(ray);
         let of = |query: &str, e: String| {
@@ -56,6 +57,11 @@ fn check_mode<M: Mode>(
         }
         if bits(one.unwrap_or(Hit::MISS)) != bits(closest[i]) {
             return Err(of("closest batch", format!("{:?} is not {one:?}", closest[i])));
+        }
+        let kept = (intersector.closest(ray), intersector.triangle(ray), intersector.any(ray));
+        let plain = (one.map(bits), one.map(|hit| hit.triangle), one.is_some());
+        if (kept.0.map(bits), kept.1, kept.2) != plain {
+            return Err(of("intersector", format!("{kept:?} is not that of {one:?}")));
         }
         if any[i] != want.is_some() || bvh.any(mode, ray) != want.is_some() {
             return Err(of("any", format!("is not that of {want:?}")));

@@ -101,6 +101,11 @@ impl Meshes {
             );
             assert_eq!(only.any(mode, ray), first.is_some(), "{}", at());
             assert!(only.all(mode, ray).iter().map(bits).eq(all.iter().map(bits)), "{}", at());
+            let mut intersector = only.intersector(mode);
+            let hit = intersector.closest(ray).unwrap_or(Hit::MISS);
+            assert_eq!(bits(&hit), bits(&want), "{}", at());
+            assert_eq!(intersector.triangle(ray).unwrap_or(Hit::NO_TRIANGLE), position, "{}", at());
+            assert_eq!(intersector.any(ray), first.is_some(), "{}", at());
         }
         lists.hits.len()
     }

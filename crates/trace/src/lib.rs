@@ -36,7 +36,7 @@ pub use nearest::ClosestPoint;
 pub use place::Place;
 #[cfg(feature = "fixed")]
 pub use query::FixedBvh;
-pub use query::{HitLists, Only};
+pub use query::{HitLists, Intersector, Only};
 pub use refit::{Refit, RefitError};
 pub use save::{LoadError, SAVED_MAGIC};
 pub use select::{Faces, Select};

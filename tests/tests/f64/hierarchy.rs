@@ -33,6 +33,7 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
         bvh.closest_batch(&mode, rays, &mut closest);
         bvh.any_batch(&mode, rays, &mut any);
         bvh.triangles_batch(&mode, rays, &mut index);
+        let mut intersector = bvh.intersector(&mode);
         for (i, (ray, want)) in rays.iter().zip(&wanted).enumerate() {
             let what = || format!("{name} {} ray {i}: {ray:?}", level.name());
             let first = want.first().copied();
@@ -41,6 +42,10 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
             assert_eq!(index[i], first.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle), "{}", what());
             assert_eq!(any[i], first.is_some(), "any batch, {}", what());
             assert_eq!(bvh.any(&mode, ray), first.is_some(), "any, {}", what());
+            assert_eq!(intersector.closest(ray), first, "intersector, {}", what());
+            let position = intersector.triangle(ray);
+            assert_eq!(position, first.map(|hit| hit.triangle), "intersector, {}", what());
+            assert_eq!(intersector.any(ray), first.is_some(), "intersector, {}", what());
             assert_eq!(&bvh.all(&mode, ray), want, "all, {}", what());
             assert_eq!(mode.closest64(triangles, ray), first, "closest of a slice, {}", what());
             assert_eq!(mode.any64(triangles, ray), first.is_some(), "any of a slice, {}", what());

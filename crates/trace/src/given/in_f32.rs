@@ -21,7 +21,7 @@ impl Given for f32 {
     }
 
     #[inline]
-    fn walk(_: &Tree, (): &(), which: Which<'_>, rays: &[Ray], ask: Ask<'_>) {
+    fn walk(_: &Tree, (): &(), which: &Which<'_>, rays: &[Ray], ask: Ask<'_>) {
         ask(which, rays);
     }
 

@@ -46,16 +46,22 @@ impl Given for f64 {
     }
 
     #[inline]
-    fn walk(tree: &Tree, originals: &Originals64, which: Which<'_>, rays: &[Ray64], ask: Ask<'_>) {
+    fn walk(
+        tree: &Tree,
+        originals: &Originals64,
+        which: &Which<'_>,
+        rays: &[Ray64],
+        ask: Ask<'_>,
+    ) {
         let frame = &originals.frame;
         let level = which.level();
         let asked = Asked { tree, originals, rays, level };
-        let test = Filter::on_copies(&asked, frame.reach(), level);
+        let test = Filter::on_copies(&asked, frame.reach(), level).into();
         if let [ray] = rays {
-            ask(test.into(), &[frame.ray(ray)]);
+            ask(&test, &[frame.ray(ray)]);
         } else {
             let copies: Vec<Ray> = rays.iter().map(|ray| frame.ray(ray)).collect();
-            ask(test.into(), &copies);
+            ask(&test, &copies);
         }
     }
 

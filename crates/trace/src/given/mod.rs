@@ -27,7 +27,7 @@ use crate::tree::Tree;
 pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// What the walk is asked: of rays as it goes over them, and by which test.
-pub(crate) type Ask<'a> = &'a mut dyn FnMut(Which<'_>, &[Ray]);
+pub(crate) type Ask<'a> = &'a mut dyn FnMut(&Which<'_>, &[Ray]);
 
 /// A scalar in which a hierarchy's triangles and rays may be given: f32 or f64. The set is closed.
 pub trait Given: Scalar {
@@ -51,7 +51,7 @@ pub trait Given: Scalar {
     fn walk(
         tree: &Tree,
         originals: &Self::Originals,
-        which: Which<'_>,
+        which: &Which<'_>,
         rays: &[RayOf<Self>],
         ask: Ask<'_>,
     );

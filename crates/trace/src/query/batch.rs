@@ -63,7 +63,7 @@ impl Many<'_> {
     pub(super) fn ask(&self, range: Range<usize>, ask: &mut dyn FnMut(Asked<'_>, Which<'_>)) {
         let choice = self.choice.map(|choice| choice.part(range.start, range.end));
         (self.rays)(range, &mut |which, rays| {
-            ask(Asked { bvh: self.bvh, choice, rays, on_grid: &[] }, which);
+            ask(Asked { bvh: self.bvh, choice, rays, on_grid: &[] }, *which);
         });
     }
 }
@@ -108,12 +108,13 @@ fn one_by_one(asked: Asked<'_>, test: Lanes64, answers: &mut Answers<'_>) -> Cou
     let mut counts = Counts::default();
     let kept = &mut *Kept::lend(bvh);
     for (number, ray) in rays.iter().enumerate() {
-        let (counts, choice) = (&mut counts, (&choice, number));
-        let closest = if answers.any() {
-            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
+        let (test, choice) = (&test, (&choice, number));
+        let (closest, some) = if answers.any() {
+            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept })
         } else {
-            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept, counts })
+            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept })
         };
+        counts += some;
         if !answers.write(number, &closest) {
             let hit = test.hit(ray, &closest, |place| bvh.triangle_in(place));
             answers.write_hit(number, hit.unwrap_or(Hit::MISS));

@@ -11,6 +11,7 @@ use super::{batch, one};
 use crate::answers::Answers;
 use crate::build::BuildError;
 use crate::memory::NoMemory;
+use crate::single::Kept;
 use crate::threads::each;
 use crate::tree::Tree;
 
@@ -66,13 +67,15 @@ impl FixedBvh {
 
     /// The closest hit; of equal t, which are compared as exact ratios, the lowest index.
     pub fn closest(&self, mode: &Fixed, ray: &Ray) -> Option<Hit> {
-        one::closest(&self.tree, &None, test(*mode).into(), ray.to_f32())
+        let tree = &self.tree;
+        one::closest(tree, &None, &test(*mode).into(), ray.to_f32(), &mut Kept::lend(tree))
             .map(|hit| of_caller(hit, ray))
     }
 
     /// Whether anything is hit.
     pub fn any(&self, mode: &Fixed, ray: &Ray) -> bool {
-        one::any(&self.tree, &None, test(*mode).into(), ray.to_f32())
+        let tree = &self.tree;
+        one::any(tree, &None, &test(*mode).into(), ray.to_f32(), &mut Kept::lend(tree))
     }
 
     /// Every hit, in order of the exact t; of equal t, of the index.
@@ -120,7 +123,7 @@ impl FixedBvh {
 
     /// The places of the triangles that a ray crosses, and where.
     fn places(&self, mode: Fixed, ray: &Ray) -> impl Iterator<Item = (u32, Crossing)> {
-        let places = one::places(&self.tree, (&None, 0), test(mode).into(), ray.to_f32());
+        let places = one::places(&self.tree, (&None, 0), &test(mode).into(), ray.to_f32());
         places.into_iter().map(|place| {
             let triangle = Triangle::from_f32(&self.tree.triangle_in(place));
             (place, Sides::new(&triangle, ray.origin()).crossing(ray))

@@ -124,7 +124,7 @@ fn one_by_one(
     let Asked { bvh, choice, rays, .. } = asked;
     let mut listed = Listed { ends: room(rays.len())?, ..Listed::default() };
     for (number, ray) in rays.iter().enumerate() {
-        let all = one::all(bvh, (&choice, number), which, ray);
+        let all = one::all(bvh, (&choice, number), &which, ray);
         let some = &all[..all.len().min(limit.unwrap_or(usize::MAX))];
         listed.hits.try_reserve(some.len())?;
         listed.hits.extend_from_slice(some);

@@ -5,12 +5,14 @@ mod closest_point;
 mod crossings;
 #[cfg(feature = "fixed")]
 mod fixed;
+mod intersector;
 mod lists;
 mod one;
 mod only;
 
 #[cfg(feature = "fixed")]
 pub use fixed::FixedBvh;
+pub use intersector::Intersector;
 pub use lists::HitLists;
 pub use only::Only;
 
@@ -132,10 +134,10 @@ impl<S: Given> Bvh<S> {
         &self,
         mode: &M,
         ray: &RayOf<S>,
-        ask: impl Fn(&Tree, Which<'_>, &Ray) -> A,
+        ask: impl Fn(&Tree, &Which<'_>, &Ray) -> A,
     ) -> A {
         let (mut answer, rays) = (None, std::slice::from_ref(ray));
-        S::walk(&self.tree, &self.originals, mode.which(), rays, &mut |which, rays| {
+        S::walk(&self.tree, &self.originals, &mode.which(), rays, &mut |which, rays| {
             answer = Some(ask(&self.tree, which, &rays[0]));
         });
         answer.expect("asked once")

@@ -3,7 +3,7 @@
 
 use intertri::internal::exact::Side;
 use intertri::internal::{Test, Which};
-use intertri::{Counts, Crossing, Hit, Ray};
+use intertri::{Crossing, Hit, Ray};
 
 use crate::place::Place;
 use crate::select::Choice;
@@ -21,18 +21,45 @@ macro_rules! of_either {
 }
 
 /// See [`Bvh::closest`](crate::Bvh::closest).
-pub(super) fn closest(bvh: &Tree, choice: &Choice<'_>, which: Which<'_>, ray: &Ray) -> Option<Hit> {
-    let mut hit = of_either!(which, test => test.level().run(Hits { bvh, test, ray, choice }))?;
+pub(super) fn closest(
+    bvh: &Tree,
+    choice: &Choice<'_>,
+    which: &Which<'_>,
+    ray: &Ray,
+    kept: &mut Kept,
+) -> Option<Hit> {
+    let mut hit =
+        of_either!(which, test => test.level().run(Hits { bvh, test, ray, choice, kept }))?;
     bvh.geometries.tell(std::slice::from_mut(&mut hit));
     Some(hit)
 }
 
-/// See [`Bvh::any`](crate::Bvh::any).
-pub(super) fn any(bvh: &Tree, choice: &Choice<'_>, which: Which<'_>, ray: &Ray) -> bool {
-    let (kept, counts) = (&mut *Kept::lend(bvh), &mut Counts::default());
+/// The position of the closest hit's triangle in the whole.
+pub(super) fn triangle(
+    bvh: &Tree,
+    choice: &Choice<'_>,
+    which: &Which<'_>,
+    ray: &Ray,
+    kept: &mut Kept,
+) -> Option<u32> {
     let choice = (choice, 0);
-    let closest = of_either!(which, test => {
-        test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
+    let (closest, _) = of_either!(which, test => {
+        test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept })
+    });
+    closest.triangle().map(|(position, _)| position)
+}
+
+/// See [`Bvh::any`](crate::Bvh::any).
+pub(super) fn any(
+    bvh: &Tree,
+    choice: &Choice<'_>,
+    which: &Which<'_>,
+    ray: &Ray,
+    kept: &mut Kept,
+) -> bool {
+    let choice = (choice, 0);
+    let (closest, _) = of_either!(which, test => {
+        test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept })
     });
     closest.is_hit()
 }
@@ -41,7 +68,7 @@ pub(super) fn any(bvh: &Tree, choice: &Choice<'_>, which: Which<'_>, ray: &Ray) 
 pub(super) fn all(
     bvh: &Tree,
     choice: (&Choice<'_>, usize),
-    which: Which<'_>,
+    which: &Which<'_>,
     ray: &Ray,
 ) -> Vec<Hit> {
     let (resolver, number) = (which.resolver(), choice.1 as u32);
@@ -62,7 +89,7 @@ pub(super) fn all(
 pub(super) fn crossings(
     bvh: &Tree,
     choice: &Choice<'_>,
-    which: Which<'_>,
+    which: &Which<'_>,
     ray: &Ray,
 ) -> Vec<Crossing> {
     let resolver = which.resolver();
@@ -85,7 +112,7 @@ pub(super) fn crossings(
 }
 
 /// Where a ray starts that is not on a triangle.
-pub(super) fn winding(bvh: &Tree, which: Which<'_>, ray: &Ray) -> Place {
+pub(super) fn winding(bvh: &Tree, which: &Which<'_>, ray: &Ray) -> Place {
     let resolver = which.resolver();
     let places = places(bvh, (&None, 0), which, ray);
     let crossed = |&place: &u32| resolver.crossing(ray, &bvh.triangle_in(place), (0, place));
@@ -97,8 +124,8 @@ pub(super) fn winding(bvh: &Tree, which: Which<'_>, ray: &Ray) -> Place {
 pub(super) fn places(
     bvh: &Tree,
     choice: (&Choice<'_>, usize),
-    which: Which<'_>,
+    which: &Which<'_>,
     ray: &Ray,
 ) -> Vec<u32> {
-    of_either!(which, test => test.level().run(All { bvh, test, ray, choice }))
+    of_either!(*which, test => test.level().run(All { bvh, test, ray, choice }))
 }

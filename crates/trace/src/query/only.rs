@@ -10,6 +10,7 @@ use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
 use crate::memory::OutOfMemory;
 use crate::select::{Choice, Select};
+use crate::single::Kept;
 
 /// A hierarchy of which some triangles count: what [`Bvh::only`] gives.
 #[derive(Clone, Copy, Debug)]
@@ -66,7 +67,7 @@ impl<'a, S: Given> Only<'a, S> {
             choice,
             count: rays.len(),
             piece: S::PIECE,
-            rays: &|range, ask| S::walk(tree, originals, which, &rays[range], ask),
+            rays: &|range, ask| S::walk(tree, originals, &which, &rays[range], ask),
         })
     }
 
@@ -79,13 +80,17 @@ impl<'a, S: Given> Only<'a, S> {
     /// [`Bvh::closest`] of the triangles that count.
     pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
         let choice = self.one();
-        self.bvh.ask_one(mode, ray, |tree, which, ray| one::closest(tree, &choice, which, ray))
+        self.bvh.ask_one(mode, ray, |tree, which, ray| {
+            one::closest(tree, &choice, which, ray, &mut Kept::lend(tree))
+        })
     }
 
     /// [`Bvh::any`] of the triangles that count.
     pub fn any<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> bool {
         let choice = self.one();
-        self.bvh.ask_one(mode, ray, |tree, which, ray| one::any(tree, &choice, which, ray))
+        self.bvh.ask_one(mode, ray, |tree, which, ray| {
+            one::any(tree, &choice, which, ray, &mut Kept::lend(tree))
+        })
     }
 
     /// [`Bvh::all`] of the triangles that count.

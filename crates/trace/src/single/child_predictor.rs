@@ -12,7 +12,8 @@
 /// Nodes whose guesses are kept; those of nodes with the same remainder take each other's place.
 const NODES: usize = 1024;
 
-/// The guesses of a thread.
+/// Guesses about one hierarchy after another.
+#[derive(Debug)]
 pub(crate) struct ChildPredictor {
     /// By node what the last ray went on to, twice: one is compared, and the other is gone on with. The
     /// compiler must not know that they are the same, or it would go on with what they are compared with.

@@ -14,37 +14,38 @@ use crate::tree::{Leaf, Tree};
 /// The closest hit of a ray; with `ANY`, some hit.
 pub(crate) struct Closest<'a, T, const ANY: bool> {
     pub(crate) bvh: &'a Tree,
-    pub(crate) test: T,
+    /// By reference: it is larger than what the walk reads of it.
+    pub(crate) test: &'a T,
     pub(crate) ray: &'a Ray,
     /// Which triangles count, and as which of the query's rays this one skips some.
     pub(crate) choice: (&'a Choice<'a>, usize),
     pub(crate) kept: &'a mut Kept,
-    pub(crate) counts: &'a mut Counts,
 }
 
 impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
-    type Output = ClosestHit;
+    type Output = (ClosestHit, Counts);
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> ClosestHit {
-        let Self { bvh, test, ray, choice, kept, counts } = self;
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { bvh, test, ray, choice, kept } = self;
         let prepared = test.prepare_numbered(ray, choice.1 as u32);
         let closest = test.no_hit(ray);
-        let level = PhantomData::<S>;
+        let (level, counts) = (PhantomData::<S>, Counts::default());
         let (choice, _) = choice;
         let mut visitor =
             VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, choice, closest, counts, level };
         traverse::<S>(bvh, ray, kept, !ANY, &mut visitor);
-        visitor.closest
+        (visitor.closest, visitor.counts)
     }
 }
 
 /// The closest hit of a ray, with its t and weights.
 pub(crate) struct Hits<'a, T> {
     pub(crate) bvh: &'a Tree,
-    pub(crate) test: T,
+    pub(crate) test: &'a T,
     pub(crate) ray: &'a Ray,
     pub(crate) choice: &'a Choice<'a>,
+    pub(crate) kept: &'a mut Kept,
 }
 
 impl<T: LaneQueries> WithSimd for Hits<'_, T> {
@@ -52,21 +53,20 @@ impl<T: LaneQueries> WithSimd for Hits<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<Hit> {
-        let Self { bvh, test, ray, choice } = self;
-        let (kept, counts) = (&mut *Kept::lend(bvh), &mut Counts::default());
+        let Self { bvh, test, ray, choice, kept } = self;
         let choice = (choice, 0);
-        let closest = Closest::<_, false> { bvh, test, ray, choice, kept, counts }.run::<S>();
+        let (closest, _) = Closest::<_, false> { bvh, test, ray, choice, kept }.run::<S>();
         test.hit(ray, &closest, |place| bvh.triangle_in(place))
     }
 }
 
 struct VisitClosest<'a, T: Test, S: Simd, const ANY: bool> {
     bvh: &'a Tree,
-    test: T,
+    test: &'a T,
     ray: PreparedRay<T>,
     choice: &'a Choice<'a>,
     closest: ClosestHit,
-    counts: &'a mut Counts,
+    counts: Counts,
     level: PhantomData<S>,
 }
 
@@ -80,7 +80,12 @@ impl<T: LaneQueries, S: Simd, const ANY: bool> Visit for VisitClosest<'_, T, S, 
                 let find = |place| bvh.triangle_in(place);
                 test.closest_in::<S>(ray, block, indices, 8 * leaf as u32, find, closest, counts);
             }
-            Some(select) => select.closest_in::<S, _>(bvh, *test, ray, leaf, closest, counts),
+            // Counts that are lent to a call would be in memory everywhere.
+            Some(select) => {
+                let mut some = Counts::default();
+                select.closest_in::<S, _>(bvh, **test, ray, leaf, closest, &mut some);
+                *counts += some;
+            }
         }
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }

@@ -24,7 +24,7 @@ pub(crate) const BOTTOM: u32 = u32::MAX;
 const LOOK: usize = 8;
 
 /// The stacks of one or several rays.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Stack {
     /// For each ray its children, by their bits.
     child: Vec<f32>,
@@ -34,7 +34,8 @@ pub(crate) struct Stack {
     each: usize,
 }
 
-/// What a thread keeps from one query about a single ray to the next.
+/// What is kept from one query about a single ray to the next.
+#[derive(Debug)]
 pub(crate) struct Kept {
     pub(crate) stack: Stack,
     pub(crate) predictor: ChildPredictor,
@@ -50,14 +51,15 @@ pub(crate) struct Lent(Option<Box<Kept>>);
 
 impl Kept {
     /// For single rays through a hierarchy.
-    #[inline]
+    pub(crate) fn new(bvh: &Tree) -> Box<Self> {
+        Box::new(Self { stack: Stack::new(1, bvh.stack), predictor: ChildPredictor::default() })
+    }
+
+    /// What the thread keeps, for single rays through a hierarchy.
     pub(crate) fn lend(bvh: &Tree) -> Lent {
         let last = LAST.try_with(Cell::take).ok().flatten();
         let fits = last.filter(|last| last.stack.each >= Stack::room(bvh.stack));
-        let new = || {
-            Box::new(Self { stack: Stack::new(1, bvh.stack), predictor: ChildPredictor::default() })
-        };
-        Lent(Some(fits.unwrap_or_else(new)))
+        Lent(Some(fits.unwrap_or_else(|| Self::new(bvh))))
     }
 }
 

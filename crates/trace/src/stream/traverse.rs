@@ -199,13 +199,15 @@ impl Active<'_, '_> {
     /// A ray that must not start is asked by itself.
     #[cold]
     fn alone(&mut self, ray: &Ray, number: u32) -> ClosestHit {
-        let (bvh, test, choice) = (self.bvh, self.test, (self.choice, number as usize));
-        let (kept, counts) = (&mut *Kept::lend(bvh), &mut *self.counts);
-        if self.any {
-            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept, counts })
+        let (bvh, test, choice) = (self.bvh, &self.test, (self.choice, number as usize));
+        let kept = &mut *Kept::lend(bvh);
+        let (closest, counts) = if self.any {
+            test.level().run(Closest::<_, true> { bvh, test, ray, choice, kept })
         } else {
-            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept, counts })
-        }
+            test.level().run(Closest::<_, false> { bvh, test, ray, choice, kept })
+        };
+        *self.counts += counts;
+        closest
     }
 
     /// The same for every hit.
