@@ -46,13 +46,7 @@ impl Given for f64 {
     }
 
     #[inline]
-    fn walk(
-        tree: &Tree,
-        originals: &Originals64,
-        which: &Which<'_>,
-        rays: &[Ray64],
-        ask: Ask<'_>,
-    ) {
+    fn walk(tree: &Tree, originals: &Originals64, which: &Which<'_>, rays: &[Ray64], ask: Ask<'_>) {
         let frame = &originals.frame;
         let level = which.level();
         let asked = Asked { tree, originals, rays, level };

@@ -40,10 +40,10 @@ pub(crate) fn octant(ray: &Ray) -> usize {
 pub(crate) struct Slabs {
     /// One over the direction.
     rd: [f32; 4],
-    /// The ray's part of the near planes' t.
-    near: [f32; 4],
-    /// The ray's part of the far planes' t.
-    far: [f32; 4],
+    /// The ray's part of the near planes' t, which is taken from a side's, with the other sign.
+    minus_near: [f32; 4],
+    /// The ray's part of the far planes' t, likewise.
+    minus_far: [f32; 4],
 }
 
 impl Slabs {
@@ -71,8 +71,8 @@ impl Slabs {
         let pad = splat(far_off * PAD + TINY) * rd.abs() + splat(TINY);
         let mut slabs = Self::default();
         rd.store(&mut slabs.rd);
-        (at + pad).store(&mut slabs.near);
-        (at - pad).store(&mut slabs.far);
+        (-(at + pad)).store(&mut slabs.minus_near);
+        (pad - at).store(&mut slabs.minus_far);
         Some(slabs)
     }
 }
@@ -81,8 +81,8 @@ impl Slabs {
 #[derive(Clone, Copy)]
 pub(crate) struct SlabLanes<F> {
     rd: Vec3<F>,
-    near: Vec3<F>,
-    far: Vec3<F>,
+    minus_near: Vec3<F>,
+    minus_far: Vec3<F>,
     negative: [bool; 3],
 }
 
@@ -93,8 +93,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let splat = |v: &[f32; 4]| Vec3::splat([v[0], v[1], v[2]]);
         Self {
             rd: splat(&slabs.rd),
-            near: splat(&slabs.near),
-            far: splat(&slabs.far),
+            minus_near: splat(&slabs.minus_near),
+            minus_far: splat(&slabs.minus_far),
             negative: [0, 1, 2].map(|k| octant >> k & 1 != 0),
         }
     }
@@ -107,12 +107,12 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         let [x, y, z] = self.negative;
         let first = |axis, negative| F::load(node.sides(axis, negative));
         let last = |axis, negative: bool| F::load(node.sides(axis, !negative));
-        let near = (first(0, x).mul_add(self.rd.x, -self.near.x))
-            .max(first(1, y).mul_add(self.rd.y, -self.near.y))
-            .max(first(2, z).mul_add(self.rd.z, -self.near.z).max(F::splat(t_min)));
-        let far = (last(0, x).mul_add(self.rd.x, -self.far.x))
-            .min(last(1, y).mul_add(self.rd.y, -self.far.y))
-            .min(last(2, z).mul_add(self.rd.z, -self.far.z).min(F::splat(t_max)));
+        let near = (first(0, x).mul_add(self.rd.x, self.minus_near.x))
+            .max(first(1, y).mul_add(self.rd.y, self.minus_near.y))
+            .max(first(2, z).mul_add(self.rd.z, self.minus_near.z).max(F::splat(t_min)));
+        let far = (last(0, x).mul_add(self.rd.x, self.minus_far.x))
+            .min(last(1, y).mul_add(self.rd.y, self.minus_far.y))
+            .min(last(2, z).mul_add(self.rd.z, self.minus_far.z).min(F::splat(t_max)));
         (near.le(far), near)
     }
 }

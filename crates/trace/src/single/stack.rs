@@ -160,6 +160,13 @@ impl Entries<'_> {
         }
     }
 
+    /// Takes the last entry, for who put down none that is to be dropped.
+    #[inline(always)]
+    pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
+        *top -= 1;
+        self.child[*top as usize].to_bits()
+    }
+
     /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
     /// first, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t. They go by
     /// the ray's octant, which is nearly always near to far.
@@ -178,6 +185,22 @@ impl Entries<'_> {
         self.put::<S>(*top, node, far_to_near(met, octant), near);
         *top += met.count_ones().saturating_sub(1);
         node.child_or_none(first)
+    }
+
+    /// [`Stack::push`] without t, of boxes of which some are met, for [`Entries::pop_last`].
+    #[inline(always)]
+    pub(crate) fn push_children<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: <S::F32x8 as Lanes>::Mask,
+    ) -> u32 {
+        let met = met.bits();
+        let order = far_to_near(met, octant);
+        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[*top as usize..]);
+        *top += met.count_ones() - 1;
+        node.child_or_none(first_slot(met, octant))
     }
 
     /// [`Stack::push`] of boxes of which some are met; what is returned is the nearest, and the others go by
@@ -270,6 +293,13 @@ mod tests {
                     while found.last() != Some(&BOTTOM) {
                         found.push(stack.pop_at_once(&mut top, f32::INFINITY));
                     }
+
+                    // Without t, all by the octant.
+                    let mut by_octant = vec![stack.push_children::<S>(&mut 8, &node, octant, met)];
+                    let mut top = 7 + bits.count_ones();
+                    by_octant.extend((0..bits.count_ones()).map(|_| stack.pop_last(&mut top)));
+                    let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
+                    assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
 
                     // The nearest, then the others by the octant.
                     let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);

@@ -20,13 +20,14 @@ pub(super) trait Visit {
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
 /// Visits the leaves whose triangles a ray may hit, roughly front to back. That the nearest of a node's boxes
-/// always comes first pays where the closest hit is looked for: fewer leaves are visited before it.
+/// always comes first pays where the `closest` hit is looked for: fewer leaves are visited before it. Who looks for
+/// another must not bring the far end nearer: nothing on the stack is dropped.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     bvh: &Tree,
     ray: &Ray,
     kept: &mut Kept,
-    nearest_first: bool,
+    closest: bool,
     visitor: &mut impl Visit,
 ) {
     // A ray that is not finite hits nothing, nor does one without an interval.
@@ -56,7 +57,11 @@ pub(super) fn traverse<S: Simd>(
         } else {
             loop {
                 if next == BOTTOM {
-                    next = stack.pop_at_once(&mut top, far);
+                    next = if closest {
+                        stack.pop_at_once(&mut top, far)
+                    } else {
+                        stack.pop_last(&mut top)
+                    };
                     if next == BOTTOM {
                         return;
                     }
@@ -68,14 +73,18 @@ pub(super) fn traverse<S: Simd>(
                 // A node: of its boxes that the ray meets one is next.
                 let node = &bvh.nodes[next as usize];
                 let (met, near) = lanes.meet(node, ray.t_min, far);
-                if !met.any() {
+                let bits = met.bits();
+                if bits == 0 {
                     next = BOTTOM;
                     continue;
                 }
-                let first = if nearest_first {
+                // Often it is one alone.
+                let first = if bits.is_power_of_two() {
+                    node.child_or_none(bits.trailing_zeros() as u8)
+                } else if closest {
                     stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
                 } else {
-                    stack.push::<S>(&mut top, node, octant, met, near)
+                    stack.push_children::<S>(&mut top, node, octant, met)
                 };
                 next = predictor.follow(next, first);
             }
