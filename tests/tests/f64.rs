@@ -9,6 +9,8 @@ mod cases;
 mod closest_truth;
 #[path = "f64/hierarchy.rs"]
 mod hierarchy;
+#[path = "f64/leave.rs"]
+mod leave;
 #[path = "f64/meshes.rs"]
 mod meshes;
 #[path = "f64/nearest.rs"]

@@ -56,6 +56,12 @@ pub trait Bits: Copy {
     /// m and e of a finite number `m * 2^e`; of zero, 0 and any. Smaller numbers have no larger e.
     fn parts(self) -> (i64, i32);
 
+    /// The nearest to an f64; infinite where that is too large.
+    fn nearest(x: f64) -> Self;
+
+    /// The smallest normal number.
+    const LEAST_NORMAL: f64;
+
     /// Whether it is neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
@@ -84,6 +90,12 @@ impl Bits for f32 {
 
     const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
     const ENDLESS: u64 = Self::INFINITY.to_bits() as u64;
+    const LEAST_NORMAL: f64 = Self::MIN_POSITIVE as f64;
+
+    #[inline(always)]
+    fn nearest(x: f64) -> Self {
+        x as Self
+    }
 
     #[inline(always)]
     fn parts(self) -> (i64, i32) {
@@ -124,6 +136,12 @@ impl Bits for f64 {
 
     const DIGITS: i32 = Self::MANTISSA_DIGITS as i32;
     const ENDLESS: u64 = Self::INFINITY.to_bits();
+    const LEAST_NORMAL: f64 = Self::MIN_POSITIVE;
+
+    #[inline(always)]
+    fn nearest(x: f64) -> Self {
+        x
+    }
 
     #[inline(always)]
     fn parts(self) -> (i64, i32) {

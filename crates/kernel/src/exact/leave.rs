@@ -1,7 +1,7 @@
 //! A ray that leaves a triangle where another ray hit it, without an epsilon by feel.
 //!
 //! ```text
-//!            ╱ dir                 the hit, rounded to f32, may lie on either side of the triangle's
+//!            ╱ dir                 the hit, rounded to its scalar, may lie on either side of the triangle's
 //!      ●    ╱                      plane. Where it is on the wrong one for dir, it is moved along the
 //!   ───┼───╱──────── plane         axis nearest to the normal by a few units of its last place, until
 //!      ○                           it surely is not
@@ -16,12 +16,12 @@ use super::input::{is_finite, is_plain};
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
-use crate::{Hit, Ray, Scalar, Triangle};
+use crate::{Hit, RayOf, Scalar, TriangleOf};
 
 /// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
 /// [`Exact`](crate::Exact), and whatever the direction.
 ///
-/// It starts at the hit rounded to f32, or beside it on the side to which `dir` goes: no farther from the true
+/// It starts at the hit rounded to f32 (of f64, to f64), or beside it on the side to which `dir` goes: no farther from the true
 /// point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
 /// from the world's origin to the ray's and on to the point, if that is more. What is nearer than that it may
 /// miss. Its interval is `0 <= t < infinity`. For a hit of [`Exact`](crate::Exact); one of another mode whose t
@@ -38,9 +38,14 @@ use crate::{Hit, Ray, Scalar, Triangle};
 ///     assert!((0..3).all(|k| (f64::from(next.origin[k]) - hit.point(&ray)[k]).abs() < 1e-6));
 /// }
 /// ```
-pub fn leave(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
+pub fn leave<S: Scalar>(
+    ray: &RayOf<S>,
+    hit: &Hit,
+    triangle: &TriangleOf<S>,
+    dir: [S; 3],
+) -> RayOf<S> {
     let point = hit.point(ray);
-    let start = Ray::new(point.map(|x| x as f32), dir);
+    let start = RayOf::new(point.map(S::nearest), dir);
 
     if !is_finite(&start, triangle) {
         return start;
@@ -51,21 +56,24 @@ pub fn leave(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
     }
 
     // The axis nearest to the normal, and the way along it to the side of the direction.
-    let normal = triangle.normal();
+    let normal = normal(triangle);
     let axis = (0..3).fold(0, |a, b| if normal[b].abs() > normal[a].abs() { b } else { a });
     let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { 1.0 } else { -1.0 };
 
     // More than any coordinate is off.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
-    let last_place = largest(point) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);
-    let along = hit.t.abs() * largest(ray.dir.map(f64::from));
-    let unit = last_place.max((largest(ray.origin.map(f64::from)) + along) / (1_u64 << 50) as f64);
+    let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
+    let along = hit.t.abs() * largest(ray.dir.map(Into::into));
+    let unit = last_place.max((largest(ray.origin.map(Into::into)) + along) / (1_u64 << 50) as f64);
 
     // Four units always do, for a t that is rounded once; else some more.
     let mut next = start;
     for doublings in 0..40 {
         let units = (1_u64 << doublings) as f64;
-        next.origin[axis] = (point[axis] + way * units * unit) as f32;
+        next.origin[axis] = S::nearest(point[axis] + way * units * unit);
+        if !is_finite(&next, triangle) {
+            break;
+        }
         let (plane, side) = signs(&next, triangle);
         if goes_away(plane, side) {
             break;
@@ -74,15 +82,31 @@ pub fn leave(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
     next
 }
 
+/// A triangle's normal, of any length: f64 has room for that of any f32, but not of any f64.
+fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
+    if const { !is_f64::<S>() } {
+        return triangle.normal();
+    }
+    let [c1, c2, c3]: [[f64; 3]; 3] = triangle.0.map(|corner| corner.map(Into::into));
+    let edge = |to: [f64; 3]| {
+        // Halves, for a difference may be beyond f64.
+        let edge = [0, 1, 2].map(|k| 0.5 * to[k] - 0.5 * c1[k]);
+        let longest = edge.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+        edge.map(|x| x / longest)
+    };
+    let ([x, y, z], [u, v, w]) = (edge(c2), edge(c3));
+    [y * w - z * v, z * u - x * w, x * v - y * u]
+}
+
 /// Whether a ray starts in a triangle's plane, or goes away from it or along it.
 fn goes_away(plane: Ordering, side: Ordering) -> bool {
     plane != side || side == Ordering::Equal
 }
 
 /// The signs of T and of D.
-fn signs(ray: &Ray, triangle: &Triangle) -> (Ordering, Ordering) {
+fn signs<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Ordering, Ordering) {
     if is_plain(ray, triangle) {
-        let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));
+        let vec3 = |v: [S; 3]| Vec3::<f64>::splat(v.map(Into::into));
         let corners = triangle.0.map(vec3);
         if let Some(signs) = float::plane_signs(corners, vec3(ray.origin), vec3(ray.dir)) {
             return signs;
@@ -90,7 +114,7 @@ fn signs(ray: &Ray, triangle: &Triangle) -> (Ordering, Ordering) {
     }
     let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
     let scales = pair.scales();
-    at_tier!(f32, scales.tier::<f32>(), both::<S, C, N, V>(&pair, scales))
+    at_tier!(S, scales.tier::<S>(), both::<S, C, N, V>(&pair, scales))
 }
 
 fn both<S: Scalar, const C: usize, const N: usize, const V: usize>(

@@ -1,0 +1,54 @@
+//! Rays that leave a triangle given in f64 never hit it.
+
+use intertri::{Exact, Hit, Ray64, RayOf, Triangle64, internal::exact, leave};
+use intertri_lab::rng::Rng;
+use intertri_trace::Bvh;
+
+use crate::cases::{KINDS, case};
+
+/// Every kind of pair that is a hit, in directions of all kinds, many of them nearly in the triangle's plane.
+#[test]
+fn no_ray_meets_the_triangle_that_it_leaves() {
+    let (mut left, mut moved, mut rng) = (0, 0, Rng::new(64));
+    for i in 0..60_000 {
+        let (ray, triangle) = case(i % KINDS, &mut rng);
+        if !exact::hit(&ray, &triangle) {
+            continue;
+        }
+        let (t, u, v) = exact::attributes(&ray, &triangle);
+        let hit = Hit { t, u, v, triangle: 0, geometry: 0 };
+        let [a, b, c] = triangle.0;
+        let any = rng.direction();
+        let along = |to: [f64; 3]| [0, 1, 2].map(|k| 0.5 * to[k] - 0.5 * a[k]);
+        let grazing = [0, 1, 2].map(|k| along(b)[k] + any[k] * 1e-14 * along(c)[k]);
+        for dir in [any, grazing, along(c), ray.dir, ray.dir.map(|x| -x)] {
+            let next = leave(&ray, &hit, &triangle, dir);
+            assert!(!exact::hit(&next, &triangle), "{ray:?} {triangle:?} {next:?}");
+            moved += u32::from(next.origin != hit.point(&ray));
+            left += 1;
+        }
+    }
+    assert!(left > 40_000 && moved > left / 20, "{left}, {moved} moved");
+}
+
+/// A wall at UTM coordinates is left from within nanometres of it, and what stands a micrometre before it is met.
+#[test]
+fn it_leaves_a_wall_by_nanometres() {
+    let (x, y) = (148_376.213, 528_980.447);
+    let wall = Triangle64([[x, y, 0.0], [x + 3.1, y + 4.2, 0.0], [x, y, 3.0]]);
+    let normal = [0.804, -0.594, 0.0];
+    let near = Triangle64(wall.0.map(|c| [0, 1, 2].map(|k| c[k] + 1e-6 * normal[k])));
+    let (exact, bvh) = (Exact::default(), Bvh::new(&[near]).unwrap());
+    let mut rng = Rng::new(65);
+    for _ in 0..2000 {
+        let (p, q) = (0.2 + 0.5 * rng.unit(), 0.1 + 0.1 * rng.unit());
+        let on = [x + 3.1 * p, y + 4.2 * p, 3.0 * q];
+        let from = [0, 1, 2].map(|k| on[k] + 7.0 * normal[k]);
+        let ray = Ray64::new(from, [0, 1, 2].map(|k| on[k] - from[k]));
+        let hit = Bvh::new(&[wall]).unwrap().closest(&exact, &ray).unwrap();
+        let next: RayOf<f64> = leave(&ray, &hit, &wall, normal);
+        let off = [0, 1, 2].map(|k| (next.origin[k] - hit.point(&ray)[k]).abs());
+        assert!(off.iter().all(|&off| off < 4e-9), "{off:?}");
+        assert!(!exact::hit(&next, &wall) && bvh.any(&exact, &next), "{next:?}");
+    }
+}
