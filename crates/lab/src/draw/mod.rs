@@ -1,4 +1,5 @@
-//! The pictures: speed against accuracy, onset curves, the table of onsets, edge maps; and what any
+//! The pictures: speed against accuracy, onset curves, the table of onsets, walls far from zero, edge
+//! maps; and what any
 //! picture is drawn with.
 
 mod axis;
@@ -8,6 +9,7 @@ mod edge_maps;
 mod heat;
 mod labels;
 mod marks;
+mod offsets;
 mod onsets;
 mod page;
 mod panel;
@@ -19,6 +21,7 @@ pub use chart::chart;
 pub use crossover::{Race, crossover};
 pub use edge_maps::edge_maps;
 pub use heat::heat;
+pub use offsets::offsets;
 pub use onsets::onsets;
 pub use page::{Section, page};
 pub use png::png;

@@ -3,10 +3,10 @@
 
 use super::marks::is_kernel;
 use super::svg::width;
-use super::{Svg, chart, edge_maps, heat, onsets};
+use super::{Svg, chart, edge_maps, heat, offsets, onsets};
 use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::methods::METHODS;
-use crate::stress::{Onset, SWEEPS};
+use crate::stress::{ASKED, DISTANCES, Given, OffsetErrors, Onset, SWEEPS};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
@@ -146,4 +146,30 @@ fn the_rows_of_onsets_and_edge_maps_name_each_method() {
         let modes = METHODS.iter().filter(|method| is_kernel(method.name)).count();
         assert!(none == if name == "edge maps" { 0 } else { modes * SWEEPS.len() }, "{name}");
     }
+}
+
+#[test]
+fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
+    let mut all = Vec::new();
+    for (method, given) in ASKED {
+        let wrong = if given == Given::AsGiven { [0; 3] } else { [1, 700, 2000] };
+        for (distance, false_hits) in [DISTANCES[0], 500e3, DISTANCES[1]].into_iter().zip(wrong) {
+            all.push(OffsetErrors {
+                distance,
+                method,
+                given,
+                trials: 4000,
+                false_misses: 0,
+                false_hits,
+            });
+        }
+    }
+    let texts = texts("offsets", &offsets(&all, "one\ntwo"));
+    let count = |text: &str| texts.iter().filter(|found| *found == text).count();
+    for (method, _) in ASKED {
+        let rows = ASKED.iter().filter(|(name, _)| *name == method).count();
+        assert_eq!(count(method), rows, "{method}");
+    }
+    // Beside the curve and at the northing; and the share there, of 500 km.
+    assert_eq!((count("none"), count("17.5 %")), (4, 6));
 }

@@ -5,15 +5,17 @@
 //! Discrete & Computational Geometry 18, 1997; here the crate `robust`), which is exact as long as its
 //! inputs are. A difference of two f32 is exact in f64 unless they are some 2^29 apart; there the sign
 //! is computed in rationals instead. No product of f32 comes near the ends of f64's range, so neither
-//! underflow nor overflow spoils the predicates.
+//! underflow nor overflow spoils the predicates. Where one of f64 might, [`rational`](super::rational)
+//! answers.
 
 use std::cmp::Ordering;
 
-use intertri::{Ray, Triangle};
+use intertri::{RayOf, Scalar, TriangleOf};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::exact::{self, is_finite};
 use super::oracle_answer::{OracleAnswer, Place};
+use super::rational;
 
 /// What is exactly true of a ray and a triangle, by adaptive predicates.
 ///
@@ -27,15 +29,18 @@ use super::oracle_answer::{OracleAnswer, Place};
 /// assert_eq!(at(4.0, 0.0).place, Place::Vertex(1));
 /// assert_eq!(at(2.0_f32.next_up(), 2.0).place, Place::Outside);
 /// ```
-pub fn answer(triangle: &Triangle, ray: &Ray) -> OracleAnswer {
+pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {
         return OracleAnswer::without_t(Place::NotFinite);
+    }
+    if !is_tame(triangle, ray) {
+        return rational::answer(triangle, ray);
     }
     let [c1, c2, c3] = triangle.0;
 
     // Is there an area? Not if it vanishes in all three coordinate planes.
     let flat = |x: usize, y: usize| {
-        let point = |p: [f32; 3]| Coord { x: p[x], y: p[y] };
+        let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0
     };
     if flat(0, 1) && flat(1, 2) && flat(2, 0) {
@@ -58,8 +63,18 @@ pub fn answer(triangle: &Triangle, ray: &Ray) -> OracleAnswer {
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
 
+/// Whether products of three differences, and their parts, stay within f64's range: those of f32 always
+/// do.
+fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
+    let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
+    numbers.all(|&x| {
+        let size = Into::<f64>::into(x).abs();
+        size == 0.0 || (1e-60..1e60).contains(&size)
+    })
+}
+
 /// The sign of `n · d`, `n = (c2 - c1) × (c3 - c1)`.
-fn slope(triangle: &Triangle, d: [f32; 3]) -> Ordering {
+fn slope<S: Scalar>(triangle: &TriangleOf<S>, d: [S; 3]) -> Ordering {
     let [c1, c2, c3] = triangle.0;
     match (exact_difference(c2, c1), exact_difference(c3, c1)) {
         (Some(p), Some(q)) => sign(orient3d(point(d), p, q, ZERO)),
@@ -72,7 +87,7 @@ fn slope(triangle: &Triangle, d: [f32; 3]) -> Ordering {
 }
 
 /// The sign of `d · (P × Q)`, `P` and `Q` the ends of a side seen from the origin.
-fn edge(p: [f32; 3], q: [f32; 3], ray: &Ray) -> Ordering {
+fn edge<S: Scalar>(p: [S; 3], q: [S; 3], ray: &RayOf<S>) -> Ordering {
     match (exact_difference(p, ray.origin), exact_difference(q, ray.origin)) {
         (Some(p), Some(q)) => sign(orient3d(point(ray.dir), p, q, ZERO)),
         _ => exact::sign_of(
@@ -89,15 +104,15 @@ fn point64([x, y, z]: [f64; 3]) -> Coord3D<f64> {
     Coord3D { x, y, z }
 }
 
-fn point(p: [f32; 3]) -> Coord3D<f64> {
-    point64(p.map(f64::from))
+fn point<S: Scalar>(p: [S; 3]) -> Coord3D<f64> {
+    point64(p.map(Into::into))
 }
 
 /// `a - b` where f64 holds it exactly: where the tail of the difference (D. E. Knuth's `TwoDiff`) is 0.
-pub(super) fn exact_difference(a: [f32; 3], b: [f32; 3]) -> Option<Coord3D<f64>> {
+pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3D<f64>> {
     let mut difference = [0.0; 3];
     for k in 0..3 {
-        let (a, b) = (f64::from(a[k]), f64::from(b[k]));
+        let (a, b): (f64, f64) = (a[k].into(), b[k].into());
         let x = a - b;
         let b_seen = a - x;
         let a_seen = x + b_seen;

@@ -1,9 +1,9 @@
-//! Exact arithmetic on f32 inputs, and the exact `t`.
+//! Exact arithmetic on inputs in f32 or f64, and the exact `t`.
 
 use std::cmp::Ordering;
 
 use dashu_ratio::Relaxed;
-use intertri::{Ray, Triangle};
+use intertri::{RayOf, Scalar, TriangleOf};
 
 /// An exact number.
 pub type Rational = Relaxed;
@@ -11,13 +11,13 @@ pub type Rational = Relaxed;
 /// Three exact numbers.
 pub(super) type Vector = [Rational; 3];
 
-/// An f32 vector, exactly; 0 for what is not finite.
-pub(super) fn vector(a: [f32; 3]) -> Vector {
-    a.map(|x| Rational::try_from(x).unwrap_or_default())
+/// A vector, exactly; 0 for what is not finite.
+pub(super) fn vector<S: Scalar>(a: [S; 3]) -> Vector {
+    a.map(|x| Rational::try_from(Into::<f64>::into(x)).unwrap_or_default())
 }
 
 /// `a - b`
-pub(super) fn difference(a: [f32; 3], b: [f32; 3]) -> Vector {
+pub(super) fn difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Vector {
     let ([ax, ay, az], [bx, by, bz]) = (vector(a), vector(b));
     [ax - bx, ay - by, az - bz]
 }
@@ -42,7 +42,7 @@ pub(super) fn sign(x: &Rational) -> Ordering {
 }
 
 /// Whether a ray and a triangle are free of NaN and infinities; the interval may have them.
-pub fn is_finite(triangle: &Triangle, ray: &Ray) -> bool {
+pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|x| x.is_finite())
 }
@@ -57,7 +57,7 @@ pub fn is_finite(triangle: &Triangle, ray: &Ray) -> bool {
 /// let t = exact_t(&triangle, &Ray::new([1.0, 1.0, 0.0], [0.0, 0.0, 3.0]));
 /// assert_eq!(t, Some(Rational::from(1) / Rational::from(3)));
 /// ```
-pub fn exact_t(triangle: &Triangle, ray: &Ray) -> Option<Rational> {
+pub fn exact_t<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> Option<Rational> {
     if !is_finite(triangle, ray) {
         return None;
     }

@@ -1,4 +1,5 @@
-//! The exact oracle: where the line of a ray meets a triangle, for f32 inputs, without any rounding.
+//! The exact oracle: where the line of a ray meets a triangle, for inputs in f32 or f64, without any
+//! rounding.
 //!
 //! With `A, B, C` the corners seen from the origin and `d` the direction,
 //!

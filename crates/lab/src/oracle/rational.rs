@@ -1,6 +1,6 @@
 //! The oracle's second route: rationals alone, and barycentric weights instead of edge values.
 
-use intertri::{Ray, Triangle};
+use intertri::{RayOf, Scalar, TriangleOf};
 
 use super::exact::{Rational, cross, difference, dot, is_finite, sign, vector};
 use super::oracle_answer::{OracleAnswer, Place};
@@ -10,7 +10,7 @@ use super::oracle_answer::{OracleAnswer, Place};
 ///
 /// It solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, divisions and all, and
 /// looks at the signs of the weights `1 - u - v`, `u`, `v`.
-pub fn answer(triangle: &Triangle, ray: &Ray) -> OracleAnswer {
+pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {
         return OracleAnswer::without_t(Place::NotFinite);
     }

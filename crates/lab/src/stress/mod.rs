@@ -1,8 +1,10 @@
-//! Where methods begin to fail: families swept by their parameter.
+//! Where methods begin to fail: families swept by their parameter, and walls in f64 far from zero.
 
 mod clearance;
+mod offsets;
 mod onsets;
 mod sweeps;
 
+pub use offsets::{ASKED, DISTANCES, Given, OffsetErrors, sweep_offsets};
 pub use onsets::{Onset, first, sweep_all};
 pub use sweeps::{SWEEPS, Sweep};

@@ -54,7 +54,12 @@ const fn sweep(
 /// The value at a share of the way, by roots alone so that it has the same bits everywhere: bisected
 /// sixteen times.
 pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
-    let (mut lo, mut hi, mut from, mut to) = (0.0, 1.0, sweep.from, sweep.to);
+    between(sweep.from, sweep.to, share)
+}
+
+/// The same between any two positive numbers.
+pub(super) fn between(mut from: f64, mut to: f64, share: f64) -> f64 {
+    let (mut lo, mut hi) = (0.0, 1.0);
     for _ in 0..16 {
         if share <= lo {
             return from;

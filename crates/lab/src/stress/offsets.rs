@@ -1,0 +1,221 @@
+//! Walls moved away from zero: how often who rounds their coordinates to f32 is wrong, and who takes them
+//! as given.
+//!
+//! ```text
+//!   f64 ──┬──► as given ─────────► exact, Möller–Trumbore f64
+//!         ├──► rounded to f32 ───► exact, Möller–Trumbore f64, f32, Embree's forms
+//!         └──► rationals ────────► what is true
+//! ```
+
+use intertri::simd::{Level, Mask, Vec3};
+use intertri::{Ray, Ray64, Triangle, Triangle64};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::methods::moller_trumbore::MollerTrumbore;
+use crate::methods::{Intersector, METHODS};
+use crate::oracle::rational;
+use crate::rng::Rng;
+use crate::test_batch::Answer;
+
+/// What a method was given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Given {
+    /// The coordinates as they are, in f64.
+    #[serde(rename = "f64")]
+    AsGiven,
+    /// The coordinates rounded to f32.
+    #[serde(rename = "rounded to f32")]
+    Rounded,
+}
+
+/// The methods that are asked, each with what it is given.
+pub const ASKED: [(&str, Given); 8] = [
+    ("exact", Given::AsGiven),
+    ("Möller–Trumbore f64", Given::AsGiven),
+    ("exact", Given::Rounded),
+    ("Möller–Trumbore f64", Given::Rounded),
+    ("Möller–Trumbore f32", Given::Rounded),
+    ("Woop f32", Given::Rounded),
+    ("Embree fast f32", Given::Rounded),
+    ("Embree robust f32", Given::Rounded),
+];
+
+/// How a method fares at a distance from zero.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OffsetErrors {
+    /// How far from zero the wall stands, in metres.
+    pub distance: f64,
+    /// The method.
+    pub method: &'static str,
+    /// What it was given.
+    pub given: Given,
+    /// How many rays were asked.
+    pub trials: u64,
+    /// Rays that hit the wall, called a miss.
+    pub false_misses: u64,
+    /// Rays that miss it, called a hit.
+    pub false_hits: u64,
+}
+
+impl OffsetErrors {
+    /// The share of wrong answers.
+    pub fn share(&self) -> f64 {
+        (self.false_misses + self.false_hits) as f64 / self.trials.max(1) as f64
+    }
+}
+
+/// The nearest and the farthest wall, in metres.
+pub const DISTANCES: [f64; 2] = [1.0, 1e9];
+
+/// Rays of one wall.
+const RAYS: u64 = 200;
+
+/// A wall of two triangles, and rays that start beside it.
+struct Wall {
+    halves: [Triangle64; 2],
+    rays: Vec<Ray64>,
+}
+
+/// Asks the methods of [`ASKED`] about walls of 4 by 3 m that stand `points` distances from zero, in equal
+/// ratios, at any angle: `cases` rays each, which start 1 nm to 10 cm from the wall on either side and go
+/// to or from it. A quarter of them passes the diagonal where its halves meet.
+///
+/// `exact` is asked about a wall's rays, whether each hits it. What is true, rationals say. The counts
+/// depend on the seed and these numbers alone.
+pub fn sweep_offsets(
+    seed: u64,
+    points: usize,
+    cases: u64,
+    exact: &(impl Fn(&[Triangle64], &[Ray64]) -> Vec<bool> + Sync),
+) -> Vec<OffsetErrors> {
+    let at = |k: usize| {
+        let share = k as f64 / (points - 1).max(1) as f64;
+        // Roots alone, so that it has the same bits everywhere.
+        let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
+        let mut rng = Rng::new(seed ^ (k as u64) << 32);
+        let mut errors = ASKED.map(|(method, given)| OffsetErrors {
+            distance,
+            method,
+            given,
+            trials: 0,
+            false_misses: 0,
+            false_hits: 0,
+        });
+        for _ in 0..cases.div_ceil(RAYS) {
+            let wall = wall(&mut rng, distance);
+            let truth: Vec<bool> = wall.rays.iter().map(|ray| is_hit(&wall, ray)).collect();
+            for errors in &mut errors {
+                let answers = match (errors.given, errors.method) {
+                    (Given::AsGiven, "exact") => exact(&wall.halves, &wall.rays),
+                    (Given::AsGiven, _) => in_f64(&wall),
+                    (Given::Rounded, name) => rounded(&wall, name),
+                };
+                assert_eq!(answers.len(), truth.len(), "an answer for each ray");
+                for (&truth, answer) in truth.iter().zip(answers) {
+                    errors.trials += 1;
+                    errors.false_misses += u64::from(truth && !answer);
+                    errors.false_hits += u64::from(!truth && answer);
+                }
+            }
+        }
+        errors
+    };
+    (0..points).into_par_iter().flat_map_iter(at).collect()
+}
+
+/// A wall so far from zero.
+fn wall(rng: &mut Rng, distance: f64) -> Wall {
+    let along = |p: [f64; 3], v: [f64; 3], by: f64| [0, 1, 2].map(|k| p[k] + by * v[k]);
+    let cross =
+        |[a, b, c]: [f64; 3], [x, y, z]: [f64; 3]| [b * z - c * y, c * x - a * z, a * y - b * x];
+    let unit = |v: [f64; 3]| {
+        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        v.map(|x| x / length)
+    };
+    let corner = rng.direction().map(|x| x * distance);
+    let normal = rng.direction();
+    let right = unit(cross(normal, rng.direction()));
+    let up = cross(right, normal);
+    let at = |x: f64, y: f64| along(along(corner, right, x), up, y);
+    let [a, b, c, d] = [at(0.0, 0.0), at(4.0, 0.0), at(4.0, 3.0), at(0.0, 3.0)];
+    let ray = |_| {
+        let (x, y) = (rng.unit(), rng.unit());
+        let x = if rng.one_in(4) { y } else { x };
+        let side = if rng.one_in(2) { 1.0 } else { -1.0 };
+        let way = if rng.one_in(2) { 1.0 } else { -1.0 };
+        let off = side * rng.log(1e-9, 0.1);
+        let slant = along([0.0; 3], right, rng.signed());
+        let dir = along(along(slant, up, rng.signed()), normal, way);
+        // Where it meets the wall's plane is the point.
+        let origin = along(at(4.0 * x, 3.0 * y), dir, off * way);
+        Ray64::new(origin, dir)
+    };
+    let rays = (0..RAYS).map(ray).collect();
+    Wall { halves: [Triangle64([a, b, c]), Triangle64([a, c, d])], rays }
+}
+
+/// Whether a ray hits a wall, in rationals.
+fn is_hit(wall: &Wall, ray: &Ray64) -> bool {
+    wall.halves.iter().any(|half| rational::answer(half, ray).is_hit())
+}
+
+/// Möller and Trumbore's test in f64, of the coordinates as given.
+fn in_f64(wall: &Wall) -> Vec<bool> {
+    let method = MollerTrumbore { epsilon: 0.0 };
+    let halves = wall.halves.map(|half| method.triangle::<f64>(half.0.map(Vec3::splat)));
+    let hits = |ray: &Ray64| {
+        let ray = method.ray::<f64>(Vec3::splat(ray.origin), Vec3::splat(ray.dir));
+        halves.iter().any(|half| method.test(half, &ray).0.any())
+    };
+    wall.rays.iter().map(hits).collect()
+}
+
+/// A method of the table, of what is rounded to f32.
+fn rounded(wall: &Wall, name: &str) -> Vec<bool> {
+    let single = |p: [f64; 3]| p.map(|x| x as f32);
+    let rays: Vec<Ray> =
+        wall.rays.iter().map(|ray| Ray::new(single(ray.origin), single(ray.dir))).collect();
+    let mut hits = vec![false; rays.len()];
+    let mut to = vec![Answer::default(); rays.len()];
+    let Some(method) = METHODS.iter().find(|method| method.name == name) else { return hits };
+    for half in wall.halves {
+        let triangles = vec![Triangle(half.0.map(single)); rays.len()];
+        method.pairs(Level::best(), 0.0, &triangles, &rays, &mut to);
+        hits.iter_mut().zip(&to).for_each(|(hit, answer)| *hit |= answer.hit);
+    }
+    hits
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::internal::exact;
+
+    use super::*;
+
+    #[test]
+    fn rounding_is_wrong_far_from_zero_and_exact_answers_never() {
+        let exact = |triangles: &[Triangle64], rays: &[Ray64]| {
+            let any = |ray: &Ray64| triangles.iter().any(|triangle| exact::hit(ray, triangle));
+            rays.iter().map(any).collect()
+        };
+        let errors = sweep_offsets(5, 4, 2000, &exact);
+        assert_eq!(errors, sweep_offsets(5, 4, 2000, &exact));
+        assert_eq!(errors.len(), 4 * ASKED.len());
+        let of =
+            |method, given| errors.iter().filter(move |e| e.method == method && e.given == given);
+        for errors in of("exact", Given::AsGiven) {
+            assert_eq!((errors.share(), errors.trials), (0.0, 2000));
+        }
+        // From a metre to a million of kilometres: half of the answers is chance.
+        for (method, given) in ASKED.iter().filter(|(_, given)| *given == Given::Rounded) {
+            let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
+            assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
+        }
+        // f64 by itself leaks where the halves meet.
+        assert!(of("Möller–Trumbore f64", Given::AsGiven).any(|errors| errors.share() > 0.0));
+        // Both kinds of rays are there.
+        let told: Vec<_> = of("Embree robust f32", Given::Rounded).collect();
+        assert!(told[3].false_misses > 100 && told[2].false_hits > 100, "{told:?}");
+    }
+}
