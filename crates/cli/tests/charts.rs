@@ -135,14 +135,27 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
         "onsets.png",
         "heat.svg",
         "heat.png",
+        "offsets.svg",
+        "offsets.png",
         "edge-maps.svg",
         "edge-maps.png",
         "onsets.csv",
+        "offsets.csv",
         "stress.html",
     ];
     let report = report(&place, "stress --quick --seed 7 --json -o out", &names);
     assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);
     assert!(sums(&report["onsets"], "false_misses")["Woop f32"] > 0);
+
+    // Walls far from zero: exact on the coordinates as given is never wrong, and rounded it is.
+    let walls = report["offsets"].as_array().unwrap();
+    let wrong = |given: &str| {
+        let own = walls.iter().filter(|row| row["method"] == "exact" && row["given"] == given);
+        let counts =
+            own.map(|row| ["false_hits", "false_misses"].map(|k| row[k].as_u64().unwrap()));
+        counts.flatten().sum::<u64>()
+    };
+    assert!(wrong("f64") == 0 && wrong("rounded to f32") > 1000);
 
     // The same counts again, and other ones for another seed.
     let table = |seed: u32| {

@@ -1,5 +1,6 @@
 //! The built-in scene: a torus knot on a plinth in the turn of a spiral stair.
 
+mod house;
 mod shapes;
 
 use std::f64::consts::TAU;

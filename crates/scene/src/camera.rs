@@ -15,9 +15,10 @@
 use std::fmt;
 
 use glam::{DQuat, DVec3};
-use intertri::Ray;
+use intertri::RayOf;
 
-use crate::mesh::{double, single};
+use crate::coordinate::Coordinate;
+use crate::mesh::{double, rounded};
 
 /// The least sine between the view direction and up: below this the image's tilt would be decided by
 /// rounding.
@@ -26,10 +27,11 @@ const LEVEL: f64 = 1e-6;
 /// A pinhole camera: the eye, its view direction and its field of view.
 ///
 /// Every ray of a camera has the bit-identical origin, so that a shared-origin triangle
-/// need be prepared only once. The arithmetic is f64 and each result is rounded to f32 once.
+/// need be prepared only once. The arithmetic is f64 and each result is rounded once, to f32 or, of a
+/// `Camera<f64>`, to f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    eye: [f32; 3],
+pub struct Camera<S = f32> {
+    eye: [S; 3],
     right: DVec3,
     up: DVec3,
     forward: DVec3,
@@ -50,7 +52,7 @@ impl Camera {
     pub fn view_for(up: [f32; 3]) -> [f32; 3] {
         match double(up).try_normalize() {
             Some(to) if up != Self::UP => {
-                single(DQuat::from_rotation_arc(double(Self::UP), to) * double(Self::VIEW))
+                rounded(DQuat::from_rotation_arc(double(Self::UP), to) * double(Self::VIEW))
             }
             _ => Self::VIEW,
         }
@@ -66,7 +68,9 @@ impl Camera {
             Self::UP
         }
     }
+}
 
+impl<S: Coordinate> Camera<S> {
     /// A camera at `eye` that has `target` in the middle of its image and `up` upward in it.
     ///
     /// `fov` is the vertical field of view in degrees, between 0 and 180, both excluded.
@@ -74,14 +78,9 @@ impl Camera {
     /// # Errors
     /// If a number is not finite, `fov` is out of its range, `eye` and `target` are one point, or
     /// `up` points along the view direction (or is zero).
-    pub fn new(
-        eye: [f32; 3],
-        target: [f32; 3],
-        up: [f32; 3],
-        fov: f64,
-    ) -> Result<Self, CameraError> {
-        let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
-        if !(finite(eye) && finite(target) && finite(up)) {
+    pub fn new(eye: [S; 3], target: [S; 3], up: [f32; 3], fov: f64) -> Result<Self, CameraError> {
+        let finite = |p: [S; 3]| p.iter().all(|x| x.is_finite());
+        if !(finite(eye) && finite(target) && up.iter().all(|x| x.is_finite())) {
             return Err(CameraError::NotFinite);
         }
         if !(fov > 0.0 && fov < 180.0) {
@@ -104,12 +103,12 @@ impl Camera {
     /// `aspect` is the image's width divided by its height.
     ///
     /// # Errors
-    /// If the camera would stand beyond the range of f32, or `aspect` is not positive and finite.
+    /// If the camera would stand beyond the range of its scalar, or `aspect` is not positive and finite.
     pub fn framing(
-        points: impl IntoIterator<Item = [f32; 3]>,
+        points: impl IntoIterator<Item = [S; 3]>,
         aspect: f64,
     ) -> Result<Self, CameraError> {
-        Self::framing_from(points, Self::VIEW, Self::UP, Self::FOV, aspect)
+        Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
     /// A camera that has all of `points` in its image, as large as a narrow margin allows, seen
@@ -131,7 +130,7 @@ impl Camera {
     /// As [`Camera::new`], with `view` reversed as the view direction; and if `aspect` is not positive
     /// and finite.
     pub fn framing_from(
-        points: impl IntoIterator<Item = [f32; 3]>,
+        points: impl IntoIterator<Item = [S; 3]>,
         view: [f32; 3],
         up: [f32; 3],
         fov: f64,
@@ -142,7 +141,8 @@ impl Camera {
             return Err(CameraError::Aspect(aspect));
         }
         // The directions of the wanted camera are those of one that looks from `view` at the origin.
-        let Self { right, up: top, forward, half_height, .. } = Self::new(view, [0.0; 3], up, fov)?;
+        let Camera { right, up: top, forward, half_height, .. } =
+            Camera::new(view, [0.0; 3], up, fov)?;
         let (half_width, half_height) = (half_height * aspect / MARGIN, half_height / MARGIN);
 
         // A point is in the image where |r - r of the eye| <= half_width * (w of the eye - w), and
@@ -165,7 +165,7 @@ impl Camera {
             max = max.max(DVec3::new(r, u, w));
         }
         if min.x > max.x {
-            return Self::framing_from([[0.0; 3]], view, up, fov, aspect);
+            return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
         // The eye is where the borders of one pair meet, whichever pair meets farther away. It is in
@@ -178,18 +178,18 @@ impl Camera {
             .max(near);
         let eye = right * ((r_max - r_min) * 0.5) + top * ((u_max - u_min) * 0.5) - forward * w;
         let target = eye + forward * (w - (min.z + max.z) * 0.5);
-        Self::new(single(eye), single(target), up, fov)
+        Self::new(rounded(eye), rounded(target), up, fov)
     }
 
     /// The eye: the origin of all camera rays.
-    pub fn eye(&self) -> [f32; 3] {
+    pub fn eye(&self) -> [S; 3] {
         self.eye
     }
 
     /// The camera ray through the center of pixel `(x, y)` of an image of `width` times `height`
-    /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to f32 rounding, so
-    /// `t` is a distance. The interval is that of [`Ray::new`].
-    pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> Ray {
+    /// pixels. `x` grows to the right and `y` downward. `dir` has unit length up to rounding, so
+    /// `t` is a distance. The interval is that of [`RayOf::new`].
+    pub fn ray(&self, x: u32, y: u32, width: u32, height: u32) -> RayOf<S> {
         // Pixels are square: both axes are measured in half heights of the image.
         let half = f64::from(height) * 0.5;
         let right = (f64::from(x) + 0.5 - f64::from(width) * 0.5) / half;
@@ -197,7 +197,7 @@ impl Camera {
         let dir = self.forward
             + self.right * (right * self.half_height)
             + self.up * (up * self.half_height);
-        Ray::new(self.eye, single(dir.normalize()))
+        RayOf::new(self.eye, rounded::<S>(dir.normalize()))
     }
 
     /// To the right of the image, toward its top, and into it: three unit vectors at right angles.
@@ -236,7 +236,7 @@ impl fmt::Display for CameraError {
         match self {
             Self::NotFinite => write!(
                 f,
-                "camera: a coordinate is not finite in f32; give finite numbers, or scale the model down"
+                "camera: a coordinate is not finite, or too large for its scalar; give finite numbers, or scale the model down"
             ),
             Self::Fov(fov) => {
                 write!(f, "camera: a field of view of {fov} degrees; give one between 0 and 180")
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn the_middle_pixel_looks_at_the_target_and_y_grows_downward() {
-        let camera = Camera::new([0.0, 0.0, 5.0], [0.0; 3], Camera::UP, 90.0).unwrap();
+        let camera: Camera = Camera::new([0.0, 0.0, 5.0], [0.0; 3], Camera::UP, 90.0).unwrap();
         assert_eq!(camera.ray(1, 1, 3, 3).dir, [0.0, 0.0, -1.0]);
         // A field of view of 90 degrees reaches as far up as it looks ahead; a pixel's center in
         // the top row of three is at 2/3 of that.
@@ -345,7 +345,7 @@ mod tests {
             assert_eq!(new([1.0; 3], [0.0; 3], Camera::UP, fov), Err(CameraError::Fov(fov)));
         }
         assert!(Camera::framing([[2.0; 3]], 1.0).is_ok());
-        assert!(Camera::framing([], 1.0).is_ok());
+        assert!(Camera::<f32>::framing([], 1.0).is_ok());
         assert!(Camera::framing([[2.0; 3]], 0.0).is_err());
         let huge = [[f32::MIN; 3], [f32::MAX, 0.0, 0.0]];
         assert_eq!(Camera::framing(huge, 1.0), Err(CameraError::NotFinite));

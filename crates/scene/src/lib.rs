@@ -1,6 +1,9 @@
 //! What an image needs and no more: meshes and their files, a camera, a light, shading,
 //! textures, and image files.
 //!
+//! Coordinates are f32, unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`] and [`Light`] are
+//! generic over the [`Coordinate`], and `Scene<f64>` gives rays and triangles in f64.
+//!
 //! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`],
 //! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasterizes
 //! them gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
@@ -31,6 +34,7 @@
 
 mod builtin;
 mod camera;
+mod coordinate;
 mod image;
 mod light;
 mod load;
@@ -43,6 +47,7 @@ mod srgb;
 mod texture;
 
 pub use crate::camera::{Camera, CameraError};
+pub use crate::coordinate::Coordinate;
 pub use crate::image::{Image, ImageError, MAX_PIXELS, check_output, check_size, difference};
 pub use crate::light::{Light, hit_point};
 pub use crate::load::{LoadError, load, load_with_files, read};

@@ -1,24 +1,25 @@
 //! One light, at a place or in a direction, and its shadow rays.
 
 use glam::DVec3;
-use intertri::{Hit, Ray, Triangle, leave};
+use intertri::{Hit, RayOf, Scalar, TriangleOf, leave};
 
 use crate::camera::Camera;
-use crate::mesh::{Bounds, double, single};
+use crate::coordinate::Coordinate;
+use crate::mesh::{Bounds, double, rounded};
 
 /// A light: its shadows are hard.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Light {
+pub enum Light<S = f32> {
     /// At a place.
     Point {
         /// Where it stands.
-        position: [f32; 3],
+        position: [S; 3],
     },
     /// So far away that its rays are parallel. [`Light::sun`] makes one.
     Directional {
         /// The way to the light. As long as this is a shadow ray, so it must lead out of the scene
         /// from wherever a surface is.
-        toward: [f32; 3],
+        toward: [S; 3],
     },
 }
 
@@ -31,11 +32,13 @@ impl Light {
     /// above 1e-3, below which the surface gets no visible light anyhow, and is a tenth of a pixel
     /// in a usual image. It is a tolerance of shading: the intersection test knows nothing of it.
     pub const REACH: f32 = 0.9999;
+}
 
+impl<S: Coordinate> Light<S> {
     /// A light for `bounds` as `camera` sees them: over the photographer's left shoulder, high, and
     /// far enough that shadows do not spread much. A camera inside of the box, which may be a room,
     /// has its light a little above and to the left of it.
-    pub fn over_the_shoulder(bounds: &Bounds, camera: &Camera) -> Self {
+    pub fn over_the_shoulder(bounds: &Bounds<S>, camera: &Camera<S>) -> Self {
         let [right, up, forward] = camera.basis();
         let position = if bounds.contains(camera.eye()) {
             double(camera.eye()) + (up - right) * (bounds.radius() * 0.07)
@@ -43,23 +46,23 @@ impl Light {
             let toward = up * 1.0 - right * 0.75 - forward * 0.8;
             bounds.center() + toward.normalize() * (bounds.radius() * 4.0)
         };
-        Self::Point { position: single(position) }
+        Self::Point { position: rounded(position) }
     }
 
     /// A directional light for `bounds`; `toward`, of any length, is the direction to it. None if that
-    /// is zero or not finite, or the bounds are too large for f32.
-    pub fn sun(toward: [f32; 3], bounds: &Bounds) -> Option<Self> {
+    /// is zero or not finite, or the bounds are too large for the scalar.
+    pub fn sun(toward: [f32; 3], bounds: &Bounds<S>) -> Option<Self> {
         let direction = double(toward).try_normalize()?;
         // Longer than any way through the bounds.
-        let toward = single(direction * (bounds.radius() * 2.02));
+        let toward: [S; 3] = rounded(direction * (bounds.radius() * 2.02));
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
 
     /// Where the shadow ray of `point` starts.
-    pub fn origin(&self, point: [f64; 3]) -> [f32; 3] {
+    pub fn origin(&self, point: [f64; 3]) -> [S; 3] {
         match *self {
             Self::Point { position } => position,
-            Self::Directional { toward } => single(DVec3::from(point) + double(toward)),
+            Self::Directional { toward } => rounded(DVec3::from(point) + double(toward)),
         }
     }
 
@@ -68,26 +71,26 @@ impl Light {
     /// It is reversed: it runs from the light, or from far enough toward it, to the point, which is
     /// `t = 1`, over the interval `0 <= t <` [`Light::REACH`]. All shadow rays of a point light share
     /// their origin, bit for bit, and are as coherent as camera rays.
-    pub fn shadow_ray(&self, point: [f64; 3]) -> Ray {
+    pub fn shadow_ray(&self, point: [f64; 3]) -> RayOf<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
     /// The same from an origin that was moved, to a point of a grid for instance.
-    pub fn shadow_ray_from(origin: [f32; 3], point: [f64; 3]) -> Ray {
+    pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
-        Ray::new(origin, single(dir)).between(0.0, Self::REACH)
+        RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
     /// The shadow ray of what `ray` hit on a triangle by the mode [`Exact`](intertri::Exact), from there to the
     /// light: any hit occludes it. It never meets that triangle ([`leave`]), and needs no share of the way to be
     /// left out.
-    pub fn shadow_ray_of(&self, ray: &Ray, hit: &Hit, triangle: &Triangle) -> Ray {
+    pub fn shadow_ray_of(&self, ray: &RayOf<S>, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
             Self::Point { position } => {
                 let toward = double(position) - DVec3::from(hit_point(ray, hit));
-                let next = leave(ray, hit, triangle, single(toward));
+                let next = leave(ray, hit, triangle, rounded(toward));
                 // To the light from where it starts: by less than the rounding of its direction another way.
-                next.between(0.0, 1.0)
+                next.between(S::ZERO, S::ONE)
             }
             Self::Directional { toward } => leave(ray, hit, triangle, toward),
         }
@@ -104,18 +107,18 @@ impl Light {
 }
 
 /// The point where `ray` meets what `hit` says, in f64. Not finite for a miss.
-pub fn hit_point(ray: &Ray, hit: &Hit) -> [f64; 3] {
+pub fn hit_point<S: Scalar>(ray: &RayOf<S>, hit: &Hit) -> [f64; 3] {
     (double(ray.origin) + double(ray.dir) * hit.t).to_array()
 }
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Exact, Mode};
+    use intertri::{Exact, Mode, Ray, Triangle};
 
     use super::*;
 
     fn sun(toward: DVec3) -> Light {
-        Light::Directional { toward: single(toward) }
+        Light::Directional { toward: rounded(toward) }
     }
 
     #[test]
@@ -137,7 +140,7 @@ mod tests {
             let distance = 1.07_f64.powi((i % 200) as i32 - 100);
             let toward = DVec3::new(angle.cos(), 0.3 + (angle * 0.37).sin(), angle.sin());
             let point = DVec3::new(0.1, -0.7, 0.3) * distance;
-            let light = single(point + toward * distance * 3.0);
+            let light = rounded(point + toward * distance * 3.0);
             let light =
                 [Light::Point { position: light }, sun(toward * distance * 3.0)][i as usize % 2];
             let ray = light.shadow_ray(point.to_array());
@@ -163,9 +166,10 @@ mod tests {
             let angle = f64::from(i) * 2.399_963;
             let size = 1.07_f64.powi((i % 200) as i32 - 100);
             let (along, up) = (angle.cos() * size, (angle * 0.37).sin() * size);
-            let at = |x: f64, y: f64| single(DVec3::new(x, 0.1 * size + 0.3 * x * along / size, y));
+            let at =
+                |x: f64, y: f64| rounded(DVec3::new(x, 0.1 * size + 0.3 * x * along / size, y));
             let triangle = Triangle([at(-size, -size), at(size, -size), at(0.0, size)]);
-            let ray = Ray::new(single(DVec3::new(along, 9.0 * size, up)), [0.0, -1.0, 0.0]);
+            let ray = Ray::new(rounded(DVec3::new(along, 9.0 * size, up)), [0.0, -1.0, 0.0]);
             let ray =
                 Ray { origin: [ray.origin[0] * 0.3, ray.origin[1], ray.origin[2] * 0.3], ..ray };
             let Some(hit) = exact.closest(&[triangle], &ray) else { continue };
@@ -174,12 +178,12 @@ mod tests {
             let point = DVec3::from(hit_point(&ray, &hit));
             let over = if i % 2 == 0 { 1e-6 } else { 3.0 };
             let toward = DVec3::new(2.0 * size, over * size, size);
-            let lights = [Light::Point { position: single(point + toward) }, sun(toward)];
+            let lights = [Light::Point { position: rounded(point + toward) }, sun(toward)];
             let near = point + toward * 1e-5;
             let side = toward.normalize().any_orthonormal_vector() * size;
             let other = toward.normalize().cross(side);
-            let wall = [near - side - other, near + side * 2.0, near + other * 2.0].map(single);
-            let far = [wall, wall.map(|p| single(double(p) + toward * 1.1))].map(Triangle);
+            let wall = [near - side - other, near + side * 2.0, near + other * 2.0].map(rounded);
+            let far = [wall, wall.map(|p| rounded(double(p) + toward * 1.1))].map(Triangle);
             for light in lights {
                 let next = light.shadow_ray_of(&ray, &hit, &triangle);
                 assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");

@@ -1,7 +1,9 @@
 //! Indexed triangles, in the order of their file.
 
 use glam::DVec3;
-use intertri::Triangle;
+use intertri::{Scalar, TriangleOf};
+
+use crate::coordinate::Coordinate;
 
 /// A run of triangles that look alike: from `first` to the next part's `first`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,12 +19,12 @@ pub struct Part {
 /// An indexed triangle mesh.
 ///
 /// Triangles keep the order of the file, and a polygon becomes the triangle fan of its first corner
-/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the exact f32 of the
-/// file: none is welded, moved or dropped.
+/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the numbers of the
+/// file, rounded once to f32 or, of a `Mesh<f64>`, to f64: none is welded, moved or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct Mesh<S = f32> {
     /// The positions of the vertices; all finite where [`crate::load`] made the mesh.
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Vec<[S; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of the three corners of each triangle, or `None` for a mesh without. Where
@@ -35,20 +37,22 @@ pub struct Mesh {
 impl Mesh {
     /// The albedo of clay: that of triangles without a part.
     pub const CLAY: [f32; 3] = [0.62, 0.58, 0.52];
+}
 
+impl<S: Coordinate> Mesh<S> {
     /// The triangle soup that the kernel intersects. Index `i` here is triangle `i` of the mesh.
     ///
     /// # Panics
     /// If an index lies outside of `positions`; [`crate::load`] never makes such a mesh.
-    pub fn to_triangles(&self) -> Vec<Triangle> {
-        (0..self.triangles.len()).map(|i| Triangle(self.corners(i))).collect()
+    pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
+        (0..self.triangles.len()).map(|i| TriangleOf(self.corners(i))).collect()
     }
 
     /// The three corners of triangle `index`.
     ///
     /// # Panics
     /// If there is no such triangle.
-    pub fn corners(&self, index: usize) -> [[f32; 3]; 3] {
+    pub fn corners(&self, index: usize) -> [[S; 3]; 3] {
         self.triangles[index].map(|corner| self.positions[corner as usize])
     }
 
@@ -59,64 +63,66 @@ impl Mesh {
     }
 
     /// The corners of all triangles. Positions that no triangle uses are not among them.
-    pub fn points(&self) -> impl Iterator<Item = [f32; 3]> {
+    pub fn points(&self) -> impl Iterator<Item = [S; 3]> {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
 
     /// The bounding box of all triangles, or `None` where there is no triangle.
-    pub fn bounds(&self) -> Option<Bounds> {
+    pub fn bounds(&self) -> Option<Bounds<S>> {
         let first = self.points().next()?;
         let mut bounds = Bounds { min: first, max: first };
         for p in self.points() {
             for (axis, x) in p.into_iter().enumerate() {
-                bounds.min[axis] = bounds.min[axis].min(x);
-                bounds.max[axis] = bounds.max[axis].max(x);
+                let x: f64 = x.into();
+                bounds.min[axis] = S::nearest(x.min(bounds.min[axis].into()));
+                bounds.max[axis] = S::nearest(x.max(bounds.max[axis].into()));
             }
         }
         Some(bounds)
     }
 
     /// The bounding box of all triangles, or the origin for a mesh that has none.
-    pub(crate) fn bounds_or_point(&self) -> Bounds {
-        self.bounds().unwrap_or(Bounds { min: [0.0; 3], max: [0.0; 3] })
+    pub(crate) fn bounds_or_point(&self) -> Bounds<S> {
+        self.bounds().unwrap_or(Bounds { min: [S::ZERO; 3], max: [S::ZERO; 3] })
     }
 }
 
 /// An axis-aligned bounding box; its border is inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub struct Bounds<S = f32> {
     /// The smallest x, y and z.
-    pub min: [f32; 3],
+    pub min: [S; 3],
     /// The largest x, y and z.
-    pub max: [f32; 3],
+    pub max: [S; 3],
 }
 
-impl Bounds {
-    /// The center, in f64 so that the largest f32 do not overflow.
+impl<S: Scalar> Bounds<S> {
+    /// The center.
     pub(crate) fn center(&self) -> DVec3 {
-        (double(self.min) + double(self.max)) * 0.5
+        // Halved first, so that the largest f64 do not overflow.
+        double(self.min) * 0.5 + double(self.max) * 0.5
     }
 
     /// Half of the diagonal, or 1 for a box that is a single point: a scale is never 0.
     pub(crate) fn radius(&self) -> f64 {
-        let radius = (double(self.max) - double(self.min)).length() * 0.5;
+        let radius = (double(self.max) * 0.5 - double(self.min) * 0.5).length();
         if radius > 0.0 { radius } else { 1.0 }
     }
 
     /// Whether a point is in the box or on its border.
-    pub(crate) fn contains(&self, p: [f32; 3]) -> bool {
+    pub(crate) fn contains(&self, p: [S; 3]) -> bool {
         (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
     }
 }
 
 /// A point of a mesh, widened.
-pub(crate) fn double(p: [f32; 3]) -> DVec3 {
-    DVec3::from(p.map(f64::from))
+pub(crate) fn double<S: Scalar>(p: [S; 3]) -> DVec3 {
+    DVec3::from(p.map(Into::<f64>::into))
 }
 
-/// A point rounded to f32.
-pub(crate) fn single(p: DVec3) -> [f32; 3] {
-    p.to_array().map(|x| x as f32)
+/// A point rounded to its scalar.
+pub(crate) fn rounded<S: Scalar>(p: DVec3) -> [S; 3] {
+    p.to_array().map(S::nearest)
 }
 
 #[cfg(test)]
@@ -143,7 +149,7 @@ mod tests {
     fn bounds_hold_only_what_is_used() {
         let bounds = strip().bounds().unwrap();
         assert_eq!((bounds.min, bounds.max), ([0.0, 0.0, -3.0], [1.0, 2.0, 0.0]));
-        assert_eq!(Mesh::default().bounds(), None);
+        assert_eq!(Mesh::<f32>::default().bounds(), None);
     }
 
     #[test]

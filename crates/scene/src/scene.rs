@@ -1,38 +1,39 @@
 //! A mesh with a camera, a light and a texture.
 
 use crate::camera::{Camera, CameraError};
+use crate::coordinate::Coordinate;
 use crate::light::Light;
 use crate::mesh::{Mesh, double};
 use crate::texture::Texture;
 
 /// All that an image is rendered from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scene {
+pub struct Scene<S = f32> {
     /// The triangles.
-    pub mesh: Mesh,
+    pub mesh: Mesh<S>,
     /// The camera.
-    pub camera: Camera,
+    pub camera: Camera<S>,
     /// The light.
-    pub light: Light,
+    pub light: Light<S>,
     /// What covers the textured parts of the mesh, or all of a mesh without parts, by its texture
     /// coordinates.
     pub texture: Option<Texture>,
 }
 
-impl Scene {
+impl<S: Coordinate> Scene<S> {
     /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image of
     /// `aspect` = width / height.
     ///
     /// # Errors
     /// As [`Camera::framing`].
-    pub fn of(mesh: Mesh, aspect: f64) -> Result<Self, CameraError> {
+    pub fn of(mesh: Mesh<S>, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))
     }
 
     /// Points around all places from where rays start: the eye and the light or, where that has no
     /// place, the box in which its shadow rays start.
-    pub fn ray_origins(&self) -> Vec<[f32; 3]> {
+    pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds_or_point();
         // With room for points that are a rounding out of the box.
         let beyond = |corner| bounds.center() + (double(corner) - bounds.center()) * 1.01;
@@ -42,7 +43,7 @@ impl Scene {
     }
 
     /// A mesh as `camera` sees it, lit by [`Light::over_the_shoulder`].
-    pub fn seen_by(mesh: Mesh, camera: Camera) -> Self {
+    pub fn seen_by(mesh: Mesh<S>, camera: Camera<S>) -> Self {
         let light = Light::over_the_shoulder(&mesh.bounds_or_point(), &camera);
         Self { mesh, camera, light, texture: None }
     }

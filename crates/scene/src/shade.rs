@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use intertri::Hit;
 use rayon::prelude::*;
 
+use crate::coordinate::Coordinate;
 use crate::image::{Image, ImageError};
 use crate::mesh::{Mesh, Part, double};
 use crate::scene::Scene;
@@ -30,8 +31,8 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 ///
 /// # Panics
 /// If a buffer does not have one entry per pixel, or a hit names a triangle that the mesh lacks.
-pub fn shade(
-    scene: &Scene,
+pub fn shade<S: Coordinate>(
+    scene: &Scene<S>,
     width: u32,
     height: u32,
     hits: &[Hit],
@@ -73,14 +74,18 @@ struct Face<'a> {
 
 impl<'a> Face<'a> {
     /// The face of a hit: the last one, where it is the same.
-    fn at<'b>(scene: &'a Scene, hit: &Hit, last: &'b mut Option<Self>) -> &'b Self {
+    fn at<'b, S: Coordinate>(
+        scene: &'a Scene<S>,
+        hit: &Hit,
+        last: &'b mut Option<Self>,
+    ) -> &'b Self {
         if last.as_ref().is_none_or(|face| face.triangle != hit.triangle) {
             *last = Some(Self::new(scene, hit.triangle));
         }
         last.as_ref().expect("it was just put there")
     }
 
-    fn new(scene: &'a Scene, triangle: u32) -> Self {
+    fn new<S: Coordinate>(scene: &'a Scene<S>, triangle: u32) -> Self {
         let [a, b, c] = scene.mesh.corners(triangle as usize).map(double);
         let sides = [b - a, c - a];
         // The sides are normalized first, so that the normal neither underflows nor overflows.
@@ -95,7 +100,7 @@ impl<'a> Face<'a> {
     }
 
     /// The radiance, linear, that a hit reflects toward the eye.
-    fn radiance(&self, scene: &Scene, hit: &Hit, lit: bool) -> Vec3 {
+    fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
         // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
         let direct = if lit {
             let point = self.corner + self.sides[0] * hit.u + self.sides[1] * hit.v;
@@ -108,7 +113,7 @@ impl<'a> Face<'a> {
 
     /// The albedo at a hit: the part's tint times the texture. In a mesh without parts it is the
     /// texture alone, or clay.
-    fn albedo(&self, Scene { mesh, texture, .. }: &Scene, hit: &Hit) -> Vec3 {
+    fn albedo<S>(&self, Scene { mesh, texture, .. }: &Scene<S>, hit: &Hit) -> Vec3 {
         let covered = self.part.is_none_or(|part| part.textured);
         let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
         let texture = texture

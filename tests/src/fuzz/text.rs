@@ -110,7 +110,7 @@ pub fn numbers(bytes: &[u8]) {
     for error in [
         numbers::threshold(&text).map(|_| ()).err(),
         numbers::size(&text).map(|_| ()).err(),
-        numbers::point(&text).map(|_| ()).err(),
+        numbers::point::<f32>(&text).map(|_| ()).err(),
     ] {
         assert!(error.is_none_or(|e| !e.contains(char::is_control) && e.len() < 200), "{text:?}");
     }

@@ -16,6 +16,7 @@ use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::raster::Raster;
 use crate::engine::ray_engine::RayEngine;
+use crate::engine::tracer::Tracer;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::numbers;

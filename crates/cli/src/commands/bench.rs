@@ -16,6 +16,7 @@ use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
+use crate::engine::tracer::Tracer;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::numbers;
@@ -126,7 +127,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 /// The rays of a file, [`MAX_RAYS`] at most.
 fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
     let mut file = Rays::open(path, format)?;
-    let (mut all, mut some) = (vec![], vec![]);
+    let (mut all, mut some): (Vec<Ray>, _) = (vec![], vec![]);
     while all.len() < MAX_RAYS {
         file.read(&mut some, MAX_RAYS - all.len())?;
         if some.is_empty() {

@@ -1,7 +1,7 @@
 //! What a picture may lose to a tolerance that is too large for it, to be said before it is drawn.
 
 use intertri::{Threshold, Triangle};
-use intertri_scene::{Light, Scene};
+use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
 /// Surfaces that a ray meets at a smaller sine are hardly lit, so nobody misses their shadows.
 const FLAT: f64 = 0.01;
@@ -47,11 +47,29 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
         || (across <= threshold && slant > FLAT)
 }
 
+/// Where neighbouring f32 are farther apart than this share of a model, rounding to them shows.
+const COARSE: f64 = 1e-5;
+
+/// What to say of a model that f32, in which it was read, has hardly digits for, because it lies far from 0.
+pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
+    let bounds = mesh.bounds()?;
+    let ends = [bounds.min, bounds.max];
+    let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
+    let apart = f64::from(farthest) - f64::from(farthest.next_down());
+    let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
+    (size > 0.0 && apart > COARSE * size).then(|| {
+        format!(
+            "the model lies so far from 0 that coordinates in f32 are {apart} apart there; add --scalar f64 \
+             to read and trace it in f64"
+        )
+    })
+}
+
 /// What to say of a scene whose light stands far away.
-pub(crate) fn far(scene: &Scene) -> Option<String> {
+pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
-    (span(position.map(f64::from), middle) > FAR * radius).then(|| {
+    (span(position.map(Into::into), middle) > FAR * radius).then(|| {
         "the light is so far away that shadows begin behind what casts them; give its direction by \
          --sun X,Y,Z"
             .to_owned()
@@ -59,9 +77,9 @@ pub(crate) fn far(scene: &Scene) -> Option<String> {
 }
 
 /// The middle of a scene's bounds, and half of their diagonal.
-fn middle_and_radius(scene: &Scene) -> Option<([f64; 3], f64)> {
+fn middle_and_radius<S: Coordinate>(scene: &Scene<S>) -> Option<([f64; 3], f64)> {
     let bounds = scene.mesh.bounds()?;
-    let (min, max) = (bounds.min.map(f64::from), bounds.max.map(f64::from));
+    let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|corner| corner.map(Into::into));
     let middle = [0, 1, 2].map(|k| (min[k] + max[k]) * 0.5);
     Some((middle, span(min, max) * 0.5))
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use intertri::Threshold;
 use intertri::fixed::Bits;
-use intertri_scene::{Camera, CameraError, Light, Mesh, RaysFormat, Scene};
+use intertri_scene::{Camera, CameraError, Coordinate, Light, Mesh, RaysFormat, Scene};
 
 use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
@@ -18,21 +18,21 @@ use crate::io::numbers;
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
     /// Where the camera stands
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true)]
-    eye: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = Place::read, allow_hyphen_values = true)]
+    eye: Option<Place>,
 
     /// What is in the middle of the picture [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, requires = "eye")]
-    target: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = Place::read, allow_hyphen_values = true, requires = "eye")]
+    target: Option<Place>,
 
     /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
     /// with --up]
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true, conflicts_with = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true, conflicts_with = "eye")]
     view: Option<[f32; 3]>,
 
     /// What is up; 0,0,1 for a model whose z is [default: 0,1,0 or, for a look straight along that,
     /// 0,0,-1 from above and 0,0,1 from below]
-    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
 
     /// The vertical field of view in degrees [default: 35]
@@ -43,28 +43,39 @@ pub(crate) struct CameraOptions {
 impl CameraOptions {
     /// The scene to draw: `model`, or the built-in scene.
     pub(crate) fn scene(&self, model: Option<Mesh>, aspect: f64) -> Result<Scene> {
+        self.scene_or(model, Scene::built_in, aspect)
+    }
+
+    /// The scene to draw: `model`, or another.
+    pub(crate) fn scene_or<S: Coordinate>(
+        &self,
+        model: Option<Mesh<S>>,
+        other: impl FnOnce() -> Scene<S>,
+        aspect: f64,
+    ) -> Result<Scene<S>> {
         if let Some(mesh) = model {
             let camera = self.camera(&mesh, aspect)?;
             return Ok(Scene::seen_by(mesh, camera));
         }
-        let mut scene = Scene::built_in();
+        let mut scene = other();
         let Self { eye, target, view, up, fov } = self;
-        let own = eye.or(*target).or(*view).or(*up).is_none() && fov.is_none();
+        let own = eye.or(*target).is_none() && view.or(*up).is_none() && fov.is_none();
         if !own {
             scene.camera = self.camera(&scene.mesh, aspect)?;
         }
         Ok(scene)
     }
 
-    fn camera(&self, mesh: &Mesh, aspect: f64) -> Result<Camera> {
+    fn camera<S: Coordinate>(&self, mesh: &Mesh<S>, aspect: f64) -> Result<Camera<S>> {
         let fov = self.fov.unwrap_or(Camera::FOV);
-        let camera = if let Some(eye) = self.eye {
-            let middle = mesh.bounds().map_or([0.0; 3], |bounds| {
-                // Halved before they are added, so that the largest f32 do not overflow.
-                [0, 1, 2].map(|axis| bounds.min[axis] * 0.5 + bounds.max[axis] * 0.5)
+        let camera = if let Some(eye) = self.eye.map(Place::of::<S>) {
+            let middle = mesh.bounds().map_or([S::ZERO; 3], |bounds| {
+                // Halved before they are added, so that the largest numbers do not overflow.
+                let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
+                [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
-            let target = self.target.unwrap_or(middle);
-            let view = [0, 1, 2].map(|axis| eye[axis] - target[axis]);
+            let target = self.target.map_or(middle, Place::of::<S>);
+            let view = [0, 1, 2].map(|k| (eye[k].into() - target[k].into()) as f32);
             let up = self.up.unwrap_or_else(|| Camera::up_for(view));
             Camera::new(eye, target, up, fov)
         } else {
@@ -81,7 +92,7 @@ impl CameraOptions {
     }
 
     /// What is up for a camera that was made by these, and whether that was asked for.
-    pub(crate) fn up(&self, camera: &Camera) -> ([f32; 3], bool) {
+    pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
         (up, self.up.is_some())
@@ -96,14 +107,31 @@ fn fov(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
+/// A place as it was written: rounded once, to f32 or to f64, when the scene is known.
+#[derive(Clone, Copy)]
+pub(crate) struct Place {
+    single: [f32; 3],
+    double: [f64; 3],
+}
+
+impl Place {
+    fn read(text: &str) -> std::result::Result<Self, String> {
+        Ok(Self { single: numbers::point(text)?, double: numbers::point(text)? })
+    }
+
+    fn of<S: Coordinate>(self) -> [S; 3] {
+        if S::NAME == f32::NAME { self.single.map(S::from) } else { self.double.map(S::nearest) }
+    }
+}
+
 /// The light. Without any of these, it stands over the camera's left shoulder or, in the built-in
 /// scene, at its own place.
 #[derive(Args)]
 #[command(next_help_heading = "Light")]
 pub(crate) struct LightOptions {
     /// Where the light stands [default: over the camera's left shoulder]
-    #[arg(long, value_name = "X,Y,Z", value_parser = finite, allow_hyphen_values = true, conflicts_with = "sun")]
-    light: Option<[f32; 3]>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = finite_place, allow_hyphen_values = true, conflicts_with = "sun")]
+    light: Option<Place>,
 
     /// The direction toward the light, which is so far away that its rays are parallel
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
@@ -112,9 +140,9 @@ pub(crate) struct LightOptions {
 
 impl LightOptions {
     /// Puts the light of a scene where it was asked for.
-    pub(crate) fn shine_on(&self, scene: &mut Scene) -> Result<()> {
+    pub(crate) fn shine_on<S: Coordinate>(&self, scene: &mut Scene<S>) -> Result<()> {
         if let Some(position) = self.light {
-            scene.light = Light::Point { position };
+            scene.light = Light::Point { position: position.of() };
         }
         if let Some(toward) = self.sun {
             let bounds = scene.mesh.bounds();
@@ -126,9 +154,15 @@ impl LightOptions {
     }
 }
 
+/// A place whose numbers are finite.
+fn finite_place(text: &str) -> std::result::Result<Place, String> {
+    finite(text)?;
+    Place::read(text)
+}
+
 /// Three finite numbers.
 fn finite(text: &str) -> std::result::Result<[f32; 3], String> {
-    let numbers = numbers::point(text)?;
+    let numbers: [f32; 3] = numbers::point(text)?;
     if numbers.iter().all(|x| x.is_finite()) {
         Ok(numbers)
     } else {

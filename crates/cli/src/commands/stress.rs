@@ -3,9 +3,11 @@
 use std::fmt;
 
 use clap::Args;
+use intertri::{Exact, Ray64, Triangle64};
 use intertri_lab::draw;
 use intertri_lab::methods::METHODS;
-use intertri_lab::stress::{Onset, SWEEPS, first, sweep_all};
+use intertri_lab::stress::{OffsetErrors, Onset, SWEEPS, first, sweep_all, sweep_offsets};
+use intertri_trace::Bvh;
 use serde::Serialize;
 
 use crate::commands::options::ChartOptions;
@@ -16,8 +18,8 @@ use crate::report::print::print;
 
 /// Run the adversarial families and draw where each method begins to fail
 ///
-/// Writes onset curves, the table of onsets and edge maps (SVG and PNG), the curves as CSV, and all on
-/// one page (HTML).
+/// Writes onset curves, the table of onsets, walls far from zero and edge maps (SVG and PNG), the curves as
+/// CSV, and all on one page (HTML).
 #[derive(Args)]
 pub(crate) struct Options {
     /// Where the random numbers start: the same seed gives the same counts
@@ -34,6 +36,7 @@ struct Report {
     written: Written,
     seed: u64,
     onsets: Vec<Onset>,
+    offsets: Vec<OffsetErrors>,
 }
 
 /// Sweeps and draws.
@@ -43,16 +46,22 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 
     let bar = Progress::new("sweep", Some((SWEEPS.len() * points) as u64));
     let onsets = sweep_all(options.seed, points, cases, &|| bar.add(1));
+    let rays = cases / 5;
+    let offsets = sweep_offsets(options.seed, points, rays, &in_f64);
     drop(bar);
 
     let what = format!("up to {cases} cases a value; seed {}", options.seed);
     let caption = format!("{}; {what}", charts.machine);
     let (curves, heat) = (draw::onsets(&onsets, &caption), draw::heat(&onsets, &caption));
+    let rays = format!("{}; {rays} rays a distance; seed {}", charts.machine, options.seed);
+    let walls = draw::offsets(&offsets, &rays);
     let maps = draw::edge_maps(&charts.machine.to_string());
     charts.picture("onsets", &curves)?;
     charts.picture("heat", &heat)?;
+    charts.picture("offsets", &walls)?;
     charts.picture("edge-maps", &maps)?;
     charts.table("onsets", &onsets, &what)?;
+    charts.table("offsets", &offsets, &what)?;
     let sections = [
         draw::Section {
             title: "Where it begins",
@@ -67,6 +76,12 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             picture: &heat,
         },
         draw::Section {
+            title: "Far from zero",
+            text: "Walls in f64 at growing distances, as maps and plans have them, and rays that leave \
+                   them or come to them: who rounds to f32 soon tosses a coin.",
+            picture: &walls,
+        },
+        draw::Section {
             title: "Around an edge",
             text: "Two triangles that share an edge, seen by rays a few steps of f32 apart: where a \
                    method sees neither, it leaks; where it sees both, it counts twice.",
@@ -75,8 +90,17 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     ];
     charts.page("stress", "Ray/triangle tests: where they break", &sections)?;
 
-    let report = Report { written: charts.finish(), seed: options.seed, onsets };
+    let report = Report { written: charts.finish(), seed: options.seed, onsets, offsets };
     print(&report, options.charts.json)
+}
+
+/// Whether rays hit triangles, by `exact` over a hierarchy in f64.
+fn in_f64(triangles: &[Triangle64], rays: &[Ray64]) -> Vec<bool> {
+    let mut hits = vec![false; rays.len()];
+    if let Ok(bvh) = Bvh::new(triangles) {
+        bvh.any_batch(&Exact::default(), rays, &mut hits);
+    }
+    hits
 }
 
 impl fmt::Display for Report {

@@ -4,14 +4,20 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use intertri::fixed::Bits;
-use intertri::{Ray, Threshold};
-use intertri_scene::{Rays, RaysFormat};
+use intertri::{RayOf, Threshold};
+use intertri_scene::{Coordinate, Rays, RaysFormat};
 
+use crate::commands::notes;
 use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
+use crate::engine::engine64::Engine64;
 use crate::engine::engines::Engines;
-use crate::engine::model::load;
+use crate::engine::fixed::GridReport;
+use crate::engine::model::{load, load64};
 use crate::engine::name::EngineName;
+use crate::engine::ray_engine::RayEngine;
+use crate::engine::scalar_name::ScalarName;
+use crate::engine::tracer::Tracer;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result, note};
 use crate::io::answers::{Format, Query};
@@ -21,7 +27,7 @@ use crate::io::pipeline;
 use crate::io::pipes::widen_pipes;
 use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
-use crate::report::print::print;
+use crate::report::print::{print, tell};
 use crate::report::trace::{TraceReport, TraceSeconds};
 
 /// Batches in the pipeline for each thread: while it works on one, another is read or written.
@@ -35,8 +41,8 @@ const CHUNKS: usize = 4;
 ///
 /// RAYS are CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which
 /// t_min (0) and t_max (inf) may be left out; or raw, eight little-endian f32 a ray in the order origin
-/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64, which are rounded to f32. A hit counts
-/// where t_min <= t < t_max.
+/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64. Numbers are rounded to f32, unless --scalar
+/// f64 keeps them. A hit counts where t_min <= t < t_max.
 ///
 /// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
 /// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest
@@ -91,6 +97,11 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
+    /// What the model and the rays are read and traced in; f64 is for engines exact and oracle. What a file
+    /// holds never decides it, so that no answer changes unasked
+    #[arg(long, value_enum, default_value_t)]
+    scalar: ScalarName,
+
     /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid is that of
     /// the model, whatever the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
@@ -127,6 +138,9 @@ impl Options {
 
     /// Refuses what makes no sense together.
     fn check(&self) -> Result<()> {
+        if self.scalar == ScalarName::F64 {
+            Engine64::check(self.engine)?;
+        }
         if self.engine == EngineName::Raster {
             return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
         }
@@ -156,27 +170,83 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     options.check()?;
     let threshold = threshold_of(options.engine, options.threshold)?;
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
-    let mut rays = Rays::open(&options.rays, options.rays_format)?;
+    let rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
+    match options.scalar {
+        ScalarName::F32 => {
+            let scene = in_f32(options, threshold, &mut seconds)?;
+            answer(options, threshold, &scene, rays, seconds)
+        }
+        ScalarName::F64 => {
+            let scene = in_f64(options, &mut seconds)?;
+            answer(options, threshold, &scene, rays, seconds)
+        }
+    }
+}
+
+/// A model with its engine, which alone is kept of it.
+struct Traced<T> {
+    engine: T,
+    triangles: usize,
+    grid: Option<GridReport>,
+}
+
+/// The model in f32, with any engine.
+fn in_f32(
+    options: &Options,
+    threshold: Option<Threshold>,
+    seconds: &mut TraceSeconds,
+) -> Result<Traced<RayEngine>> {
     let (triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
         let _bar = Progress::new("load", None);
         let model = load(&options.model)?;
-        let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
-        refuse_same_file(options.output.as_deref(), &files)?;
+        refuse_output(options, &model.files)?;
+        if let (Some(note), None) = (notes::coarse(&model.mesh), &model.bvh) {
+            tell(&note);
+        }
         let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
         Ok((triangles, model.bvh))
     })?;
-
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
         .on_grid(options.grid.unwrap_or(Bits::FINE), room_for)
         .with_bvh(bvh);
     let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
+    Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid() })
+}
 
+/// The model in f64, with an engine that is exact.
+fn in_f64(options: &Options, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
+    let triangles = timed(&mut seconds.load, || -> Result<_> {
+        let _bar = Progress::new("load", None);
+        let (mesh, files) = load64(&options.model)?;
+        refuse_output(options, &files)?;
+        triangles(&mesh).map_err(|error| error.of(&options.model))
+    })?;
+    let count = triangles.len();
+    let engine = timed(&mut seconds.build, || Engine64::new(options.engine, triangles))
+        .map_err(|error| error.of(&options.model))?;
+    Ok(Traced { engine, triangles: count, grid: None })
+}
+
+/// Refuses to write onto what was read beside the model.
+fn refuse_output(options: &Options, files: &[PathBuf]) -> Result<()> {
+    let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
+    refuse_same_file(options.output.as_deref(), &files)
+}
+
+/// Answers the rays by an engine, and reports it.
+fn answer<T: Tracer>(
+    options: &Options,
+    threshold: Option<Threshold>,
+    scene: &Traced<T>,
+    mut rays: Rays<'_>,
+    mut seconds: TraceSeconds,
+) -> Result<()> {
     let mut output = Output::open(options.output.as_deref())?;
     let format = if options.raw { Format::Raw } else { options.format };
-    let question = Question { engine: &engine, query: options.query(), format };
+    let question = Question { engine: &scene.engine, query: options.query(), format };
     let done = answer_all(options, &question, &mut rays, &mut output, &mut seconds)?;
     output.finish()?;
     if done.outside > 0 {
@@ -190,13 +260,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let report = TraceReport {
         model: options.model.clone(),
         output: options.output.clone(),
-        triangles: triangles.len(),
+        triangles: scene.triangles,
         engine: options.engine,
+        scalar: options.scalar,
         threshold: threshold.map(Threshold::get),
         rays: done.rays,
         hits: done.hits,
         outside: done.outside,
-        grid: engines.grid(),
+        grid: scene.grid,
         seconds,
     };
     print(&report, options.json)
@@ -211,9 +282,9 @@ struct Done {
 }
 
 /// Reads, answers and writes at the same time.
-fn answer_all(
+fn answer_all<T: Tracer>(
     options: &Options,
-    question: &Question<'_>,
+    question: &Question<'_, T>,
     rays: &mut Rays<'_>,
     output: &mut Output,
     seconds: &mut TraceSeconds,
@@ -227,7 +298,7 @@ fn answer_all(
     output.write(question.format.header(question.query))?;
     widen_pipes();
     pipeline::run(
-        (0..BATCHES * threads).map(|_| Batch::default()),
+        (0..BATCHES * threads).map(|_| Batch::<T::Scalar>::default()),
         |batch| {
             timed(&mut seconds.read, || rays.read(&mut batch.rays, size))?;
             batch.first = read;
@@ -255,7 +326,7 @@ fn answer_all(
 }
 
 /// A ray for which the grid has no place.
-fn outside(options: &Options, number: u64, ray: &Ray) -> Error {
+fn outside<S: Coordinate>(options: &Options, number: u64, ray: &RayOf<S>) -> Error {
     let cause = format!(
         "ray {number} starts at {:?}, outside of the grid; make room by --grid-bounds, or let such rays miss \
          by --skip-outside",

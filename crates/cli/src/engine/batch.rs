@@ -2,14 +2,15 @@
 
 use std::time::Instant;
 
-use intertri::{Hit, Ray};
+use intertri::{Hit, RayOf};
+use intertri_scene::Coordinate;
 
-use crate::engine::ray_engine::RayEngine;
+use crate::engine::tracer::Tracer;
 use crate::io::answers::{Format, Query};
 
 /// What rays are asked, and how the answers are written down.
-pub(crate) struct Question<'a> {
-    pub(crate) engine: &'a RayEngine,
+pub(crate) struct Question<'a, T> {
+    pub(crate) engine: &'a T,
     pub(crate) query: Query,
     pub(crate) format: Format,
 }
@@ -17,8 +18,8 @@ pub(crate) struct Question<'a> {
 /// Rays and their answers. A batch is filled again and again, because new memory would take as long as
 /// the rays.
 #[derive(Default)]
-pub(crate) struct Batch {
-    pub(crate) rays: Vec<Ray>,
+pub(crate) struct Batch<S> {
+    pub(crate) rays: Vec<RayOf<S>>,
     /// The number of the first ray.
     pub(crate) first: u64,
     /// How many rays hit something.
@@ -30,20 +31,18 @@ pub(crate) struct Batch {
     answers: Answers,
 }
 
-impl Batch {
+impl<S: Coordinate> Batch<S> {
     /// Asks all rays, chunk by chunk.
-    pub(crate) fn answer(&mut self, question: &Question<'_>) {
+    pub(crate) fn answer(&mut self, question: &Question<'_, impl Tracer<Scalar = S>>) {
         let start = Instant::now();
         self.answers.bytes.clear();
         let size = question.engine.chunk_size();
         let chunks = self.rays.chunks(size).zip((self.first..).step_by(size));
         self.hits = chunks.map(|(rays, first)| self.answers.add(question, rays, first)).sum();
         self.outside.clear();
-        if let RayEngine::Fixed(scene) = question.engine {
-            let numbered = (self.first..).zip(&self.rays);
-            let outside = numbered.filter(|(_, ray)| scene.is_outside(ray.origin));
-            self.outside.extend(outside.map(|(number, _)| number));
-        }
+        let numbered = (self.first..).zip(&self.rays);
+        let outside = numbered.filter(|(_, ray)| question.engine.is_outside(ray.origin));
+        self.outside.extend(outside.map(|(number, _)| number));
         self.seconds = start.elapsed().as_secs_f64();
     }
 
@@ -63,7 +62,12 @@ struct Answers {
 
 impl Answers {
     /// Asks the rays from number `first` on, adds their answers, and says how many hit something.
-    fn add(&mut self, question: &Question<'_>, rays: &[Ray], first: u64) -> u64 {
+    fn add<T: Tracer>(
+        &mut self,
+        question: &Question<'_, T>,
+        rays: &[RayOf<T::Scalar>],
+        first: u64,
+    ) -> u64 {
         let Self { closest, any, bytes } = self;
         let Question { engine, query, format } = *question;
         let numbers = first..;

@@ -1,8 +1,8 @@
 //! A frame: the visibility buffer and the shadow mask of one picture, from any engine.
 
 use clap::ValueEnum;
-use intertri::{Counts, Hit, Ray, Triangle};
-use intertri_scene::{Light, Scene, check_size, hit_point};
+use intertri::{Counts, Hit, RayOf, Scalar, TriangleOf};
+use intertri_scene::{Coordinate, Light, Scene, check_size, hit_point};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::engine::memory::{filled, room};
 use crate::engine::name::EngineName;
 use crate::engine::pixels::Tiles;
 use crate::engine::raster::Raster;
-use crate::engine::ray_engine::RayEngine;
+use crate::engine::tracer::Tracer;
 use crate::error::Result;
 use crate::io::progress::{Progress, timed};
 
@@ -31,6 +31,7 @@ pub(crate) enum Shadows {
 const PIXELS: &str = "pixels";
 
 /// What is seen, and what is lit.
+#[derive(Default)]
 pub(crate) struct Frame {
     /// What each pixel shows, row by row from the top left.
     pub(crate) hits: Vec<Hit>,
@@ -56,14 +57,7 @@ impl Frame {
         name: EngineName,
         shadows: Shadows,
     ) -> Result<Self> {
-        let mut frame = Self {
-            hits: Vec::new(),
-            lit: Vec::new(),
-            shadow_rays: 0,
-            counts: Counts::default(),
-            trace_seconds: 0.0,
-            shadow_seconds: 0.0,
-        };
+        let mut frame = Self::default();
         // All that a picture takes is timed, also what is done for the rays and with the answers.
         // Building is not: its time is that of the engines.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
@@ -94,8 +88,31 @@ impl Frame {
         Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
+    /// Draws `scene`, in any scalar, with an engine that answers rays.
+    pub(crate) fn traced<T: Tracer>(
+        scene: &Scene<T::Scalar>,
+        size: (u32, u32),
+        engine: &T,
+        shadows: bool,
+    ) -> Result<Self> {
+        let mut frame = Self::default();
+        let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
+        timed(&mut trace_seconds, || frame.trace(scene, size, engine))?;
+        if shadows {
+            timed(&mut shadow_seconds, || frame.trace_shadows(scene, size, engine))?;
+        } else {
+            frame.lit = filled(frame.hits.len(), true, PIXELS)?;
+        }
+        Ok(Self { trace_seconds, shadow_seconds, ..frame })
+    }
+
     /// Traces a camera ray through each pixel.
-    fn trace(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
+    fn trace<T: Tracer>(
+        &mut self,
+        scene: &Scene<T::Scalar>,
+        size: (u32, u32),
+        engine: &T,
+    ) -> Result<()> {
         let (width, height) = size;
         self.hits = filled(check_size(width, height)?, Hit::MISS, PIXELS)?;
         let bar = Progress::new("trace", Some(self.hits.len() as u64));
@@ -126,7 +143,12 @@ impl Frame {
 
     /// Traces a shadow ray between the light and each point that is seen: from there, where answers are
     /// exact, so that no part of the way has to be left out; else from the light.
-    fn trace_shadows(&mut self, scene: &Scene, size: (u32, u32), engine: &RayEngine) -> Result<()> {
+    fn trace_shadows<T: Tracer>(
+        &mut self,
+        scene: &Scene<T::Scalar>,
+        size: (u32, u32),
+        engine: &T,
+    ) -> Result<()> {
         let (width, height) = size;
         self.lit = filled(self.hits.len(), true, PIXELS)?;
         let bar = Progress::new("shadows", Some(self.hits.len() as u64));
@@ -143,10 +165,10 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let hit = &hits[index((x, y))];
                 if engine.is_exact() {
-                    let triangle = Triangle(scene.mesh.corners(hit.triangle as usize));
+                    let triangle = TriangleOf(scene.mesh.corners(hit.triangle as usize));
                     return scene.light.shadow_ray_of(&ray, hit, &triangle);
                 }
-                let ray = Ray { origin: engine.place(ray.origin), ..ray };
+                let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
                 // A ray from an origin that is not snapped would miss the surface of its point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
@@ -177,10 +199,10 @@ impl Frame {
 
     /// The largest distance, along a pixel's ray and in units of the scene, between two frames' hits of
     /// the same triangle.
-    pub(crate) fn largest_distance(
+    pub(crate) fn largest_distance<S: Coordinate>(
         &self,
         other: &Self,
-        scene: &Scene,
+        scene: &Scene<S>,
         (width, height): (u32, u32),
     ) -> f64 {
         let pixels = self.hits.par_iter().zip(&other.hits).enumerate();
@@ -189,7 +211,7 @@ impl Frame {
                 return 0.0;
             }
             let (x, y) = (i as u32 % width, i as u32 / width);
-            let dir = scene.camera.ray(x, y, width, height).dir.map(f64::from);
+            let dir = scene.camera.ray(x, y, width, height).dir.map(Into::<f64>::into);
             (a.t - b.t).abs() * dir.iter().map(|x| x * x).sum::<f64>().sqrt()
         });
         distances.reduce(|| 0.0, f64::max)
@@ -201,23 +223,23 @@ impl Frame {
 fn bands<'a, T>(
     all: &'a mut [T],
     tiles: Tiles,
-    engine: &RayEngine,
+    engine: &impl Tracer,
 ) -> impl Iterator<Item = (&'a mut [T], usize)> {
     let entries = in_bands(tiles, engine);
     all.chunks_mut(entries).zip((0..).step_by(entries))
 }
 
 /// How many entries these are.
-fn in_bands(tiles: Tiles, engine: &RayEngine) -> usize {
+fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
 /// Rays and the room for their answers, so many as to be asked at once.
-fn in_batches<'a, T>(
-    rays: &'a [Ray],
+fn in_batches<'a, S: Scalar, T>(
+    rays: &'a [RayOf<S>],
     answers: &'a mut [T],
-    engine: &RayEngine,
-) -> impl Iterator<Item = (&'a [Ray], &'a mut [T])> {
+    engine: &impl Tracer,
+) -> impl Iterator<Item = (&'a [RayOf<S>], &'a mut [T])> {
     let size = engine.batch_size();
     rays.chunks(size).zip(answers.chunks_mut(size))
 }

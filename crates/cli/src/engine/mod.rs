@@ -1,6 +1,7 @@
 //! What finds hits: the engines that answer rays, the rasterizer, and the frames that either draws.
 
 pub(crate) mod batch;
+pub(crate) mod engine64;
 pub(crate) mod engines;
 pub(crate) mod fixed;
 pub(crate) mod frame;
@@ -12,4 +13,6 @@ pub(crate) mod pixels;
 pub(crate) mod raster;
 pub(crate) mod ray_engine;
 mod reference;
+pub(crate) mod scalar_name;
+pub(crate) mod tracer;
 pub(crate) mod triangles;

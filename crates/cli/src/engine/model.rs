@@ -31,6 +31,17 @@ pub(crate) fn load(path: &Path) -> Result<Model> {
     Ok(Model { mesh, files: vec![], bvh: Some(Arc::new(bvh)) })
 }
 
+/// Reads a model in f64, and says what was read beside it.
+pub(crate) fn load64(path: &Path) -> Result<(Mesh<f64>, Vec<PathBuf>)> {
+    if is_saved(path) {
+        return Err(Error::at(
+            path.display(),
+            "was saved in f32; leave out --scalar f64, or give the model that it was built from",
+        ));
+    }
+    Ok(intertri_scene::load_with_files(path)?)
+}
+
 /// Whether a file begins as a saved hierarchy does. One that cannot be read is for others to tell of.
 fn is_saved(path: &Path) -> bool {
     let mut start = [0; SAVED_MAGIC.len()];

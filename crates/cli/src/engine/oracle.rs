@@ -7,44 +7,55 @@
 use std::cmp::Ordering;
 
 use intertri::internal::exact::{Tier, attributes_from};
-use intertri::{Hit, Ray, Triangle};
+use intertri::{Hit, RayOf, Scalar, TriangleOf};
 use intertri_lab::oracle::{Rational, answer, exact_t};
 use rayon::prelude::*;
 
 /// The closest hit of each ray; of equal t, of the lowest index.
-pub(crate) fn closest_batch(triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
+pub(crate) fn closest_batch<S: Scalar>(
+    triangles: &[TriangleOf<S>],
+    rays: &[RayOf<S>],
+    hits: &mut [Hit],
+) {
     rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = closest(triangles, ray));
 }
 
 /// Whether each ray hits anything.
-pub(crate) fn any_batch(triangles: &[Triangle], rays: &[Ray], hits: &mut [bool]) {
+pub(crate) fn any_batch<S: Scalar>(
+    triangles: &[TriangleOf<S>],
+    rays: &[RayOf<S>],
+    hits: &mut [bool],
+) {
     rays.par_iter().zip(hits).for_each(|(ray, hit)| *hit = any(triangles, ray));
 }
 
 /// The closest hit of a ray.
-pub(crate) fn closest(triangles: &[Triangle], ray: &Ray) -> Hit {
+pub(crate) fn closest<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Hit {
     // Of several minima, `min_by` takes the first.
     let closest = met(triangles, ray).min_by(|(_, a), (_, b)| a.cmp(b));
     closest.map_or(Hit::MISS, |(index, _)| hit(triangles, ray, index))
 }
 
 /// Whether a ray hits anything.
-pub(crate) fn any(triangles: &[Triangle], ray: &Ray) -> bool {
+pub(crate) fn any<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> bool {
     met(triangles, ray).next().is_some()
 }
 
 /// Every hit of a ray, in order of t; of equal t, of the triangles.
-pub(crate) fn all(triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
+pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec<Hit> {
     let mut all: Vec<_> = met(triangles, ray).collect();
     all.sort_by(|(_, a), (_, b)| a.cmp(b));
     all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
 }
 
 /// The triangles that a ray hits by the closed rule, and their exact t.
-fn met(triangles: &[Triangle], ray: &Ray) -> impl Iterator<Item = (usize, Rational)> {
+fn met<S: Scalar>(
+    triangles: &[TriangleOf<S>],
+    ray: &RayOf<S>,
+) -> impl Iterator<Item = (usize, Rational)> {
     let within = |t: &Rational| {
-        compare(t, ray.t_min).is_some_and(Ordering::is_ge)
-            && compare(t, ray.t_max).is_some_and(Ordering::is_lt)
+        compare(t, ray.t_min.into()).is_some_and(Ordering::is_ge)
+            && compare(t, ray.t_max.into()).is_some_and(Ordering::is_lt)
     };
     let hits = triangles.iter().enumerate().filter(|(_, triangle)| answer(triangle, ray).is_hit());
     hits.filter_map(move |(index, triangle)| {
@@ -53,7 +64,7 @@ fn met(triangles: &[Triangle], ray: &Ray) -> impl Iterator<Item = (usize, Ration
 }
 
 /// A t compared with an end of an interval; nothing for a NaN.
-fn compare(t: &Rational, end: f32) -> Option<Ordering> {
+fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     match Rational::try_from(end) {
         Ok(end) => Some(t.cmp(&end)),
         // An infinity compares with any finite number alike.
@@ -62,14 +73,14 @@ fn compare(t: &Rational, end: f32) -> Option<Ordering> {
 }
 
 /// What is told of a triangle that is hit.
-fn hit(triangles: &[Triangle], ray: &Ray, index: usize) -> Hit {
+fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> Hit {
     let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
     Hit { t, u, v, triangle: index as u32, geometry: 0 }
 }
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Exact, Mode};
+    use intertri::{Exact, Mode, Ray};
     use intertri_lab::families::adversarial;
     use intertri_lab::rng::Rng;
 

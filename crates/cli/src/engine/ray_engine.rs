@@ -1,4 +1,4 @@
-//! The engines that answer rays, all asked the same way.
+//! The engines of a scene in f32, all asked the same way.
 
 use std::sync::Arc;
 
@@ -8,8 +8,9 @@ use intertri_trace::Bvh;
 use crate::engine::fixed::FixedScene;
 use crate::engine::oracle;
 use crate::engine::reference::ReferenceScene;
+use crate::engine::tracer::Tracer;
 
-/// Something that answers rays.
+/// An engine that answers for coordinates in f32.
 pub(crate) enum RayEngine {
     Exact(Arc<Bvh>, Exact),
     Certified(Arc<Bvh>, Certified),
@@ -19,36 +20,32 @@ pub(crate) enum RayEngine {
     Oracle(Vec<Triangle>),
 }
 
-impl RayEngine {
-    /// How many rays a thread should ask at once: few enough that they and their answers stay in the
-    /// cache.
-    pub(crate) fn chunk_size(&self) -> usize {
+impl Tracer for RayEngine {
+    type Scalar = f32;
+
+    fn chunk_size(&self) -> usize {
         match self {
             Self::Reference(_) | Self::Oracle(_) => 16,
             _ => 4096,
         }
     }
 
-    /// How many rays of a picture to ask at once: enough for all threads, few enough for a bar to move.
-    pub(crate) fn batch_size(&self) -> usize {
-        64 * self.chunk_size()
-    }
-
-    /// Whether its answers are right on the coordinates as given.
-    pub(crate) fn is_exact(&self) -> bool {
+    fn is_exact(&self) -> bool {
         matches!(self, Self::Exact(..) | Self::Oracle(_))
     }
 
-    /// Where a point is for this engine: `fixed` has it on its grid.
-    pub(crate) fn place(&self, point: [f32; 3]) -> [f32; 3] {
+    fn place(&self, point: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Fixed(scene) => scene.place(point),
             _ => point,
         }
     }
 
-    /// The closest hit of each ray. Only what walks a hierarchy of f32 counts its tests.
-    pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) -> Counts {
+    fn is_outside(&self, point: [f32; 3]) -> bool {
+        matches!(self, Self::Fixed(scene) if scene.is_outside(point))
+    }
+
+    fn closest(&self, rays: &[Ray], hits: &mut [Hit]) -> Counts {
         match self {
             Self::Exact(bvh, mode) => bvh.closest_batch(mode, rays, hits),
             Self::Certified(bvh, mode) => bvh.closest_batch(mode, rays, hits),
@@ -68,8 +65,7 @@ impl RayEngine {
         }
     }
 
-    /// Whether each ray hits anything. Only what walks a hierarchy of f32 counts its tests.
-    pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) -> Counts {
+    fn any(&self, rays: &[Ray], hits: &mut [bool]) -> Counts {
         match self {
             Self::Exact(bvh, mode) => bvh.any_batch(mode, rays, hits),
             Self::Certified(bvh, mode) => bvh.any_batch(mode, rays, hits),
@@ -89,8 +85,7 @@ impl RayEngine {
         }
     }
 
-    /// Every hit of a ray, in order of t; of equal t, of the triangles.
-    pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
+    fn all(&self, ray: &Ray) -> Vec<Hit> {
         match self {
             Self::Exact(bvh, mode) => bvh.all(mode, ray),
             Self::Certified(bvh, mode) => bvh.all(mode, ray),
@@ -101,9 +96,7 @@ impl RayEngine {
         }
     }
 
-    /// Where a ray crosses, each edge and corner once, in order of t; of equal t, of the triangles.
-    /// Nothing of engines that have no such rule: `trace` refuses to ask them.
-    pub(crate) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         match self {
             Self::Exact(bvh, mode) => bvh.crossings(mode, ray),
             Self::Fixed(scene) => scene.crossings(ray),

@@ -1,15 +1,15 @@
 //! The triangles of a mesh, as engines take them.
 
-use intertri::Triangle;
-use intertri_scene::Mesh;
+use intertri::TriangleOf;
+use intertri_scene::{Coordinate, Mesh};
 
 use crate::engine::memory::room;
 use crate::error::Result;
 
 /// [`Mesh::to_triangles`], or an error where there is too little memory.
-pub(crate) fn triangles(mesh: &Mesh) -> Result<Vec<Triangle>> {
+pub(crate) fn triangles<S: Coordinate>(mesh: &Mesh<S>) -> Result<Vec<TriangleOf<S>>> {
     let count = mesh.triangles.len();
     let mut triangles = room(count, "triangles")?;
-    triangles.extend((0..count).map(|i| Triangle(mesh.corners(i))));
+    triangles.extend((0..count).map(|i| TriangleOf(mesh.corners(i))));
     Ok(triangles)
 }

@@ -3,15 +3,16 @@
 //! This file needs nothing else of the program, because the fuzzers include it.
 
 use std::fmt;
+use std::str::FromStr;
 
 use intertri::Threshold;
 use intertri_scene::check_size;
 
-/// Three numbers with commas between them.
-pub(crate) fn point(text: &str) -> Result<[f32; 3], String> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+/// Three numbers with commas between them, in f32 or f64.
+pub(crate) fn point<N: FromStr>(text: &str) -> Result<[N; 3], String> {
+    let numbers: Option<Vec<N>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     numbers
-        .and_then(|numbers| <[f32; 3]>::try_from(numbers).ok())
+        .and_then(|numbers| <[N; 3]>::try_from(numbers).ok())
         .ok_or_else(|| "give three numbers with commas between them, such as 1,2.5,-3".to_owned())
 }
 

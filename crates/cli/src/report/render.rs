@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::engine::fixed::GridReport;
 use crate::engine::frame::Shadows;
 use crate::engine::name::EngineName;
+use crate::engine::scalar_name::ScalarName;
 use crate::report::check::{Count, Difference};
 use crate::report::phrases::{model, rate, write_grid};
 
@@ -21,6 +22,8 @@ pub(crate) struct RenderReport {
     pub(crate) triangles: usize,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
+    /// What the model was read and traced in.
+    pub(crate) scalar: ScalarName,
     pub(crate) shadows: Shadows,
     /// Null where the engine has none.
     pub(crate) threshold: Option<f64>,
@@ -137,7 +140,8 @@ impl RenderReport {
     fn write_rays(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = if self.engine == EngineName::Raster { "pixels" } else { "rays" };
         let speed = rate(self.rays, self.seconds.trace);
-        writeln!(f, "{:>12} {what}, {speed}, engine {}", grouped(self.rays), self.engine)?;
+        let scalar = self.scalar.mention();
+        writeln!(f, "{:>12} {what}, {speed}, engine {}{scalar}", grouped(self.rays), self.engine)?;
         if self.shadow_rays > 0 {
             let speed = rate(self.shadow_rays, self.seconds.shadow);
             writeln!(f, "{:>12} shadow rays, {speed}", grouped(self.shadow_rays))?;

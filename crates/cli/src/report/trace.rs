@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::engine::fixed::GridReport;
 use crate::engine::name::EngineName;
+use crate::engine::scalar_name::ScalarName;
 use crate::report::phrases::{rate, write_grid};
 
 /// The report of `trace`.
@@ -18,6 +19,8 @@ pub(crate) struct TraceReport {
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
     pub(crate) engine: EngineName,
+    /// What the model and the rays were read and traced in.
+    pub(crate) scalar: ScalarName,
     /// Null where the engine has none.
     pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
@@ -46,7 +49,7 @@ impl fmt::Display for TraceReport {
         let triangles = grouped(self.triangles as u64);
         writeln!(f, "{triangles:>12} triangles of {}", self.model.display())?;
         let rate = rate(self.rays, self.seconds.trace);
-        writeln!(f, "{rays:>12} rays, {rate}, engine {}", self.engine)?;
+        writeln!(f, "{rays:>12} rays, {rate}, engine {}{}", self.engine, self.scalar.mention())?;
         writeln!(f, "{hits:>12} of them hit something")?;
         write_grid(f, self.grid)?;
         let TraceSeconds { load, build, read, trace, write } = self.seconds;

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::mesh::{Mesh, Part, single};
+use crate::mesh::{Mesh, Part, rounded};
 
 /// A circle of a surface of revolution: its radius (0 for a pole), its height, and by which part of a
 /// side it is turned against the others.
@@ -186,7 +186,7 @@ impl Shapes {
     }
 
     fn position(&mut self, p: DVec3) {
-        self.mesh.positions.push(single(p));
+        self.mesh.positions.push(rounded(p));
     }
 
     fn quad(&mut self, [a, b, c, d]: [(u32, [f32; 2]); 4]) {

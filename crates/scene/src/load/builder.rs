@@ -1,6 +1,7 @@
 //! The mesh in the making, and the checks that all formats share.
 
 use super::error::{Fault, fault};
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// Adds an entry, if there is memory for it: tables grow with the file.
@@ -12,17 +13,18 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
 
 /// A mesh that grows by the vertices and polygons of a file.
 #[derive(Default)]
-pub(super) struct MeshBuilder {
-    pub(super) mesh: Mesh,
+pub(super) struct MeshBuilder<S> {
+    pub(super) mesh: Mesh<S>,
 }
 
-impl MeshBuilder {
+impl<S: Coordinate> MeshBuilder<S> {
     /// Adds the position of a vertex.
-    pub(super) fn position(&mut self, position: [f32; 3]) -> Result<(), Fault> {
+    pub(super) fn position(&mut self, position: [S; 3]) -> Result<(), Fault> {
         if position.iter().any(|x| !x.is_finite()) {
             let [x, y, z] = position;
             return fault(format!(
-                "the vertex ({x}, {y}, {z}) is not finite in f32; repair the model or scale it down"
+                "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",
+                S::NAME
             ));
         }
         if self.mesh.positions.len() >= u32::MAX as usize {

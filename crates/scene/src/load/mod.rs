@@ -18,6 +18,7 @@ pub use self::error::LoadError;
 use self::error::{Fault, fault};
 use self::file::{Beside, open};
 use self::text::{skip_mark, without_mark};
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// Reads a model.
@@ -34,7 +35,7 @@ use crate::mesh::Mesh;
 ///   carriage return, or both.
 /// - PLY: ascii and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
 ///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, -1
-///   between strips. f64 is rounded to f32.
+///   between strips. A `double` is rounded to f32.
 /// - STL: ascii (all its solids) and binary, told apart by the size that a binary header promises.
 ///   Every triangle has three positions of its own.
 /// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first where none is named, all
@@ -57,11 +58,15 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     load_with_files(path).map(|(mesh, _)| mesh)
 }
 
-/// [`load`], and which files beside the model were read for it: the buffers of a glTF.
+/// [`load`], in f32 or f64, and which files beside the model were read for it: the buffers of a glTF.
+///
+/// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and a glTF's
+/// transforms are not rounded to f32 behind. What a file has in f32 stays what it is: a `float` of a PLY,
+/// a binary STL, the positions of a glTF before they are moved.
 ///
 /// # Errors
-/// As [`load`].
-pub fn load_with_files(path: &Path) -> Result<(Mesh, Vec<PathBuf>), LoadError> {
+/// As [`load`], in the scalar that is asked for.
+pub fn load_with_files<S: Coordinate>(path: &Path) -> Result<(Mesh<S>, Vec<PathBuf>), LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
     let mesh = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
@@ -83,11 +88,11 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
 }
 
 /// The model in a file of that name, which may be in gzip.
-fn unpacked(
+fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
     beside: Option<&mut Beside<'_>>,
-) -> Result<Mesh, Fault> {
+) -> Result<Mesh<S>, Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
     if input.fill_buf()?.starts_with(gzip::MAGIC) {
@@ -102,12 +107,12 @@ fn unpacked(
 }
 
 /// The model in a file of that name and size, at whose beginning the input is.
-fn model(
+fn model<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
     size: u64,
     beside: Option<&mut Beside<'_>>,
-) -> Result<Mesh, Fault> {
+) -> Result<Mesh<S>, Fault> {
     if size == 0 {
         return fault("the file is empty");
     }

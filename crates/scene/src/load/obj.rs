@@ -6,14 +6,16 @@
 //! takes a wrong texture index for none, and keeps no line to name once the check is made outside.
 
 use std::io::BufRead;
+use std::str::FromStr;
 
 use super::builder::{MeshBuilder, push};
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// Reads all objects and groups into one mesh, faces in the order of the file.
-pub(super) fn read(input: impl BufRead) -> Result<Mesh, Fault> {
+pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<Mesh<S>, Fault> {
     let mut lines = Lines::after(0, input);
     let mut model = Model::default();
     loop {
@@ -33,15 +35,15 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
 /// What was read so far. The tables grow with the file, because a negative index counts back from
 /// where it stands.
 #[derive(Default)]
-struct Model {
-    builder: MeshBuilder,
+struct Model<S> {
+    builder: MeshBuilder<S>,
     uvs: Vec<[f32; 2]>,
     /// The corners of the current face, kept here to spare allocations.
     corners: Vec<u32>,
     corner_uvs: Vec<[f32; 2]>,
 }
 
-impl Model {
+impl<S: Coordinate> Model<S> {
     /// One statement; all but vertices, texture coordinates and faces is skipped.
     fn statement(&mut self, text: &str) -> Result<(), Fault> {
         // A comment may follow a statement.
@@ -90,7 +92,7 @@ impl Model {
 }
 
 /// The next word as a number.
-fn number<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<f32, Fault> {
+fn number<'a, N: FromStr>(words: &mut impl Iterator<Item = &'a str>) -> Result<N, Fault> {
     match words.next().map(|word| (word, word.parse())) {
         Some((_, Ok(number))) => Ok(number),
         Some((word, Err(_))) => fault(format!("{} is not a number", quote(word))),

@@ -10,6 +10,7 @@ use ply_rs_bw::ply::{
 use super::builder::{MeshBuilder, push};
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// The names under which texture coordinates are found.
@@ -24,7 +25,7 @@ const FACES: [&str; 2] = ["face", "tristrips"];
 const LONGEST_HEADER: u64 = 1 << 20;
 
 /// Reads vertices and faces; other elements are skipped.
-pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, Fault> {
+pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fault> {
     let beginning = input.fill_buf()?;
     if beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n") {
         return fault("its lines end in carriage returns alone; save it with line feeds");
@@ -61,9 +62,9 @@ pub(super) fn read(mut input: impl BufRead) -> Result<Mesh, Fault> {
             let added = element.and_then(|element| match def.name.as_str() {
                 "vertex" => {
                     if has_uvs {
-                        push(&mut uvs, element.uv)?;
+                        push(&mut uvs, element.uv.map(|x| x as f32))?;
                     }
-                    builder.position(element.position)
+                    builder.position(element.position.map(S::nearest))
                 }
                 "face" => face(&mut builder, &element, &uvs),
                 "tristrips" => strips(&mut builder, &element, &uvs),
@@ -142,7 +143,11 @@ fn first_line(error: &ParseError) -> String {
 }
 
 /// A polygon.
-fn face(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
+fn face<S: Coordinate>(
+    builder: &mut MeshBuilder<S>,
+    element: &Element,
+    uvs: &[[f32; 2]],
+) -> Result<(), Fault> {
     let corners = element.corners.iter().flatten().map(|&corner| u32::try_from(corner));
     let corners = corners.collect::<Result<Vec<u32>, _>>();
     let (Some(_), Ok(corners)) = (&element.corners, corners) else {
@@ -152,7 +157,11 @@ fn face(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Resul
 }
 
 /// Strips of triangles, -1 between them: Stanford's scans have them.
-fn strips(builder: &mut MeshBuilder, element: &Element, uvs: &[[f32; 2]]) -> Result<(), Fault> {
+fn strips<S: Coordinate>(
+    builder: &mut MeshBuilder<S>,
+    element: &Element,
+    uvs: &[[f32; 2]],
+) -> Result<(), Fault> {
     let Some(corners) = &element.corners else {
         return fault("a strip has an index that is no whole number");
     };
@@ -188,10 +197,25 @@ fn whole(value: &Property) -> Option<Vec<i64>> {
     })
 }
 
+/// A number of any type, which f64 has room for.
+fn number(value: &Property) -> Option<f64> {
+    Some(match *value {
+        Property::Char(x) => x.into(),
+        Property::UChar(x) => x.into(),
+        Property::Short(x) => x.into(),
+        Property::UShort(x) => x.into(),
+        Property::Int(x) => x.into(),
+        Property::UInt(x) => x.into(),
+        Property::Float(x) => x.into(),
+        Property::Double(x) => x,
+        _ => return None,
+    })
+}
+
 /// What is wanted of a vertex, of a face and of strips.
 struct Element {
-    position: [f32; 3],
-    uv: [f32; 2],
+    position: [f64; 3],
+    uv: [f64; 2],
     corners: Option<Vec<i64>>,
 }
 
@@ -213,7 +237,7 @@ impl PropertyAccess for Element {
             }
             _ => return PropertyAccessResult::Ignored,
         };
-        let Some(number) = value.to_f32_lossy() else {
+        let Some(number) = number(&value) else {
             return PropertyAccessResult::UnsupportedType;
         };
         *place = number;

@@ -10,6 +10,7 @@ use super::builder::MeshBuilder;
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
 use super::text::{skip_mark, without_mark};
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// Bytes before the first triangle of a binary file: a free text, then the number of triangles.
@@ -18,7 +19,10 @@ const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// Reads all solids of a file of that size.
-pub(super) fn read(mut input: impl BufRead + Seek, size: u64) -> Result<Mesh, Fault> {
+pub(super) fn read<S: Coordinate>(
+    mut input: impl BufRead + Seek,
+    size: u64,
+) -> Result<Mesh<S>, Fault> {
     let mut start = Vec::new();
     input.by_ref().take(HEADER as u64).read_to_end(&mut start)?;
     let mut builder = MeshBuilder::default();
@@ -41,7 +45,7 @@ pub(super) fn read(mut input: impl BufRead + Seek, size: u64) -> Result<Mesh, Fa
             let mut record = [0; TRIANGLE];
             input.read_exact(&mut record)?;
             let (numbers, _) = record.as_chunks::<4>();
-            let number = |i: usize| f32::from_le_bytes(numbers[i]);
+            let number = |i: usize| S::from(f32::from_le_bytes(numbers[i]));
             let corner = |i: usize| [number(i), number(i + 1), number(i + 2)];
             add([corner(3), corner(6), corner(9)], &mut builder)?;
         }
@@ -72,10 +76,13 @@ fn promised(bytes: &[u8]) -> Option<u64> {
 const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
 
 /// Solids of facets; words in upper or lower case, names and normals unread.
-fn ascii(mut lines: Lines<impl BufRead>, builder: &mut MeshBuilder) -> Result<(), Fault> {
+fn ascii<S: Coordinate>(
+    mut lines: Lines<impl BufRead>,
+    builder: &mut MeshBuilder<S>,
+) -> Result<(), Fault> {
     // Which statement of a facet is the next, or `None` between solids.
     let mut next = None;
-    let mut corners = [[0.0; 3]; 3];
+    let mut corners = [[S::ZERO; 3]; 3];
     while lines.advance()? {
         let text = lines.text();
         let mut words = text.split_ascii_whitespace();
@@ -90,8 +97,8 @@ fn ascii(mut lines: Lines<impl BufRead>, builder: &mut MeshBuilder) -> Result<()
             }
             Some(place) => {
                 if let Some(corner) = place.checked_sub(2).and_then(|i| corners.get_mut(i)) {
-                    let numbers: Option<Vec<f32>> = words.map(|word| word.parse().ok()).collect();
-                    match numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok()) {
+                    let numbers: Option<Vec<S>> = words.map(|word| word.parse().ok()).collect();
+                    match numbers.and_then(|numbers| <[S; 3]>::try_from(numbers).ok()) {
                         Some(numbers) => *corner = numbers,
                         None => return wrong(format!("{} is no vertex x y z", quote(text.trim()))),
                     }
@@ -110,7 +117,7 @@ fn ascii(mut lines: Lines<impl BufRead>, builder: &mut MeshBuilder) -> Result<()
     }
 }
 
-fn add(corners: [[f32; 3]; 3], builder: &mut MeshBuilder) -> Result<(), Fault> {
+fn add<S: Coordinate>(corners: [[S; 3]; 3], builder: &mut MeshBuilder<S>) -> Result<(), Fault> {
     let first = builder.mesh.positions.len() as u32;
     for corner in corners {
         builder.position(corner)?;

@@ -1,6 +1,6 @@
 //! Rays as CSV: the line of names, and a ray a line.
 
-use intertri::Ray;
+use crate::coordinate::Coordinate;
 
 /// The columns' names, in the order of a raw ray.
 const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
@@ -35,9 +35,10 @@ impl Columns {
         }
     }
 
-    /// The ray of a line, or what is wrong with it.
-    pub(super) fn ray(&self, line: &str) -> Result<Ray, String> {
-        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, f32::INFINITY];
+    /// The numbers of a line, in the order of a raw ray, or what is wrong with it.
+    pub(super) fn numbers<S: Coordinate>(&self, line: &str) -> Result<[S; 8], String> {
+        let mut numbers = [S::ZERO; 8];
+        numbers[7] = S::INFINITY;
         let (mut columns, mut found) = (self.0.iter(), 0);
         for cell in line.split(',') {
             found += 1;
@@ -47,7 +48,7 @@ impl Columns {
         }
         let named = self.0.len();
         if found == named {
-            Ok(bytemuck::cast(numbers))
+            Ok(numbers)
         } else {
             Err(format!("{found} cells, but the first line names {named} columns"))
         }
@@ -60,12 +61,12 @@ fn names(line: &str) -> impl Iterator<Item = String> {
 }
 
 /// A cell as a number.
-fn number(cell: &str) -> Result<f32, &'static str> {
+fn number<S: Coordinate>(cell: &str) -> Result<S, String> {
     let cell = unquoted(cell);
-    let number: f32 = cell.parse().map_err(|_| "is not a number")?;
+    let number: S = cell.parse().map_err(|_| "is not a number")?;
     // Infinity is welcome where it is meant.
-    if number.is_infinite() && cell.contains(|c: char| c.is_ascii_digit()) {
-        return Err("is beyond the range of f32");
+    if !number.is_finite() && cell.contains(|c: char| c.is_ascii_digit()) {
+        return Err(format!("is beyond the range of {}", S::NAME));
     }
     Ok(number)
 }
@@ -87,13 +88,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_f32_and_infinity_must_be_meant() {
-        assert_eq!(number(" 1e-3 "), Ok(1e-3));
+    fn numbers_are_rounded_once_and_infinity_must_be_meant() {
+        assert_eq!(number(" 1e-3 "), Ok(1e-3_f32));
         assert_eq!(number("\"-inf\""), Ok(f32::NEG_INFINITY));
-        assert!(number("NaN").unwrap().is_nan());
-        assert_eq!(number("0.1").unwrap().to_bits(), 0.1f32.to_bits());
-        assert!(number("1e39").is_err());
-        assert!(number("").is_err() && number("1;2").is_err());
+        assert!(number::<f32>("NaN").unwrap().is_nan());
+        assert_eq!(number("0.1").map(f32::to_bits), Ok(0.1f32.to_bits()));
+        assert_eq!(number("0.1").map(f64::to_bits), Ok(0.1f64.to_bits()));
+        assert!(number::<f32>("1e39").unwrap_err().ends_with("f32"));
+        assert_eq!(number("1e39"), Ok(1e39));
+        assert!(number::<f64>("1e309").unwrap_err().ends_with("f64"));
+        assert!(number::<f32>("").is_err() && number::<f64>("1;2").is_err());
     }
 
     #[test]

@@ -7,11 +7,12 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use intertri::Ray;
+use intertri::{Ray, Ray64, RayOf};
 
 use self::csv::{Columns, quote};
 pub use self::format::RaysFormat;
 use crate::LoadError;
+use crate::coordinate::Coordinate;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
@@ -20,12 +21,14 @@ const MAX_LINE: usize = 4096;
 
 /// Bytes of a raw ray, of f32 and of f64.
 const RAW: usize = size_of::<Ray>();
-const RAW64: usize = 2 * RAW;
+const RAW64: usize = size_of::<Ray64>();
 
 /// Bytes that are read at once, if so many are there: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
+///
+/// Whoever reads says in which scalar, f32 or f64; every number is rounded once.
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -109,16 +112,16 @@ impl<'a> Rays<'a> {
     ///
     /// # Errors
     /// If the file cannot be read, a line is not of numbers, or the last raw ray is cut off.
-    pub fn read(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+    pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
-            Format::Raw => self.read_raw::<RAW>(rays, count, |bytes| {
+            Format::Raw => self.read_raw::<RAW, S>(rays, count, |bytes| {
                 let numbers: [u32; 8] = bytemuck::pod_read_unaligned(bytes);
-                bytemuck::cast(numbers.map(u32::from_le))
+                ray_of(numbers.map(|bits| S::from(f32::from_bits(u32::from_le(bits)))))
             }),
-            Format::Raw64 => self.read_raw::<RAW64>(rays, count, |bytes| {
+            Format::Raw64 => self.read_raw::<RAW64, S>(rays, count, |bytes| {
                 let numbers: [u64; 8] = bytemuck::pod_read_unaligned(bytes);
-                bytemuck::cast(numbers.map(|bits| f64::from_bits(u64::from_le(bits)) as f32))
+                ray_of(numbers.map(|bits| S::nearest(f64::from_bits(u64::from_le(bits)))))
             }),
             Format::Csv(_) => self.read_csv(rays, count),
         }
@@ -136,11 +139,11 @@ impl<'a> Rays<'a> {
     }
 
     /// Reads records of N bytes.
-    fn read_raw<const N: usize>(
+    fn read_raw<const N: usize, S: Coordinate>(
         &mut self,
-        rays: &mut Vec<Ray>,
+        rays: &mut Vec<RayOf<S>>,
         count: usize,
-        ray: impl Fn(&[u8; N]) -> Ray,
+        ray: impl Fn(&[u8; N]) -> RayOf<S>,
     ) -> Result<()> {
         while rays.len() < count && (rays.is_empty() || self.input.buffer().len() >= N) {
             let there = match self.input.fill_buf() {
@@ -172,7 +175,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    fn read_csv(&mut self, rays: &mut Vec<Ray>, count: usize) -> Result<()> {
+    fn read_csv<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         let mut line = String::new();
         while rays.len() < count && (rays.is_empty() || self.input.buffer().contains(&b'\n')) {
             if !self.next_line(&mut line)? {
@@ -182,11 +185,11 @@ impl<'a> Rays<'a> {
                 continue;
             }
             let Format::Csv(columns) = &self.format else { unreachable!() };
-            let ray = columns.ray(&line).map_err(|cause| self.wrong(cause))?;
+            let numbers = columns.numbers(&line).map_err(|cause| self.wrong(cause))?;
             if rays.try_reserve(1).is_err() {
                 return Err(self.no_memory());
             }
-            rays.push(ray);
+            rays.push(ray_of(numbers));
         }
         Ok(())
     }
@@ -270,6 +273,11 @@ impl<'a> Rays<'a> {
     }
 }
 
+/// The ray of eight numbers, in the order of a raw one.
+fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S> {
+    RayOf::new([x, y, z], [dx, dy, dz]).between(t_min, t_max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -289,7 +297,7 @@ mod tests {
     /// How many rays each call gives.
     fn calls(pieces: &[&[u8]], format: RaysFormat) -> Vec<usize> {
         let mut file = Rays::new("pipe", Pieces(pieces), None, Some(format)).unwrap();
-        let (mut rays, mut calls) = (vec![], vec![]);
+        let (mut rays, mut calls) = (Vec::<Ray>::new(), vec![]);
         loop {
             file.read(&mut rays, 100).unwrap();
             if rays.is_empty() {

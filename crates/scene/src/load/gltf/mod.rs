@@ -17,6 +17,7 @@ use self::buffers::Buffers;
 use self::primitive::Primitives;
 use super::error::{Fault, fault, quote};
 use super::file::Beside;
+use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
 /// How a GLB begins.
@@ -40,7 +41,10 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
 }
 
 /// Reads the default scene into one mesh. Its other files, if it has any, are beside it.
-pub(super) fn read(mut input: impl Read, beside: Option<&mut Beside<'_>>) -> Result<Mesh, Fault> {
+pub(super) fn read<S: Coordinate>(
+    mut input: impl Read,
+    beside: Option<&mut Beside<'_>>,
+) -> Result<Mesh<S>, Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
@@ -98,7 +102,7 @@ fn check(root: &Root) -> Result<(), Fault> {
 }
 
 /// Adds the meshes of all nodes, each before its children.
-fn walk(root: &Root, primitives: &mut Primitives<'_>) -> Result<(), Fault> {
+fn walk<S: Coordinate>(root: &Root, primitives: &mut Primitives<'_, S>) -> Result<(), Fault> {
     let mut reached = vec![false; root.nodes.len()];
     let mut next: Vec<(usize, DMat4)> = Vec::new();
     next.extend(roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)));

@@ -8,24 +8,25 @@ use gltf::json::{Index, Root, accessor};
 
 use super::accessor::Accessor;
 use super::buffers::Buffers;
+use crate::coordinate::Coordinate;
 use crate::load::builder::MeshBuilder;
 use crate::load::error::{Fault, fault};
-use crate::mesh::single;
+use crate::mesh::rounded;
 
 /// What a file may come to beyond its size, in vertices and triangles: nodes can repeat a mesh, and
 /// accessors the same bytes, without end.
 const REPEATS: u64 = 1 << 24;
 
 /// The primitives of all meshes, as they are added.
-pub(super) struct Primitives<'a> {
+pub(super) struct Primitives<'a, S> {
     root: &'a Root,
     buffers: &'a Buffers<'a>,
     /// How many vertices and triangles may still come.
     left: u64,
-    pub(super) builder: MeshBuilder,
+    pub(super) builder: MeshBuilder<S>,
 }
 
-impl<'a> Primitives<'a> {
+impl<'a, S: Coordinate> Primitives<'a, S> {
     /// None so far, of a file of that size.
     pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, size: usize) -> Self {
         let left = REPEATS + size as u64 + buffers.size() as u64;
@@ -89,7 +90,7 @@ impl<'a> Primitives<'a> {
         let first = self.builder.mesh.positions.len() as u32;
         for position in positions.rows() {
             self.builder
-                .position(single(transform.transform_point3(DVec3::from_array(position))))?;
+                .position(rounded(transform.transform_point3(DVec3::from_array(position))))?;
         }
         let count = positions.count as u32;
         let indices = indices.map_or_else(|| Ok((0..count).collect()), |table| table.indices())?;

@@ -1,0 +1,29 @@
+//! The light of a scene and its texture, where they were asked for.
+
+use std::path::Path;
+
+use intertri_scene::{Coordinate, Scene, Texture};
+
+use super::options::Options;
+use crate::error::{Error, Result};
+
+/// Puts the light where it was asked for, and the texture onto the model.
+pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> Result<()> {
+    options.light.shine_on(scene)?;
+    if let Some(path) = &options.texture {
+        scene.texture = Some(texture(path)?);
+        if scene.mesh.corner_uvs.is_none() {
+            let model = options.model.as_deref().unwrap_or(Path::new("")).display();
+            return Err(Error::at(model, "has no texture coordinates; leave out --texture"));
+        }
+    }
+    Ok(())
+}
+
+/// A picture, or the document's pattern.
+fn texture(path: &Path) -> Result<Texture> {
+    if path == Path::new("xor") {
+        return Ok(Texture::XOR);
+    }
+    Ok(Texture::load(path)?)
+}

@@ -1,0 +1,144 @@
+//! `intertri render` in f32, by any engine.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use intertri::fixed::Bits;
+use intertri::{Threshold, Triangle};
+use intertri_scene::{Image, Scene, shade};
+use intertri_trace::Bvh;
+
+use super::cover::cover;
+use super::options::Options;
+use super::outcome::{refuse_differences, report};
+use crate::commands::notes;
+use crate::engine::engines::Engines;
+use crate::engine::frame::{Frame, Shadows};
+use crate::engine::model::load;
+use crate::engine::name::EngineName;
+use crate::engine::raster::Raster;
+use crate::engine::triangles::triangles;
+use crate::error::Result;
+use crate::io::progress::{Progress, timed};
+use crate::report::check::Difference;
+use crate::report::print::{print, tell};
+use crate::report::render::{CheckReport, RenderSeconds};
+
+/// Draws the picture, and checks it if asked.
+pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
+    let mut seconds = RenderSeconds::default();
+    let (scene, triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
+        let (scene, bvh) = load_scene(options)?;
+        let triangles = triangles(&scene.mesh)?;
+        Ok((scene, triangles, bvh))
+    })?;
+
+    // What is seen, and what is lit.
+    tell_of(options, &scene, &triangles);
+    let raster =
+        Raster::new(&scene, &triangles, options.size, threshold.unwrap_or(Threshold::ZERO));
+    let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
+        .on_grid(options.grid.unwrap_or(Bits::FINE), scene.ray_origins())
+        .with_bvh(bvh);
+    let frame = Frame::draw(&scene, &raster, &mut engines, options.engine, options.shadows)?;
+    (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
+
+    // The picture.
+    let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
+    timed(&mut seconds.write, || image.write_png(&options.output))?;
+
+    // The second engine. Its hierarchy may have to be built, too.
+    let built = engines.seconds;
+    let mut check = |name| -> Result<CheckReport> {
+        let shadows = check_shadows(options.shadows, name);
+        let other = Frame::draw(&scene, &raster, &mut engines, name, shadows)?;
+        let differs = compare(options, &raster, &frame, (name, shadows), &other)?;
+        let picture = options.output.with_extension("diff.png");
+        differs.picture(&image).write_png(&picture)?;
+        let distance = frame.largest_distance(&other, &scene, options.size);
+        let seconds = other.trace_seconds + other.shadow_seconds;
+        Ok(CheckReport::new(name, shadows, &differs, distance, picture, seconds))
+    };
+    let check = match options.check {
+        Some(name) => Some(timed(&mut seconds.check, || check(name))?),
+        None => None,
+    };
+    seconds.build = engines.seconds;
+    seconds.check -= engines.seconds - built;
+
+    seconds.total = start.elapsed().as_secs_f64();
+    let report = report(options, &scene, &frame, engines.grid(), seconds, check);
+    print(&report, options.json)?;
+    report.check.as_ref().map_or(Ok(()), refuse_differences)
+}
+
+/// The model or the built-in scene, with its camera and texture.
+fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>)> {
+    let _bar = Progress::new("load", None);
+    let (width, height) = options.size;
+    let model = options.model.as_deref().map(load).transpose()?;
+    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
+    let model = model.map(|model| model.mesh);
+    if let (Some(note), None) = (model.as_ref().and_then(notes::coarse), &bvh) {
+        tell(&note);
+    }
+    let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
+    cover(options, &mut scene)?;
+    Ok((scene, bvh))
+}
+
+/// Says what the picture may lose to tolerances that nobody chose.
+fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
+    let usual = options.engine.has_threshold() && options.threshold.is_none();
+    let small = if usual { notes::small(scene, triangles) } else { None };
+    // Exact shadow rays begin on the surface, whatever the way is.
+    let whole = options.engine.is_exact() || options.engine == EngineName::Raster;
+    let none = options.shadows == Shadows::None || options.shadows == Shadows::Rays && whole;
+    let far = if none { None } else { notes::far(scene) };
+    for note in [small, far].iter().flatten() {
+        tell(note);
+    }
+}
+
+/// The frame shaded, with edges over it if asked.
+fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame) -> Result<Image> {
+    let (width, height) = options.size;
+    let mut image = shade(scene, width, height, &frame.hits, &frame.lit)?;
+    if let Some(edges) = options.wire {
+        raster.draw_wire(&mut image, &frame.hits, edges)?;
+    }
+    Ok(image)
+}
+
+/// How the second engine finds shadows, if there are any: in its own way.
+fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
+    match (shadows, check) {
+        (Shadows::None, _) => Shadows::None,
+        (_, EngineName::Raster) => Shadows::Volumes,
+        _ => Shadows::Rays,
+    }
+}
+
+/// Compares the two frames as strictly as the ways in which they were drawn allow.
+fn compare(
+    options: &Options,
+    raster: &Raster<'_>,
+    frame: &Frame,
+    (name, shadows): (EngineName, Shadows),
+    other: &Frame,
+) -> Result<Difference> {
+    let is_fixed = |name| name == EngineName::Fixed;
+    let traced = |name, shadows| name != EngineName::Raster && shadows != Shadows::Volumes;
+    // The same grid gives the same bits; a snapped scene is another than the one as loaded.
+    let snapped =
+        is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
+    let both_traced = traced(options.engine, options.shadows) && traced(name, shadows);
+    let _bar = Progress::new("check", None);
+    Ok(match [options.engine, name].map(EngineName::is_exact) {
+        _ if snapped => Difference::snapped(frame, other),
+        _ if !both_traced => Difference::by_rule(raster, frame, other)?,
+        [true, false] => Difference::settled(raster, frame, other),
+        [false, true] => Difference::settled(raster, other, frame),
+        _ => Difference::bits(frame, other),
+    })
+}

@@ -1,0 +1,77 @@
+//! `intertri render --scalar f64`: coordinates that f32 has no digits for, by the engines that are exact.
+
+use std::time::Instant;
+
+use intertri_scene::{Scene, shade};
+
+use super::cover::cover;
+use super::options::Options;
+use super::outcome::{refuse_differences, report};
+use crate::engine::engine64::Engine64;
+use crate::engine::frame::{Frame, Shadows};
+use crate::engine::model::load64;
+use crate::engine::name::EngineName;
+use crate::engine::triangles::triangles;
+use crate::error::{Error, Result};
+use crate::io::progress::{Progress, timed};
+use crate::report::check::Difference;
+use crate::report::print::print;
+use crate::report::render::{CheckReport, RenderSeconds};
+
+/// Draws the picture, and checks it if asked.
+pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
+    check(options)?;
+    let (size, mut seconds) = (options.size, RenderSeconds::default());
+    let scene = timed(&mut seconds.load, || load_scene(options))?;
+    let engine = |name| Engine64::new(name, triangles(&scene.mesh)?);
+    let draw =
+        |engine: &Engine64| Frame::traced(&scene, size, engine, options.shadows == Shadows::Rays);
+    let frame = draw(&timed(&mut seconds.build, || engine(options.engine))?)?;
+    (seconds.trace, seconds.shadow) = (frame.trace_seconds, frame.shadow_seconds);
+
+    let (width, height) = size;
+    let image =
+        timed(&mut seconds.shade, || shade(&scene, width, height, &frame.hits, &frame.lit))?;
+    timed(&mut seconds.write, || image.write_png(&options.output))?;
+
+    let second = |name: EngineName| -> Result<CheckReport> {
+        let other = draw(&engine(name)?)?;
+        let differs = Difference::bits(&frame, &other);
+        let picture = options.output.with_extension("diff.png");
+        differs.picture(&image).write_png(&picture)?;
+        let distance = frame.largest_distance(&other, &scene, size);
+        let seconds = other.trace_seconds + other.shadow_seconds;
+        Ok(CheckReport::new(name, options.shadows, &differs, distance, picture, seconds))
+    };
+    let check = options.check.map(|name| timed(&mut seconds.check, || second(name))).transpose()?;
+    seconds.total = start.elapsed().as_secs_f64();
+    let report = report(options, &scene, &frame, None, seconds, check);
+    print(&report, options.json)?;
+    report.check.as_ref().map_or(Ok(()), refuse_differences)
+}
+
+/// Refuses what is for coordinates in f32.
+fn check(options: &Options) -> Result<()> {
+    Engine64::check(options.engine)?;
+    options.check.map_or(Ok(()), Engine64::check)?;
+    let raster = "is drawn by the rasterizer, which takes coordinates in f32; leave it out";
+    if options.wire.is_some() {
+        return Err(Error::usage(format!("--scalar f64: --wire {raster}")));
+    }
+    if options.shadows == Shadows::Volumes {
+        return Err(Error::usage(format!("--scalar f64: --shadows volumes {raster}")));
+    }
+    Ok(())
+}
+
+/// The model or the built-in house, with its camera, light and texture.
+fn load_scene(options: &Options) -> Result<Scene<f64>> {
+    let _bar = Progress::new("load", None);
+    let (width, height) = options.size;
+    // No file beside a model is a picture, so none can be the output.
+    let model = options.model.as_deref().map(load64).transpose()?.map(|(mesh, _)| mesh);
+    let aspect = f64::from(width) / f64::from(height);
+    let mut scene = options.camera.scene_or(model, Scene::house, aspect)?;
+    cover(options, &mut scene)?;
+    Ok(scene)
+}

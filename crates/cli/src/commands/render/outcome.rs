@@ -1,0 +1,58 @@
+//! What `intertri render` did, and whether it found what it should not.
+
+use intertri::Threshold;
+use intertri_scene::{Coordinate, Scene};
+
+use super::options::Options;
+use crate::engine::fixed::GridReport;
+use crate::engine::frame::Frame;
+use crate::error::{Error, Result};
+use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
+
+/// What was done.
+pub(super) fn report<S: Coordinate>(
+    options: &Options,
+    scene: &Scene<S>,
+    frame: &Frame,
+    grid: Option<GridReport>,
+    seconds: RenderSeconds,
+    check: Option<CheckReport>,
+) -> RenderReport {
+    let (up, up_given) = options.camera.up(&scene.camera);
+    let threshold = options.engine.has_threshold().then(|| options.threshold.unwrap_or_default());
+    RenderReport {
+        model: options.model.clone(),
+        output: options.output.clone(),
+        triangles: scene.mesh.triangles.len(),
+        size: options.size.into(),
+        engine: options.engine,
+        scalar: options.scalar,
+        shadows: options.shadows,
+        threshold: threshold.map(Threshold::get),
+        up,
+        up_given,
+        rays: frame.hits.len() as u64,
+        hits: frame.seen(),
+        dark: frame.dark(),
+        shadow_rays: frame.shadow_rays,
+        tests: frame.counts.tests,
+        undecided: frame.counts.undecided,
+        grid,
+        seconds,
+        check,
+    }
+}
+
+/// A difference that nothing excuses is an error.
+pub(super) fn refuse_differences(check: &CheckReport) -> Result<()> {
+    if check.differing_pixels > check.excused_pixels {
+        return Err(Error::at(
+            check.picture.display(),
+            format!(
+                "{} pixels differ between the two engines",
+                check.differing_pixels - check.excused_pixels
+            ),
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,92 @@
+//! The engines of a scene in f64: `exact`, and its oracle.
+
+use intertri::{Counts, Crossing, Exact, Hit, Ray64, Triangle64};
+use intertri_trace::Bvh;
+
+use crate::engine::name::EngineName;
+use crate::engine::oracle;
+use crate::engine::tracer::Tracer;
+use crate::error::{Error, Result};
+use crate::io::progress::Progress;
+
+/// An engine that answers for coordinates in f64.
+pub(crate) enum Engine64 {
+    Exact(Bvh<f64>),
+    Oracle(Vec<Triangle64>),
+}
+
+impl Engine64 {
+    /// Refuses a name that has no such engine.
+    pub(crate) fn check(name: EngineName) -> Result<()> {
+        let why = match name {
+            EngineName::Exact | EngineName::Oracle => return Ok(()),
+            EngineName::Certified | EngineName::Double | EngineName::Reference => {
+                "answers as the scalar f64 reference does for coordinates in f32"
+            }
+            EngineName::Fixed => "snaps coordinates in f32 to its grid",
+            EngineName::Raster => "draws coordinates in f32",
+        };
+        let or = "choose exact or oracle, or --scalar f32";
+        Err(Error::usage(format!("--scalar f64: engine {name} {why}; {or}")))
+    }
+
+    /// The engine of that name, which [`Engine64::check`] lets pass, over triangles.
+    pub(crate) fn new(name: EngineName, triangles: Vec<Triangle64>) -> Result<Self> {
+        Self::check(name)?;
+        if name == EngineName::Oracle {
+            return Ok(Self::Oracle(triangles));
+        }
+        let bar = Progress::new("build", Some(triangles.len() as u64));
+        let bvh = Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))?;
+        Ok(Self::Exact(bvh))
+    }
+}
+
+impl Tracer for Engine64 {
+    type Scalar = f64;
+
+    fn chunk_size(&self) -> usize {
+        match self {
+            Self::Exact(_) => 4096,
+            Self::Oracle(_) => 16,
+        }
+    }
+
+    fn is_exact(&self) -> bool {
+        true
+    }
+
+    fn closest(&self, rays: &[Ray64], hits: &mut [Hit]) -> Counts {
+        match self {
+            Self::Exact(bvh) => bvh.closest_batch(&Exact::default(), rays, hits),
+            Self::Oracle(triangles) => {
+                oracle::closest_batch(triangles, rays, hits);
+                Counts::default()
+            }
+        }
+    }
+
+    fn any(&self, rays: &[Ray64], hits: &mut [bool]) -> Counts {
+        match self {
+            Self::Exact(bvh) => bvh.any_batch(&Exact::default(), rays, hits),
+            Self::Oracle(triangles) => {
+                oracle::any_batch(triangles, rays, hits);
+                Counts::default()
+            }
+        }
+    }
+
+    fn all(&self, ray: &Ray64) -> Vec<Hit> {
+        match self {
+            Self::Exact(bvh) => bvh.all(&Exact::default(), ray),
+            Self::Oracle(triangles) => oracle::all(triangles, ray),
+        }
+    }
+
+    fn crossings(&self, ray: &Ray64) -> Vec<Crossing> {
+        match self {
+            Self::Exact(bvh) => bvh.crossings(&Exact::default(), ray),
+            Self::Oracle(_) => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! In which scalar a scene is kept: f32 or f64.
+
+use std::str::FromStr;
+
+use intertri::Scalar;
+
+/// What the coordinates of meshes, cameras, lights and rays are read and kept in: f32, unless told
+/// otherwise, or f64. The set is closed.
+///
+/// ```no_run
+/// use std::path::Path;
+/// use intertri_scene::{LoadError, Mesh, load_with_files};
+/// /// A survey in UTM coordinates, not rounded to f32.
+/// fn survey(path: &Path) -> Result<Mesh<f64>, LoadError> {
+///     load_with_files(path).map(|(mesh, _)| mesh)
+/// }
+/// ```
+pub trait Coordinate: Scalar + FromStr {
+    /// Its name, for messages.
+    const NAME: &'static str;
+}
+
+impl Coordinate for f32 {
+    const NAME: &'static str = "f32";
+}
+
+impl Coordinate for f64 {
+    const NAME: &'static str = "f64";
+}
