@@ -167,7 +167,7 @@ fn models_are_read_in_f64_where_they_have_it() {
     // 528980 + 0.4375 takes more digits than f32 has.
     let got = cells(&text(&place, "trace wall.gltf --rays r.csv --scalar f64"));
     let t: f64 = got[1][2].parse().unwrap();
-    assert!((t - (0.5 + NORTH - 528_980.4375)).abs() < 1e-9, "{t}");
+    assert!((t - (0.5 + NORTH - 528_980.437_5)).abs() < 1e-9, "{t}");
     // A vertex that f32 has no room for.
     place.put("far.obj", "v 1e100 0 0\nv 1e100 1e99 0\nv 1e100 0 1e99\nf 1 2 3\n");
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0,1e98,1e98,1e100,0,0\n");

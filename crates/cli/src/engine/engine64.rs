@@ -11,7 +11,7 @@ use crate::io::progress::Progress;
 
 /// An engine that answers for coordinates in f64.
 pub(crate) enum Engine64 {
-    Exact(Bvh<f64>),
+    Exact(Box<Bvh<f64>>),
     Oracle(Vec<Triangle64>),
 }
 
@@ -38,7 +38,7 @@ impl Engine64 {
         }
         let bar = Progress::new("build", Some(triangles.len() as u64));
         let bvh = Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))?;
-        Ok(Self::Exact(bvh))
+        Ok(Self::Exact(Box::new(bvh)))
     }
 }
 

@@ -55,46 +55,66 @@ pub fn leave<S: Scalar>(
         return start;
     }
 
-    // The axis nearest to the normal, and the way along it to the side of the direction.
-    let normal = normal(triangle);
-    let axis = (0..3).fold(0, |a, b| if normal[b].abs() > normal[a].abs() { b } else { a });
-    let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { 1.0 } else { -1.0 };
-
     // More than any coordinate is off.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let along = hit.t.abs() * largest(ray.dir.map(Into::into));
     let unit = last_place.max((largest(ray.origin.map(Into::into)) + along) / (1_u64 << 50) as f64);
 
-    // Four units always do, for a t that is rounded once; else some more.
-    let mut next = start;
+    // Along the axis nearest to the normal, to the side of the direction. Where f64 cannot tell the normal,
+    // along another, or the other way.
+    let normal = normal(triangle);
+    let mut axes = [0, 1, 2];
+    axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
+    for axis in axes {
+        let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
+        for step in [way, -way] {
+            if let Some(next) = moved(&start, point, (axis, step), triangle) {
+                return next;
+            }
+        }
+    }
+    // Not seen so far; but it shall not meet the triangle.
+    RayOf { t_max: start.t_min, ..start }
+}
+
+/// The ray moved along an axis by so many steps that it goes away from a triangle: four always do, for a t that
+/// is rounded once, along the axis nearest to the normal; else some more. None where 2^39 do not.
+fn moved<S: Scalar>(
+    start: &RayOf<S>,
+    point: [f64; 3],
+    (axis, step): (usize, f64),
+    triangle: &TriangleOf<S>,
+) -> Option<RayOf<S>> {
+    let mut next = *start;
     for doublings in 0..40 {
-        let units = (1_u64 << doublings) as f64;
-        next.origin[axis] = S::nearest(point[axis] + way * units * unit);
+        let steps = (1_u64 << doublings) as f64;
+        next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {
-            break;
+            return None;
         }
         let (plane, side) = signs(&next, triangle);
         if goes_away(plane, side) {
-            break;
+            return Some(next);
         }
     }
-    next
+    None
 }
 
-/// A triangle's normal, of any length: f64 has room for that of any f32, but not of any f64.
+/// A triangle's normal, of any length: f64 has room for that of any f32, but not of any f64. From the corner that
+/// is opposite of the longest edge, for the difference of a far corner and two near ones is the same for both.
 fn normal<S: Scalar>(triangle: &TriangleOf<S>) -> [f64; 3] {
     if const { !is_f64::<S>() } {
         return triangle.normal();
     }
-    let [c1, c2, c3]: [[f64; 3]; 3] = triangle.0.map(|corner| corner.map(Into::into));
-    let edge = |to: [f64; 3]| {
-        // Halves, for a difference may be beyond f64.
-        let edge = [0, 1, 2].map(|k| 0.5 * to[k] - 0.5 * c1[k]);
-        let longest = edge.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-        edge.map(|x| x / longest)
-    };
-    let ([x, y, z], [u, v, w]) = (edge(c2), edge(c3));
+    let corners: [[f64; 3]; 3] = triangle.0.map(|corner| corner.map(Into::into));
+    // Halves, for a difference may be beyond f64.
+    let edge = |a: usize, b: usize| [0, 1, 2].map(|k| 0.5 * corners[b][k] - 0.5 * corners[a][k]);
+    let length = |edge: [f64; 3]| edge.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+    let long = [0, 1, 2].map(|i| length(edge((i + 1) % 3, (i + 2) % 3)));
+    let at = (0..3).fold(0, |a, b| if long[b] > long[a] { b } else { a });
+    let unit = |edge: [f64; 3]| edge.map(|x| x / length(edge));
+    let ([x, y, z], [u, v, w]) = (unit(edge(at, (at + 1) % 3)), unit(edge(at, (at + 2) % 3)));
     [y * w - z * v, z * u - x * w, x * v - y * u]
 }
 
