@@ -21,11 +21,11 @@ use crate::{Hit, RayOf, Scalar, TriangleOf};
 /// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
 /// [`Exact`](crate::Exact), and whatever the direction.
 ///
-/// It starts at the hit rounded to f32 (of f64, to f64), or beside it on the side to which `dir` goes: no farther from the true
-/// point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
+/// It starts at the hit rounded to the scalar, or beside it on the side to which `dir` goes: no farther from the
+/// true point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
 /// from the world's origin to the ray's and on to the point, if that is more. What is nearer than that it may
-/// miss. Its interval is `0 <= t < infinity`. For a hit of [`Exact`](crate::Exact); one of another mode whose t
-/// is off may be moved farther.
+/// miss. It may be moved farther for a hit whose t is not that of [`Exact`](crate::Exact), and for a triangle whose
+/// normal f64 cannot tell. Its interval is `0 <= t < infinity`; empty, if no such start was found.
 ///
 /// ```
 /// use intertri::{Exact, Mode, Ray, Triangle, leave};
