@@ -4,15 +4,19 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use intertri_scene::{Coordinate, Mesh};
+use intertri_trace::{Bvh, Given};
 
-use crate::engine::model::load;
+use crate::commands::notes;
+use crate::engine::model::{choose, load};
+use crate::engine::scalar_name::ScalarName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
 use crate::io::output::Output;
 use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
 use crate::report::build::{BuildReport, BuildSeconds};
-use crate::report::print::print;
+use crate::report::print::{print, tell};
 
 /// Build the hierarchy over a model, and save it to a file
 ///
@@ -21,12 +25,16 @@ use crate::report::print::print;
 /// vertices are not kept. It has the same bytes on every CPU.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file
+    /// An OBJ, PLY, STL or glTF file, or what build has saved
     model: PathBuf,
 
     /// Where the hierarchy goes
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+
+    /// What the model is read, kept and then traced in [default: what build saved it in, else f32]
+    #[arg(long, value_enum)]
+    scalar: Option<ScalarName>,
 
     /// Print a report for programs, as JSON
     #[arg(long)]
@@ -36,17 +44,31 @@ pub(crate) struct Options {
 /// Builds and saves.
 pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(Some(&options.output), &[&options.model])?;
+    match choose(Some(&options.model), options.scalar)?.scalar {
+        ScalarName::F32 => build(options, notes::coarse),
+        ScalarName::F64 => build::<f64>(options, |_| None),
+    }
+}
+
+/// Builds and saves in a scalar, of which there is perhaps something to say.
+fn build<S: Coordinate + Given>(
+    options: &Options,
+    note: impl FnOnce(&Mesh<S>) -> Option<String>,
+) -> Result<()> {
     let mut seconds = BuildSeconds::default();
     let triangles = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
         let model = load(&options.model)?;
         let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
         refuse_same_file(Some(&options.output), &files)?;
+        if let (Some(note), None) = (note(&model.mesh), &model.bvh) {
+            tell(&note);
+        }
         triangles(&model.mesh).map_err(|error| error.of(&options.model))
     })?;
     let bar = Progress::new("build", Some(triangles.len() as u64));
     let bvh = timed(&mut seconds.build, || {
-        intertri_trace::Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))
+        Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))
     });
     drop(bar);
     let bvh = bvh.map_err(|error| Error::from(error).of(&options.model))?;
@@ -64,6 +86,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         model: options.model.clone(),
         output: options.output.clone(),
         triangles: triangles.len(),
+        scalar: ScalarName::of::<S>(),
         bytes: output.bytes,
         seconds,
     };

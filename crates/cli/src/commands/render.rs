@@ -19,6 +19,7 @@ use intertri_scene::check_output;
 pub(crate) use self::options::Options;
 use self::options::refuse_unused_grid;
 use crate::commands::options::threshold_of;
+use crate::engine::model::choose;
 use crate::engine::scalar_name::ScalarName;
 use crate::error::Result;
 use crate::io::same_file::refuse_same_file;
@@ -32,8 +33,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
     refuse_same_file(Some(&options.output), &read)?;
     refuse_unused_grid(options)?;
-    match options.scalar {
+    let chosen = choose(options.model.as_deref(), options.scalar)?;
+    match chosen.scalar {
         ScalarName::F32 => in_f32::run(options, threshold, start),
-        ScalarName::F64 => in_f64::run(options, start),
+        ScalarName::F64 => in_f64::run(options, &chosen.by, start),
     }
 }

@@ -13,7 +13,7 @@ use crate::engine::batch::{Batch, Question};
 use crate::engine::engine64::Engine64;
 use crate::engine::engines::Engines;
 use crate::engine::fixed::GridReport;
-use crate::engine::model::{load, load64};
+use crate::engine::model::{Chosen, choose, load};
 use crate::engine::name::EngineName;
 use crate::engine::ray_engine::RayEngine;
 use crate::engine::scalar_name::ScalarName;
@@ -97,10 +97,10 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// What the model and the rays are read and traced in; f64 is for engines exact and oracle. What a file
-    /// holds never decides it, so that no answer changes unasked
-    #[arg(long, value_enum, default_value_t)]
-    scalar: ScalarName,
+    /// What the model and the rays are read and traced in; f64 is for engines exact and oracle. What a model
+    /// holds never decides it, so that no answer changes unasked [default: what build saved it in, else f32]
+    #[arg(long, value_enum)]
+    scalar: Option<ScalarName>,
 
     /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid is that of
     /// the model, whatever the rays
@@ -137,9 +137,9 @@ impl Options {
     }
 
     /// Refuses what makes no sense together.
-    fn check(&self) -> Result<()> {
-        if self.scalar == ScalarName::F64 {
-            Engine64::check(self.engine)?;
+    fn check(&self, chosen: &Chosen) -> Result<()> {
+        if chosen.scalar == ScalarName::F64 {
+            Engine64::check(self.engine, &chosen.by)?;
         }
         if self.engine == EngineName::Raster {
             return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
@@ -167,12 +167,13 @@ impl Options {
 /// Answers the rays.
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
-    options.check()?;
+    let chosen = choose(Some(&options.model), options.scalar)?;
+    options.check(&chosen)?;
     let threshold = threshold_of(options.engine, options.threshold)?;
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
-    match options.scalar {
+    match chosen.scalar {
         ScalarName::F32 => {
             let scene = in_f32(options, threshold, &mut seconds)?;
             answer(options, threshold, &scene, rays, seconds)
@@ -218,14 +219,15 @@ fn in_f32(
 
 /// The model in f64, with an engine that is exact.
 fn in_f64(options: &Options, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
-    let triangles = timed(&mut seconds.load, || -> Result<_> {
+    let (triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
         let _bar = Progress::new("load", None);
-        let (mesh, files) = load64(&options.model)?;
-        refuse_output(options, &files)?;
-        triangles(&mesh).map_err(|error| error.of(&options.model))
+        let model = load(&options.model)?;
+        refuse_output(options, &model.files)?;
+        let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
+        Ok((triangles, model.bvh))
     })?;
     let count = triangles.len();
-    let engine = timed(&mut seconds.build, || Engine64::new(options.engine, triangles))
+    let engine = timed(&mut seconds.build, || Engine64::new(options.engine, triangles, bvh))
         .map_err(|error| error.of(&options.model))?;
     Ok(Traced { engine, triangles: count, grid: None })
 }
@@ -262,7 +264,7 @@ fn answer<T: Tracer>(
         output: options.output.clone(),
         triangles: scene.triangles,
         engine: options.engine,
-        scalar: options.scalar,
+        scalar: ScalarName::of::<T::Scalar>(),
         threshold: threshold.map(Threshold::get),
         rays: done.rays,
         hits: done.hits,

@@ -1,5 +1,7 @@
 //! The engines of a scene in f64: `exact`, and its oracle.
 
+use std::sync::Arc;
+
 use intertri::{Counts, Crossing, Exact, Hit, Ray64, Triangle64};
 use intertri_trace::Bvh;
 
@@ -11,13 +13,13 @@ use crate::io::progress::Progress;
 
 /// An engine that answers for coordinates in f64.
 pub(crate) enum Engine64 {
-    Exact(Box<Bvh<f64>>),
+    Exact(Arc<Bvh<f64>>),
     Oracle(Vec<Triangle64>),
 }
 
 impl Engine64 {
-    /// Refuses a name that has no such engine.
-    pub(crate) fn check(name: EngineName) -> Result<()> {
+    /// Refuses a name that has no such engine, with what chose f64.
+    pub(crate) fn check(name: EngineName, by: &str) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
             EngineName::Certified | EngineName::Double | EngineName::Reference => {
@@ -26,19 +28,25 @@ impl Engine64 {
             EngineName::Fixed => "snaps coordinates in f32 to its grid",
             EngineName::Raster => "draws coordinates in f32",
         };
-        let or = "choose exact or oracle, or --scalar f32";
-        Err(Error::usage(format!("--scalar f64: engine {name} {why}; {or}")))
+        Err(Error::usage(format!("{by}: engine {name} {why}; choose exact or oracle")))
     }
 
-    /// The engine of that name, which [`Engine64::check`] lets pass, over triangles.
-    pub(crate) fn new(name: EngineName, triangles: Vec<Triangle64>) -> Result<Self> {
-        Self::check(name)?;
+    /// The engine of that name, which [`Engine64::check`] lets pass, over triangles: by a hierarchy over them, if
+    /// there is one already.
+    pub(crate) fn new(
+        name: EngineName,
+        triangles: Vec<Triangle64>,
+        bvh: Option<Arc<Bvh<f64>>>,
+    ) -> Result<Self> {
         if name == EngineName::Oracle {
             return Ok(Self::Oracle(triangles));
         }
+        if let Some(bvh) = bvh {
+            return Ok(Self::Exact(bvh));
+        }
         let bar = Progress::new("build", Some(triangles.len() as u64));
         let bvh = Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))?;
-        Ok(Self::Exact(Box::new(bvh)))
+        Ok(Self::Exact(Arc::new(bvh)))
     }
 }
 

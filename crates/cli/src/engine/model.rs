@@ -5,56 +5,94 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use intertri_scene::Mesh;
-use intertri_trace::{Bvh, SAVED_MAGIC};
+use intertri_scene::{Coordinate, Mesh};
+use intertri_trace::{Bvh, Given, LoadError, SAVED_MAGIC};
 
 use crate::engine::memory::room;
+use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result};
 
 /// A model.
-pub(crate) struct Model {
-    pub(crate) mesh: Mesh,
+pub(crate) struct Model<S: Given = f32> {
+    pub(crate) mesh: Mesh<S>,
     /// What was read beside the file.
     pub(crate) files: Vec<PathBuf>,
     /// The hierarchy over it, if that was saved.
-    pub(crate) bvh: Option<Arc<Bvh>>,
+    pub(crate) bvh: Option<Arc<Bvh<S>>>,
 }
 
 /// Reads a model of any format.
-pub(crate) fn load(path: &Path) -> Result<Model> {
-    if !is_saved(path) {
+pub(crate) fn load<S: Coordinate + Given>(path: &Path) -> Result<Model<S>> {
+    if saved_in(path).is_none() {
         let (mesh, files) = intertri_scene::load_with_files(path)?;
         return Ok(Model { mesh, files, bvh: None });
     }
-    let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
+    let bvh = Bvh::load(path).map_err(|error| match error {
+        // Who can trace both has asked before.
+        LoadError::Scalar { found } => Error::at(
+            path.display(),
+            format_args!(
+                "was saved in {found}, which trace and render take; build it in {}",
+                S::NAME
+            ),
+        ),
+        error => Error::at(path.display(), error),
+    })?;
     let mesh = mesh(&bvh).map_err(|error| error.of(path))?;
     Ok(Model { mesh, files: vec![], bvh: Some(Arc::new(bvh)) })
 }
 
-/// Reads a model in f64, and says what was read beside it.
-pub(crate) fn load64(path: &Path) -> Result<(Mesh<f64>, Vec<PathBuf>)> {
-    if is_saved(path) {
-        return Err(Error::at(
-            path.display(),
-            "was saved in f32; leave out --scalar f64, or give the model that it was built from",
-        ));
-    }
-    Ok(intertri_scene::load_with_files(path)?)
+/// What a model is read and traced in, and what decided it, for errors.
+pub(crate) struct Chosen {
+    pub(crate) scalar: ScalarName,
+    pub(crate) by: String,
 }
 
-/// Whether a file begins as a saved hierarchy does. One that cannot be read is for others to tell of.
-fn is_saved(path: &Path) -> bool {
-    let mut start = [0; SAVED_MAGIC.len()];
-    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
-    let read = |mut file: File| file.read_exact(&mut start);
-    is_file && File::open(path).and_then(read).is_ok() && start == SAVED_MAGIC
+/// The scalar that was asked for or, if none was, that of a saved hierarchy; of other models f32.
+pub(crate) fn choose(path: Option<&Path>, asked: Option<ScalarName>) -> Result<Chosen> {
+    let name = path.unwrap_or(Path::new("")).display();
+    match (path.and_then(saved_in), asked) {
+        (Some(saved), Some(asked)) if saved != asked => Err(Error::at(
+            name,
+            format_args!(
+                "was saved in {saved}; leave out --scalar {asked}, or build it in {asked}"
+            ),
+        )),
+        (Some(saved), None) => {
+            Ok(Chosen { scalar: saved, by: format!("{name}, saved in {saved}") })
+        }
+        (_, asked) => {
+            let scalar = asked.unwrap_or_default();
+            Ok(Chosen { scalar, by: format!("--scalar {scalar}") })
+        }
+    }
+}
+
+/// The header of a saved hierarchy and its table, at most.
+const FRONT: u64 = 64 + 64 * 32;
+
+/// In which scalar a hierarchy was saved, if the file is one. What cannot be read is for others to tell of.
+fn saved_in(path: &Path) -> Option<ScalarName> {
+    if !std::fs::metadata(path).ok()?.is_file() {
+        return None;
+    }
+    let mut front = vec![];
+    File::open(path).ok()?.take(FRONT).read_to_end(&mut front).ok()?;
+    if !front.starts_with(&SAVED_MAGIC) {
+        return None;
+    }
+    // The scalar is found before any section is read.
+    match Bvh::<f32>::from_bytes(&front) {
+        Err(LoadError::Scalar { .. }) => Some(ScalarName::F64),
+        _ => Some(ScalarName::F32),
+    }
 }
 
 /// The triangles of a hierarchy, each with positions of its own. One that can never be hit is not kept there: it
 /// becomes a point of another, so that it changes no bounds.
-fn mesh(bvh: &Bvh) -> Result<Mesh> {
+fn mesh<S: Coordinate + Given>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
-    let is_kept = |corners: &&[[f32; 3]; 3]| !corners[0][0].is_nan();
+    let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();
     let Some(kept) = triangles.iter().map(|triangle| &triangle.0).find(is_kept) else {
         return Err(Error::new("there is no triangle in it that can be hit"));
     };

@@ -1,6 +1,9 @@
 //! The names of the scalars, on the command line and in reports.
 
+use std::fmt;
+
 use clap::ValueEnum;
+use intertri_scene::Coordinate;
 use serde::Serialize;
 
 /// What coordinates are read and traced in.
@@ -15,11 +18,25 @@ pub(crate) enum ScalarName {
 }
 
 impl ScalarName {
+    /// The name of a scalar.
+    pub(crate) fn of<S: Coordinate>() -> Self {
+        if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
+    }
+
     /// What a report adds to the engine: nothing where it is f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",
             Self::F64 => " in f64",
         }
+    }
+}
+
+impl fmt::Display for ScalarName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::F32 => f32::NAME,
+            Self::F64 => f64::NAME,
+        })
     }
 }

@@ -6,12 +6,15 @@ use std::path::PathBuf;
 use intertri_lab::tables::grouped;
 use serde::Serialize;
 
+use crate::engine::scalar_name::ScalarName;
+
 /// The report of `build`.
 #[derive(Serialize)]
 pub(crate) struct BuildReport {
     pub(crate) model: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
+    pub(crate) scalar: ScalarName,
     /// The size of the file.
     pub(crate) bytes: u64,
     pub(crate) seconds: BuildSeconds,
@@ -28,7 +31,8 @@ pub(crate) struct BuildSeconds {
 impl fmt::Display for BuildReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let triangles = grouped(self.triangles as u64);
-        writeln!(f, "{triangles:>12} triangles of {}", self.model.display())?;
+        let scalar = self.scalar.mention();
+        writeln!(f, "{triangles:>12} triangles of {}{scalar}", self.model.display())?;
         writeln!(f, "{:>12} bytes to {}", grouped(self.bytes), self.output.display())?;
         let BuildSeconds { load, build, write } = self.seconds;
         write!(f, "     seconds: load {load:.3}, build {build:.3}, write {write:.3}")

@@ -1,15 +1,17 @@
-//! `intertri render --scalar f64`: coordinates that f32 has no digits for, by the engines that are exact.
+//! `intertri render` in f64: coordinates that f32 has no digits for, by the engines that are exact.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use intertri_scene::{Scene, shade};
+use intertri_trace::Bvh;
 
 use super::cover::cover;
 use super::options::Options;
 use super::outcome::{refuse_differences, report};
 use crate::engine::engine64::Engine64;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::load64;
+use crate::engine::model::load;
 use crate::engine::name::EngineName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -19,11 +21,11 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 
 /// Draws the picture, and checks it if asked.
-pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
-    check(options)?;
+pub(super) fn run(options: &Options, by: &str, start: Instant) -> Result<()> {
+    check(options, by)?;
     let (size, mut seconds) = (options.size, RenderSeconds::default());
-    let scene = timed(&mut seconds.load, || load_scene(options))?;
-    let engine = |name| Engine64::new(name, triangles(&scene.mesh)?);
+    let (scene, bvh) = timed(&mut seconds.load, || load_scene(options))?;
+    let engine = |name| Engine64::new(name, triangles(&scene.mesh)?, bvh.clone());
     let draw =
         |engine: &Engine64| Frame::traced(&scene, size, engine, options.shadows == Shadows::Rays);
     let frame = draw(&timed(&mut seconds.build, || engine(options.engine))?)?;
@@ -50,28 +52,33 @@ pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// Refuses what is for coordinates in f32.
-fn check(options: &Options) -> Result<()> {
-    Engine64::check(options.engine)?;
-    options.check.map_or(Ok(()), Engine64::check)?;
+/// Refuses what is for coordinates in f32, with what chose f64.
+fn check(options: &Options, by: &str) -> Result<()> {
+    for name in [Some(options.engine), options.check].into_iter().flatten() {
+        Engine64::check(name, by)?;
+    }
     let raster = "is drawn by the rasterizer, which takes coordinates in f32; leave it out";
     if options.wire.is_some() {
-        return Err(Error::usage(format!("--scalar f64: --wire {raster}")));
+        return Err(Error::usage(format!("{by}: --wire {raster}")));
     }
     if options.shadows == Shadows::Volumes {
-        return Err(Error::usage(format!("--scalar f64: --shadows volumes {raster}")));
+        return Err(Error::usage(format!("{by}: --shadows volumes {raster}")));
     }
     Ok(())
 }
 
+/// The hierarchy of a model, if it was saved.
+type Saved = Option<Arc<Bvh<f64>>>;
+
 /// The model or the built-in house, with its camera, light and texture.
-fn load_scene(options: &Options) -> Result<Scene<f64>> {
+fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
     // No file beside a model is a picture, so none can be the output.
-    let model = options.model.as_deref().map(load64).transpose()?.map(|(mesh, _)| mesh);
+    let model = options.model.as_deref().map(load).transpose()?;
+    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let aspect = f64::from(width) / f64::from(height);
-    let mut scene = options.camera.scene_or(model, Scene::house, aspect)?;
+    let mut scene = options.camera.scene_or(model.map(|model| model.mesh), Scene::house, aspect)?;
     cover(options, &mut scene)?;
-    Ok(scene)
+    Ok((scene, bvh))
 }

@@ -33,9 +33,9 @@ pub(crate) struct Options {
     pub(super) engine: EngineName,
 
     /// What the model is read and traced in; f64 is for engines exact and oracle, which --check may name,
-    /// too. Without a model it draws a house at UTM coordinates
-    #[arg(long, value_enum, default_value_t)]
-    pub(super) scalar: ScalarName,
+    /// too. Without a model it draws a house at UTM coordinates [default: what build saved it in, else f32]
+    #[arg(long, value_enum)]
+    pub(super) scalar: Option<ScalarName>,
 
     /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]

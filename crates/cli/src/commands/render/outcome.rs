@@ -6,6 +6,7 @@ use intertri_scene::{Coordinate, Scene};
 use super::options::Options;
 use crate::engine::fixed::GridReport;
 use crate::engine::frame::Frame;
+use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 
@@ -26,7 +27,7 @@ pub(super) fn report<S: Coordinate>(
         triangles: scene.mesh.triangles.len(),
         size: options.size.into(),
         engine: options.engine,
-        scalar: options.scalar,
+        scalar: ScalarName::of::<S>(),
         shadows: options.shadows,
         threshold: threshold.map(Threshold::get),
         up,
