@@ -1,0 +1,90 @@
+// The WebAssembly inside docs/demo/index.html, both modules, without a browser: node --test modules.test.mjs.
+// They are asked by the page's own engine.js.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { runInThisContext } from "node:vm";
+import { gunzipSync } from "node:zlib";
+
+import { BROKEN, MODELS, TRIANGLES } from "./models.mjs";
+
+const read = (name) => readFileSync(new URL(`../${name}`, import.meta.url), "utf8");
+const script = (name, value) => runInThisContext(`${read(`page/${name}`)}; ${value}`);
+const Engine = script("engine.js", "Engine");
+const axes = script("common.js", "axes");
+
+const [, modules] = read("index.html").match(/<script type="application\/json" id="modules">(.*?)<\/script>/s);
+const engines = {};
+for (const [name, packed] of Object.entries(JSON.parse(modules))) {
+  const engine = engines[name] = new Engine();
+  engine.module = new WebAssembly.Module(gunzipSync(Buffer.from(packed, "base64")));
+  await engine.restart();
+}
+const both = Object.entries(engines);
+
+/** Six triangles around a vertex, far from the origin, 64 by 64 pixels of a width. */
+function fan(width) {
+  const { right, up, forward } = axes(25, 20);
+  const corners = [0, 1, 2, 3, 4, 5].map((i) => [Math.cos(i), Math.sin(i), 0.1 * i]);
+  return [64, width, 0, 0, 1000, 700, 400, ...right, ...up, ...forward, 4, corners.length, 0.1, 0.2, 0.3, ...corners.flat()];
+}
+/** A look from a distance of 4, at a model that is moved away. */
+function look(away) {
+  const { right, up, forward } = axes(30, 35);
+  return [128, 96, 0.008, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];
+}
+
+test("there are two, of the same methods", () => {
+  assert.deepEqual(both.map(([name]) => name), ["simd", "plain"]);
+  assert.deepEqual(engines.simd.methods, engines.plain.methods);
+  assert.match(engines.simd.methods.at(-1), /exact/);
+});
+
+test("their golden answers are the committed ones", () => {
+  const [simd, plain] = both.map(([, engine]) => engine.golden().rows);
+  assert.ok(simd.some(([, level]) => level === "simd128") && plain.every(([, level]) => level === "portable"));
+  for (const [section, level, , here, committed, verdict] of [...simd, ...plain]) {
+    assert.deepEqual([here, verdict], [committed, "same"], `${section}, ${level}`);
+  }
+});
+
+test("exact is right around a vertex, others are not, and both modules say so alike", () => {
+  for (const width of [2 ** -14, 2 ** -24]) {
+    const counts = both.map(([, engine]) => {
+      assert.ok(engine.fan(fan(width)));
+      return engine.methods.map((_, method) => engine.fanPicture(method).counts);
+    });
+    assert.deepEqual(counts[0], counts[1]);
+    const wrong = counts[0].map(([, , leaks, doubles, wrongs]) => leaks + doubles + wrongs);
+    assert.ok(wrong.at(-1) === 0 && wrong.some((n) => n > 0), `${wrong}`);
+  }
+  assert.equal(engines.simd.fan([64]), false);
+});
+
+test("a model is the same in every format", () => {
+  const seen = new Set();
+  for (const [, engine] of both) {
+    for (const [name, bytes] of Object.entries(MODELS)) {
+      assert.equal(engine.model(name, bytes), TRIANGLES);
+      for (const away of [0, 2 ** 18]) {
+        assert.ok(engine.look(look(away)));
+        const pixels = engine.trace(0, 96).slice();
+        assert.ok(pixels.some((shade) => shade > 0) && pixels.some((shade) => shade === 0));
+        const wrong = engine.methods.map((_, method) => engine.compare(method, 0, 12).counts.slice(2));
+        assert.deepEqual(wrong.at(-1), [0, 0, 0]);
+        seen.add(JSON.stringify([away, [...pixels], wrong]));
+      }
+    }
+  }
+  assert.equal(seen.size, 2);
+});
+
+test("what is no model has a clear message, and the next is taken", () => {
+  for (const [, engine] of both) {
+    for (const [name, [bytes, words]] of Object.entries(BROKEN)) {
+      assert.throws(() => engine.model(name, bytes), (e) => words.test(e.message) && !e.message.includes("\n"), name);
+    }
+    assert.ok(engine.builtIn() > 1000);
+  }
+});
