@@ -223,11 +223,6 @@ impl Truth {
         self.t.is_rounded(t) && self.u.is_rounded(u) && self.v.is_rounded(v)
     }
 
-    /// An f32 near t.
-    pub fn t_f32(&self) -> f32 {
-        self.t_f64() as f32
-    }
-
     /// An f64 near t.
     pub fn t_f64(&self) -> f64 {
         // Twice the digits that are asked for, then a power of two that may be beyond any f32.

@@ -2,6 +2,8 @@
 
 #[path = "exact/cases.rs"]
 mod cases;
+#[path = "common/compare.rs"]
+mod compare;
 #[path = "exact/meshes.rs"]
 mod meshes;
 #[path = "exact/pairs.rs"]

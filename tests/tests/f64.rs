@@ -7,6 +7,8 @@ mod bound;
 mod cases;
 #[path = "nearest/truth.rs"]
 mod closest_truth;
+#[path = "common/compare.rs"]
+mod compare;
 #[path = "f64/hierarchy.rs"]
 mod hierarchy;
 #[path = "f64/leave.rs"]

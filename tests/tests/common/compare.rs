@@ -1,0 +1,241 @@
+//! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
+
+use intertri::internal::exact::{
+    self, Rule, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t,
+    t_from,
+};
+use intertri::{RayOf, Scalar, TriangleOf};
+use intertri_lab::rng::Rng;
+use intertri_tests::oracle::{self, Truth, truth};
+
+/// A scalar and its neighbours.
+pub(crate) trait Float: Scalar {
+    fn below(self) -> Self;
+    fn above(self) -> Self;
+}
+
+macro_rules! floats {
+    ($($float:ty),*) => {$(
+        impl Float for $float {
+            fn below(self) -> Self {
+                self.next_down()
+            }
+
+            fn above(self) -> Self {
+                self.next_up()
+            }
+        }
+    )*};
+}
+
+floats!(f32, f64);
+
+/// How many of what were compared.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    pairs: usize,
+    hits: usize,
+    crossings: usize,
+    ends: usize,
+    rounded: usize,
+    equal: usize,
+    ordered: usize,
+}
+
+impl Counts {
+    fn add(&mut self, more: Self) {
+        self.pairs += more.pairs;
+        self.hits += more.hits;
+        self.crossings += more.crossings;
+        self.ends += more.ends;
+        self.rounded += more.rounded;
+        self.equal += more.equal;
+        self.ordered += more.ordered;
+    }
+}
+
+/// What is true of a pair, whatever the interval.
+struct Case<S: Scalar> {
+    triangle: TriangleOf<S>,
+    truth: Option<Truth>,
+    /// Whether the ray leaves, if it crosses the triangle.
+    once: Option<bool>,
+}
+
+/// Asks about a ray, which is the pair's but for its interval; at every tier, if all shall be.
+fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
+    let Case { triangle, truth, once: leaves } = case;
+    let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
+    let is_hit = truth.is_some_and(Truth::is_closed_hit);
+    let crossing = leaves.filter(|_| truth.is_some());
+    let crossing = crossing.map(|leaves| if leaves { Side::Leaves } else { Side::Enters });
+    assert_eq!(exact::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
+    assert_eq!(exact::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
+    for tier in Tier::ALL.into_iter().filter(|_| all) {
+        let of = |rule| crossing_from(tier, rule, ray, triangle);
+        assert_eq!(of(Rule::Closed).is_some(), is_hit, "{tier:?} {ray:?} {triangle:?}");
+        assert_eq!(of(Rule::Once), crossing, "{tier:?} {ray:?} {triangle:?}");
+    }
+    counts.hits += usize::from(is_hit);
+    counts.crossings += usize::from(crossing.is_some());
+}
+
+/// The ends of the interval at t and beside it.
+fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &mut Counts) {
+    let near = S::nearest(truth.t_f64());
+    for end in [near.below(), near, near.above()] {
+        check(&RayOf { t_min: end, ..*ray }, case, true, counts);
+        check(&RayOf { t_max: end, ..*ray }, case, true, counts);
+        counts.ends += 2;
+    }
+    let (nan, infinity) = (f32::NAN, f32::INFINITY);
+    let others = [(nan, 9.0), (0.0, nan), (-1.0, -0.0), (-2.0, 1.0), (-nan, 1.0)];
+    let others = others.into_iter().chain([(infinity, infinity), (-infinity, infinity)]);
+    let others = others.map(|(t_min, t_max)| (S::from(t_min), S::from(t_max)));
+    for (t_min, t_max) in others.chain([(near, near)]) {
+        check(&RayOf { t_min, t_max, ..*ray }, case, true, counts);
+    }
+}
+
+/// t, u and v; at every tier, if all shall be.
+fn check_rounding<S: Scalar>(
+    (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
+    truth: &Truth,
+    all: bool,
+    counts: &mut Counts,
+) {
+    let (t, (first, u, v)) = (t(ray, triangle), attributes(ray, triangle));
+    let right = truth.are_rounded([t, u, v]);
+    assert!(right && first == t, "{t} {u} {v} {ray:?} {triangle:?}");
+    let bits = |(t, u, v): (f64, f64, f64)| [t, u, v].map(f64::to_bits);
+    for tier in Tier::ALL.into_iter().filter(|_| all) {
+        assert_eq!(t_from(tier, ray, triangle), t, "{tier:?} {ray:?} {triangle:?}");
+        let all = attributes_from(tier, ray, triangle);
+        assert_eq!(bits(all), bits((t, u, v)), "{tier:?} {ray:?} {triangle:?}");
+    }
+    counts.rounded += 3;
+}
+
+/// One triangle before another, or both at one t: that of the same plane, one beside it, and neighbours at an
+/// edge and at a corner.
+fn check_order<S: Float>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    truth: &Truth,
+    counts: &mut Counts,
+) {
+    let [c1, c2, c3] = triangle.0;
+    let mut moved = *triangle;
+    let number = &mut moved.0[1][usize::from(ray.dir[0] > S::ZERO)];
+    *number = number.above();
+    let beside = |a: [S; 3], b: [S; 3]| {
+        [0, 1, 2].map(|k| S::nearest(a[k].into() + b[k].into() - c3[(k + 1) % 3].into()))
+    };
+    let (near, far) = (beside(c1, c2), beside(c2, c2));
+    let turned = [TriangleOf([c2, c3, c1]), TriangleOf([c1, c3, c2]), moved];
+    let neighbours =
+        [TriangleOf([near, c2, c1]), TriangleOf([c1, near, c3]), TriangleOf([far, c1, near])];
+    for other in turned.into_iter().chain(neighbours) {
+        let Some(of_other) = oracle::truth(ray, &other) else { continue };
+        let want = truth.order(&of_other);
+        assert_eq!(order(ray, triangle, &other), want, "{ray:?} {triangle:?} {other:?}");
+        for tier in Tier::ALL {
+            assert_eq!(order_from(tier, ray, triangle, &other), want, "{ray:?} {triangle:?}");
+            assert_eq!(order_from(tier, ray, &other, triangle), want.reverse());
+        }
+        *if want.is_eq() { &mut counts.equal } else { &mut counts.ordered } += 1;
+    }
+}
+
+/// A pair of a kind.
+type Draw<S> = fn(usize, &mut Rng) -> (RayOf<S>, TriangleOf<S>);
+
+/// Pairs of several kinds.
+#[derive(Clone, Copy)]
+pub(crate) struct Cases<S: Scalar> {
+    pub(crate) kinds: usize,
+    pub(crate) case: Draw<S>,
+}
+
+impl<S: Float> Cases<S> {
+    /// So many pairs of each kind, from a seed; one in `seldom` is asked what takes long. The counts of each kind.
+    fn run(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Counts> {
+        let mut all = vec![Counts::default(); self.kinds];
+        let mut rng = Rng::new(seed);
+        for i in 0..pairs * self.kinds {
+            let (round, kind) = (i / self.kinds, i % self.kinds);
+            let (ray, triangle) = (self.case)(kind, &mut rng);
+            let (truth, counts) = (truth(&ray, &triangle), &mut all[kind]);
+            let case =
+                Case { triangle, once: oracle::once(&ray, &triangle, truth.as_ref()), truth };
+            check(&ray, &case, round.is_multiple_of(4 * seldom), counts);
+            counts.pairs += 1;
+
+            // What a hit is asked for is asked of some planes that are met beside their triangle, too.
+            let Some(truth) = &case.truth else { continue };
+            let is_hit = truth.is_closed_hit();
+            if is_hit && round % (16 * seldom) == 1 || round % (64 * seldom) == 2 {
+                check_ends(&ray, &case, truth, counts);
+                check_order(&ray, &triangle, truth, counts);
+            }
+            let all = is_hit && round % (4 * seldom) < 2 || round.is_multiple_of(16 * seldom);
+            if all || is_hit && round % 4 < 2 {
+                check_rounding((&ray, &triangle), truth, all, counts);
+            }
+        }
+        all
+    }
+
+    /// On all threads, of which each has its counts.
+    fn run_on_all(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Vec<Counts>> {
+        let threads = std::thread::available_parallelism().map_or(1, Into::into);
+        std::thread::scope(|scope| {
+            let one =
+                |i| scope.spawn(move || self.run(pairs.div_ceil(threads), seed + i as u64, seldom));
+            let all: Vec<_> = (0..threads).map(one).collect();
+            all.into_iter().map(|thread| thread.join().unwrap()).collect()
+        })
+    }
+
+    /// So many pairs of each kind; and that there was enough to compare.
+    pub(crate) fn agree(self, pairs: usize) {
+        let all = self.run_on_all(pairs, 1, 1);
+        println!("{all:#?}");
+        for kinds in all {
+            let Counts { hits, crossings, ends, rounded, equal, ordered, .. } = sum(&kinds);
+            let least = hits.min(crossings).min(ends).min(rounded).min(equal).min(ordered);
+            assert!(least > 100);
+        }
+    }
+
+    /// So many pairs by `INTERTRI_EXACT_PAIRS`, the first of them by `INTERTRI_EXACT_SEED`.
+    pub(crate) fn agree_for_hours(self) {
+        let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
+        let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);
+        let seed = number("INTERTRI_EXACT_SEED", 1_000) as u64;
+        let a_round = 250_000_usize.div_ceil(self.kinds);
+        let mut all = vec![Counts::default(); self.kinds];
+        let by_kind = |all: &[Counts]| {
+            all.iter().enumerate().for_each(|(kind, counts)| println!("  kind {kind}: {counts:?}"));
+        };
+        for round in 0..pairs.div_ceil(a_round * self.kinds) {
+            for kinds in self.run_on_all(a_round, seed + 100 * round as u64, 16) {
+                all.iter_mut().zip(kinds).for_each(|(sum, counts)| sum.add(counts));
+            }
+            println!("{:?}", sum(&all));
+            if round % 40 == 39 {
+                by_kind(&all);
+            }
+        }
+        by_kind(&all);
+    }
+}
+
+/// Those of all kinds together.
+fn sum(kinds: &[Counts]) -> Counts {
+    let mut all = Counts::default();
+    for kind in kinds {
+        all.add(*kind);
+    }
+    all
+}
