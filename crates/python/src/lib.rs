@@ -21,7 +21,7 @@ mod _intertri {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::tree::{Tree32, Tree64, closest_point};
+    use crate::tree::{Tree32, Tree64};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

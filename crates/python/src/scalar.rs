@@ -1,8 +1,7 @@
-//! The scalars that coordinates come in, and what is asked of a mesh of either.
+//! The scalars that coordinates come in, and what is asked in a mode that Python names.
 
-use intertri::internal::exact::{self, Side};
-use intertri::{Certified, Crossings, Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{Bvh, ClosestPoint, Given, Place, Solid};
+use intertri::{Certified, Exact, Hit, RayOf};
+use intertri_trace::{Bvh, Given};
 use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
@@ -32,95 +31,55 @@ impl Mode {
     }
 }
 
-/// f32 or f64. A mesh with its hierarchy is a `Solid` of them, closed or not.
+/// f32 or f64.
 pub(crate) trait Scalar: Element + Given {
-    fn solid(triangles: &[TriangleOf<Self>]) -> PyResult<Solid<Self>>;
-    /// Moves the triangles, and tells how worn the tree is: 1 where nothing has moved.
-    fn refit(mesh: &mut Solid<Self>, triangles: &[TriangleOf<Self>]) -> PyResult<f64>;
-    /// The hierarchy as bytes, none where it cannot be saved; and back.
-    fn to_bytes(mesh: &Solid<Self>) -> Vec<u8>;
-    fn from_bytes(bytes: &[u8], triangles: &[TriangleOf<Self>]) -> PyResult<Solid<Self>>;
-    /// Which edge of a mesh is open, and how.
-    fn open_edge(triangles: &[TriangleOf<Self>]) -> Option<String>;
-
     /// Whether a mode answers.
     fn has(mode: Mode) -> bool;
-    fn closest(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]);
-    fn triangles(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]);
-    fn any(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]);
+    fn closest(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]);
+    fn triangles(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]);
+    fn any(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]);
     fn all(
-        mesh: &Solid<Self>,
+        bvh: &Bvh<Self>,
         mode: Mode,
         rays: &[RayOf<Self>],
         limit: Option<usize>,
     ) -> PyResult<Part<Hit>>;
-    /// The triangles, in the order in which they were given.
-    fn all_triangles(mesh: &Solid<Self>) -> Vec<TriangleOf<Self>>;
-    /// Whether a ray that meets a triangle crosses it, and if so, whether it leaves.
-    fn crossing(ray: &RayOf<Self>, triangle: &TriangleOf<Self>) -> Option<bool>;
-    fn count(mesh: &Solid<Self>, rays: &[RayOf<Self>], counts: &mut [Crossings]);
-
-    fn places(mesh: &Solid<Self>, points: &[[Self; 3]], places: &mut [Place]);
 }
 
-/// What the queries of both scalars share: `$by_mode` says which modes there are.
+/// The queries of a scalar: `$by_mode` says which modes there are.
 macro_rules! queries {
     ($by_mode:ident) => {
-        fn solid(triangles: &[TriangleOf<Self>]) -> PyResult<Solid<Self>> {
-            Solid::assume_closed(triangles).map_err(no_memory)
+        fn closest(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]) {
+            $by_mode!(mode, mode => bvh.closest_batch(mode, rays, hits));
         }
 
-        fn open_edge(triangles: &[TriangleOf<Self>]) -> Option<String> {
-            Solid::new(triangles).err().map(|error| error.to_string())
+        fn triangles(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]) {
+            $by_mode!(mode, mode => bvh.triangles_batch(mode, rays, triangles));
         }
 
-        fn closest(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]) {
-            $by_mode!(mode, mode => mesh.bvh().closest_batch(mode, rays, hits));
-        }
-
-        fn triangles(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]) {
-            $by_mode!(mode, mode => mesh.bvh().triangles_batch(mode, rays, triangles));
-        }
-
-        fn any(mesh: &Solid<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]) {
-            $by_mode!(mode, mode => mesh.bvh().any_batch(mode, rays, any));
+        fn any(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]) {
+            $by_mode!(mode, mode => bvh.any_batch(mode, rays, any));
         }
 
         fn all(
-            mesh: &Solid<Self>,
+            bvh: &Bvh<Self>,
             mode: Mode,
             rays: &[RayOf<Self>],
             limit: Option<usize>,
         ) -> PyResult<Part<Hit>> {
-            let lists = $by_mode!(mode, mode => mesh.bvh().all_batch(mode, rays, limit));
+            let lists = $by_mode!(mode, mode => bvh.all_batch(mode, rays, limit));
             let lists = lists.map_err(no_memory)?;
             let counts = lists.offsets.windows(2).map(|ends| (ends[1] - ends[0]) as u32).collect();
             Ok(Part { counts, answers: lists.hits })
         }
-
-        fn all_triangles(mesh: &Solid<Self>) -> Vec<TriangleOf<Self>> {
-            mesh.bvh().to_triangles()
-        }
-
-        fn crossing(ray: &RayOf<Self>, triangle: &TriangleOf<Self>) -> Option<bool> {
-            exact::crossing(ray, triangle).map(|side| side == Side::Leaves)
-        }
-
-        fn count(mesh: &Solid<Self>, rays: &[RayOf<Self>], counts: &mut [Crossings]) {
-            mesh.bvh().crossings_batch(&Exact::default(), rays, counts);
-        }
-
-        fn places(mesh: &Solid<Self>, points: &[[Self; 3]], places: &mut [Place]) {
-            mesh.place_batch(points, places);
-        }
     };
 }
 
-fn no_memory(error: impl ToString) -> PyErr {
+pub(crate) fn no_memory(error: impl ToString) -> PyErr {
     PyMemoryError::new_err(error.to_string())
 }
 
-fn wrong(error: impl ToString) -> PyErr {
+pub(crate) fn wrong(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
 }
 
@@ -155,56 +114,12 @@ impl Scalar for f32 {
     fn has(_: Mode) -> bool {
         true
     }
-
-    fn refit(mesh: &mut Solid, triangles: &[TriangleOf<f32>]) -> PyResult<f64> {
-        let none = Self::solid(&[])?;
-        let mut bvh = std::mem::replace(mesh, none).into_bvh();
-        let refit = bvh.refit(triangles);
-        *mesh = Solid::assume_closed_bvh(bvh);
-        refit.map(|refit| refit.ratio()).map_err(wrong)
-    }
-
-    fn to_bytes(mesh: &Solid) -> Vec<u8> {
-        mesh.bvh().to_bytes()
-    }
-
-    fn from_bytes(bytes: &[u8], triangles: &[TriangleOf<f32>]) -> PyResult<Solid> {
-        let bvh: Bvh = Bvh::from_bytes(bytes).map_err(wrong)?;
-        if bvh.len() == triangles.len() {
-            Ok(Solid::assume_closed_bvh(bvh))
-        } else {
-            Err(wrong(format!("a hierarchy of {} triangles, not {}", bvh.len(), triangles.len())))
-        }
-    }
 }
 
-/// Hierarchies over f64 are neither saved nor refitted yet: they are built anew.
 impl Scalar for f64 {
     queries!(exact_alone);
 
     fn has(mode: Mode) -> bool {
         matches!(mode, Mode::Exact)
     }
-
-    fn refit(mesh: &mut Solid<f64>, triangles: &[TriangleOf<f64>]) -> PyResult<f64> {
-        *mesh = Self::solid(triangles)?;
-        Ok(1.0)
-    }
-
-    fn to_bytes(_: &Solid<f64>) -> Vec<u8> {
-        Vec::new()
-    }
-
-    fn from_bytes(bytes: &[u8], triangles: &[TriangleOf<f64>]) -> PyResult<Solid<f64>> {
-        if bytes.is_empty() {
-            Self::solid(triangles)
-        } else {
-            Err(wrong("a hierarchy of triangles in float32, not float64"))
-        }
-    }
-}
-
-/// The closest points of a mesh over f32.
-pub(crate) fn nearest(mesh: &Solid, points: &[[f32; 3]], radius: f64, out: &mut [ClosestPoint]) {
-    mesh.bvh().closest_point_batch(points, radius, out);
 }

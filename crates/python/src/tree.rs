@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use intertri::{Crossings, Hit, TriangleOf};
+use intertri::{Crossings, Exact, Hit, TriangleOf};
 use intertri_trace::{ClosestPoint, Place, Solid};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
@@ -20,7 +20,7 @@ use crate::order::tiled;
 use crate::points::of_points;
 use crate::pool::pool;
 use crate::run::run;
-use crate::scalar::{Mode, Scalar, nearest};
+use crate::scalar::{Mode, Scalar};
 use crate::source::Arrays;
 
 /// What stands for a point on the mesh among winding numbers.
@@ -33,8 +33,8 @@ type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 struct Shared<S: Scalar>(Mutex<Arc<Mesh<S>>>);
 
 impl<S: Scalar> Shared<S> {
-    fn new(solid: Solid<S>) -> Self {
-        Self(Mutex::new(Arc::new(Mesh::new(solid))))
+    fn new(mesh: Mesh<S>) -> Self {
+        Self(Mutex::new(Arc::new(mesh)))
     }
 
     /// The mesh as it is, after what is being done to it.
@@ -105,7 +105,7 @@ macro_rules! tree {
             ) -> PyResult<Self> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let pool = pool(threads)?;
-                let build = |_: &_| <$scalar>::solid(&gather(vertices, faces)?);
+                let build = |_: &_| Mesh::new(&gather(vertices, faces)?);
                 Ok(Self { mesh: Shared::new(run(py, &pool, faces.len(), build)??) })
             }
 
@@ -119,7 +119,8 @@ macro_rules! tree {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let pool = pool(None)?;
                 run(py, &pool, faces.len(), |_| {
-                    Ok(<$scalar>::open_edge(&gather::<$scalar>(vertices, faces)?))
+                    let solid = Solid::new(&gather::<$scalar>(vertices, faces)?);
+                    Ok(solid.err().map(|error| error.to_string()))
                 })?
             }
 
@@ -137,7 +138,7 @@ macro_rules! tree {
                 let out: &mut [Hit] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py);
                 answers(py, &*pool(threads)?, &rays, width, (out, Hit::MISS), |rays, hits| {
-                    <$scalar>::closest(&mesh.solid, mode, rays, hits);
+                    <$scalar>::closest(mesh.solid.bvh(), mode, rays, hits);
                 })
             }
 
@@ -155,7 +156,7 @@ macro_rules! tree {
                 let out: &mut [u32] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py);
                 answers(py, &*pool(threads)?, &rays, width, (out, 0), |rays, triangles| {
-                    <$scalar>::triangles(&mesh.solid, mode, rays, triangles);
+                    <$scalar>::triangles(mesh.solid.bvh(), mode, rays, triangles);
                 })
             }
 
@@ -176,7 +177,7 @@ macro_rules! tree {
                 }
                 let mesh = self.mesh.get(py);
                 answers(py, &*pool(threads)?, &rays, width, (out, false), |rays, any| {
-                    <$scalar>::any(&mesh.solid, mode, rays, any);
+                    <$scalar>::any(mesh.solid.bvh(), mode, rays, any);
                 })
             }
 
@@ -192,7 +193,7 @@ macro_rules! tree {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let mesh = self.mesh.get(py);
                 lists(py, &*pool(threads)?, &rays, |rays| {
-                    <$scalar>::all(&mesh.solid, mode, rays, limit)
+                    <$scalar>::all(mesh.solid.bvh(), mode, rays, limit)
                 })
             }
 
@@ -222,7 +223,7 @@ macro_rules! tree {
                 let mesh = self.mesh.get(py);
                 answers(py, &*pool(threads)?, &rays, width, (out, [0; 2]), |rays, out| {
                     let mut counts = vec![Crossings::default(); rays.len()];
-                    <$scalar>::count(&mesh.solid, rays, &mut counts);
+                    mesh.solid.bvh().crossings_batch(&Exact::default(), rays, &mut counts);
                     for (out, count) in out.iter_mut().zip(counts) {
                         *out = [count.signed, count.unsigned as i64];
                     }
@@ -242,8 +243,41 @@ macro_rules! tree {
                 let mesh = self.mesh.get(py);
                 of_points(py, &*pool(threads)?, points, (out, 0), |points, out| {
                     let mut places = vec![Place::Outside; points.len()];
-                    <$scalar>::places(&mesh.solid, points, &mut places);
+                    mesh.solid.place_batch(points, &mut places);
                     out.iter_mut().zip(places).for_each(|(out, place)| *out = winding(place));
+                })
+            }
+
+            /// Fills `out` with the points of the mesh that are nearest to points.
+            fn closest_point(
+                &self,
+                py: Python<'_>,
+                points: PyReadonlyArray1<'_, $scalar>,
+                radius: f64,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let points = points.as_slice()?;
+                let out: &mut [ClosestPoint] = rows(&mut out, points.len() / 3)?;
+                let (mesh, none) = (self.mesh.get(py), ClosestPoint::NONE);
+                of_points(py, &*pool(threads)?, points, (out, none), |points, out| {
+                    mesh.solid.bvh().closest_point_batch(points, radius, out);
+                })
+            }
+
+            /// Fills `out` with the distances of points, negative inside.
+            fn signed_distance(
+                &self,
+                py: Python<'_>,
+                points: PyReadonlyArray1<'_, $scalar>,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let points = points.as_slice()?;
+                let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
+                let mesh = self.mesh.get(py);
+                of_points(py, &*pool(threads)?, points, (out, 0.0), |points, out| {
+                    mesh.solid.signed_distance_batch(points, out);
                 })
             }
 
@@ -270,23 +304,15 @@ macro_rules! tree {
             /// The hierarchy as bytes.
             fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
                 let mesh = self.mesh.get(py);
-                let bytes = py.detach(|| <$scalar>::to_bytes(&mesh.solid));
+                let bytes = py.detach(|| mesh.solid.bvh().to_bytes());
                 PyBytes::new(py, &bytes)
             }
 
-            /// The hierarchy of bytes, over these triangles.
+            /// The hierarchy of bytes, over so many triangles.
             #[staticmethod]
-            fn from_bytes(
-                py: Python<'_>,
-                bytes: &[u8],
-                vertices: PyReadonlyArray1<'_, $scalar>,
-                faces: PyReadonlyArray1<'_, u32>,
-            ) -> PyResult<Self> {
-                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
-                let pool = pool(None)?;
-                let mesh = run(py, &pool, faces.len(), |_| {
-                    <$scalar>::from_bytes(bytes, &gather::<$scalar>(vertices, faces)?)
-                })??;
+            fn from_bytes(py: Python<'_>, bytes: &[u8], triangles: usize) -> PyResult<Self> {
+                let read = |_: &_| Mesh::from_bytes(bytes, triangles);
+                let mesh = run(py, &*pool(None)?, triangles, read)??;
                 Ok(Self { mesh: Shared::new(mesh) })
             }
 
@@ -311,7 +337,7 @@ macro_rules! tree {
                     for _ in 0..times {
                         for (rays, least) in [(&in_rows, &mut a), (&by_tiles, &mut b)] {
                             let began = Instant::now();
-                            <$scalar>::closest(&mesh.solid, Mode::Exact, rays, &mut hits);
+                            <$scalar>::closest(mesh.solid.bvh(), Mode::Exact, rays, &mut hits);
                             *least = least.min(began.elapsed().as_secs_f64());
                         }
                     }
@@ -324,22 +350,3 @@ macro_rules! tree {
 
 tree!(Tree32, f32);
 tree!(Tree64, f64);
-
-/// Fills `out` with the points of a mesh that are nearest to points.
-#[pyfunction]
-pub(crate) fn closest_point(
-    py: Python<'_>,
-    tree: &Tree32,
-    points: PyReadonlyArray1<'_, f32>,
-    radius: f64,
-    threads: Threads,
-    mut out: Bytes<'_>,
-) -> PyResult<()> {
-    let points = points.as_slice()?;
-    let out: &mut [ClosestPoint] = rows(&mut out, points.len() / 3)?;
-    let mesh = tree.mesh.get(py);
-    let none = ClosestPoint::NONE;
-    of_points(py, &*pool(threads)?, points, (out, none), |points, out| {
-        nearest(&mesh.solid, points, radius, out);
-    })
-}

@@ -21,25 +21,24 @@ def hits_of(mesh):
     return mesh.closest(eye.astype(mesh.dtype), ways.astype(mesh.dtype))
 
 
-def test_nearest_points_are_right(dtype, rng):
+@pytest.mark.parametrize("moved", [0, 528_980.447])
+def test_nearest_points_are_right(dtype, rng, moved):
     vertices, faces = icosphere(1)
-    mesh = intertri.Mesh(vertices.astype(dtype), faces)
-    points = rng.uniform(-2, 2, (60, 3)).astype(dtype)
-    points[:10], points[10:15] = mesh.vertices[:10], 0
+    mesh = intertri.Mesh((vertices + moved).astype(dtype), faces)
+    points = (rng.uniform(-2, 2, (60, 3)) + moved).astype(dtype)
+    points[:10], points[10:15] = mesh.vertices[:10], moved
     near = mesh.closest_point(points)
     for point, found in zip(points, near):
         squares = [oracle.squared_distance(triangle, point) for triangle in mesh.triangles]
-        if dtype == np.float32:
-            assert found["triangle"] == squares.index(min(squares))
-            assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=1e-15)
-        else:
-            assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=2**-21, abs_tol=2**-21)
-            assert math.isclose(found["distance"], math.sqrt(squares[found["triangle"]]), rel_tol=1e-14, abs_tol=1e-15)
-        assert np.linalg.norm(found["point"] - point) == pytest.approx(found["distance"], abs=1e-14)
-    assert (near["distance"][:10] <= (0 if dtype == np.float32 else 1e-15)).all()
+        assert found["triangle"] == squares.index(min(squares))
+        assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=1e-15)
+        # The point is rounded, where it is.
+        assert np.linalg.norm(found["point"] - point) == pytest.approx(found["distance"], abs=1e-14 + 1e-15 * moved)
+    assert (near["distance"][:10] == 0).all()
     signed = mesh.signed_distance(points)
     assert (abs(signed) == near["distance"]).all()
     assert ((signed < 0) == (mesh.contains(points) & (near["distance"] > 0))).all() and (signed < 0).sum() > 3
+    assert np.isnan(mesh.signed_distance([math.nan, 0, 0])) and not np.signbit(signed[:10]).any()
 
 
 def test_radius_and_shapes(dtype):
@@ -97,9 +96,12 @@ def test_a_tree_of_another_mesh_is_refused(mesh, tmp_path):
     path = tmp_path / "mesh.npz"
     tree = np.frombuffer(other.__reduce__()[1][2], np.uint8)
     np.savez(path, vertices=mesh.vertices, faces=mesh.faces, tree=tree)
-    if mesh.dtype == np.float32:
-        with pytest.raises(ValueError, match="triangles"):
-            intertri.load(path)
+    with pytest.raises(ValueError, match="a hierarchy of 12 triangles, not 1280"):
+        intertri.load(path)
+    other = intertri.Mesh(mesh.vertices.astype(np.float64 if mesh.dtype == np.float32 else np.float32), mesh.faces)
+    np.savez(path, vertices=mesh.vertices, faces=mesh.faces, tree=np.frombuffer(other.__reduce__()[1][2], np.uint8))
+    with pytest.raises(ValueError, match=f"the saved hierarchy are f{8 * other.dtype.itemsize}"):
+        intertri.load(path)
 
 
 def test_refit_answers_as_a_new_mesh(mesh, rng):
@@ -111,7 +113,8 @@ def test_refit_answers_as_a_new_mesh(mesh, rng):
                                       np.sin(angle) * turned[:, 0] + np.cos(angle) * turned[:, 2])
         turned = turned.astype(mesh.dtype)
         ratio = mesh.refit(turned)
-        assert 0 < ratio < 10
+        # Of a tree that was built anew it were 1.
+        assert 0 < ratio < 10 and (ratio != 1) == (twist > 0)
         new = intertri.Mesh(turned, faces)
         assert mesh.digest == new.digest and (mesh.vertices == turned).all()
         assert (hits_of(mesh) == hits_of(new)).all() and (hits_of(mesh)["triangle"] >= 0).any()

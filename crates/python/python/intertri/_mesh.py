@@ -75,8 +75,7 @@ class Mesh(RayQueries, PointQueries):
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes vertices, faces and hierarchy to a file, for `intertri.load`, the same on every machine.
 
-        It is one of numpy's ``.npz`` files: ``vertices``, ``faces``, and ``tree``, the bytes of a saved hierarchy, of
-        float32 alone.
+        It is one of numpy's ``.npz`` files: ``vertices``, ``faces``, and ``tree``, the bytes of a saved hierarchy.
 
         >>> import intertri, tempfile, os
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -97,14 +96,13 @@ def _restore(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tre
     corners, rows = corners.copy(), rows.copy()
     corners.flags.writeable = rows.flags.writeable = False
     mesh._vertices, mesh._faces = corners, rows
-    mesh._copy = mesh._digest = mesh._open = None
-    flat = _arrays.flat(corners, corners.dtype)
-    mesh._trees = {corners.dtype: native(corners.dtype).from_bytes(tree, flat, rows.reshape(-1))}
+    mesh._digest = mesh._open = None
+    mesh._trees = {corners.dtype: native(corners.dtype).from_bytes(tree, len(rows))}
     return mesh
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
-    """A mesh that `Mesh.save` wrote: in float32 several times faster than it was built; in float64 it is built anew.
+    """A mesh that `Mesh.save` wrote, several times faster than it was built.
 
     Raises
     ------

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays
 from ._arrays import F32, F64
 from ._dtypes import NEAREST
-from ._intertri import SURFACE, Tree32, closest_point
-from ._nearest import Copy
+from ._intertri import SURFACE
 from ._triangles import Triangles
 
 
@@ -118,10 +117,8 @@ class PointQueries(Triangles):
         Returns
         -------
         (...) `NEAREST`
-            Fields distance, point, u, v, triangle (-1 for none) and geometry. In float32 the triangle is truly the
-            nearest, and of those that are equally near the lowest. In float64 it is found on a copy in float32 about
-            the mesh's middle, so it may be one that is farther by 2**-21 of the distance or of the mesh's size;
-            distance and point are those of this triangle, in float64.
+            Fields distance, point, u, v, triangle (-1 for none) and geometry. The triangle is truly the nearest, and
+            of those that are equally near the lowest. A point that is not finite has none.
 
         Examples
         --------
@@ -135,14 +132,8 @@ class PointQueries(Triangles):
         if not radius >= 0:
             raise ValueError(f"radius is {radius}; it must not be negative")
         nearest, threads = _arrays.answers(at.shape[:-1], NEAREST, out, at), _arrays.threads_of(threads)
-        if at.dtype == F32:
-            tree = self._tree(F32, threads)
-            assert isinstance(tree, Tree32)
-            closest_point(tree, _arrays.flat(at, F32), float(radius), threads, _arrays.as_bytes(nearest))
-        else:
-            if self._copy is None:
-                self._copy = Copy(self._vertices.astype(F64, copy=False), self._faces, threads)
-            self._copy.find(np.ascontiguousarray(at, np.float64).reshape(-1, 3), radius, threads, nearest.reshape(-1))
+        tree = self._tree(at.dtype, threads)
+        tree.closest_point(_arrays.flat(at, at.dtype), float(radius), threads, _arrays.as_bytes(nearest))
         return nearest if at.ndim > 1 or out is not None else nearest[()]
 
     def signed_distance(
@@ -150,8 +141,8 @@ class PointQueries(Triangles):
     ) -> NDArray[np.float64]:
         """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
 
-        The sign is that of `contains`, exact; 0 on the mesh. Distances are those of `closest_point`. Parameters and
-        errors are those of `contains`.
+        The sign is that of `contains`, exact; 0 on the mesh. Distances are those of `closest_point`, or NaN of a point
+        that is not finite. Parameters and errors are those of `contains`.
         ``intertri.trimesh.signed_distance`` has trimesh's sign, positive inside.
 
         >>> import intertri
@@ -160,7 +151,10 @@ class PointQueries(Triangles):
         >>> solid.signed_distance([[0.5, 1, 1], [-2, 1, 1], [0, 1, 1]])
         array([-0.5,  2. ,  0. ])
         """
-        inside = self.contains(points, assume_closed=assume_closed, threads=threads)
-        distance = self.closest_point(points, threads=threads)["distance"]
-        signed: NDArray[np.float64] = np.where(inside & (distance > 0), -distance, distance)
+        if not assume_closed:
+            self._must_be_closed()
+        at = self._points(points)
+        signed = np.empty(at.shape[:-1], np.float64)
+        tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
+        tree.signed_distance(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(signed))
         return signed

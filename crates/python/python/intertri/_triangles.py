@@ -11,18 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from . import _arrays
 from ._arrays import F32
 from ._intertri import Tree32, Tree64
-from ._nearest import Copy
 
 
 class Triangles:
     """Triangles, and the hierarchy over them; `Mesh` tells more."""
 
-    __slots__ = ("__weakref__", "_copy", "_digest", "_faces", "_open", "_trees", "_vertices")
+    __slots__ = ("__weakref__", "_digest", "_faces", "_open", "_trees", "_vertices")
 
     _vertices: NDArray[np.floating[Any]]
     _faces: NDArray[np.uint32]
     _trees: dict[np.dtype[Any], Tree32 | Tree64]
-    _copy: Copy | None
     _digest: str | None
     _open: str | None
 
@@ -36,7 +34,7 @@ class Triangles:
         corners.flags.writeable = rows.flags.writeable = False
         self._vertices, self._faces = corners, rows
         self._trees = {}
-        self._copy = self._digest = self._open = None
+        self._digest = self._open = None
         self._tree(corners.dtype, threads)
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
@@ -103,8 +101,7 @@ class Triangles:
     def refit(self, vertices: ArrayLike, *, threads: int | None = None) -> float:
         """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles.
 
-        In float32 it takes a small part of the time of a new mesh; in float64 all of it. Answers are those of a new
-        mesh, but the more the faces move against each other, the longer queries take. A query that runs meanwhile in
+        It takes a small part of the time of a new mesh. Answers are those of a new mesh, but the more the faces move against each other, the longer queries take. A query that runs meanwhile in
         another thread answers for the old positions or for the new.
 
         Returns
@@ -138,7 +135,7 @@ class Triangles:
         ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
         corners.flags.writeable = False
         self._vertices, self._trees = corners, {self.dtype: tree}
-        self._copy = self._digest = self._open = None
+        self._digest = self._open = None
         return ratio
 
     @property
