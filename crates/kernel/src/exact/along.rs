@@ -5,11 +5,9 @@ use core::cmp::Ordering;
 use super::input::{is_plain, pair};
 use super::int::Int;
 use super::numbers::{Numbers, Pair, Scales};
-use super::one_pair;
+use super::one_pair::{self, Met};
 use super::quotient::{Quotient, pow2};
-use super::tails::SeenTails;
 use super::tier::{Tier, at_tier, is_f64};
-use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// t, rounded once, of a triangle whose plane the ray's line meets in one point; by a tier or one behind it.
@@ -28,12 +26,13 @@ pub(crate) fn t_times_from<S: Scalar>(
     exponent: i32,
 ) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let (t, sure) = t_in_two_parts(ray, triangle);
-        if sure && exponent == 0 {
+        let Met { quotients: [t, ..], sure, .. } = one_pair::meet(ray, triangle);
+        let is_sure = sure & 1 != 0;
+        if is_sure && exponent == 0 {
             return t;
         }
         // Where neither is subnormal or infinite, the product is exact.
-        if sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
+        if is_sure && is_tame_t(t) && exponent.unsigned_abs() < 500 {
             return t * pow2(exponent);
         }
     }
@@ -68,9 +67,9 @@ pub fn attributes_from<S: Scalar>(
     triangle: &TriangleOf<S>,
 ) -> (f64, f64, f64) {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let (attributes, sure) = attributes_in_two_parts(ray, triangle);
-        if sure {
-            return attributes;
+        let Met { quotients: [t, u, v], sure, .. } = one_pair::meet(ray, triangle);
+        if sure == 0b111 {
+            return (t, u, v);
         }
     }
     attributes_by_integers(from, ray, triangle)
@@ -87,39 +86,6 @@ pub fn order_from<S: Scalar>(
     let (a, b) = (pair(ray, one), pair(ray, other));
     let scales = a.scales_with(other.0);
     at_tier!(S, from.max(scales.tier::<S>()), order::<S, C, N, V, P>(&a, &b, scales))
-}
-
-/// t in numbers of two parts, and whether it is proven.
-#[inline(always)]
-fn t_in_two_parts<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, bool) {
-    if const { is_f64::<S>() } {
-        with_tails(ray, triangle).t()
-    } else {
-        let ([t, ..], sure) = one_pair::meet(ray, triangle);
-        (t, sure & 1 != 0)
-    }
-}
-
-/// t, u and v in numbers of two parts, and whether they are proven.
-#[inline(always)]
-fn attributes_in_two_parts<S: Scalar>(
-    ray: &RayOf<S>,
-    triangle: &TriangleOf<S>,
-) -> ((f64, f64, f64), bool) {
-    if const { is_f64::<S>() } {
-        let seen = with_tails(ray, triangle);
-        let ((t, t_sure), (u, v, sure)) = (seen.t(), seen.weights());
-        ((t, u, v), t_sure & sure)
-    } else {
-        let ([t, u, v], sure) = one_pair::meet(ray, triangle);
-        ((t, u, v), sure == 0b111)
-    }
-}
-
-#[inline(always)]
-fn with_tails<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> SeenTails<f64> {
-    let vec3 = |v: [S; 3]| Vec3::<f64>::splat(v.map(Into::into));
-    SeenTails::new(triangle.0.map(vec3), vec3(ray.origin), vec3(ray.dir))
 }
 
 #[inline(never)]

@@ -142,6 +142,20 @@ pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     over.cmp(&under)
 }
 
+/// Whether a ray's line surely passes the line through two points or, where they are one, that point. No input may be
+/// subnormal.
+#[inline(always)]
+pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> bool {
+    let (a, h) = (p - org, q - p);
+    let [over, under, _] = Sum::volume(h, a, dir).signs(EDGE);
+    if h.norm1() > 0.0 {
+        return over || under;
+    }
+    let (moment, size) = (a.cross_fused(dir).abs(), a.abs().permanents(dir.abs()));
+    let beyond = |x: f64, size: f64| x > EDGE * size;
+    beyond(moment.x, size.x) || beyond(moment.y, size.y) || beyond(moment.z, size.z)
+}
+
 /// Where `num / den` is surely beyond an end of the interval, and where surely before.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {

@@ -77,7 +77,7 @@ pub fn crossing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<S
 
 /// Whether a ray that hits two triangles surely meets both at one t, because it meets them where they touch; of a pair
 /// that is no hit it may say either.
-pub(crate) fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
+pub fn touch<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> bool {
     shared_edge::is_met(ray, one, other)
 }
 

@@ -6,15 +6,49 @@
 //! ```
 //!
 //! A call of its own, so it asks for the instructions of a level itself: without a fused operation, what a product
-//! lacks takes sixteen others.
+//! lacks takes sixteen others. Of what is given in f32 the edges are exact in f64, of what in f64 they are so in two
+//! parts.
 
-use super::double::{Double, cross, difference};
+use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};
+use super::tails::{self, TwoParts};
+use super::tier::is_f64;
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd};
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// t, u and v, and which of the three are proven to be rounded right, the lowest bit t's. No number may be subnormal.
-pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> ([f64; 3], u32) {
+/// Where a ray meets a triangle, and on which side of its edges it runs.
+#[derive(Clone, Copy)]
+pub(super) struct Met {
+    /// t, u and v.
+    pub(super) quotients: [f64; 3],
+    /// Which of them are proven to be rounded right, the lowest bit t's.
+    pub(super) sure: u32,
+    /// D, T, V and W, by part, and what they may be off by; NaN where nothing is proven.
+    volumes: [[f64; 4]; 3],
+}
+
+impl Met {
+    /// The signs of T, U, V and W, each 0 where it is not proven.
+    pub(super) fn signs(&self) -> [i8; 4] {
+        let [high, low, err] = self.volumes;
+        let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
+        // U is D without V and W.
+        let first = sum(high[0], -high[2]);
+        let rest = sum(first.high, -high[3]);
+        let lows = (low[0] - low[2] - low[3]) + (first.low + rest.low);
+        let u = sign(rest.high + lows, err[0] + err[2] + err[3]);
+        [t, u, v, w]
+    }
+}
+
+/// The sign of a number that may be off.
+fn sign(x: f64, err: f64) -> i8 {
+    i8::from(x > err) - i8::from(x < -err)
+}
+
+/// Where a ray meets a triangle. No number may be subnormal; of what is given in f64 none may be so large or so small
+/// that a product is.
+pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Met {
     // Four lanes are all that it takes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
@@ -25,28 +59,28 @@ struct Meet<'a, X> {
 }
 
 impl<X: Scalar> WithSimd for Meet<'_, X> {
-    type Output = ([f64; 3], u32);
+    type Output = Met;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
         let (ends, starts) = (lanes::<S, X>([c1, c2, c3, c1]), lanes::<S, X>([o, c1, c1, c1]));
-        let (edges, lack) = difference(ends, starts);
-        let is_exact = lack.le(Lanes::splat(0.0)).bits() & 0b111 == 0b111;
+        let edges: TwoParts<S::F64x4> = tails::difference(ends, starts);
 
         // By lane, x·(y × z).
-        let (mut x, mut y, mut z) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        edges.x.store(&mut x);
-        edges.y.store(&mut y);
-        edges.z.store(&mut z);
-        let [dx, dy, dz] = d.map(Into::<f64>::into);
-        let factors = [[x, [dx; 4]], [y, [dy; 4]], [z, [dz; 4]]].map(|[e, [d, ..]]| {
-            // a, h4 and h5 along an axis.
-            let [a, h4, h5, _] = e;
-            [[d, a, h5, -h4], [h4, h4, a, a], [h5, h5, d, d]]
-        });
-        let [x, y, z] = [axes::<S>(&factors, 0), axes::<S>(&factors, 1), axes::<S>(&factors, 2)];
-        let volume = Volume::new(x, &cross(y, z), y, z);
+        let [x, y, z] = factors::<S>(edges.first, d.map(Into::into));
+        let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
+        let (volume, exact) = if const { is_f64::<X>() } {
+            let [x_rest, y_rest, z_rest] = factors::<S>(edges.rest, [0.0; 3]);
+            let (y, z) = (TwoParts { first: y, rest: y_rest }, TwoParts { first: z, rest: z_rest });
+            let value =
+                tails::times(&tails::cross_tails(&y, &z), &TwoParts { first: x, rest: x_rest });
+            (Volume { value, err: permanent * Lanes::splat(tails::DOUBT) }, true)
+        } else {
+            let rest = edges.rest.abs();
+            let is_exact = (rest.x + rest.y + rest.z).le(Lanes::splat(0.0)).bits();
+            (Volume::new(x, &cross(y, z), y, z), is_exact & 0b111 == 0b111)
+        };
 
         // All over the first.
         let den = Volume {
@@ -57,11 +91,20 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
             err: first::<S>(volume.err),
         };
         let inverse = <S::F64x4 as Lanes>::splat(1.0) / den.value.high;
-        let (quotients, sure) = quotient(&volume, &den, inverse);
-        let mut all = [0.0; 4];
+        let (quotients, mut sure) = quotient(&volume, &den, inverse);
+        if const { is_f64::<X>() } {
+            sure = sure & tails::is_tame_quotient(quotients);
+        }
+        let (mut all, mut volumes) = ([0.0; 4], [[0.0; 4]; 3]);
         quotients.store(&mut all);
+        volume.value.high.store(&mut volumes[0]);
+        volume.value.low.store(&mut volumes[1]);
+        volume.err.store(&mut volumes[2]);
         let [_, t, u, v] = all;
-        ([t, u, v], if is_exact { sure.bits() >> 1 } else { 0 })
+        if !exact {
+            volumes[2] = [f64::NAN; 4];
+        }
+        Met { quotients: [t, u, v], sure: if exact { sure.bits() >> 1 } else { 0 }, volumes }
     }
 }
 
@@ -72,6 +115,20 @@ fn lanes<S: Simd, X: Scalar>(v: [[X; 3]; 4]) -> Vec3<S::F64x4> {
     let (x, y, z) = ([ax, bx, cx, dx], [ay, by, cy, dy], [az, bz, cz, dz]);
     let [x, y, z] = [x, y, z].map(|row| row.map(Into::<f64>::into));
     Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
+}
+
+/// The factors x, y and z of the volumes, of the edges a, h4 and h5 side by side and a direction.
+#[inline(always)]
+fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F64x4>; 3] {
+    let (mut x, mut y, mut z) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+    edges.x.store(&mut x);
+    edges.y.store(&mut y);
+    edges.z.store(&mut z);
+    let by_axis = [[x, [dx; 4]], [y, [dy; 4]], [z, [dz; 4]]].map(|[e, [d, ..]]| {
+        let [a, h4, h5, _] = e;
+        [[d, a, h5, -h4], [h4, h4, a, a], [h5, h5, d, d]]
+    });
+    [axes::<S>(&by_axis, 0), axes::<S>(&by_axis, 1), axes::<S>(&by_axis, 2)]
 }
 
 /// One of three factors, by axis.

@@ -12,9 +12,12 @@
 
 use core::cmp::Ordering;
 
+use super::float;
+use super::input::is_plain;
 use super::int::{Int, cross, dot};
 use super::scale::Scale;
 use super::tier::{Tier, at_tier, is_f64};
+use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
 /// Whether two triangles, whose planes the ray's line meets in one point each, surely have the same t because
@@ -33,6 +36,13 @@ pub(super) fn is_met<S: Scalar>(
     // One plane.
     if shared.next().is_some() {
         return true;
+    }
+    // Nearly always it surely does not; of f32 integers tell as soon.
+    if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
+        let vec3 = |v: [S; 3]| Vec3::splat(v.map(Into::into));
+        if float::passes([p, q].map(vec3), vec3(ray.origin), vec3(ray.dir)) {
+            return false;
+        }
     }
     let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
     at_tier!(S, points.tier::<S>(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))

@@ -58,7 +58,8 @@ pub(crate) trait LanePairs {
     #[inline(always)]
     fn touch(&self, lane: usize, place: u32) -> bool {
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(place)]);
-        self.resolver().touch(pair)
+        let (number, here) = self.numbers(lane);
+        self.resolver().touch(pair, (number, here, place))
     }
 }
 

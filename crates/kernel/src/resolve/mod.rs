@@ -128,12 +128,21 @@ impl<'a> Resolver<'a> {
     }
 
     /// Whether a ray that hits two triangles surely does so at one t, because it meets them where they touch. Of a pair
-    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing.
+    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing. The numbers are
+    /// those of the ray and of the places.
     #[inline(always)]
-    pub fn touch(self, pair: impl FnOnce() -> (Ray, [Triangle; 2])) -> bool {
-        matches!(self, Self::Exact) && {
-            let (ray, [a, b]) = pair();
-            exact::touch(&ray, &a, &b)
+    pub fn touch(
+        self,
+        pair: impl FnOnce() -> (Ray, [Triangle; 2]),
+        (number, one, other): (u32, u32, u32),
+    ) -> bool {
+        match self {
+            Self::Exact => {
+                let (ray, [a, b]) = pair();
+                exact::touch(&ray, &a, &b)
+            }
+            Self::Originals(originals) => originals.touch(number, one, other),
+            Self::Document(_) | Self::Grid => false,
         }
     }
 

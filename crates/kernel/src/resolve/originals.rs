@@ -20,6 +20,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// Which of two triangles the ray hits first, both of which it is known to hit.
     fn order(&self, ray: u32, one: u32, other: u32) -> Ordering;
 
+    /// Whether two triangles surely touch where the ray meets them, if it hits both.
+    fn touch(&self, ray: u32, one: u32, other: u32) -> bool;
+
     /// The side from which the ray crosses the triangle within its interval, if it does.
     fn crossing(&self, ray: u32, place: u32) -> Option<Side>;
 

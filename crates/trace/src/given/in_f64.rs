@@ -228,6 +228,12 @@ impl Originals for Asked<'_> {
     }
 
     #[inline]
+    fn touch(&self, ray: u32, one: u32, other: u32) -> bool {
+        let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
+        exact::touch(ray, one, other)
+    }
+
+    #[inline]
     fn starts_on(&self, ray: u32, place: u32) -> bool {
         let (ray, triangle) = self.pair(ray, place);
         exact::is_on(triangle, ray.origin)

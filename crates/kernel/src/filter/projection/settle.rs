@@ -49,7 +49,8 @@ impl<'a, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'a, T, I> {
     /// Whether two triangles touch where a ray meets them, if it hits both.
     #[inline(always)]
     pub(super) fn touch(&self, ray: usize, one: u32, other: u32) -> bool {
-        self.resolver.touch(|| (self.rays[ray], [(self.find)(one), (self.find)(other)]))
+        let pair = || (self.rays[ray], [(self.find)(one), (self.find)(other)]);
+        self.resolver.touch(pair, (self.number(ray), one, other))
     }
 
     /// Whether a ray hits one triangle before another, both of which it is known to hit. What was seen of
