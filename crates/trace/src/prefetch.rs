@@ -11,24 +11,26 @@
 use intertri::Ray;
 use intertri::internal::prefetch_early;
 
-/// Those rays that are not prefetched yet.
+/// The memory of the rays that come next, as far as it is not prefetched yet.
 pub(crate) struct Prefetch<'a> {
-    rays: &'a [Ray],
+    memory: &'a [u8],
+    /// So many lines for each that rays in f32 would take.
+    times: usize,
 }
 
 impl<'a> Prefetch<'a> {
-    /// Of the rays that come next, so many.
-    pub(crate) fn of(next: &'a [Ray], most: usize) -> Self {
-        Self { rays: &next[..next.len().min(most)] }
+    /// The memory from which so many rays come next, at most.
+    pub(crate) fn of(memory: &'a [u8], rays: usize) -> Self {
+        Self { memory, times: memory.len().div_ceil((rays * size_of::<Ray>()).max(1)) }
     }
 
     /// Prefetches some cache lines.
     #[inline(always)]
     pub(crate) fn lines(&mut self, lines: usize) {
-        for _ in 0..lines {
-            if let Some((line, rest)) = self.rays.split_at_checked(64 / size_of::<Ray>()) {
+        for _ in 0..lines * self.times {
+            if let Some((line, rest)) = self.memory.split_at_checked(64) {
                 prefetch_early(line);
-                self.rays = rest;
+                self.memory = rest;
             }
         }
     }

@@ -4,14 +4,18 @@
 //! Bounds and proof: `docs/numerics/f64.md`, section 3.
 
 use alloc::vec::Vec;
+use core::slice;
 
 use super::attributes;
 use super::double::{Double, dot};
 use super::input::{is_plain, subnormals_are_read};
 use super::rounded::{Volume, quotient};
 use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, times};
-use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, by_triangle};
+use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, by_triangle, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
+
+/// The memory of a hit is prefetched so many hits before it is written.
+const AHEAD: usize = 40;
 
 /// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for one
 /// rounding.
@@ -62,16 +66,23 @@ impl WithSimd for OfOrigin<'_> {
         if room.len() < needed {
             room.resize(needed, Default::default());
         }
-        for (some, to) in triangles.chunks(8).zip(&mut *room) {
+        for (i, (some, to)) in triangles.chunks(8).zip(&mut *room).enumerate() {
+            for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
+                prefetch(slice::from_ref(*triangle));
+            }
             eight::<S>(some, first.origin, to);
         }
         let coefficients = room.as_flattened();
-        for ((ray, &slot), hit) in rays.iter().zip(slots).zip(hits) {
+        for (i, (ray, &slot)) in rays.iter().zip(slots).enumerate() {
+            if let Some(later) = hits.get(i + AHEAD) {
+                prefetch(slice::from_ref(later));
+            }
+            let hit = &mut hits[i];
             let Some(&(triangle, index)) = triangles.get(slot as usize) else {
                 *hit = Hit::MISS;
                 continue;
             };
-            let sure = coefficients[slot as usize].hit_in::<S>(ray.dir, hit);
+            let sure = coefficients[slot as usize].hit_in::<S>(ray, hit);
             if !sure {
                 (hit.t, hit.u, hit.v) = attributes(ray, triangle);
             }
@@ -132,7 +143,8 @@ fn eight<S: Simd>(
 impl HitCoefficients64 {
     /// Where a ray meets the triangle, but for the index; whether that is proven.
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, dir: [f64; 3], to: &mut Hit) -> bool {
+    fn hit_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
+        let dir = ray.dir;
         let [high, low] = &self.coefficients;
         let part = |axis: usize| Double {
             high: S::F64x4::load(&high[axis]),
@@ -160,8 +172,13 @@ impl HitCoefficients64 {
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
         let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
         hit.store(numbers);
-        let tame = |x: f64| x == 0.0 || (TAME_DIR[0]..=TAME_DIR[1]).contains(&x.abs());
-        sure && dir.into_iter().all(tame)
+
+        // The direction, and behind it the end of the interval, which does not count.
+        let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);
+        let size = <S::F64x4 as Lanes>::load(&[*x, *y, *z, *t_max]).abs();
+        let tame = size.ge(Lanes::splat(TAME_DIR[0])) & size.le(Lanes::splat(TAME_DIR[1]));
+        let tame = (tame | size.le(Lanes::splat(0.0))).bits();
+        sure && tame & 0b111 == 0b111
     }
 }
 

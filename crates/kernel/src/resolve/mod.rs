@@ -47,6 +47,19 @@ impl<'a> Resolver<'a> {
         matches!(self, Self::Document(_) | Self::Exact | Self::Originals(_))
     }
 
+    /// What to prefetch while so many rays are traced, the first of which has a number: the `next` rays, or where rays
+    /// are copies, what later ones are copied from.
+    #[inline]
+    pub fn memory_after<'b>(self, (number, count): (u32, usize), next: &'b [Ray]) -> &'b [u8]
+    where
+        'a: 'b,
+    {
+        match self {
+            Self::Originals(originals) => originals.later(number, count),
+            _ => bytemuck::cast_slice(&next[..next.len().min(count)]),
+        }
+    }
+
     /// t, rounded to f64, if the ray hits the triangle within its interval. The numbers are those of the ray and of the
     /// triangle's place.
     #[cold]

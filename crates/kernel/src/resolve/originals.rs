@@ -32,6 +32,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// Whether the ray runs with the triangle's normal or against it; `None` where it runs along the plane.
     fn facing(&self, ray: u32, place: u32) -> Option<Side>;
 
+    /// What to prefetch while this ray and those after it are traced, so many in all: rays that are copied later.
+    fn later(&self, ray: u32, count: usize) -> &[u8];
+
     /// Where rays meet triangles that they are known to hit, in units of the rays as given: the first of each pair is
     /// the ray.
     fn hits(&self, pairs: &[(u32, u32)], hits: &mut [Hit]);

@@ -68,7 +68,8 @@ impl Bundle<'_> {
         counts: &mut Counts,
     ) -> Outcome {
         let Self { bvh, test, any, .. } = self;
-        let mut prefetch = Prefetch::of(rays.next, RAYS);
+        let after = (rays.first, RAYS);
+        let mut prefetch = Prefetch::of(test.resolver().memory_after(after, rays.next), RAYS);
         let Some(window) = projection.project(&test, rays, bvh.reach, &mut prefetch) else {
             return Outcome::TooWide;
         };

@@ -1,6 +1,7 @@
 //! Given in f32: the walk goes over the triangles and rays themselves.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use intertri::internal::Which;
 use intertri::{Ray, Triangle};
@@ -21,8 +22,14 @@ impl Given for f32 {
     }
 
     #[inline]
-    fn walk(_: &Tree, (): &(), which: &Which<'_>, rays: &[Ray], ask: Ask<'_>) {
-        ask(which, rays);
+    fn walk(
+        _: &Tree,
+        (): &(),
+        which: &Which<'_>,
+        (rays, some): (&[Ray], Range<usize>),
+        ask: Ask<'_>,
+    ) {
+        ask(which, &rays[some]);
     }
 
     #[inline]

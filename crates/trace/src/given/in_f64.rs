@@ -5,6 +5,7 @@
 use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::io::{self, Write};
+use std::ops::Range;
 
 use intertri::internal::exact::{self, HitCoefficients64, Side};
 use intertri::internal::{Filter, LocalFrame, Originals, Which};
@@ -29,7 +30,7 @@ pub struct Originals64 {
 
 impl Given for f64 {
     type Originals = Originals64;
-    const PIECE: usize = 1 << 13;
+    const PIECE: usize = 1 << 12;
 
     #[inline]
     fn build(
@@ -46,16 +47,25 @@ impl Given for f64 {
     }
 
     #[inline]
-    fn walk(tree: &Tree, originals: &Originals64, which: &Which<'_>, rays: &[Ray64], ask: Ask<'_>) {
+    fn walk(
+        tree: &Tree,
+        originals: &Originals64,
+        which: &Which<'_>,
+        (all, some): (&[Ray64], Range<usize>),
+        ask: Ask<'_>,
+    ) {
         let frame = &originals.frame;
         let level = which.level();
-        let asked = Asked { tree, originals, rays, level };
+        let (rays, later) = (&all[some.clone()], &all[some.end..]);
+        let asked = Asked { tree, originals, rays, later, level };
         let test = Filter::on_copies(&asked, frame.reach(), level).into();
         if let [ray] = rays {
             ask(&test, &[frame.ray(ray)]);
         } else {
-            let copies: Vec<Ray> = rays.iter().map(|ray| frame.ray(ray)).collect();
+            let mut copies = COPIES.take();
+            frame.rays(level, rays, &mut copies);
             ask(&test, &copies);
+            COPIES.set(copies);
         }
     }
 
@@ -185,6 +195,8 @@ impl Triangles for Copies<'_> {
 }
 
 thread_local! {
+    /// The copies of rays, some after the other.
+    static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
     /// What is computed of triangles for one bundle after the other.
     static ROOM: RefCell<Vec<[HitCoefficients64; 8]>> = const { RefCell::new(Vec::new()) };
 }
@@ -195,6 +207,8 @@ struct Asked<'a> {
     tree: &'a Tree,
     originals: &'a Originals64,
     rays: &'a [Ray64],
+    /// Those that come later.
+    later: &'a [Ray64],
     level: Level,
 }
 
@@ -249,6 +263,12 @@ impl Originals for Asked<'_> {
     fn crossing(&self, ray: u32, place: u32) -> Option<Side> {
         let (ray, triangle) = self.pair(ray, place);
         exact::crossing(ray, triangle)
+    }
+
+    #[inline]
+    fn later(&self, ray: u32, count: usize) -> &[u8] {
+        let later = self.later.get(ray as usize..).unwrap_or(&[]);
+        bytemuck::cast_slice(&later[..later.len().min(count)])
     }
 
     #[inline]

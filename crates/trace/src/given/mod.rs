@@ -13,6 +13,7 @@ mod mesh64;
 
 use std::fmt::Debug;
 use std::io::{self, Write};
+use std::ops::Range;
 
 use intertri::internal::Which;
 use intertri::{Exact, Mode, Ray, RayOf, Scalar, TriangleOf};
@@ -46,13 +47,13 @@ pub trait Given: Scalar {
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
 
-    /// Asks about rays.
+    /// Asks about some of the rays of a call.
     #[doc(hidden)]
     fn walk(
         tree: &Tree,
         originals: &Self::Originals,
         which: &Which<'_>,
-        rays: &[RayOf<Self>],
+        rays: (&[RayOf<Self>], Range<usize>),
         ask: Ask<'_>,
     );
 

@@ -105,7 +105,7 @@ impl<S: Given> Intersector<'_, S> {
         ask: impl Fn(&Tree, &Choice<'_>, &Which<'_>, &Ray, &mut Kept) -> A,
     ) -> A {
         let Self { bvh, choice, which, kept } = self;
-        let (mut answer, rays) = (None, std::slice::from_ref(ray));
+        let (mut answer, rays) = (None, (std::slice::from_ref(ray), 0..1));
         S::walk(&bvh.tree, &bvh.originals, which, rays, &mut |which, rays| {
             answer = Some(ask(&bvh.tree, choice, which, &rays[0], kept));
         });

@@ -136,7 +136,7 @@ impl<S: Given> Bvh<S> {
         ray: &RayOf<S>,
         ask: impl Fn(&Tree, &Which<'_>, &Ray) -> A,
     ) -> A {
-        let (mut answer, rays) = (None, std::slice::from_ref(ray));
+        let (mut answer, rays) = (None, (std::slice::from_ref(ray), 0..1));
         S::walk(&self.tree, &self.originals, &mode.which(), rays, &mut |which, rays| {
             answer = Some(ask(&self.tree, which, &rays[0]));
         });

@@ -67,7 +67,7 @@ impl<'a, S: Given> Only<'a, S> {
             choice,
             count: rays.len(),
             piece: S::PIECE,
-            rays: &|range, ask| S::walk(tree, originals, &which, &rays[range], ask),
+            rays: &|range, ask| S::walk(tree, originals, &which, (rays, range), ask),
         })
     }
 

@@ -60,6 +60,8 @@ impl WithSimd for Stream<'_, '_> {
         let Some(first) = rays.first() else { return };
         let idle = AtLeaves { ray: test.prepare_ray(first), closest: ClosestHit::new(0.0) };
         let next = numbers.last().map_or(0, |&last| last as usize + 1);
+        let after = (numbers.first().map_or(0, |&first| first), numbers.len());
+        let memory = test.resolver().memory_after(after, &rays[next..]);
         let mut active = Active {
             bvh,
             test,
@@ -75,7 +77,7 @@ impl WithSimd for Stream<'_, '_> {
             ways: [Way::default(); ACTIVE],
             at_leaves: [idle; ACTIVE],
             retired: Retired::new(test.resolver(), on_grid),
-            prefetch: Prefetch::of(&rays[next..], numbers.len()),
+            prefetch: Prefetch::of(memory, numbers.len()),
         };
         for (octant, waiting) in by_octant(rays, numbers).iter().enumerate() {
             active.traverse::<S>(octant, waiting);

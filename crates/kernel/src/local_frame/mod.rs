@@ -11,6 +11,8 @@
 //!
 //! What that may be off by, the filter's bounds have room for: `docs/numerics/f64.md`, section 4.
 
+mod rays;
+
 use crate::exact::has_interval;
 use crate::packet::{Copy32, LARGEST, SHORTEST};
 use crate::scalar::Bits;
@@ -24,9 +26,6 @@ const SCALES: (i32, i32) = (-1000, 800);
 /// A direction whose scaled length has no larger exponent, in size, is scaled as points are. Others have a scale of their
 /// own, by which their lengths are near 1.
 const SAME: i32 = 30;
-
-/// Where the sum of the sizes of a scaled direction is between these, that is surely so: `2^-28` and `2^30`.
-const LENGTHS: [f64; 2] = [1.0 / (1 << 28) as f64, (1 << 30) as f64];
 
 /// What lies farther out counts as so far (2^100): beyond what f32 decides.
 const FAR_OUT: f64 = (1_u128 << 100) as f64;
@@ -151,14 +150,15 @@ impl LocalFrame {
     #[inline]
     pub fn ray(&self, ray: &Ray64) -> Ray {
         let scale = pow2(self.up);
-        let size = |[x, y, z]: [f64; 3]| x.abs() + y.abs() + z.abs();
         let origin = [0, 1, 2].map(|k| self.place(ray.origin[k], k));
         let dir = ray.dir.map(|x| x * scale);
 
         // Nearly always, and false with a NaN: then t is that of the ray.
         let has_interval = ray.t_min < ray.t_max && ray.t_max > 0.0;
-        let same = (LENGTHS[0]..=LENGTHS[1]).contains(&size(dir));
-        if has_interval & same & (size(origin) <= FAR_OUT) {
+        let is_near = origin.iter().all(|x| x.abs() <= FAR_OUT);
+        let is_short = dir.iter().all(|x| x.abs() <= pow2(SAME));
+        let goes = dir.iter().any(|x| x.abs() >= pow2(-SAME));
+        if has_interval & is_near & is_short & goes {
             return Ray {
                 origin: origin.map(|x| x as f32),
                 t_min: below(ray.t_min.max(0.0)),
