@@ -29,10 +29,10 @@ function fan(width) {
   const corners = [0, 1, 2, 3, 4, 5].map((i) => [Math.cos(i), Math.sin(i), 0.1 * i]);
   return [64, width, 0, 0, 1000, 700, 400, ...right, ...up, ...forward, 4, corners.length, 0.1, 0.2, 0.3, ...corners.flat()];
 }
-/** A look from a distance of 4, at a model that is moved away. */
-function look(away) {
-  const { right, up, forward } = axes(30, 35);
-  return [128, 96, 0.008, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];
+/** A look from a distance of 4 at a model that is moved away: 128 by 96 pixels of a width. */
+function look(away, pixel = 0.008, [yaw, pitch] = [30, 35]) {
+  const { right, up, forward } = axes(yaw, pitch);
+  return [128, 96, pixel, 0, 0, away, 0.7 * away, 0.4 * away, ...right, ...up, ...forward, 4];
 }
 
 test("there are two, of the same methods", () => {
@@ -78,6 +78,29 @@ test("a model is the same in every format", () => {
     }
   }
   assert.equal(seen.size, 2);
+});
+
+test("the lists of tiles lose no hit, from afar and near, at home and far away", () => {
+  const engine = engines.simd;
+  const wrong = engine.methods.map(() => 0);
+  engine.builtIn();
+  for (const away of [0, 1e4]) {
+    for (const pixel of [2e-2, 3e-3, 2e-6]) {
+      for (const way of [[37, 0], [0, -37], [50, -40]]) {
+        assert.ok(engine.look(look(away, pixel, way)));
+        engine.trace(0, 96);
+        for (const method of engine.methods.keys()) {
+          const { counts, pixels } = engine.compare(method, 0, 12);
+          assert.equal(pixels.length, 128 * 96);
+          wrong[method] += counts[2] + counts[3] + counts[4];
+        }
+      }
+    }
+  }
+  assert.ok(wrong.at(-1) === 0 && wrong[0] > 0, `${wrong}`);
+  for (const [i, bad] of [[0, 0], [0, 1e9], [1, 2.5], [2, 0], [2, NaN], [17, Infinity]]) {
+    assert.equal(engine.look(Object.assign(look(0), { [i]: bad })), false, `${i} ${bad}`);
+  }
 });
 
 test("what is no model has a clear message, and the next is taken", () => {
