@@ -167,6 +167,24 @@ def test_signed_distance_and_closest_points():
     assert np.allclose(query.vertex(points)[0], mesh.nearest.vertex(points)[0])
 
 
+def test_a_closest_point_on_an_edge_or_a_corner_has_the_face_that_faces_most(rng):
+    """So that its normal tells the side: of every point nearest to a sharp edge or a corner."""
+    corners = [[-1, 0.5, 0], [1, 0.5, 0], [0, -1, -0.5], [0, -1, 0.5]]
+    mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 1], [3, 2, 1]]).subdivide().subdivide()
+    away = np.concatenate([rng.uniform(-3, 3, (300, 3)), [[0, 1, 0.25], [0, 1, -0.25]], mesh.vertices])
+    there, distance, face = intertri.trimesh.closest_point(mesh, away)
+    facing = np.einsum("ij,ij->i", mesh.face_normals[face], away - there)
+    on_edge = 0
+    for point, near, of_face in zip(away, there, facing):
+        every = trimesh.triangles.closest_point(mesh.triangles, np.tile(near, (len(mesh.faces), 1)))
+        at = np.flatnonzero(np.linalg.norm(every - near, axis=1) < 1e-9)
+        assert of_face >= (mesh.face_normals[at] @ (point - near)).max() - 1e-9
+        on_edge += len(at) > 1
+    outside = intertri.trimesh.signed_distance(mesh, away) < -1e-9
+    assert on_edge > 100 and outside.sum() > 100 and (facing[outside] > 0).all()
+    assert face[300] != face[301]
+
+
 def test_rays_start_on_an_edge_or_a_corner():
     """At a corner or edge a ray that goes in crosses once at its start and once where it leaves."""
     mesh = install(trimesh.creation.box(extents=[2, 2, 2]))

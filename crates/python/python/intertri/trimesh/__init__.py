@@ -218,13 +218,45 @@ def _asked(mesh: Any) -> RayMeshIntersector:
     return ray if isinstance(ray, RayMeshIntersector) else RayMeshIntersector(mesh)
 
 
+# Candidates that are looked at together.
+_MANY = 1 << 20
+
+
+def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
+    """The closest points, distances and faces. Of faces that share the edge or corner where the point lies, it is the
+    one that faces the most, as in trimesh: its normal tells on which side of the surface one is."""
+    at = np.asarray(points, np.float64)
+    if at.ndim != 2 or at.shape[1] != 3:
+        raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
+    found = asked.intertri.closest_point(at)
+    near, distance, faces = found["point"], found["distance"], found["triangle"].astype(np.int64)
+    # The weights of the first and the second corner may be a rounding off where their true sum is 1.
+    without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
+    shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
+    if len(shared) == 0:
+        return near, distance, faces
+    around = np.sort(np.asarray(mesh.vertex_faces), axis=1)
+    normals, corners = np.asarray(mesh.face_normals), np.asarray(mesh.faces)
+    for rows in np.array_split(shared, 1 + len(shared) * around.shape[1] // _MANY):
+        # The corner, or both of the edge: the first that has a weight and the last.
+        ends = [without[rows].argmin(axis=1), 2 - without[rows, ::-1].argmin(axis=1)]
+        first, last = (corners[faces[rows], end] for end in ends)
+        others = around[first]
+        facing = np.einsum("ijk,ik->ij", normals[others], at[rows] - near[rows])
+        # One without an area has no normal.
+        fits = (others >= 0) & (corners[others] == last[:, None, None]).any(axis=-1) & normals[others].any(axis=-1)
+        facing[~fits] = -np.inf
+        best = facing.argmax(axis=1)[:, None]
+        faces[rows] = np.where(fits.any(axis=1), np.take_along_axis(others, best, 1)[:, 0], faces[rows])
+    return near, distance, faces
+
+
 def closest_point(mesh: Any, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
     """As ``trimesh.proximity.closest_point``: the closest points on the mesh (n, 3), distances (n,), faces (n,).
 
     Where `install` has not been called, the hierarchy is built by each call.
     """
-    found = _asked(mesh).intertri.closest_point(points)
-    return found["point"], found["distance"], found["triangle"].astype(np.int64)
+    return _closest(mesh, _asked(mesh), points)
 
 
 def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
@@ -248,8 +280,7 @@ class ProximityQuery:
 
     def on_surface(self, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
         """See `closest_point`."""
-        found = self._asked.intertri.closest_point(points)
-        return found["point"], found["distance"], found["triangle"].astype(np.int64)
+        return _closest(self._mesh, self._asked, points)
 
     def signed_distance(self, points: ArrayLike) -> Floats:
         """See the function `signed_distance`."""
