@@ -1,66 +1,97 @@
 //! Work on all threads where there are threads.
+//!
+//! Whatever the work, it is handed over as pieces that a function does, so that how threads share it is compiled
+//! once:
+//!
+//! ```text
+//!   each, extend, update, fill, all, add ──► pieces ──► in_parallel ──► rayon
+//! ```
 
-use crate::memory::{NoMemory, room};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What a function gives for 0 to `count`, on all threads where there are threads.
-#[cfg(feature = "parallel")]
-pub(crate) fn each<T: Send>(
-    count: usize,
-    of: impl Fn(usize) -> T + Sync + Send,
-) -> Result<Vec<T>, NoMemory> {
-    use rayon::prelude::*;
-    let mut all = room(count)?;
-    (0..count).into_par_iter().with_min_len(1 << 9).map(of).collect_into_vec(&mut all);
-    Ok(all)
+use bytemuck::Zeroable;
+
+use crate::memory::{NoMemory, zeros};
+
+/// So many pieces a thread, that all are done at about the same time.
+const PIECES: usize = 8;
+
+/// Does 0 to `count`, on all threads where there are threads.
+fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
+    #[cfg(feature = "parallel")]
+    {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().for_each(each);
+    }
+    #[cfg(not(feature = "parallel"))]
+    (0..count).for_each(each);
 }
 
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn each<T>(count: usize, of: impl Fn(usize) -> T) -> Result<Vec<T>, NoMemory> {
-    let mut all = room(count)?;
-    all.extend((0..count).map(of));
+/// Does each of some pieces, whose numbers are told, on all threads where there are threads.
+pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
+    // A piece is taken once, by whichever thread comes to it.
+    let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
+    in_parallel(all.len(), &|i| {
+        let piece = all[i].lock().ok().and_then(|mut piece| piece.take());
+        if let Some(piece) = piece {
+            each(i, piece);
+        }
+    });
+}
+
+/// How many of `count` a piece has: `least` or more.
+fn piece_of(count: usize, least: usize) -> usize {
+    count.div_ceil(PIECES * self::count()).max(least)
+}
+
+/// What a function gives for 0 to `count`, on all threads where there are threads.
+pub(crate) fn each<T: Zeroable + Send>(
+    count: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, NoMemory> {
+    let mut all = zeros(count)?.into_vec();
+    write(&mut all, 1 << 9, of);
     Ok(all)
 }
 
 /// Appends what a function gives for 0 to `count`, on all threads where there are threads; each does at least
 /// `least` in a row.
-#[cfg(feature = "parallel")]
-pub(crate) fn extend<T: Send>(
+pub(crate) fn extend<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
     least: usize,
-    of: impl Fn(usize) -> T + Sync + Send,
+    of: impl Fn(usize) -> T + Sync,
 ) -> Result<(), NoMemory> {
-    use rayon::prelude::*;
     all.try_reserve(count)?;
-    all.par_extend((0..count).into_par_iter().with_min_len(least).map(of));
+    let done = all.len();
+    all.resize(done + count, T::zeroed());
+    write(&mut all[done..], least, of);
     Ok(())
 }
 
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn extend<T>(
-    all: &mut Vec<T>,
-    count: usize,
-    _least: usize,
-    of: impl Fn(usize) -> T,
-) -> Result<(), NoMemory> {
-    all.try_reserve(count)?;
-    all.extend((0..count).map(of));
-    Ok(())
+/// Writes what a function gives.
+fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
+    let size = piece_of(all.len(), least);
+    pieces(all.chunks_mut(size), |piece, all| {
+        for (i, to) in all.iter_mut().enumerate() {
+            *to = of(piece * size + i);
+        }
+    });
 }
 
 /// Changes all, on all threads where there are threads, and gives what that tells.
-pub(crate) fn update<T: Send, R: Send>(
+pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
-    change: impl Fn(&mut T) -> R + Sync + Send,
+    change: impl Fn(&mut T) -> R + Sync,
 ) -> Result<Vec<R>, NoMemory> {
-    let mut told = room(all.len())?;
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        all.par_iter_mut().with_min_len(1 << 7).map(change).collect_into_vec(&mut told);
-    }
-    #[cfg(not(feature = "parallel"))]
-    told.extend(all.iter_mut().map(change));
+    let mut told = zeros(all.len())?.into_vec();
+    let size = piece_of(all.len(), 1 << 7);
+    pieces(all.chunks_mut(size).zip(told.chunks_mut(size)), |_, (all, told)| {
+        for (one, told) in all.iter_mut().zip(told) {
+            *told = change(one);
+        }
+    });
     Ok(told)
 }
 
@@ -69,26 +100,26 @@ pub(crate) fn update<T: Send, R: Send>(
 pub(crate) fn fill<E: Send>(
     all: &mut [u8],
     piece: usize,
-    fill: impl Fn(usize, &mut [u8]) -> Result<(), E> + Sync + Send,
+    fill: impl Fn(usize, &mut [u8]) -> Result<(), E> + Sync,
 ) -> Result<(), E> {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        all.par_chunks_mut(piece).enumerate().try_for_each(|(i, to)| fill(i, to))
-    }
-    #[cfg(not(feature = "parallel"))]
-    all.chunks_mut(piece).enumerate().try_for_each(|(i, to)| fill(i, to))
+    let failed = Mutex::new(Ok(()));
+    pieces(all.chunks_mut(piece), |i, to| {
+        if let (Err(error), Ok(mut failed)) = (fill(i, to), failed.lock()) {
+            *failed = Err(error);
+        }
+    });
+    failed.into_inner().unwrap_or(Ok(()))
 }
 
 /// Whether something holds of all, on all threads where there are threads.
-pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync + Send) -> bool {
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        of.par_iter().with_min_len(1 << 9).all(holds)
-    }
-    #[cfg(not(feature = "parallel"))]
-    of.iter().all(holds)
+pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
+    let all = AtomicBool::new(true);
+    pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
+        if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
+            all.store(false, Ordering::Relaxed);
+        }
+    });
+    all.into_inner()
 }
 
 /// How many threads there are.

@@ -58,13 +58,13 @@ impl Filter<'_> {
         far: f32,
         counts: &mut Counts,
     ) -> Option<BlockHits> {
-        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block, &self.room), block.live());
+        let (triangles, live) = (Triangles::<S::F32x8>::of_block(block, self.room), block.live());
         let rays = Rays::splat(&ray.constants);
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(&triangles, &rays);
         let far = Lanes::splat(far);
         let Decided { hit, undecided, t_lo, t_hi } =
-            edges.decide(&triangles, &rays, far, live, (self.threshold, &self.room));
+            edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
         if hit | undecided == 0 {
             return None;
         }

@@ -42,7 +42,7 @@ use beam::Beam;
 use decided::found;
 use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
-use room::Room;
+pub use room::Room;
 use shared_origin_list::SharedOriginList;
 
 /// f32 lanes under a proven bound, and a resolver for what they leave undecided.
@@ -51,35 +51,35 @@ pub struct Filter<'a> {
     threshold: Threshold,
     resolver: Resolver<'a>,
     level: Level,
-    room: Room,
+    /// By reference: a test is small, and copied for every query.
+    room: &'a Room,
 }
 
 impl<'a> Filter<'a> {
     /// With document A's operations as the resolver, and its threshold.
     #[inline]
     pub fn certified(threshold: Threshold, level: Level) -> Self {
-        Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: Room::NONE }
+        Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
     /// For rays and triangles of one grid, in f32: what these decide of integers that they hold exactly
     /// is so, and of the rest the integers decide (`docs/numerics/certified.md`, section 10).
     #[inline]
     pub fn on_grid(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: Room::NONE }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: &Room::NONE }
     }
 
     /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: Room::NONE }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: &Room::NONE }
     }
 
-    /// For copies of what is given in f64, right on the originals (`docs/numerics/f64.md`). No corner is farther from
-    /// the copies' origin than `reach`, as a sum of coordinates.
+    /// For copies of what is given in f64, right on the originals (`docs/numerics/f64.md`), with room for their
+    /// rounding.
     #[inline]
-    pub fn on_copies(originals: &'a dyn Originals, reach: f32, level: Level) -> Self {
-        let (threshold, resolver) = (Threshold::ZERO, Resolver::Originals(originals));
-        Self { threshold, resolver, level, room: Room::of_copies(reach) }
+    pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Originals(originals), level, room }
     }
 
     /// What settles undecided pairs.
@@ -123,12 +123,12 @@ impl Test for Filter<'_> {
         &self,
         packet: &RayPacket<N>,
     ) -> Rays<F> {
-        Rays::of_packet(packet, self.threshold, &self.room)
+        Rays::of_packet(packet, self.threshold, self.room)
     }
 
     #[inline(always)]
     fn ray(&self, ray: &Ray) -> Rays<f32> {
-        Rays::of_ray(ray, self.threshold, &self.room)
+        Rays::of_ray(ray, self.threshold, self.room)
     }
 
     #[inline(always)]
@@ -141,7 +141,7 @@ impl Test for Filter<'_> {
         &self,
         block: &TriangleBlock<N>,
     ) -> Triangles<F> {
-        Triangles::of_block(block, &self.room)
+        Triangles::of_block(block, self.room)
     }
 
     #[inline(always)]
@@ -187,7 +187,7 @@ impl Test for Filter<'_> {
     ) -> Option<Found<F, D>> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        let decided = edges.decide(triangles, rays, far, live, (self.threshold, &self.room));
+        let decided = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
         Some(found(&decided, counts))
     }
 }

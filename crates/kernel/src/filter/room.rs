@@ -13,7 +13,7 @@ use super::bound::{self, U};
 
 /// What the filter's bounds are made of, but for what never changes. `docs/numerics/certified.md` has the names.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Room {
+pub struct Room {
     /// Whether blocks hold copies: a corner and two edges, not three corners.
     pub(super) copies: bool,
     /// `EDGE`
@@ -58,7 +58,7 @@ impl Room {
     }
 
     /// Of copies no corner of which is farther from the origin than `reach`, as a sum of coordinates.
-    pub(crate) fn of_copies(reach: f32) -> Self {
+    pub fn of_copies(reach: f32) -> Self {
         let away = bound::COPY * reach;
         Self {
             copies: true,

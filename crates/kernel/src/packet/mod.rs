@@ -95,7 +95,7 @@ impl<const N: usize> RayPacket<N> {
 /// ```
 // A row of eight is 32 bytes, and a block with eight indices then six cache lines.
 #[repr(C, align(32))]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub struct TriangleBlock<const N: usize> {
     corners: [[[f32; N]; 3]; 3],
     longest_edges: [f32; N],

@@ -24,6 +24,8 @@ pub use shared_origin::SharedOrigin;
 use core::cmp::Ordering;
 
 use crate::exact::Side;
+use crate::hit_attributes::Pairs;
+use crate::simd::Simd;
 use crate::{Hit, Ray, Triangle, document};
 
 /// What settles undecided pairs, one at a time.
@@ -204,5 +206,29 @@ impl<'a> Resolver<'a> {
             Self::Exact => exact::hit_attributes(ray, triangle, index),
             Self::Originals(originals) => originals.hit_attributes(numbers.0, numbers.1),
         }
+    }
+
+    /// Where rays meet triangles that they are known to hit: the first `len` of eight pairs and their numbers. No grid
+    /// comes here.
+    #[inline(always)]
+    pub fn hits_in<S: Simd>(
+        self,
+        pairs: &Pairs,
+        numbers: &[(u32, u32); 8],
+        len: usize,
+    ) -> [Hit; 8] {
+        // By a call: it is asked in many places, and once for eight hits.
+        S::vectorize(
+            #[inline(always)]
+            || match self {
+                Self::Exact => crate::exact::hits_in::<S>(pairs, len),
+                Self::Originals(originals) => {
+                    let mut hits = [Hit::MISS; 8];
+                    originals.hits(&numbers[..len], &mut hits);
+                    hits
+                }
+                Self::Document(_) | Self::Grid => pairs.hits_in::<S>(),
+            },
+        )
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use intertri::internal::{Pairs, Resolver, exact};
+use intertri::internal::Pairs;
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
     self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, PreparedPacket, Ray,
@@ -159,10 +159,8 @@ impl Waiting {
     /// Answers all that wait.
     #[inline(always)]
     fn answer<T: LaneQueries, S: Simd>(&mut self, test: &T, nearest: &mut [ClosestHit]) {
-        let hits = match test.resolver() {
-            Resolver::Exact => exact::hits_in::<S>(&self.pairs, self.len),
-            _ => self.pairs.hits_in::<S>(),
-        };
+        // No originals here, which alone would ask for the pairs' numbers.
+        let hits = test.resolver().hits_in::<S>(&self.pairs, &[(0, 0); 8], self.len);
         for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {
             nearest[number] = ClosestHit { t: hit.t, triangle: hit.triangle };
         }

@@ -5,10 +5,11 @@ use super::triangles::Triangles;
 use crate::memory::NoMemory;
 use crate::threads::each;
 use crate::tree::{HitBounds, NONE};
+use bytemuck::Zeroable;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The box of a triangle, with the triangle's index in its first word.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub(super) struct PrimRef(pub SimdAabb);
 
 /// Keeps indices from looking like numbers so small that arithmetic on them is slow.

@@ -8,10 +8,11 @@
 //! halves. In the lanes that are left go words, which mean nothing to a box.
 
 use crate::tree::Aabb;
+use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Simd};
 
 /// A row: six sides and two words.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(transparent)]
 pub(super) struct SimdAabb(pub [f32; 8]);
 

@@ -22,6 +22,17 @@ impl Given for f32 {
     }
 
     #[inline]
+    fn walk_one<A>(
+        _: &Tree,
+        (): &(),
+        which: &Which<'_>,
+        ray: &Ray,
+        ask: impl FnOnce(&Which<'_>, &Ray) -> A,
+    ) -> A {
+        ask(which, ray)
+    }
+
+    #[inline]
     fn walk(
         _: &Tree,
         (): &(),

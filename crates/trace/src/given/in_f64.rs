@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 
 use intertri::internal::exact::{self, HitCoefficients64, Side};
-use intertri::internal::{Filter, LocalFrame, Originals, Which};
+use intertri::internal::{Filter, LocalFrame, Originals, Room, Which};
 use intertri::simd::Level;
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
 
@@ -47,26 +47,30 @@ impl Given for f64 {
     }
 
     #[inline]
+    fn walk_one<A>(
+        tree: &Tree,
+        originals: &Originals64,
+        which: &Which<'_>,
+        ray: &Ray64,
+        ask: impl FnOnce(&Which<'_>, &Ray) -> A,
+    ) -> A {
+        let asked = Asked::new(tree, originals, which, (std::slice::from_ref(ray), 0..1));
+        ask(&asked.test(), &originals.frame.ray(ray))
+    }
+
+    #[inline]
     fn walk(
         tree: &Tree,
         originals: &Originals64,
         which: &Which<'_>,
-        (all, some): (&[Ray64], Range<usize>),
+        rays: (&[Ray64], Range<usize>),
         ask: Ask<'_>,
     ) {
-        let frame = &originals.frame;
-        let level = which.level();
-        let (rays, later) = (&all[some.clone()], &all[some.end..]);
-        let asked = Asked { tree, originals, rays, later, level };
-        let test = Filter::on_copies(&asked, frame.reach(), level).into();
-        if let [ray] = rays {
-            ask(&test, &[frame.ray(ray)]);
-        } else {
-            let mut copies = COPIES.take();
-            frame.rays(level, rays, &mut copies);
-            ask(&test, &copies);
-            COPIES.set(copies);
-        }
+        let asked = Asked::new(tree, originals, which, rays);
+        let mut copies = COPIES.take();
+        originals.frame.rays(asked.level, asked.rays, &mut copies);
+        ask(&asked.test(), &copies);
+        COPIES.set(copies);
     }
 
     #[inline]
@@ -209,10 +213,29 @@ struct Asked<'a> {
     rays: &'a [Ray64],
     /// Those that come later.
     later: &'a [Ray64],
+    room: Room,
     level: Level,
 }
 
-impl Asked<'_> {
+impl<'a> Asked<'a> {
+    #[inline]
+    fn new(
+        tree: &'a Tree,
+        originals: &'a Originals64,
+        which: &Which<'_>,
+        (all, some): (&'a [Ray64], Range<usize>),
+    ) -> Self {
+        let room = Room::of_copies(originals.frame.reach());
+        let (rays, later) = (&all[some.clone()], &all[some.end..]);
+        Self { tree, originals, rays, later, room, level: which.level() }
+    }
+
+    /// The filter over copies, with these behind it.
+    #[inline]
+    fn test(&self) -> Which<'_> {
+        Filter::on_copies(self, &self.room, self.level).into()
+    }
+
     #[inline]
     fn pair(&self, ray: u32, place: u32) -> (&Ray64, &Triangle64) {
         let index = self.tree.index_of(place);

@@ -47,6 +47,16 @@ pub trait Given: Scalar {
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
 
+    /// Asks about one ray.
+    #[doc(hidden)]
+    fn walk_one<A>(
+        tree: &Tree,
+        originals: &Self::Originals,
+        which: &Which<'_>,
+        ray: &RayOf<Self>,
+        ask: impl FnOnce(&Which<'_>, &Ray) -> A,
+    ) -> A;
+
     /// Asks about some of the rays of a call.
     #[doc(hidden)]
     fn walk(

@@ -3,10 +3,9 @@
 use intertri::internal::{Filter, Lanes64, Test, Which};
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Counts, Hit, LaneQueries, Ray, fixed};
-#[cfg(feature = "parallel")]
-use rayon::prelude::*;
 
 use std::ops::Range;
+use std::sync::Mutex;
 
 use crate::answers::Answers;
 use crate::bundle::{
@@ -16,6 +15,7 @@ use crate::given::Ask;
 use crate::select::Choice;
 use crate::single::{Closest, Kept};
 use crate::stream::Stream;
+use crate::threads;
 use crate::tree::Tree;
 
 /// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
@@ -70,7 +70,8 @@ impl Many<'_> {
 
 /// The answer of each ray, on all threads where there are threads.
 pub(super) fn answer(many: &Many<'_>, answers: Answers<'_>) -> Counts {
-    in_chunks(many.count, answers, |range, answers| part(many, range, answers))
+    let chunks = answers.chunks(many.count, chunk_size(many.count));
+    add(chunks.into_iter(), |(range, answers)| part(many, range, answers))
 }
 
 /// The answers of some rays, on this thread.
@@ -123,58 +124,36 @@ fn one_by_one(asked: Asked<'_>, test: Lanes64, answers: &mut Answers<'_>) -> Cou
     counts
 }
 
-/// Hands ranges of rays and their answers to all threads.
-fn in_chunks(
-    count: usize,
-    answers: Answers<'_>,
-    each: impl Fn(Range<usize>, Answers<'_>) -> Counts + Sync,
-) -> Counts {
-    match answers {
-        Answers::Hits(hits) => ranges(count, hits, |of, hits| each(of, Answers::Hits(hits))),
-        Answers::Triangles(all) => ranges(count, all, |of, all| each(of, Answers::Triangles(all))),
-        Answers::Any(any) => ranges(count, any, |of, any| each(of, Answers::Any(any))),
-        Answers::Crossings(all) => ranges(count, all, |of, all| each(of, Answers::Crossings(all))),
-        Answers::Places(all) => ranges(count, all, |of, all| each(of, Answers::Places(all))),
-        // Their chunks are put together by who asks for them.
-        Answers::Pairs(pairs) => each(0..count, Answers::Pairs(pairs)),
-    }
-}
-
-/// The same of one kind of answer, and of rays of any kind, each chunk with the number of its first.
+/// The answers of rays of any kind, in chunks over all threads.
+///
+/// # Panics
+/// If the slices differ in length.
 pub(crate) fn chunks<R: Sync, A: Send>(
     rays: &[R],
     answers: &mut [A],
-    each: impl Fn(usize, &[R], &mut [A]) -> Counts + Sync,
+    each: impl Fn(&[R], &mut [A]) -> Counts + Sync,
 ) -> Counts {
-    ranges(rays.len(), answers, |of, answers| each(of.start, &rays[of], answers))
+    assert_eq!(rays.len(), answers.len(), "one answer a ray");
+    let size = chunk_size(rays.len());
+    add(rays.chunks(size).zip(answers.chunks_mut(size)), |(rays, answers)| each(rays, answers))
 }
 
-/// The same of ranges.
-fn ranges<A: Send>(
-    count: usize,
-    answers: &mut [A],
-    each: impl Fn(Range<usize>, &mut [A]) -> Counts + Sync,
-) -> Counts {
-    assert_eq!(count, answers.len(), "one answer a ray");
-    let add = |mut a: Counts, b: Counts| {
-        a += b;
-        a
-    };
-    let each = |from: usize, answers: &mut [A]| each(from..from + answers.len(), answers);
-    #[cfg(feature = "parallel")]
-    {
-        // Some chunks a thread, so that all are done at about the same time.
-        let even = count / (16 * rayon::current_num_threads());
-        let chunk = even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK);
-        let parts = answers.par_chunks_mut(chunk).enumerate();
-        parts.map(|(i, answers)| each(i * chunk, answers)).reduce(Counts::default, add)
-    }
-    #[cfg(not(feature = "parallel"))]
-    {
-        let chunk = CHUNKS * CHUNK;
-        let parts = answers.chunks_mut(chunk).enumerate();
-        parts.map(|(i, answers)| each(i * chunk, answers)).fold(Counts::default(), add)
-    }
+/// The counts of some pieces, each done on one thread.
+fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sync) -> Counts {
+    let counts = Mutex::new(Counts::default());
+    threads::pieces(pieces, |_, piece| {
+        let some = each(piece);
+        if let Ok(mut counts) = counts.lock() {
+            *counts += some;
+        }
+    });
+    counts.into_inner().unwrap_or_default()
+}
+
+/// Some chunks a thread, so that all are done at about the same time.
+fn chunk_size(rays: usize) -> usize {
+    let even = rays / (16 * threads::count());
+    even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
 
 /// A chunk of rays.
@@ -248,14 +227,19 @@ impl WithSimd for Chunk<'_, '_> {
             let enough = if is_bundle { usize::MAX } else { STREAM };
             if others.len() >= enough || at == all.len() && !others.is_empty() {
                 let (answers, choice, counts) = (&mut all_answers, &choice, &mut counts);
-                let numbers = &others[..];
-                let rays = (all, on_grid);
-                test.level().run(Stream { bvh, test, rays, numbers, answers, choice, counts });
+                let (rays, numbers) = ((all, on_grid), &others[..]);
+                stream(Stream { bvh, test, rays, numbers, answers, choice, counts });
                 others.clear();
             }
         }
         counts
     }
+}
+
+/// Not inlined into the chunks of every level, or each would have the streams of every level again.
+#[inline(never)]
+fn stream(stream: Stream<'_, '_>) {
+    stream.test.level().run(stream);
 }
 
 /// Some rays as a bundle, if they share their origin; or if any hit will do, which can be asked from where

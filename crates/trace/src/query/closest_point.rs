@@ -42,7 +42,7 @@ impl<S: Given> Bvh<S> {
         radius: f64,
         closest: &mut [ClosestPoint],
     ) {
-        chunks(points, closest, |_, points, closest| {
+        chunks(points, closest, |points, closest| {
             S::closest_points(&self.tree, &self.originals, points, radius, closest);
             Counts::default()
         });

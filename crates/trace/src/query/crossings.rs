@@ -66,7 +66,7 @@ where
         answers: &mut [A],
         answer: impl Fn(Place) -> A + Sync,
     ) {
-        batch::chunks(points, answers, |_, points, answers| {
+        batch::chunks(points, answers, |points, answers| {
             let dir = DIR.map(S::from);
             let rays: Vec<RayOf<S>> = points.iter().map(|&point| RayOf::new(point, dir)).collect();
             let mut places = vec![Place::Outside; points.len()];

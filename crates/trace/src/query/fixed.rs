@@ -110,7 +110,7 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn closest_batch(&self, mode: &Fixed, rays: &[Ray], hits: &mut [Hit]) -> Counts {
-        batch::chunks(rays, hits, |_, rays, hits| self.chunk(*mode, rays, Answers::Hits(hits)))
+        batch::chunks(rays, hits, |rays, hits| self.chunk(*mode, rays, Answers::Hits(hits)))
     }
 
     /// [`FixedBvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
@@ -118,7 +118,7 @@ impl FixedBvh {
     /// # Panics
     /// If the slices differ in length.
     pub fn any_batch(&self, mode: &Fixed, rays: &[Ray], any: &mut [bool]) -> Counts {
-        batch::chunks(rays, any, |_, rays, any| self.chunk(*mode, rays, Answers::Any(any)))
+        batch::chunks(rays, any, |rays, any| self.chunk(*mode, rays, Answers::Any(any)))
     }
 
     /// The places of the triangles that a ray crosses, and where.

@@ -102,13 +102,11 @@ impl<S: Given> Intersector<'_, S> {
     fn ask<A>(
         &mut self,
         ray: &RayOf<S>,
-        ask: impl Fn(&Tree, &Choice<'_>, &Which<'_>, &Ray, &mut Kept) -> A,
+        ask: impl FnOnce(&Tree, &Choice<'_>, &Which<'_>, &Ray, &mut Kept) -> A,
     ) -> A {
         let Self { bvh, choice, which, kept } = self;
-        let (mut answer, rays) = (None, (std::slice::from_ref(ray), 0..1));
-        S::walk(&bvh.tree, &bvh.originals, which, rays, &mut |which, rays| {
-            answer = Some(ask(&bvh.tree, choice, which, &rays[0], kept));
-        });
-        answer.expect("asked once")
+        S::walk_one(&bvh.tree, &bvh.originals, which, ray, |which, ray| {
+            ask(&bvh.tree, choice, which, ray, kept)
+        })
     }
 }

@@ -9,7 +9,7 @@
 //! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. They are put in the
 //! order of the rays, t and weights are computed eight side by side, and each ray's are sorted.
 
-use intertri::internal::{Filter, Pairs, Resolver, Test as _, Which, exact};
+use intertri::internal::{Filter, Pairs, Resolver, Test as _, Which};
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Hit, Ray};
 
@@ -20,6 +20,7 @@ use super::one;
 use crate::answers::Answers;
 use crate::memory::{NoMemory, room};
 use crate::pairs::HitPairs;
+use crate::threads;
 use crate::tree::Tree;
 
 /// The hits of many rays, one ray's after the other's: what [`Bvh::all_batch`](crate::Bvh::all_batch) gives.
@@ -92,14 +93,10 @@ fn chunks(
         });
         listed
     };
-    let count = range.len().div_ceil(CHUNK);
-    #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().map(chunk).collect()
-    }
-    #[cfg(not(feature = "parallel"))]
-    (0..count).map(chunk).collect()
+    let mut all = Vec::new();
+    all.resize_with(range.len().div_ceil(CHUNK), || Err(NoMemory));
+    threads::pieces(all.iter_mut(), |i, listed| *listed = chunk(i));
+    all
 }
 
 /// The hits of a chunk by the filter.
@@ -213,13 +210,13 @@ impl WithSimd for WithAttributes<'_> {
                 numbers[waiting] = (number, place);
                 waiting += 1;
                 if waiting == 8 {
-                    let eight = hits_in::<S>(resolver, (&pairs, &numbers), 8);
+                    let eight = resolver.hits_in::<S>(&pairs, &numbers, 8);
                     hits[first..first + 8].copy_from_slice(&eight);
                     (first, waiting) = (first + 8, 0);
                 }
             }
         }
-        let last = hits_in::<S>(resolver, (&pairs, &numbers), waiting);
+        let last = resolver.hits_in::<S>(&pairs, &numbers, waiting);
         hits[first..].copy_from_slice(&last[..waiting]);
 
         for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(ends)) {
@@ -231,24 +228,6 @@ impl WithSimd for WithAttributes<'_> {
         }
         bvh.geometries.tell(hits);
         Ok(listed)
-    }
-}
-
-/// The hits of the first `len` pairs; no grid comes here.
-#[inline(always)]
-fn hits_in<S: Simd>(
-    resolver: Resolver<'_>,
-    (pairs, numbers): (&Pairs, &[(u32, u32); 8]),
-    len: usize,
-) -> [Hit; 8] {
-    match resolver {
-        Resolver::Exact => exact::hits_in::<S>(pairs, len),
-        Resolver::Originals(originals) => {
-            let mut hits = [Hit::MISS; 8];
-            originals.hits(&numbers[..len], &mut hits);
-            hits
-        }
-        _ => pairs.hits_in::<S>(),
     }
 }
 

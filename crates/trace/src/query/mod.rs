@@ -23,17 +23,22 @@ use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
 use crate::memory::OutOfMemory;
 use crate::select::Select;
+use crate::single::Kept;
 use crate::tree::Tree;
 
 impl<S: Given> Bvh<S> {
     /// The closest hit; of equal t, the lowest index.
     pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
-        self.only(&Select::ALL).closest(mode, ray)
+        self.ask_one(mode, ray, |tree, which, ray| {
+            one::closest(tree, &Select::ALL.of(tree), which, ray, &mut Kept::lend(tree))
+        })
     }
 
     /// Whether anything is hit.
     pub fn any<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> bool {
-        self.only(&Select::ALL).any(mode, ray)
+        self.ask_one(mode, ray, |tree, which, ray| {
+            one::any(tree, &Select::ALL.of(tree), which, ray, &mut Kept::lend(tree))
+        })
     }
 
     /// Every hit, in order of t; of equal t, of the index.
@@ -130,16 +135,14 @@ impl<S: Given> Bvh<S> {
     }
 
     /// Asks about one ray.
+    #[inline]
     pub(crate) fn ask_one<M: ModeFor<S>, A>(
         &self,
         mode: &M,
         ray: &RayOf<S>,
-        ask: impl Fn(&Tree, &Which<'_>, &Ray) -> A,
+        ask: impl FnOnce(&Tree, &Which<'_>, &Ray) -> A,
     ) -> A {
-        let (mut answer, rays) = (None, (std::slice::from_ref(ray), 0..1));
-        S::walk(&self.tree, &self.originals, &mode.which(), rays, &mut |which, rays| {
-            answer = Some(ask(&self.tree, which, &rays[0]));
-        });
-        answer.expect("asked once")
+        let (tree, which) = (&self.tree, mode.which());
+        S::walk_one(tree, &self.originals, &which, ray, |which, ray| ask(tree, which, ray))
     }
 }

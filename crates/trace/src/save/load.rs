@@ -1,6 +1,7 @@
 //! Reading a hierarchy: a section at a time, each batch of it summed up and put in its place while it is in the
 //! cache.
 
+use bytemuck::Zeroable;
 use intertri::simd::Level;
 
 use super::check;
@@ -91,8 +92,7 @@ impl Parts {
                 let mut nodes = room(input, entry)?;
                 in_batches(input, entry, |batch| {
                     let node = |i: usize| read_node(&batch[i * NODE..][..NODE]);
-                    let none = || Node::NO_CHILDREN;
-                    append(&mut nodes, batch.len() / NODE, none, node, "a node makes no sense")
+                    append(&mut nodes, batch.len() / NODE, node, "a node makes no sense")
                 })?;
                 self.nodes.replace(nodes).is_some()
             }
@@ -105,7 +105,7 @@ impl Parts {
                         level.run(ReadLeaf { bytes, triangles })
                     };
                     let (done, count) = (leaves.len(), batch.len() / LEAF_SIZE);
-                    append(&mut leaves, count, no_leaf, leaf, "a leaf makes no sense")?;
+                    append(&mut leaves, count, leaf, "a leaf makes no sense")?;
                     let new = &leaves[done..];
                     let around = |i: usize| level.run(LaneBounds::of(&new[i].block));
                     Ok(threads::extend(&mut bounds, count, LEAST, around)?)
@@ -146,7 +146,7 @@ impl Parts {
                     let leaf =
                         |i: usize| read_leaf64(&batch[i * LEAF64_SIZE..][..LEAF64_SIZE], triangles);
                     let count = batch.len() / LEAF64_SIZE;
-                    append(&mut leaves, count, || Leaf64::NONE, leaf, "a leaf makes no sense")
+                    append(&mut leaves, count, leaf, "a leaf makes no sense")
                 })?;
                 self.leaves64.replace(leaves).is_some()
             }
@@ -228,10 +228,9 @@ fn in_batches(
 }
 
 /// Appends records, or says that one of them makes no sense.
-fn append<T: Send>(
+fn append<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
-    none: impl Fn() -> T + Sync,
     of: impl Fn(usize) -> Option<T> + Sync,
     what: &'static str,
 ) -> Result<(), LoadError> {
@@ -240,14 +239,9 @@ fn append<T: Send>(
     let of = |i: usize| {
         of(i).unwrap_or_else(|| {
             bad.store(true, Ordering::Relaxed);
-            none()
+            T::zeroed()
         })
     };
     threads::extend(all, count, LEAST, of)?;
     if bad.into_inner() { LoadError::damaged(what) } else { Ok(()) }
-}
-
-/// A leaf of no triangle.
-fn no_leaf() -> Leaf {
-    Leaf { block: intertri::TriangleBlock::new(&[]), indices: [crate::tree::NONE; 8] }
 }

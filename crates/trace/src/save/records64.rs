@@ -7,6 +7,7 @@
 //!
 //! Copies are not written down: they are computed from the corners as a build computes them.
 
+use bytemuck::Zeroable;
 use intertri::internal::{Bits, LocalFrame};
 use intertri::{Triangle64, TriangleBlock, TriangleOf};
 
@@ -20,7 +21,7 @@ use crate::tree::{Aabb, Leaf, LeafBounds, NONE};
 pub(super) type Frame = ([f64; 3], i32);
 
 /// A leaf as it is written.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Zeroable)]
 pub(super) struct Leaf64 {
     corners: [[[f64; 8]; 3]; 3],
     pub(super) indices: [u32; 8],

@@ -78,11 +78,11 @@ pub(super) fn traverse<S: Simd>(
                     next = BOTTOM;
                     continue;
                 }
-                // Often it is one alone.
-                let first = if bits.is_power_of_two() {
-                    node.child_or_none(bits.trailing_zeros() as u8)
-                } else if closest {
+                let first = if closest {
                     stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
+                } else if bits.is_power_of_two() {
+                    // Often it is one alone. Where the closest is looked for, that is too often a surprise.
+                    node.child_or_none(bits.trailing_zeros() as u8)
                 } else {
                     stack.push_children::<S>(&mut top, node, octant, met)
                 };

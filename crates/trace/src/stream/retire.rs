@@ -1,7 +1,7 @@
 //! Rays of a stream that are done: hits wait for their t and weights until there are eight of
 //! them.
 
-use intertri::internal::{Pairs, Resolver, exact};
+use intertri::internal::{Pairs, Resolver};
 use intertri::simd::Simd;
 use intertri::{ClosestHit, Hit, Ray, fixed};
 
@@ -58,15 +58,7 @@ impl<'a> Retired<'a> {
     #[inline(always)]
     pub(super) fn flush<S: Simd>(&mut self, answers: &mut Answers<'_>) {
         if self.len > 0 {
-            let hits = match self.resolver {
-                Resolver::Exact => exact::hits_in::<S>(&self.pairs, self.len),
-                Resolver::Originals(originals) => {
-                    let mut hits = [Hit::MISS; 8];
-                    originals.hits(&self.numbers[..self.len], &mut hits);
-                    hits
-                }
-                _ => self.pairs.hits_in::<S>(),
-            };
+            let hits = self.resolver.hits_in::<S>(&self.pairs, &self.numbers, self.len);
             for (hit, &(number, _)) in hits.into_iter().zip(&self.numbers[..self.len]) {
                 answers.write_hit(number as usize, hit);
             }

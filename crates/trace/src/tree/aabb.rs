@@ -3,10 +3,11 @@
 //! Four lanes instead of three, so that a union is two vector instructions. The fourth lane means
 //! nothing.
 
+use bytemuck::Zeroable;
 use intertri::Triangle;
 
 /// The closed box `lo <= p <= hi`, exact: the smallest and largest of what it was made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Aabb {
     pub lo: [f32; 4],

@@ -1,5 +1,6 @@
 //! The hierarchy as the walk sees it: in f32.
 
+use bytemuck::Zeroable;
 use intertri::{Triangle, TriangleBlock};
 
 use super::geometries::Geometries;
@@ -7,7 +8,7 @@ use super::node::{NONE, Node};
 use crate::memory::{NoMemory, room};
 
 /// Up to eight triangles, in six cache lines.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
     pub(crate) block: TriangleBlock<8>,

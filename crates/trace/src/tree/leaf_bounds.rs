@@ -3,6 +3,7 @@
 //! Nearly all triangles are plain: finite, and far from being needles. Those have the boxes of their corners,
 //! which lanes of f32 find. What is not surely plain is asked of [`hit_bounds`], one by one.
 
+use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
@@ -19,7 +20,7 @@ const PLAIN: f32 = 1.0 / 256.0;
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
 /// Where triangles side by side can be hit.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
     /// The box around those that have one.
     pub bounds: Aabb,

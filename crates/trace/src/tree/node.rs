@@ -1,5 +1,7 @@
 //! The node: eight boxes side by side.
 
+use bytemuck::Zeroable;
+
 use super::aabb::Aabb;
 
 /// The child that is not there.
@@ -18,7 +20,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 ///
 /// Children sit in slots by octant: for a ray whose octant `o` has bit `k` set where `dir[k] < 0`,
 /// the slots in ascending order of `slot ^ o` go roughly from front to back.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// Lower sides by axis and slot, infinite where there is no child; upper sides, minus infinity there;
