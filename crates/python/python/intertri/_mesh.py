@@ -102,7 +102,7 @@ def _restore(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tre
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
-    """A mesh that `Mesh.save` wrote, several times faster than it was built.
+    """A mesh that `Mesh.save` wrote, with its hierarchy.
 
     Raises
     ------
