@@ -12,7 +12,7 @@ fn every_tier_agrees_with_rationals() {
 
 /// By hand: `cargo test --release -p intertri-tests --test f64 -- --ignored --nocapture`.
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes hours"]
 fn a_hundred_million_pairs_agree_with_rationals() {
     CASES.agree_for_hours();
 }
