@@ -75,18 +75,32 @@ impl<R: Send + Sync> Singles<R> {
         closest: impl Fn(&R) -> Answer + Sync,
         any: impl Fn(&R) -> bool + Sync,
     ) {
+        self.trace_with(part, || (), |(), ray| closest(ray), |(), ray| any(ray));
+    }
+
+    /// The same by what each chunk makes for itself.
+    #[inline(always)]
+    pub fn trace_with<K>(
+        &mut self,
+        part: Range<usize>,
+        make: impl Fn() -> K + Sync,
+        closest: impl Fn(&mut K, &R) -> Answer + Sync,
+        any: impl Fn(&mut K, &R) -> bool + Sync,
+    ) {
         let (rays, answers) = (&self.rays[part.clone()], &mut self.answers[part]);
         let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
         if self.any {
             chunks.for_each(|(rays, answers)| {
+                let mut kept = make();
                 for (ray, answer) in rays.iter().zip(answers) {
-                    *answer = if any(ray) { Answer::ANY } else { Answer::MISS };
+                    *answer = if any(&mut kept, ray) { Answer::ANY } else { Answer::MISS };
                 }
             });
         } else {
             chunks.for_each(|(rays, answers)| {
+                let mut kept = make();
                 for (ray, answer) in rays.iter().zip(answers) {
-                    *answer = closest(ray);
+                    *answer = closest(&mut kept, ray);
                 }
             });
         }

@@ -14,16 +14,17 @@ use crate::engine::Engine;
 use crate::fixed::Fixed;
 use crate::measure::Named;
 use crate::obvhs::Obvhs;
-use crate::ours::{Batch, Single, Triangles};
+use crate::ours::{Batch, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 30] = [
+pub const ENGINES: [(&str, &str); 32] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
+    ("certified-intersector", "a call a ray, by an object that is kept"),
     ("certified-zero", "batch calls with Threshold 0; differs by that"),
     ("certified-zero-triangles", ""),
     ("exact", "batch calls; differs where document A errs"),
@@ -31,6 +32,7 @@ pub const ENGINES: [(&str, &str); 30] = [
     ("exact-avx2", "batch calls held to AVX2"),
     ("exact-triangles-avx2", ""),
     ("exact-single", "a call a ray"),
+    ("exact-intersector", "a call a ray, by an object that is kept"),
     ("double", "batch calls"),
     ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
     ("embree-fast-1", "a call a ray; default build"),
@@ -85,6 +87,7 @@ fn ours<M: Mode + 'static>(name: &str, bvh: &Arc<Bvh>, mode: M) -> Box<dyn Engin
     match () {
         () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
         () if has("single") => Box::new(Single::new(bvh, mode)),
+        () if has("intersector") => Box::new(Kept::new(bvh, mode)),
         () => Box::new(Batch::new(bvh, mode)),
     }
 }

@@ -3,9 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use intertri::Hit;
-use intertri::RayOf;
 use intertri::internal::Resolver;
+use intertri::{Hit, Ray, RayOf};
 use intertri_trace::{Bvh, Given, ModeFor};
 
 use crate::engine::{Answer, Engine, Question, Singles};
@@ -125,6 +124,39 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
 
     fn exact(&self) -> bool {
         as_document(&self.mode)
+    }
+}
+
+/// The calls for one ray after another, by an intersector that each chunk of rays makes.
+pub struct Kept<M>(Single<M>);
+
+impl<M: ModeFor<f32>> Kept<M> {
+    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+        Self(Single::new(bvh, mode))
+    }
+}
+
+impl<M: ModeFor<f32>> Engine for Kept<M> {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.0.load(rays, question);
+    }
+
+    fn trace(&mut self, part: Range<usize>) {
+        let Single { bvh, mode, rays } = &mut self.0;
+        rays.trace_with(
+            part,
+            || bvh.intersector(mode),
+            |one, ray| one.closest(ray).map_or(Answer::MISS, |hit| answer(&hit)),
+            |one, ray| one.any(ray),
+        );
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        self.0.answers()
+    }
+
+    fn exact(&self) -> bool {
+        self.0.exact()
     }
 }
 

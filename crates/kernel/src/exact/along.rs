@@ -66,13 +66,15 @@ pub fn attributes_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> (f64, f64, f64) {
+    let mut known = ([0.0; 3], 0);
     if from == Tier::Float && is_plain(ray, triangle) {
         let Met { quotients: [t, u, v], sure, .. } = one_pair::meet(ray, triangle);
         if sure == 0b111 {
             return (t, u, v);
         }
+        known = ([t, u, v], sure);
     }
-    attributes_by_integers(from, ray, triangle)
+    attributes_by_integers(from, ray, triangle, known)
 }
 
 /// The order in which a ray meets two triangles, exactly; by a tier of integers or one behind it.
@@ -88,15 +90,17 @@ pub fn order_from<S: Scalar>(
     at_tier!(S, from.max(scales.tier::<S>()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
+/// The same where some of the three are known: on an edge it is a weight of 0 that no bound proves.
 #[inline(never)]
 fn attributes_by_integers<S: Scalar>(
     from: Tier,
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
+    known: ([f64; 3], u32),
 ) -> (f64, f64, f64) {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    at_tier!(S, from.max(scales.tier::<S>()), attributes::<S, C, N, V>(&pair, scales))
+    at_tier!(S, from.max(scales.tier::<S>()), attributes::<S, C, N, V>(&pair, scales, known))
 }
 
 fn t<S: Scalar, const C: usize, const N: usize, const V: usize>(
@@ -112,11 +116,15 @@ fn t<S: Scalar, const C: usize, const N: usize, const V: usize>(
 fn attributes<S: Scalar, const C: usize, const N: usize, const V: usize>(
     pair: &Pair<S>,
     scales: Scales,
+    (known, sure): ([f64; 3], u32),
 ) -> (f64, f64, f64) {
     let numbers = Numbers::<C, N, V>::new(pair, scales);
     let [u, v, w] = numbers.edges();
     let den = u + v + w;
-    (ratio(&numbers.volume(), &den, scales.of_t()), ratio(&v, &den, 0), ratio(&w, &den, 0))
+    let is_sure = |i: usize| sure >> i & 1 != 0;
+    let t = if is_sure(0) { known[0] } else { ratio(&numbers.volume(), &den, scales.of_t()) };
+    let weight = |i: usize, num| if is_sure(i) { known[i] } else { ratio(num, &den, 0) };
+    (t, weight(1, &v), weight(2, &w))
 }
 
 /// `num / den * 2^exponent`, rounded once.

@@ -108,34 +108,34 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     }
 }
 
-/// Four vectors side by side.
+/// Four vectors side by side. Element by element: a map of an array may become a call, and that without the level's
+/// instructions.
 #[inline(always)]
-fn lanes<S: Simd, X: Scalar>(v: [[X; 3]; 4]) -> Vec3<S::F64x4> {
-    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz], [dx, dy, dz]] = v;
-    let (x, y, z) = ([ax, bx, cx, dx], [ay, by, cy, dy], [az, bz, cz, dz]);
-    let [x, y, z] = [x, y, z].map(|row| row.map(Into::<f64>::into));
+fn lanes<S: Simd, X: Scalar>([a, b, c, d]: [[X; 3]; 4]) -> Vec3<S::F64x4> {
+    let x: [f64; 4] = [a[0].into(), b[0].into(), c[0].into(), d[0].into()];
+    let y: [f64; 4] = [a[1].into(), b[1].into(), c[1].into(), d[1].into()];
+    let z: [f64; 4] = [a[2].into(), b[2].into(), c[2].into(), d[2].into()];
     Vec3 { x: Lanes::load(&x), y: Lanes::load(&y), z: Lanes::load(&z) }
 }
 
 /// The factors x, y and z of the volumes, of the edges a, h4 and h5 side by side and a direction.
 #[inline(always)]
 fn factors<S: Simd>(edges: Vec3<S::F64x4>, [dx, dy, dz]: [f64; 3]) -> [Vec3<S::F64x4>; 3] {
-    let (mut x, mut y, mut z) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-    edges.x.store(&mut x);
-    edges.y.store(&mut y);
-    edges.z.store(&mut z);
-    let by_axis = [[x, [dx; 4]], [y, [dy; 4]], [z, [dz; 4]]].map(|[e, [d, ..]]| {
-        let [a, h4, h5, _] = e;
-        [[d, a, h5, -h4], [h4, h4, a, a], [h5, h5, d, d]]
-    });
-    [axes::<S>(&by_axis, 0), axes::<S>(&by_axis, 1), axes::<S>(&by_axis, 2)]
+    let [x, y, z] = [axis::<S>(edges.x, dx), axis::<S>(edges.y, dy), axis::<S>(edges.z, dz)];
+    [
+        Vec3 { x: x[0], y: y[0], z: z[0] },
+        Vec3 { x: x[1], y: y[1], z: z[1] },
+        Vec3 { x: x[2], y: y[2], z: z[2] },
+    ]
 }
 
-/// One of three factors, by axis.
+/// Their numbers along one axis.
 #[inline(always)]
-fn axes<S: Simd>([x, y, z]: &[[[f64; 4]; 3]; 3], factor: usize) -> Vec3<S::F64x4> {
-    let load = [&x[factor], &y[factor], &z[factor]];
-    Vec3 { x: Lanes::load(load[0]), y: Lanes::load(load[1]), z: Lanes::load(load[2]) }
+fn axis<S: Simd>(edges: S::F64x4, d: f64) -> [S::F64x4; 3] {
+    let mut numbers = [0.0; 4];
+    edges.store(&mut numbers);
+    let [a, h4, h5, _] = numbers;
+    [Lanes::load(&[d, a, h5, -h4]), Lanes::load(&[h4, h4, a, a]), Lanes::load(&[h5, h5, d, d])]
 }
 
 /// The first lane in all.
