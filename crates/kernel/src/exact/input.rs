@@ -37,6 +37,17 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
 /// `2^-200` and `2^300`: what is not 0 lies between them, in size.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
+/// Whether a direction is as [`is_plain`] wants it of f64.
+#[inline(always)]
+pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
+    let [low, high] = TAME.map(f64::from_bits);
+    let tame = |x: S| {
+        let size = Into::<f64>::into(x).abs();
+        u32::from(size >= low) & u32::from(size <= high) | u32::from(size == 0.0)
+    };
+    dir.map(tame) == [1; 3]
+}
+
 /// See [`is_plain`]; derived in `docs/numerics/f64.md`, section 3.
 #[inline(always)]
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {

@@ -105,10 +105,16 @@ pub fn attributes<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (f64, 
 pub fn order<S: Scalar>(ray: &RayOf<S>, one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     // Walls and floors often lie upon each other, and neighbours are often met where they touch.
     if across_an_axis(one, other) || shared_edge::is_met(ray, one, other) {
-        Ordering::Equal
-    } else {
-        order_from(Tier::Float, ray, one, other)
+        return Ordering::Equal;
     }
+    // Rounded t keep the order where they differ; of f32 integers are hardly slower.
+    if const { tier::is_f64::<S>() } {
+        let rounded = t(ray, one).total_cmp(&t(ray, other));
+        if rounded.is_ne() {
+            return rounded;
+        }
+    }
+    order_from(Tier::Float, ray, one, other)
 }
 
 /// Whether two triangles lie in the same plane, and that across an axis.

@@ -8,17 +8,18 @@
 
 use core::cmp::Ordering;
 
-use super::input::subnormals_are_read;
+use super::input::{is_plain, is_tame_dir, subnormals_are_read};
+use super::tier::is_f64;
 use crate::simd::Vec3;
-use crate::{Ray, Triangle};
+use crate::{RayOf, Scalar, TriangleOf};
 
 /// `2^-49`, which is `16w`: T and D are within half of this times their permanents.
 const BOUND: f64 = 16.0 * (f64::EPSILON / 2.0);
 
-/// A triangle, and its plane as it is seen from the origin of rays that are known to hit it.
+/// A triangle's plane as it is seen from the origin of rays that are known to hit it.
 #[derive(Clone, Copy, Debug)]
-pub struct SeenPlane {
-    triangle: Triangle,
+pub struct SeenPlane<S = f32> {
+    origin: [S; 3],
     /// The normal.
     n: Vec3<f64>,
     /// `BOUND` times its permanents, component by component.
@@ -28,22 +29,31 @@ pub struct SeenPlane {
     num_err: f64,
 }
 
-impl SeenPlane {
+impl<S: Scalar> SeenPlane<S> {
     /// From an origin.
     #[inline(never)]
-    pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
+    pub fn new(triangle: &TriangleOf<S>, origin: [S; 3]) -> Self {
         let [c1, c2, c3] = triangle.0.map(vec3);
         let (a, h4, h5) = (c1 - vec3(origin), c2 - c1, c3 - c1);
         let (n, brackets) = (h4.cross(h5), h4.abs().permanents(h5.abs()));
         let (num, num_err) = (n.dot(a), brackets.dot(a.abs()) * BOUND);
-        // Where a subnormal number may have been read as 0, nothing is sure.
-        let num_err = if subnormals_are_read() { num_err } else { f64::NAN };
-        Self { triangle: *triangle, n, n_err: brackets * BOUND, num: num.abs(), num_err }
+        // Where a subnormal number may have been read as 0, or something is lost of one, nothing is sure.
+        let sound = !is_f64::<S>() || is_plain(&RayOf::new(origin, [S::ONE; 3]), triangle);
+        let num_err = if sound && subnormals_are_read() { num_err } else { f64::NAN };
+        Self { origin, n, n_err: brackets * BOUND, num: num.abs(), num_err }
     }
 
-    /// Which of two planes a ray from there meets first, both of which it is known to meet.
+    /// Which of two planes a ray meets first, both of which it is known to meet, where that is sure. Of f32 the ray
+    /// starts at their origin; of f64 it may have only a copy there.
     #[inline(always)]
-    pub fn order(&self, other: &Self, ray: &Ray) -> Ordering {
+    pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
+        if const { is_f64::<S>() } {
+            let same = |a: S, b: S| a.rank() == b.rank() && a.is_negative() == b.is_negative();
+            let starts_there = (0..3).all(|k| same(self.origin[k], ray.origin[k]));
+            if !(starts_there && is_tame_dir(ray.dir)) {
+                return None;
+            }
+        }
         let dir = vec3(ray.dir);
         let ((den, den_err), (other_den, other_err)) = (self.den(dir), other.den(dir));
         let gap = self.num * other_den - other.num * den;
@@ -51,11 +61,9 @@ impl SeenPlane {
             + self.num_err * other_den
             + (other.num + other.num_err) * den_err
             + other.num_err * den;
-        // False with a NaN, too.
-        if gap.abs() > err {
-            return if gap < 0.0 { Ordering::Less } else { Ordering::Greater };
-        }
-        super::order(ray, &self.triangle, &other.triangle)
+        // What underflows of f64 is less than that; false with a NaN, too.
+        let is_sure = gap.abs() > err + f64::MIN_POSITIVE;
+        is_sure.then_some(if gap < 0.0 { Ordering::Less } else { Ordering::Greater })
     }
 
     /// |D|, and twice what it may be off by.
@@ -66,6 +74,45 @@ impl SeenPlane {
 }
 
 #[inline(always)]
-fn vec3(v: [f32; 3]) -> Vec3<f64> {
-    Vec3::splat(v.map(f64::from))
+fn vec3<S: Scalar>(v: [S; 3]) -> Vec3<f64> {
+    Vec3::splat(v.map(Into::into))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SeenPlane;
+    use crate::exact::{Tier, order_from};
+    use crate::{Ray64, TriangleOf};
+
+    /// Triangles upon each other but for some roundings, of sizes at which products of four numbers underflow or overflow,
+    /// too.
+    #[test]
+    fn what_is_sure_of_f64_is_what_integers_say() {
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut sure = [0; 4];
+        for i in 0..40_000 {
+            let size = 2.0_f64.powi([0, -170, 200, -100][i % 4]);
+            let mut point = || [0; 3].map(|_| size * random());
+            let (origin, dir) = (point(), point());
+            let ray = Ray64::new(origin, dir);
+            let [one, other] = [1.0, 1.0 + 2.0_f64.powi(-30 - (i as i32 / 4) % 30)].map(|t| {
+                let ([a, b], at) = ([point(), point()], |k: usize| origin[k] + t * dir[k]);
+                let axes = [0, 1, 2];
+                let c = axes.map(|k| at(k) - a[k] - b[k]);
+                TriangleOf([axes.map(|k| at(k) + a[k]), axes.map(|k| at(k) + b[k]), c])
+            });
+            let seen = |triangle| SeenPlane::new(triangle, origin);
+            let elsewhere = Ray64::new(dir, dir);
+            assert_eq!(seen(&one).order(&seen(&other), &elsewhere), None);
+            let Some(order) = seen(&one).order(&seen(&other), &ray) else { continue };
+            assert_eq!(order, order_from(Tier::Narrow, &ray, &one, &other), "{ray:?}");
+            sure[i % 4] += 1;
+        }
+        let [plain, small, large, _] = sure;
+        assert!(plain > 4000 && plain < 9900 && small == 0 && large == 0, "{sure:?}");
+    }
 }

@@ -175,19 +175,24 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// What rays from one origin share in asking which triangle comes first.
+    /// What rays from one origin share in asking which triangle comes first. The numbers are those of one of the rays and
+    /// of the triangle's place.
     #[inline(always)]
     pub fn shared_origin(
         self,
         triangle: &Triangle,
         origin: [f32; 3],
-        place: u32,
+        (number, place): (u32, u32),
     ) -> SharedOrigin<'a> {
         match self {
             Self::Document(_) => SharedOrigin::document(triangle, origin),
             Self::Grid => SharedOrigin::grid(triangle, origin),
-            Self::Exact => SharedOrigin::Exact(crate::exact::SeenPlane::new(triangle, origin)),
-            Self::Originals(originals) => SharedOrigin::Originals(originals, place),
+            Self::Exact => {
+                SharedOrigin::Exact(crate::exact::SeenPlane::new(triangle, origin), *triangle)
+            }
+            Self::Originals(originals) => {
+                SharedOrigin::Originals(originals.plane(number, place), originals, place)
+            }
         }
     }
 

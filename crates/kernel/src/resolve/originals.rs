@@ -3,8 +3,8 @@
 use core::cmp::Ordering;
 use core::fmt;
 
-use crate::Hit;
-use crate::exact::Side;
+use crate::exact::{SeenPlane, Side};
+use crate::{Hit, Ray64};
 
 /// The rays and triangles that a walk has copies of in f32: asked about pairs by the walk's numbers, of the ray and of
 /// the triangle's place, and exact about what was given.
@@ -19,6 +19,12 @@ pub trait Originals: fmt::Debug + Sync {
 
     /// Which of two triangles the ray hits first, both of which it is known to hit.
     fn order(&self, ray: u32, one: u32, other: u32) -> Ordering;
+
+    /// The ray.
+    fn ray(&self, ray: u32) -> &Ray64;
+
+    /// The triangle's plane as it is seen from where the ray starts.
+    fn plane(&self, ray: u32, place: u32) -> SeenPlane<f64>;
 
     /// Whether two triangles surely touch where the ray meets them, if it hits both.
     fn touch(&self, ray: u32, one: u32, other: u32) -> bool;

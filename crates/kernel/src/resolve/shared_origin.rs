@@ -17,9 +17,9 @@ pub enum SharedOrigin<'a> {
     /// For integers of a grid.
     Grid(Sides),
     /// For what is exact.
-    Exact(exact::SeenPlane),
-    /// Its place, for originals.
-    Originals(&'a dyn Originals, u32),
+    Exact(exact::SeenPlane, Triangle),
+    /// For originals, with its place.
+    Originals(exact::SeenPlane<f64>, &'a dyn Originals, u32),
 }
 
 impl SharedOrigin<'_> {
@@ -41,10 +41,12 @@ impl SharedOrigin<'_> {
         match (self, other) {
             (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
             (Self::Grid(a), Self::Grid(b)) => grid_order(a, b, ray),
-            (Self::Exact(a), Self::Exact(b)) => a.order(b, ray),
-            (Self::Originals(originals, a), Self::Originals(_, b)) => {
-                originals.order(number, *a, *b)
+            (Self::Exact(a, one), Self::Exact(b, other)) => {
+                a.order(b, ray).unwrap_or_else(|| exact::order(ray, one, other))
             }
+            (Self::Originals(a, originals, one), Self::Originals(b, _, other)) => a
+                .order(b, originals.ray(number))
+                .unwrap_or_else(|| originals.order(number, *one, *other)),
             _ => Ordering::Equal,
         }
     }

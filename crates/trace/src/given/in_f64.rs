@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 use std::io::{self, Write};
 use std::ops::Range;
 
-use intertri::internal::exact::{self, HitCoefficients64, Side};
+use intertri::internal::exact::{self, HitCoefficients64, SeenPlane, Side};
 use intertri::internal::{Filter, LocalFrame, Originals, Room, Which};
 use intertri::simd::Level;
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
@@ -259,9 +259,18 @@ impl Originals for Asked<'_> {
     #[inline]
     fn order(&self, ray: u32, one: u32, other: u32) -> Ordering {
         let ((ray, one), (_, other)) = (self.pair(ray, one), self.pair(ray, other));
-        // Rounded t keep the order where they differ.
-        let (a, b) = (exact::t(ray, one), exact::t(ray, other));
-        a.total_cmp(&b).then_with(|| exact::order(ray, one, other))
+        exact::order(ray, one, other)
+    }
+
+    #[inline]
+    fn ray(&self, ray: u32) -> &Ray64 {
+        &self.rays[ray as usize]
+    }
+
+    #[inline]
+    fn plane(&self, ray: u32, place: u32) -> SeenPlane<f64> {
+        let (ray, triangle) = self.pair(ray, place);
+        SeenPlane::new(triangle, ray.origin)
     }
 
     #[inline]

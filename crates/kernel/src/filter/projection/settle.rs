@@ -67,23 +67,22 @@ impl<'a, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Settle<'a, T, I> {
             return false;
         }
         let (number, ray) = (self.number(ray), &self.rays[ray]);
-        let old = self.seen(other, kept_other);
-        let order = self.seen(one, kept_one).order(&old, ray, number);
+        let (one_seen, other_seen) = (self.seen(one, kept_one), self.seen(other, kept_other));
+        let order = one_seen.order(other_seen, ray, number);
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
     /// A triangle from where the rays start.
     #[inline(always)]
-    fn seen(&self, triangle: u32, kept: &mut Kept<'a>) -> SharedOrigin<'a> {
-        match *kept {
-            Some((number, seen)) if number == triangle => seen,
-            _ => {
-                let origin = self.rays[0].origin;
-                let seen = self.resolver.shared_origin(&(self.find)(triangle), origin, triangle);
-                *kept = Some((triangle, seen));
-                seen
-            }
+    fn seen<'k>(&self, triangle: u32, kept: &'k mut Kept<'a>) -> &'k SharedOrigin<'a> {
+        if kept.is_none_or(|(number, _)| number != triangle) {
+            *kept = None;
         }
+        let (_, seen) = kept.get_or_insert_with(|| {
+            let (origin, numbers) = (self.rays[0].origin, (self.first, triangle));
+            (triangle, self.resolver.shared_origin(&(self.find)(triangle), origin, numbers))
+        });
+        seen
     }
 }
 
