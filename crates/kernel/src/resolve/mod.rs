@@ -62,6 +62,15 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// Prefetches what will be asked for about a pair; only originals are elsewhere. The numbers are those of the ray and of
+    /// the triangle's place.
+    #[inline(always)]
+    pub fn prefetch(self, numbers: (u32, u32)) {
+        if let Self::Originals(originals) = self {
+            originals.prefetch(numbers.0, numbers.1);
+        }
+    }
+
     /// t, rounded to f64, if the ray hits the triangle within its interval. The numbers are those of the ray and of the
     /// triangle's place.
     #[cold]

@@ -41,6 +41,9 @@ pub trait Originals: fmt::Debug + Sync {
     /// What to prefetch while this ray and those after it are traced, so many in all: rays that are copied later.
     fn later(&self, ray: u32, count: usize) -> &[u8];
 
+    /// Prefetches a pair.
+    fn prefetch(&self, ray: u32, place: u32);
+
     /// Where rays meet triangles that they are known to hit, in units of the rays as given: the first of each pair is
     /// the ray.
     fn hits(&self, pairs: &[(u32, u32)], hits: &mut [Hit]);

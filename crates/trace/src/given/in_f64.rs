@@ -6,9 +6,10 @@ use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::io::{self, Write};
 use std::ops::Range;
+use std::slice::from_ref;
 
 use intertri::internal::exact::{self, HitCoefficients64, SeenPlane, Side};
-use intertri::internal::{Filter, LocalFrame, Originals, Room, Which};
+use intertri::internal::{Filter, LocalFrame, Originals, Room, Which, prefetch};
 use intertri::simd::Level;
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
 
@@ -54,7 +55,7 @@ impl Given for f64 {
         ray: &Ray64,
         ask: impl FnOnce(&Which<'_>, &Ray) -> A,
     ) -> A {
-        let asked = Asked::new(tree, originals, which, (std::slice::from_ref(ray), 0..1));
+        let asked = Asked::new(tree, originals, which, (from_ref(ray), 0..1));
         ask(&asked.test(), &originals.frame.ray(ray))
     }
 
@@ -301,6 +302,13 @@ impl Originals for Asked<'_> {
     fn later(&self, ray: u32, count: usize) -> &[u8] {
         let later = self.later.get(ray as usize..).unwrap_or(&[]);
         bytemuck::cast_slice(&later[..later.len().min(count)])
+    }
+
+    #[inline]
+    fn prefetch(&self, ray: u32, place: u32) {
+        let (ray, triangle) = self.pair(ray, place);
+        prefetch(from_ref(ray));
+        prefetch(from_ref(triangle));
     }
 
     #[inline]

@@ -47,6 +47,7 @@ impl<'a> Retired<'a> {
             }
             self.pairs.set(self.len, ray, &triangle, index);
             self.numbers[self.len] = (number, place);
+            self.resolver.prefetch((number, place));
             self.len += 1;
             if self.len == 8 {
                 self.flush::<S>(answers);
