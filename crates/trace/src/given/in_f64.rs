@@ -17,9 +17,11 @@ use super::mesh64::InF64;
 use super::{Ask, Given, Progress};
 use crate::across::lanes_of;
 use crate::build::{BuildError, Triangles};
+use crate::memory::NoMemory;
 use crate::nearest::{ClosestPoint, closest_points};
 use crate::refit::{Refit, RefitError};
 use crate::save::{Input, LoadError, read64, write64};
+use crate::threads;
 use crate::tree::{Aabb, BLOCK, HitBounds, LeafBounds, NONE, Tree};
 
 /// The triangles as given, by their indices, and where their copies are.
@@ -40,11 +42,10 @@ impl Given for f64 {
     ) -> Result<(Tree, Originals64), BuildError> {
         let frame = frame_around(triangles);
         let tree = Tree::over(&Copies { frame, triangles }, progress)?;
-        let mut kept = Vec::new();
         let count = triangles.len();
-        kept.try_reserve_exact(count).map_err(|_| BuildError::OutOfMemory { count })?;
-        kept.extend_from_slice(triangles);
-        Ok((tree, Originals64 { frame, triangles: kept }))
+        let kept = threads::each(count, |i| triangles[i]);
+        let triangles = kept.map_err(|NoMemory| BuildError::OutOfMemory { count })?;
+        Ok((tree, Originals64 { frame, triangles }))
     }
 
     #[inline]
