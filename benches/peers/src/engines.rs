@@ -18,13 +18,14 @@ use crate::ours::{Batch, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 32] = [
+pub const ENGINES: [(&str, &str); 36] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
     ("certified-intersector", "a call a ray, by an object that is kept"),
+    ("certified-intersector-avx2", ""),
     ("certified-zero", "batch calls with Threshold 0; differs by that"),
     ("certified-zero-triangles", ""),
     ("exact", "batch calls; differs where document A errs"),
@@ -33,6 +34,9 @@ pub const ENGINES: [(&str, &str); 32] = [
     ("exact-triangles-avx2", ""),
     ("exact-single", "a call a ray"),
     ("exact-intersector", "a call a ray, by an object that is kept"),
+    ("exact-intersector-avx2", ""),
+    ("exact-intersector-triangles", "the same for the triangle alone"),
+    ("exact-intersector-triangles-avx2", ""),
     ("double", "batch calls"),
     ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
     ("embree-fast-1", "a call a ray; default build"),
@@ -85,9 +89,9 @@ fn ours<M: Mode + 'static>(name: &str, bvh: &Arc<Bvh>, mode: M) -> Box<dyn Engin
     let bvh = bvh.clone();
     let has = |word| name.split('-').any(|part| part == word);
     match () {
-        () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
         () if has("single") => Box::new(Single::new(bvh, mode)),
-        () if has("intersector") => Box::new(Kept::new(bvh, mode)),
+        () if has("intersector") => Box::new(Kept::new(bvh, mode, has("triangles"))),
+        () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
         () => Box::new(Batch::new(bvh, mode)),
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use intertri::internal::Resolver;
 use intertri::{Hit, Ray, RayOf};
-use intertri_trace::{Bvh, Given, ModeFor};
+use intertri_trace::{Bvh, Given, Intersector, ModeFor};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
@@ -128,35 +128,46 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
 }
 
 /// The calls for one ray after another, by an intersector that each chunk of rays makes.
-pub struct Kept<M>(Single<M>);
+pub struct Kept<M> {
+    single: Single<M>,
+    /// Whether the triangle alone is asked for.
+    triangle: bool,
+}
 
 impl<M: ModeFor<f32>> Kept<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
-        Self(Single::new(bvh, mode))
+    pub fn new(bvh: Arc<Bvh>, mode: M, triangle: bool) -> Self {
+        Self { single: Single::new(bvh, mode), triangle }
     }
 }
 
 impl<M: ModeFor<f32>> Engine for Kept<M> {
     fn load(&mut self, rays: &[Ray], question: Question) {
-        self.0.load(rays, question);
+        self.single.load(rays, question);
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        let Single { bvh, mode, rays } = &mut self.0;
-        rays.trace_with(
-            part,
-            || bvh.intersector(mode),
-            |one, ray| one.closest(ray).map_or(Answer::MISS, |hit| answer(&hit)),
-            |one, ray| one.any(ray),
-        );
+        let (Single { bvh, mode, rays }, triangle) = (&mut self.single, self.triangle);
+        let (make, any) =
+            (|| bvh.intersector(mode), |one: &mut Intersector<'_>, ray: &_| one.any(ray));
+        if triangle {
+            let of = |triangle| Answer { triangle, t: f64::NAN };
+            let closest =
+                |one: &mut Intersector<'_>, ray: &_| one.triangle(ray).map_or(Answer::MISS, of);
+            rays.trace_with(part, make, closest, any);
+        } else {
+            let of = |hit| answer(&hit);
+            let closest =
+                |one: &mut Intersector<'_>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
+            rays.trace_with(part, make, closest, any);
+        }
     }
 
     fn answers(&self) -> Vec<Answer> {
-        self.0.answers()
+        self.single.answers()
     }
 
     fn exact(&self) -> bool {
-        self.0.exact()
+        !self.triangle && self.single.exact()
     }
 }
 
