@@ -95,7 +95,7 @@ pub(crate) fn update<T: Send, R: Zeroable + Send>(
     Ok(told)
 }
 
-/// Fills pieces of a slice, on all threads where there are threads, until one fails.
+/// Fills pieces of a slice, on all threads where there are threads. Of several that fail it tells of one.
 #[cfg(unix)]
 pub(crate) fn fill<E: Send>(
     all: &mut [u8],

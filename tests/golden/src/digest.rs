@@ -1,7 +1,7 @@
 //! How answers become one number.
 
 use intertri::Hit;
-use intertri_trace::Place;
+use intertri_trace::{ClosestPoint, Place};
 
 /// FNV-1a over 64-bit words, and how many answers are no miss.
 pub(crate) struct Digest {
@@ -35,6 +35,15 @@ impl Digest {
     pub(crate) fn truth(&mut self, truth: bool) {
         self.hits += u64::from(truth);
         self.word(truth.into());
+    }
+
+    /// A closest point.
+    pub(crate) fn closest_point(&mut self, found: &ClosestPoint) {
+        self.hits += u64::from(found.some().is_some());
+        self.word(found.triangle.into());
+        for x in [found.distance, found.u, found.v].into_iter().chain(found.point) {
+            self.number(x);
+        }
     }
 
     /// Where a point lies; outside is no hit.

@@ -39,12 +39,8 @@ fn closest(scene: &Scene, bvh: &Bvh, points: &[[f32; 3]], query: &str, radius: f
     let mut closest = vec![ClosestPoint::NONE; points.len()];
     bvh.closest_point_batch(points, radius, &mut closest);
     let mut digest = Digest::new();
-    for found in closest {
-        digest.hits += u64::from(found.some().is_some());
-        digest.word(found.triangle.into());
-        for x in [found.distance, found.u, found.v].into_iter().chain(found.point) {
-            digest.number(x);
-        }
+    for found in &closest {
+        digest.closest_point(found);
     }
     Line::new(&scene.name, "exact", query, &digest)
 }

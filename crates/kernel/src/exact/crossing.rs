@@ -149,16 +149,13 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
 mod tests {
     use super::{Rule, crossing_from, in_two_parts};
     use crate::exact::Tier;
+    use crate::exact::test_numbers::random;
     use crate::{Ray64, TriangleOf};
 
     /// Rays at edges but for rounding, between points of which many a difference is no f64.
     #[test]
     fn two_parts_say_what_integers_say() {
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut random = random();
         let (mut decided, mut hits) = (0, 0);
         for i in 0..5000 {
             let mut point = || [0; 3].map(|_| random() * (4000.0 * (random() + 0.51)).powi(2));

@@ -37,6 +37,8 @@ mod seen_plane;
 mod shared_edge;
 mod shared_origin64;
 mod tails;
+#[cfg(test)]
+mod test_numbers;
 mod tier;
 
 pub(crate) use along::t_times_from;

@@ -81,6 +81,7 @@ fn vec3<S: Scalar>(v: [S; 3]) -> Vec3<f64> {
 #[cfg(test)]
 mod tests {
     use super::SeenPlane;
+    use crate::exact::test_numbers::random;
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
@@ -88,11 +89,7 @@ mod tests {
     /// too.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut random = random();
         let mut sure = [0; 4];
         for i in 0..40_000 {
             let size = 2.0_f64.powi([0, -170, 200, -100][i % 4]);

@@ -29,6 +29,7 @@ use crate::tree::Tree;
 impl<S: Given> Bvh<S> {
     /// The closest hit; of equal t, the lowest index.
     pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
+        // Not by `only`, whose frame takes a twentieth of a ray's time.
         self.ask_one(mode, ray, |tree, which, ray| {
             one::closest(tree, &Select::ALL.of(tree), which, ray, &mut Kept::lend(tree))
         })
