@@ -48,7 +48,7 @@ fn a_run_that_is_told_to_end_leaves_nothing() {
 /// Whether this process ignores a signal, as its children then do.
 #[cfg(unix)]
 fn is_ignored(number: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let bits = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()).unwrap_or(0);
     bits >> (number - 1) & 1 != 0
