@@ -97,6 +97,7 @@ impl<S: Coordinate> Light<S> {
     }
 
     /// The direction from a point to the light, of unit length.
+    #[inline]
     pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
         let toward = match *self {
             Self::Point { position } => double(position) - point,

@@ -1,15 +1,15 @@
 //! Shading: an image from a visibility buffer and a shadow mask.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use intertri::Hit;
 use rayon::prelude::*;
 
 use crate::coordinate::Coordinate;
 use crate::image::{Image, ImageError};
-use crate::mesh::{Mesh, Part, double};
+use crate::mesh::{Mesh, double};
 use crate::scene::Scene;
 use crate::srgb::Srgb;
-use crate::texture::place;
+use crate::texture::{Texture, ways};
 
 /// The ambient light from below and from above.
 const AMBIENT: [f32; 2] = [0.07, 0.20];
@@ -22,7 +22,8 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// index tells whether the light reaches that point. It is all `true` for an image without shadows,
 /// and is not read where the ray missed.
 ///
-/// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in proportion to the cosine between normal and light. The
+/// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in
+/// proportion to the cosine between normal and light. The
 /// normal is the geometric one, faced toward the camera: both sides look alike, and no mesh is
 /// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
 ///
@@ -69,7 +70,9 @@ struct Face<'a> {
     /// Of unit length, on the side of the eye.
     normal: DVec3,
     ambient: f32,
-    part: Option<&'a Part>,
+    tint: Vec3,
+    /// What covers it, and where: the first corner's place in the texture, and the ways from there.
+    cover: Option<(&'a Texture, [DVec2; 3])>,
 }
 
 impl<'a> Face<'a> {
@@ -95,11 +98,27 @@ impl<'a> Face<'a> {
         let normal = if away { -normal } else { normal };
         let above = (normal.y as f32).mul_add(0.5, 0.5);
         let ambient = AMBIENT[0] + (AMBIENT[1] - AMBIENT[0]) * above;
-        let part = scene.mesh.part(triangle as usize);
-        Self { triangle, corner: a, sides, normal, ambient, part }
+        let (tint, cover) = Self::albedo(scene, triangle);
+        Self { triangle, corner: a, sides, normal, ambient, tint, cover }
+    }
+
+    /// What is the same at all hits of the albedo: the part's tint, and the texture where it covers. In
+    /// a mesh without parts it is the texture alone, or clay.
+    fn albedo<S: Coordinate>(
+        scene: &'a Scene<S>,
+        triangle: u32,
+    ) -> (Vec3, Option<(&'a Texture, [DVec2; 3])>) {
+        let Scene { mesh, texture, .. } = scene;
+        let part = mesh.part(triangle as usize);
+        let covered = part.is_none_or(|part| part.textured);
+        let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
+        let cover = texture.map(|(texture, uvs)| (texture, ways(&uvs[triangle as usize])));
+        let bare = if cover.is_some() { Vec3::ONE } else { Vec3::from(Mesh::CLAY) };
+        (part.map_or(bare, |part| Vec3::from(part.tint)), cover)
     }
 
     /// The radiance, linear, that a hit reflects toward the eye.
+    #[inline]
     fn radiance<S: Coordinate>(&self, scene: &Scene<S>, hit: &Hit, lit: bool) -> Vec3 {
         // A light behind the surface, as the camera sees it, gives nothing: hence the `max`.
         let direct = if lit {
@@ -108,21 +127,13 @@ impl<'a> Face<'a> {
         } else {
             0.0
         };
-        self.albedo(scene, hit) * (self.ambient + direct)
-    }
-
-    /// The albedo at a hit: the part's tint times the texture. In a mesh without parts it is the
-    /// texture alone, or clay.
-    fn albedo<S>(&self, Scene { mesh, texture, .. }: &Scene<S>, hit: &Hit) -> Vec3 {
-        let covered = self.part.is_none_or(|part| part.textured);
-        let texture = texture.as_ref().filter(|_| covered).zip(mesh.corner_uvs.as_ref());
-        let texture = texture
-            .map(|(texture, uvs)| texture.color(place(&uvs[self.triangle as usize], hit.u, hit.v)));
-        match (self.part, texture) {
-            (None, None) => Vec3::from(Mesh::CLAY),
-            (None, Some(texture)) => texture,
-            (Some(part), texture) => Vec3::from(part.tint) * texture.unwrap_or(Vec3::ONE),
-        }
+        let albedo = match self.cover {
+            Some((texture, [first, p, q])) => {
+                self.tint * texture.color((first + p * hit.u + q * hit.v).to_array())
+            }
+            None => self.tint,
+        };
+        albedo * (self.ambient + direct)
     }
 }
 
@@ -131,7 +142,7 @@ mod tests {
     use super::*;
     use crate::camera::Camera;
     use crate::light::Light;
-    use crate::texture::Texture;
+    use crate::mesh::Part;
 
     /// A floor seen from above, the light above it or below it.
     fn floor(light_height: f32) -> Scene {

@@ -12,7 +12,7 @@
 
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::image::{Image, ImageError};
 use crate::srgb::Srgb;
@@ -41,10 +41,14 @@ pub enum Texture {
 /// assert_eq!(intertri_scene::place(&corners, 0.5, 0.25), [1.0, 1.0]);
 /// ```
 pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
-    [0, 1].map(|axis| {
-        let [p1, p2, p3] = corners.map(|corner| f64::from(corner[axis]));
-        p1 + u * (p2 - p1) + v * (p3 - p1)
-    })
+    let [first, p, q] = ways(corners);
+    (first + p * u + q * v).to_array()
+}
+
+/// The first corner's texture coordinates, and the ways from there to the other two.
+pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
+    let [a, b, c] = corners.map(|[s, t]| DVec2::new(s.into(), t.into()));
+    [a, b - a, c - a]
 }
 
 impl Texture {
@@ -62,6 +66,7 @@ impl Texture {
 
     /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite
     /// give the color of some texel.
+    #[inline]
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
             Self::Xor { texels, dark } => {
