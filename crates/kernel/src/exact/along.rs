@@ -54,7 +54,7 @@ fn t_by_integers<S: Scalar>(
 ) -> f64 {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    let (tier, exponent) = (from.max(scales.tier::<S>()), scales.of_t() + exponent);
+    let (tier, exponent) = (from.max(scales.tier()), scales.of_t() + exponent);
     at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
 
@@ -87,7 +87,7 @@ pub fn order_from<S: Scalar>(
 ) -> Ordering {
     let (a, b) = (pair(ray, one), pair(ray, other));
     let scales = a.scales_with(other.0);
-    at_tier!(S, from.max(scales.tier::<S>()), order::<S, C, N, V, P>(&a, &b, scales))
+    at_tier!(S, from.max(scales.tier()), order::<S, C, N, V, P>(&a, &b, scales))
 }
 
 /// The same where some of the three are known: on an edge it is a weight of 0 that no bound proves.
@@ -100,7 +100,7 @@ fn attributes_by_integers<S: Scalar>(
 ) -> (f64, f64, f64) {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    at_tier!(S, from.max(scales.tier::<S>()), attributes::<S, C, N, V>(&pair, scales, known))
+    at_tier!(S, from.max(scales.tier()), attributes::<S, C, N, V>(&pair, scales, known))
 }
 
 fn t<S: Scalar, const C: usize, const N: usize, const V: usize>(

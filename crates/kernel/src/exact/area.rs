@@ -25,7 +25,7 @@ pub fn has_area<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
         let pair = Pair { origin: c1, dir, corners: triangle.0 };
         let scales = pair.scales();
         is_finite(&RayOf::new(c1, dir), triangle)
-            && at_tier!(S, scales.tier::<S>(), leans::<S, C, N, V>(&pair, scales))
+            && at_tier!(S, scales.tier(), leans::<S, C, N, V>(&pair, scales))
     })
 }
 

@@ -50,7 +50,8 @@ pub fn crossing_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> Option<Side> {
-    if from == Tier::Float && is_plain(ray, triangle) {
+    let plain = from == Tier::Float && is_plain(ray, triangle);
+    if plain {
         let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
         let Decided { miss, closed, inside, leaves } =
             float::decide(corners, &RayLanes::of_ray(ray));
@@ -60,14 +61,8 @@ pub fn crossing_from<S: Scalar>(
         if inside || rule == Rule::Closed && closed {
             return Some(if leaves { Side::Leaves } else { Side::Enters });
         }
-        // Of f32 integers are hardly slower.
-        if const { is_f64::<S>() }
-            && let Ok(decided) = in_two_parts(ray, triangle)
-        {
-            return decided;
-        }
     }
-    by_integers(from, rule, ray, triangle)
+    by_integers(from, rule, ray, triangle, plain)
 }
 
 /// What numbers in two parts do not tell.
@@ -96,13 +91,14 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
-/// Finds the widths.
+/// Finds the widths. Of plain numbers those in two parts are asked before integers that are not narrow, which are slower.
 #[inline(never)]
 fn by_integers<S: Scalar>(
     from: Tier,
     rule: Rule,
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
+    plain: bool,
 ) -> Option<Side> {
     let interval = Interval::of(ray)?;
     if !is_finite(ray, triangle) {
@@ -110,7 +106,14 @@ fn by_integers<S: Scalar>(
     }
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    let tier = from.max(scales.tier::<S>());
+    let tier = from.max(scales.tier());
+    if const { is_f64::<S>() }
+        && plain
+        && tier > Tier::Narrow
+        && let Ok(decided) = in_two_parts(ray, triangle)
+    {
+        return decided;
+    }
     at_tier!(S, tier, crossing::<S, C, N, V>(rule, &pair, scales, interval))
 }
 

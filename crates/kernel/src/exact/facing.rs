@@ -40,7 +40,7 @@ fn by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Si
     }
     let pair = pair(ray, triangle);
     let scales = pair.scales();
-    match at_tier!(S, scales.tier::<S>(), sign::<S, C, N, V>(&pair, scales)) {
+    match at_tier!(S, scales.tier(), sign::<S, C, N, V>(&pair, scales)) {
         Ordering::Greater => Some(Side::Leaves),
         Ordering::Less => Some(Side::Enters),
         Ordering::Equal => None,

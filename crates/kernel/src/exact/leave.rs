@@ -134,7 +134,7 @@ fn signs<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Ordering, Orde
     }
     let pair = Pair { origin: ray.origin, dir: ray.dir, corners: triangle.0 };
     let scales = pair.scales();
-    at_tier!(S, scales.tier::<S>(), both::<S, C, N, V>(&pair, scales))
+    at_tier!(S, scales.tier(), both::<S, C, N, V>(&pair, scales))
 }
 
 fn both<S: Scalar, const C: usize, const N: usize, const V: usize>(

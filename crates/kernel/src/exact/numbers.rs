@@ -45,8 +45,8 @@ impl<S: Scalar> Pair<S> {
 impl Scales {
     /// The first tier whose integers hold all of them.
     #[inline(always)]
-    pub(super) fn tier<S: Scalar>(self) -> Tier {
-        self.points.tier::<S>(self.dir)
+    pub(super) fn tier(self) -> Tier {
+        self.points.tier(self.dir)
     }
 
     /// What T/D in integers is to be multiplied with, as a power of two.

@@ -20,7 +20,7 @@ pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
     let pair = Pair { origin: point, dir, corners: triangle.0 };
     is_finite(&RayOf::new(point, dir), triangle) && {
         let scales = pair.scales();
-        at_tier!(S, scales.tier::<S>(), holds::<S, C, N, V>(&pair, scales))
+        at_tier!(S, scales.tier(), holds::<S, C, N, V>(&pair, scales))
     }
 }
 

@@ -1,7 +1,7 @@
 //! From floats to integers: what a set of numbers are multiples of, and how many bits that takes.
 
 use super::int::Int;
-use super::tier::Tier;
+use super::tier::{Tier, is_f64};
 use crate::Scalar;
 
 /// Numbers as integers: all are multiples of `2^low` below `2^(low + bits)`.
@@ -21,7 +21,8 @@ impl Scale {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
-            low = if m != 0 && e < low { e } else { low };
+            let last = e + zeros::<S>(m);
+            low = if m != 0 && last < low { last } else { low };
             high = if m != 0 && e > high { e } else { high };
         }
         Self { low, bits: (high - low + S::DIGITS).max(0) }
@@ -29,8 +30,8 @@ impl Scale {
 
     /// The first tier whose integers hold the numbers of two scales, one of points, one of a direction.
     #[inline(always)]
-    pub(super) fn tier<S: Scalar>(self, dir: Self) -> Tier {
-        Tier::of_bits::<S>(self.bits.max(dir.bits))
+    pub(super) fn tier(self, dir: Self) -> Tier {
+        Tier::of_bits(self.bits.max(dir.bits))
     }
 
     /// A vector as integers.
@@ -39,8 +40,42 @@ impl Scale {
         let int = |x: S| {
             let (m, e) = x.parts();
             // A zero may have a smaller exponent than any.
-            Int::new(m, if m == 0 { 0 } else { (e - self.low) as u32 })
+            let up = if m == 0 { 0 } else { e - self.low };
+            if const { is_f64::<S>() } && up < 0 {
+                return Int::new(m >> -up, 0);
+            }
+            Int::new(m, up as u32)
         };
         [int(v[0]), int(v[1]), int(v[2])]
+    }
+}
+
+/// How many places of m are above its last digit. Of f64 alone, where half of the digits are often none, and
+/// narrow integers are so much faster: of f32 all count.
+#[inline(always)]
+fn zeros<S: Scalar>(m: i64) -> i32 {
+    if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_below_the_last_digit_of_an_f64_do_not_count() {
+        let (top, third) = (2.0_f64.powi(57), 1.0 / 3.0);
+        // 61 places are the most that 64 bits take.
+        for (last, tier) in [(0.125, Tier::Narrow), (0.0625, Tier::Middle), (third, Tier::Middle)] {
+            let vector = [top, 0.0, -last];
+            let scale = Scale::of(&[vector]);
+            assert_eq!(scale.tier(scale), tier, "{last}");
+            let [a, zero, c] = scale.vector::<f64, 2>(vector);
+            assert_eq!(zero, Int::new(0, 0));
+            assert_eq!(c, Int::new(-(last * (-scale.low as f64).exp2()) as i64, 0), "{last}");
+            assert_eq!(a, Int::new(1, (57 - scale.low) as u32), "{last}");
+        }
+        // Of an f32 all its places count.
+        assert_eq!(Scale::of(&[[1.0_f32, 2.0, 3.0]]).low, -23);
+        assert_eq!(Scale::of(&[[1.0_f64, 2.0, 3.0]]).low, 0);
     }
 }

@@ -45,7 +45,7 @@ pub(super) fn is_met<S: Scalar>(
         }
     }
     let (points, dir) = (Scale::of(&[ray.origin, p, q]), Scale::of(&[ray.dir]));
-    at_tier!(S, points.tier::<S>(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))
+    at_tier!(S, points.tier(dir), holds::<S, C, N, V>(ray, [p, q], (points, dir)))
 }
 
 fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(

@@ -1,4 +1,4 @@
-//! The tiers: f64 under a bound, then integers of three widths, the last of which holds any number.
+//! The tiers: f64 under a bound, then integers, the last of which hold any number.
 
 use crate::Scalar;
 
@@ -7,25 +7,27 @@ use crate::Scalar;
 pub enum Tier {
     /// f64, where its bound tells.
     Float,
-    /// Coordinates of 64 bits; given in f64, of 128.
+    /// Coordinates of 64 bits.
     Narrow,
-    /// Coordinates of 128 bits; given in f64, of 320.
+    /// Coordinates of 128 bits.
     Middle,
-    /// Coordinates of 320 bits: any f32, whose bits span 277 places. Of 2112: any f64, whose bits span 2098.
+    /// Coordinates of 320 bits: any f32, whose bits span 277 places.
+    Wide,
+    /// Coordinates of 2112 bits: any f64, whose bits span 2098 places. What is given in f32 is no wider than 320.
     Widest,
 }
 
 impl Tier {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Float, Self::Narrow, Self::Middle, Self::Widest];
+    pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
 
     /// The first whose integers hold coordinates of so many bits, with the three that the proof asks for.
     #[inline(always)]
-    pub(super) fn of_bits<S: Scalar>(bits: i32) -> Self {
-        let [narrow, middle] = if is_f64::<S>() { [128, 320] } else { [64, 128] };
+    pub(super) fn of_bits(bits: i32) -> Self {
         match bits + 3 {
-            bits if bits <= narrow => Self::Narrow,
-            bits if bits <= middle => Self::Middle,
+            ..=64 => Self::Narrow,
+            65..=128 => Self::Middle,
+            129..=320 => Self::Wide,
             _ => Self::Widest,
         }
     }
@@ -38,36 +40,22 @@ pub(super) const fn is_f64<S: Scalar>() -> bool {
 }
 
 /// Calls a function that is generic over the limbs of coordinates, normals and volumes (and of products
-/// of two volumes), at the widths of a tier for a scalar.
+/// of two volumes), at the widths of a tier.
 macro_rules! at_tier {
     ($s:ty, $tier:expr, $f:ident::<S, C, N, V>($($arg:expr),*)) => {
-        if const { is_f64::<$s>() } {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 2, 4, 6>($($arg),*),
-                Tier::Middle => $f::<$s, 5, 10, 15>($($arg),*),
-                Tier::Widest => $f::<$s, 33, 66, 99>($($arg),*),
-            }
-        } else {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3>($($arg),*),
-                Tier::Middle => $f::<$s, 2, 4, 6>($($arg),*),
-                Tier::Widest => $f::<$s, 5, 10, 15>($($arg),*),
-            }
+        match $tier {
+            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3>($($arg),*),
+            Tier::Middle => $f::<$s, 2, 4, 6>($($arg),*),
+            Tier::Widest if const { is_f64::<$s>() } => $f::<$s, 33, 66, 99>($($arg),*),
+            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15>($($arg),*),
         }
     };
     ($s:ty, $tier:expr, $f:ident::<S, C, N, V, P>($($arg:expr),*)) => {
-        if const { is_f64::<$s>() } {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 2, 4, 6, 12>($($arg),*),
-                Tier::Middle => $f::<$s, 5, 10, 15, 30>($($arg),*),
-                Tier::Widest => $f::<$s, 33, 66, 99, 198>($($arg),*),
-            }
-        } else {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 6>($($arg),*),
-                Tier::Middle => $f::<$s, 2, 4, 6, 12>($($arg),*),
-                Tier::Widest => $f::<$s, 5, 10, 15, 30>($($arg),*),
-            }
+        match $tier {
+            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 6>($($arg),*),
+            Tier::Middle => $f::<$s, 2, 4, 6, 12>($($arg),*),
+            Tier::Widest if const { is_f64::<$s>() } => $f::<$s, 33, 66, 99, 198>($($arg),*),
+            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15, 30>($($arg),*),
         }
     };
 }

@@ -21,7 +21,7 @@ pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -
         return closest;
     }
     let scale = scale(point, triangle.0);
-    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, triangle, feature))
+    at_widths!(S, from.max(tier(scale)), exactly(scale, point, triangle, feature))
 }
 
 #[inline(never)]

@@ -47,7 +47,7 @@ pub fn feature_from<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<
         return feature;
     }
     let scale = scale(point, triangle.0);
-    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, triangle))
+    at_widths!(S, from.max(tier(scale)), exactly(scale, point, triangle))
 }
 
 #[inline(never)]

@@ -6,21 +6,16 @@ use super::super::tier::Tier;
 use crate::Scalar;
 
 /// Calls a function that is generic over a scalar, and the limbs of coordinates and of their products of two, three,
-/// four and six, at the widths of a tier for the scalar.
+/// four and six, at the widths of a tier.
 macro_rules! at_widths {
     ($s:ty, $tier:expr, $f:ident($($arg:expr),*)) => {
-        if const { is_f64::<$s>() } {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 2, 4, 6, 8, 12, 20>($($arg),*),
-                Tier::Middle => $f::<$s, 5, 10, 15, 20, 30, 50>($($arg),*),
-                Tier::Widest => $f::<$s, 33, 66, 99, 132, 198, 330>($($arg),*),
+        match $tier {
+            Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 4, 6, 10>($($arg),*),
+            Tier::Middle => $f::<$s, 2, 4, 6, 8, 12, 20>($($arg),*),
+            Tier::Widest if const { is_f64::<$s>() } => {
+                $f::<$s, 33, 66, 99, 132, 198, 330>($($arg),*)
             }
-        } else {
-            match $tier {
-                Tier::Float | Tier::Narrow => $f::<$s, 1, 2, 3, 4, 6, 10>($($arg),*),
-                Tier::Middle => $f::<$s, 2, 4, 6, 8, 12, 20>($($arg),*),
-                Tier::Widest => $f::<$s, 5, 10, 15, 20, 30, 50>($($arg),*),
-            }
+            Tier::Wide | Tier::Widest => $f::<$s, 5, 10, 15, 20, 30, 50>($($arg),*),
         }
     };
 }
@@ -41,8 +36,8 @@ pub(super) fn scale<S: Scalar>(point: [S; 3], [a, b, c]: [[S; 3]; 3]) -> Scale {
 
 /// The first tier whose integers hold them.
 #[inline(always)]
-pub(super) fn tier<S: Scalar>(scale: Scale) -> Tier {
-    scale.tier::<S>(scale)
+pub(super) fn tier(scale: Scale) -> Tier {
+    scale.tier(scale)
 }
 
 impl<const C: usize, const N: usize> Offsets<C, N> {

@@ -29,7 +29,7 @@ pub fn closer_from<S: Scalar>(
     }
     let ([a, b, c], [d, e, f]) = (one.0, other.0);
     let scale = Scale::of(&[point, a, b, c, d, e, f]);
-    at_widths!(S, from.max(tier::<S>(scale)), exactly(scale, point, [one, other], features))
+    at_widths!(S, from.max(tier(scale)), exactly(scale, point, [one, other], features))
 }
 
 /// Whether both closest points lie on the same corner or edge.
