@@ -99,57 +99,80 @@ impl<L: Real> Best<L> {
         self.triangle = L::select(nearer, triangle, self.triangle);
     }
 
-    /// Lane by lane; lanes beyond the last triangle repeat it.
+    /// Lane by lane; lanes beyond the last triangle repeat it. (Plain loops here and below: what is compiled for each
+    /// method, layout and level adds up.)
     #[inline(always)]
     fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
         let zero = L::Scalar::nearest(0.0);
         let (mut t, mut number) = ([zero; N], [zero; N]);
         self.t.store(&mut t);
         self.triangle.store(&mut number);
-        std::array::from_fn(|lane| {
+        let mut hits = [ClosestHit::MISS; N];
+        for lane in 0..N {
             let number: f64 = number[lane].into();
-            if number < 0.0 {
-                ClosestHit::MISS
-            } else {
+            if number >= 0.0 {
                 let triangle = (number as u32).min(triangles as u32 - 1);
-                ClosestHit { t: t[lane].into(), triangle }
+                hits[lane] = ClosestHit { t: t[lane].into(), triangle };
             }
-        })
+        }
+        hits
     }
 }
 
-/// The packets and the triangles of a batch.
-type Prepared<T, const N: usize> = (Vec<RayPacket<N>>, Vec<T>);
-
-/// Those of each batch. Compiled once for all levels of instructions.
+/// How many rays there are in all, with room for so many more a batch.
 #[inline(never)]
-fn prepare<M: Intersector, T: Number, const N: usize>(
+pub(super) fn rays_of(batches: &[TestBatch], more: usize) -> usize {
+    batches.iter().map(|batch| batch.rays.len() + more).sum()
+}
+
+/// How many blocks of `lanes` triangles there are in all.
+#[inline(never)]
+fn blocks_of(batches: &[TestBatch], lanes: usize) -> usize {
+    batches.iter().map(|batch| batch.triangles.len().div_ceil(lanes)).sum()
+}
+
+/// The packets of each batch.
+#[inline(never)]
+pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPacket<N>>> {
+    batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()
+}
+
+/// The triangles of each batch. Compiled once for all levels of instructions.
+#[inline(never)]
+fn triangles_of<M: Intersector, T: Number>(
     intersector: M,
     batches: &[TestBatch],
-) -> Vec<Prepared<M::Triangle<T>, N>> {
-    let splat = |p: [f32; 3]| Vec3::<T>::splat(p.map(|x| T::nearest(x.into())));
+) -> Vec<Vec<M::Triangle<T>>> {
     let mut prepared = Vec::with_capacity(batches.len());
     for batch in batches {
-        let packets = batch.rays.chunks(N).map(RayPacket::<N>::new).collect();
         let mut triangles = Vec::with_capacity(batch.triangles.len());
         for triangle in &batch.triangles {
-            triangles.push(intersector.triangle::<T>(triangle.0.map(splat)));
+            let [a, b, c] = triangle.0;
+            triangles.push(intersector.triangle::<T>([splat(a), splat(b), splat(c)]));
         }
-        prepared.push((packets, triangles));
+        prepared.push(triangles);
     }
     prepared
+}
+
+/// A point in all lanes.
+#[inline(always)]
+fn splat<L: Real>([x, y, z]: [f32; 3]) -> Vec3<L> {
+    let [x, y, z] = [f64::from(x), f64::from(y), f64::from(z)];
+    Vec3::splat([L::Scalar::nearest(x), L::Scalar::nearest(y), L::Scalar::nearest(z)])
 }
 
 /// N rays against one triangle after another.
 #[inline(always)]
 fn packets<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
     let Closest { intersector, batches, nearest, .. } = work;
-    let prepared = prepare::<M, L::Scalar, N>(intersector, batches);
+    let (packets, triangles) = (packets_of::<N>(batches), triangles_of(intersector, batches));
     nearest.clear();
-    nearest.reserve(batches.iter().map(|batch| batch.rays.len() + N).sum());
+    nearest.reserve(rays_of(batches, N));
 
     let start = Instant::now();
-    for ((packets, triangles), batch) in prepared.iter().zip(batches) {
+    for (i, batch) in batches.iter().enumerate() {
+        let (packets, triangles) = (&packets[i], &triangles[i]);
         let end = nearest.len() + batch.rays.len();
         for packet in packets {
             let ray =
@@ -171,24 +194,27 @@ fn packets<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Sec
 #[inline(always)]
 fn blocks<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seconds {
     let Closest { intersector, batches, nearest, .. } = work;
-    let mut prepared: Vec<Vec<M::Triangle<L>>> = Vec::with_capacity(batches.len());
+    let of = |batch: &TestBatch| batch.triangles.len().div_ceil(N);
+    let mut prepared: Vec<M::Triangle<L>> = Vec::with_capacity(blocks_of(batches, N));
     for batch in batches {
-        let mut blocks = Vec::with_capacity(batch.triangles.len().div_ceil(N));
         for chunk in batch.triangles.chunks(N) {
             let [c1, c2, c3] = *TriangleBlock::<N>::new(chunk).corners();
             let corners = [Vec3::load_f32(&c1), Vec3::load_f32(&c2), Vec3::load_f32(&c3)];
-            blocks.push(intersector.triangle::<L>(corners));
+            prepared.push(intersector.triangle::<L>(corners));
         }
-        prepared.push(blocks);
     }
     nearest.clear();
-    nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
-    let numbers: [L::Scalar; N] = std::array::from_fn(|lane| L::Scalar::nearest(lane as f64));
+    nearest.reserve(rays_of(batches, 0));
+    let mut numbers = [L::Scalar::nearest(0.0); N];
+    for (lane, number) in (0..).zip(&mut numbers) {
+        *number = L::Scalar::nearest(f64::from(lane));
+    }
 
-    let start = Instant::now();
-    for (blocks, batch) in prepared.iter().zip(batches) {
+    let (start, mut rest) = (Instant::now(), &prepared[..]);
+    for batch in batches {
+        let (blocks, others) = rest.split_at(of(batch));
+        rest = others;
         for ray in &batch.rays {
-            let splat = |p: [f32; 3]| Vec3::splat(p.map(|x| L::Scalar::nearest(x.into())));
             let ray = intersector.ray::<L>(splat(ray.origin), splat(ray.dir));
             let (mut best, mut number) = (Best::new(), L::load(&numbers));
             for triangles in blocks {
@@ -196,10 +222,13 @@ fn blocks<M: Intersector, L: Real, const N: usize>(work: Closest<'_, M>) -> Seco
                 best.offer(hit, t, number);
                 number = number + L::of(N as f64);
             }
-            let lanes = best.lanes::<N>(batch.triangles.len());
-            let nearer = |a: &ClosestHit, b: &ClosestHit| (b.t, b.triangle) < (a.t, a.triangle);
-            let closest = lanes.into_iter().reduce(|a, b| if nearer(&a, &b) { b } else { a });
-            nearest.push(closest.unwrap_or(ClosestHit::MISS));
+            let mut closest = ClosestHit::MISS;
+            for hit in best.lanes::<N>(batch.triangles.len()) {
+                if (hit.t, hit.triangle) < (closest.t, closest.triangle) {
+                    closest = hit;
+                }
+            }
+            nearest.push(closest);
         }
     }
     start.elapsed().as_secs_f64()

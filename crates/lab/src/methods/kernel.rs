@@ -5,11 +5,11 @@ use std::time::Instant;
 use intertri::internal::Pairs;
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, PreparedPacket, Ray,
-    RayPacket, Triangle, TriangleBlock,
+    self as kernel, ClosestHits, Counts, LaneQueries, Mode, PacketHits, Prepared, PreparedPacket,
+    Ray, RayPacket, Triangle, TriangleBlock,
 };
 
-use super::closest::{Seconds, one_register};
+use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
@@ -49,7 +49,7 @@ impl<T: LaneQueries> WithSimd for Closest<'_, T> {
     fn run<S: Simd>(self) -> Option<Seconds> {
         let Self { test, batches, layout, nearest } = self;
         nearest.clear();
-        nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
+        nearest.reserve(rays_of(batches, 0));
         match (layout.form, layout.lanes) {
             (Form::Packets, 4) => Some(packets::<T, S, 4>(test, batches, nearest)),
             (Form::Packets, 8) => Some(packets::<T, S, 8>(test, batches, nearest)),
@@ -73,17 +73,12 @@ fn packets<T: LaneQueries, S: Simd, const N: usize>(
 where
     Lane<N>: Width,
 {
-    let prepared: Vec<(Vec<RayPacket<N>>, Vec<_>)> = batches
-        .iter()
-        .map(|batch| {
-            let packets = batch.rays.chunks(N).map(RayPacket::new).collect();
-            (packets, batch.triangles.iter().map(|t| test.prepare(t)).collect())
-        })
-        .collect();
+    let (packets, triangles) = (packets_of::<N>(batches), triangles_of(&test, batches));
     let mut counts = Counts::default();
 
     let start = Instant::now();
-    for ((packets, triangles), batch) in prepared.iter().zip(batches) {
+    for (i, batch) in batches.iter().enumerate() {
+        let (packets, triangles) = (&packets[i], &triangles[i]);
         let find = |place: u32| batch.triangles[place as usize];
         for packet in packets {
             let rays = test.prepare_packet_in::<S, N>(packet);
@@ -94,6 +89,12 @@ where
         }
     }
     start.elapsed().as_secs_f64()
+}
+
+/// The triangles of each batch, prepared.
+#[inline(never)]
+fn triangles_of<T: LaneQueries>(test: &T, batches: &[TestBatch]) -> Vec<Vec<Prepared<T>>> {
+    batches.iter().map(|batch| batch.triangles.iter().map(|t| test.prepare(t)).collect()).collect()
 }
 
 /// One ray after another against eight triangles at a time.

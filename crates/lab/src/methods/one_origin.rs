@@ -10,7 +10,7 @@ use intertri::internal::{Filter, SharedOriginBlock, Test};
 use intertri::simd::{Lane, Simd, Width, WithSimd};
 use intertri::{ClosestHits, Counts, LaneQueries, Ray, RayPacket, Triangle, TriangleBlock};
 
-use super::closest::{Seconds, one_register};
+use super::closest::{Seconds, one_register, packets_of, rays_of};
 use super::kernel::answers;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
@@ -76,7 +76,7 @@ impl WithSimd for Closest<'_> {
     fn run<S: Simd>(self) -> Option<Seconds> {
         let Self { filter, batches, lanes, nearest } = self;
         nearest.clear();
-        nearest.reserve(batches.iter().map(|batch| batch.rays.len()).sum());
+        nearest.reserve(rays_of(batches, 0));
         match lanes {
             4 => Some(packets::<S, 4>(filter, batches, nearest)),
             8 => Some(packets::<S, 8>(filter, batches, nearest)),
@@ -96,19 +96,12 @@ fn packets<S: Simd, const N: usize>(
 where
     Lane<N>: Width,
 {
-    let prepared: Vec<(Vec<RayPacket<N>>, Vec<SharedOriginBlock>)> = batches
-        .iter()
-        .map(|batch| {
-            let origin = batch.rays.first().map_or([0.0; 3], |ray| ray.origin);
-            let packets = batch.rays.chunks(N).map(RayPacket::new).collect();
-            let blocks = batch.triangles.chunks(8).map(TriangleBlock::new);
-            (packets, blocks.map(|block| filter.shared_origin_in::<S>(&block, origin)).collect())
-        })
-        .collect();
+    let (packets, blocks) = (packets_of::<N>(batches), blocks_of::<S>(filter, batches));
     let mut counts = Counts::default();
 
     let start = Instant::now();
-    for ((packets, seen), batch) in prepared.iter().zip(batches) {
+    for (i, batch) in batches.iter().enumerate() {
+        let (packets, seen) = (&packets[i], &blocks[i]);
         let find = |place: u32| batch.triangles[place as usize];
         for packet in packets {
             let rays = filter.prepare_packet_in::<S, N>(packet);
@@ -119,4 +112,14 @@ where
         }
     }
     start.elapsed().as_secs_f64()
+}
+
+/// The triangles of each batch as seen from its origin.
+fn blocks_of<S: Simd>(filter: Filter<'_>, batches: &[TestBatch]) -> Vec<Vec<SharedOriginBlock>> {
+    let seen = |batch: &TestBatch| {
+        let origin = batch.rays.first().map_or([0.0; 3], |ray| ray.origin);
+        let blocks = batch.triangles.chunks(8).map(TriangleBlock::new);
+        blocks.map(|block| filter.shared_origin_in::<S>(&block, origin)).collect()
+    };
+    batches.iter().map(seen).collect()
 }

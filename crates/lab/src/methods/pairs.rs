@@ -41,7 +41,9 @@ fn eight<M: Intersector, L: Real>(
     rays: &RayPacket<8>,
     to: &mut [Answer],
 ) {
-    let triangle = intersector.triangle::<L>(triangles.corners().each_ref().map(Vec3::load_f32));
+    let [a, b, c] = triangles.corners();
+    let triangle =
+        intersector.triangle::<L>([Vec3::load_f32(a), Vec3::load_f32(b), Vec3::load_f32(c)]);
     let ray = intersector.ray::<L>(Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
     let (hit, t) = intersector.test(&triangle, &ray);
     let mut ts = [L::Scalar::nearest(0.0); 8];
