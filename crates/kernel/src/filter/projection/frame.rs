@@ -44,12 +44,22 @@ pub(super) struct Shares {
     pub(super) edges: f32,
     /// What T is uncertain by, relative to `|A|₁ h²`.
     pub(super) plane: f32,
+    /// `COPY_DEPTH`
+    pub(super) depth: f32,
+    /// `COPY_SLANT`
+    pub(super) slant: f32,
 }
 
 impl Shares {
     /// Of what is given in f32.
-    const PLAIN: Self =
-        Self { copies: false, screen: bound::SCREEN, edges: bound::EDGES, plane: bound::NOISE };
+    const PLAIN: Self = Self {
+        copies: false,
+        screen: bound::SCREEN,
+        edges: bound::EDGES,
+        plane: bound::NOISE,
+        depth: 0.0,
+        slant: 0.0,
+    };
 
     /// Of copies.
     const COPIES: Self = Self {
@@ -57,6 +67,8 @@ impl Shares {
         screen: bound::COPY_SCREEN,
         edges: bound::COPY_EDGES,
         plane: bound::COPY_PLANE,
+        depth: bound::COPY_DEPTH,
+        slant: bound::COPY_SLANT,
     };
 }
 

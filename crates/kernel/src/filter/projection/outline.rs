@@ -336,14 +336,14 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
         let err = size.mul_add(share, q * splat(bound::LOST));
-        let err = if frame.shares.copies {
-            let slant = (away * most).mul_add(splat(bound::COPY_SLANT), splat(bound::COPY_DEPTH));
+        let shares = &frame.shares;
+        let err = if shares.copies {
+            let slant = (away * most).mul_add(splat(shares.slant), splat(shares.depth));
             q.mul_add(slant, err)
         } else {
             err
         };
-        let least =
-            size.mul_add(splat(frame.shares.screen), q * splat(bound::GRAZING * bound::LEAN));
+        let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
         Self { size, err, least, parallel }
     }

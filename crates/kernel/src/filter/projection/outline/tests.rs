@@ -2,7 +2,9 @@
 
 use super::super::super::room::Room;
 use super::super::super::worst::{Search, Worst, Worsts};
+use super::super::starts::Starts;
 use super::*;
+use crate::Threshold;
 use crate::packet::Copy32;
 
 /// What bounds there are, in the order of [`Case::shares`].
@@ -21,13 +23,13 @@ struct Case {
 }
 
 impl Case {
-    /// By eighteen numbers: an origin, the way to a corner from there, the edges from that, where the ray meets the
-    /// projection, and by how much the axes are turned. The scene reaches no farther than the corner.
-    fn of(numbers: &[f64; 18], change: fn(&mut Frame)) -> Option<Self> {
+    /// By nineteen numbers: an origin, the way to a corner from there, the edges from that, where the ray meets the
+    /// projection, and how the axes are turned. The scene reaches no farther than the corner.
+    fn of(numbers: &[f64; 19], change: fn(&mut Frame)) -> Option<Self> {
         let v = |i: usize| [numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]];
-        let (o, a, h4, h5, [x, y, z], turn) = (v(0), v(1), v(2), v(3), v(4), v(5));
+        let (o, a, h4, h5, [x, y, z]) = (v(0), v(1), v(2), v(3), v(4));
         let narrow = |v: [f64; 3]| v.map(|x| x as f32);
-        let [depth, right, up] = axes(turn)?;
+        let [depth, right, up] = axes(v(5), numbers[18])?;
         let ([x, y], z) = ([x, y].map(|x| x.clamp(-0.49, 0.49)), z.abs().clamp(0.1, 10.0));
         let dir = [0, 1, 2].map(|k| z * (depth[k] + x * right[k] + y * up[k]));
         let origin = narrow(o);
@@ -129,29 +131,29 @@ impl Free {
     }
 }
 
-/// Axes at right angles.
-fn axes(turn: [f64; 3]) -> Option<[[f64; 3]; 3]> {
+/// Axes at right angles: the depth, and those across, rolled about it.
+fn axes(depth: [f64; 3], roll: f64) -> Option<[[f64; 3]; 3]> {
     let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
-    let size = dot(turn, turn).sqrt();
-    if size < 1e-3 {
+    let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
+    let cross =
+        |a: [f64; 3], b: [f64; 3]| [(1, 2), (2, 0), (0, 1)].map(|(i, k)| a[i] * b[k] - a[k] * b[i]);
+    if dot(depth, depth) < 1e-6 {
         return None;
     }
-    let depth = turn.map(|x| x / size);
+    let depth = unit(depth);
     // Not along the smallest.
     let least = (0..3).min_by(|&i, &k| depth[i].abs().total_cmp(&depth[k].abs()))?;
     let mut right = depth.map(|x| -x * depth[least]);
     right[least] += 1.0;
-    let size = dot(right, right).sqrt();
-    let right = right.map(|x| x / size);
-    let [a, b] = [depth, right];
-    let up = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    Some([depth, right, up])
+    let up = cross(depth, unit(right));
+    let right = unit([0, 1, 2].map(|k| unit(right)[k] + roll * up[k]));
+    Some([depth, right, cross(depth, right)])
 }
 
-/// Eighteen numbers: the ray near the triangle, so that little of the projection is used in vain.
-fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 18] {
+/// Nineteen numbers: the ray near the triangle, so that little of the projection is used in vain.
+fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 19] {
     move |search| {
-        let mut numbers = [0.0; 18].map(|_: f64| search.number());
+        let mut numbers = [0.0; 19].map(|_: f64| search.number());
         numbers[..3].iter_mut().for_each(|x| *x *= far);
         // A sliver, if that is asked for: the edges are nearly the same.
         if thin > 0.0 {
@@ -163,39 +165,137 @@ fn start(far: f64, thin: f64) -> impl Fn(&mut Search) -> [f64; 18] {
     }
 }
 
+/// A sliver of a triangle, seen from the middle of its scene: its corner is at `away`, its edges from there are nearly
+/// `along`, and differ by `thin`. The ray leans from the depth, which is at right angles to `right`.
+fn sliver(
+    [away, along, thin]: [[f64; 3]; 3],
+    [depth, right]: [[f64; 3]; 2],
+    lean: [f64; 2],
+) -> [f64; 19] {
+    let mut numbers = [0.0; 19];
+    for k in 0..3 {
+        (numbers[3 + k], numbers[6 + k]) = (away[k], along[k]);
+        (numbers[9 + k], numbers[15 + k]) = (along[k] + thin[k], depth[k]);
+    }
+    [numbers[12], numbers[13], numbers[14]] = [lean[0], lean[1], 1.0];
+    let [_, x, y] = axes(depth, 0.0).unwrap();
+    let dot = |a: [f64; 3]| (0..3).map(|k| a[k] * right[k]).sum::<f64>();
+    numbers[18] = dot(y) / dot(x);
+    numbers
+}
+
+/// The third axis, and the two diagonals between the others.
+const AXIS: [f64; 3] = [0.0, 0.0, 1.0];
+const DIAGONAL: [f64; 3] = [1.0, 1.0, 0.0];
+const OTHER: [f64; 3] = [1.0, -1.0, 0.0];
+
+/// What uses most of `COPY_DEPTH`: a ray in the plane and across the edges, where all products of D are large and come
+/// to nothing, and T is known well, for the corner is straight above.
+fn grazing(search: &mut Search) -> [f64; 19] {
+    let thin = AXIS.map(|x| 1e-4 * (1.5 + search.number()) * x);
+    // It leans upwards from the depth to the axis: the farther, the longer it is.
+    let slope = 0.49 / 2.0_f64.sqrt();
+    sliver([OTHER, DIAGONAL, thin], [[-slope, -slope, 1.0], OTHER], [0.0, 0.49])
+}
+
+/// What uses most of `COPY_SLANT`: the way to the corner is nearly in the plane, and the ray, which leans, meets that
+/// long before. Now it is T that comes to nearly nothing.
+fn slanting(search: &mut Search) -> [f64; 19] {
+    let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
+    let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
+    sliver([AXIS, DIAGONAL, thin], [AXIS, OTHER], [0.49, 0.0])
+}
+
+/// What uses most of `COPY_PLANE`: edges between two axes, as thin as is still known, below the ray's start.
+fn thin(search: &mut Search) -> [f64; 19] {
+    let thin = f64::from(bound::U) * (10.0 + 8.0 * search.number());
+    sliver([AXIS, DIAGONAL, OTHER.map(|x| thin * x)], [AXIS, OTHER], [0.0; 2])
+}
+
 /// The most that a search finds of a bound.
-fn most(bound: usize, [far, thin]: [f64; 2], change: fn(&mut Frame)) -> f64 {
-    let share = |numbers: &[f64; 18]| {
+fn most(
+    bound: usize,
+    [climbs, steps]: [usize; 2],
+    start: impl Fn(&mut Search) -> [f64; 19],
+    change: fn(&mut Frame),
+) -> f64 {
+    let share = |numbers: &[f64; 19]| {
         let shares = Case::of(numbers, change)?.shares()?;
         Some(shares[bound]).filter(|share| share.is_finite())
     };
-    let mut search = Search::new(31 + bound as u64);
-    search.most([6, 500], start(far, thin), share)
+    Search::new(31 + bound as u64).most([climbs, steps], start, share)
 }
+
+/// Climbs and steps: of a search from anywhere, and around a case that is made to be bad.
+const ANYWHERE: [usize; 2] = [6, 500];
+const AROUND: [usize; 2] = [40, 50];
 
 #[test]
 fn bounds_of_projected_copies_hold_whatever_roundings_come_to() {
     for (bound, name) in NAMES.iter().enumerate() {
         let kinds = [[0.0, 0.0], [1.0, 0.0], [1e3, 0.0], [0.0, 1e-4], [1e3, 1e-3]];
-        let shares = kinds.map(|kind| most(bound, kind, |_| ()));
-        std::println!("{name:14} {shares:.2?}");
-        assert!(shares.iter().all(|share| *share <= 1.0), "{name}: {shares:?}");
+        let shares = kinds.map(|[far, thin]| most(bound, ANYWHERE, start(far, thin), |_| ()));
+        let made = [most(bound, AROUND, grazing, |_| ()), most(bound, AROUND, slanting, |_| ())];
+        let thin = most(bound, AROUND, thin, |_| ());
+        std::println!("{name:14} {shares:.2?} {made:.2?} {thin:.2}");
+        let all = || shares.iter().chain(&made).chain([&thin]);
+        assert!(all().all(|share| *share <= 1.0), "{name}: {:?}", all().collect::<Vec<_>>());
     }
 }
 
 #[test]
 fn half_of_a_constant_of_projected_copies_would_not_do() {
-    type Change = fn(&mut Frame);
-    let halves: [(&str, usize, [f64; 2], Change); 2] = [
-        ("COPY_EDGES and COPY_SCREEN", 2, [0.0, 1e-4], |frame| {
-            frame.shares.edges *= 0.5;
-            frame.shares.screen *= 0.5;
-        }),
-        ("COPY of A in edges", 0, [1e3, 0.0], |frame| frame.off *= 0.5),
+    let halves = [
+        (
+            "COPY_EDGES and COPY_SCREEN",
+            most(2, ANYWHERE, start(0.0, 1e-4), |frame| {
+                frame.shares.edges *= 0.5;
+                frame.shares.screen *= 0.5;
+            }),
+        ),
+        ("COPY of A in edges", most(0, ANYWHERE, start(1e3, 0.0), |frame| frame.off *= 0.5)),
+        ("COPY_DEPTH", most(3, AROUND, grazing, |frame| frame.shares.depth *= 0.5)),
+        ("COPY_SLANT", most(3, AROUND, slanting, |frame| frame.shares.slant *= 0.5)),
+        ("COPY_PLANE", most(4, AROUND, thin, |frame| frame.shares.plane *= 0.5)),
     ];
-    for (name, bound, kind, change) in halves {
-        let share = most(bound, kind, change);
+    for (name, share) in halves {
         std::println!("half of {name}: {share:.2}");
         assert!(share > 1.0, "half of {name} would do: {share}");
+    }
+}
+
+/// By how much the ends of an interval may be off, as inverse depths, over what they are widened by: by a direction,
+/// axes turned so far, and an end t, the copy of one that is rounded up or down.
+fn ends(numbers: &[f64; 7]) -> Option<[f64; 2]> {
+    let [a, b, c, p, q, r, t] = *numbers;
+    let [depth, right, up] = axes([p, q, r], 0.0)?.map(|axis| axis.map(|x| x as f32));
+    let frame = Frame::new([0.0; 3], depth, right, up).of_copies();
+    Worst::begin(&[]);
+    let points = frame.points(Worst::copies([a, b, c]));
+    let t = t.abs();
+    if !points.on_screen() || !(1e-3..1e3).contains(&t) {
+        return None;
+    }
+    let t = Worst::off_by(t, 2.0 * f64::from(bound::U) * t);
+    let share = |end: Worst| end.most() / (f64::from(bound::INVERSE) * end.value);
+    let (lo, hi) = points.inverse(t);
+    let starts = Starts::none().with(&points, [t, t], true, Threshold::ZERO).ranges();
+    Some([share(lo).max(share(hi)), share(starts.near_lo).max(share(starts.near_hi))])
+}
+
+#[test]
+fn the_ends_of_intervals_of_copies_are_widened_by_enough_and_not_by_twice_that() {
+    for (which, name) in ["far", "near"].into_iter().enumerate() {
+        // Toward a corner of the projection.
+        let start = |search: &mut Search| {
+            let turn = [(); 3].map(|()| search.number());
+            let [x, y] = [(); 2].map(|()| 0.48 * search.number().signum());
+            let [d, r, u] = axes(turn, 0.0).unwrap_or([[1.0; 3]; 3]);
+            let dir = [0, 1, 2].map(|k| d[k] + x * r[k] + y * u[k]);
+            [dir[0], dir[1], dir[2], turn[0], turn[1], turn[2], 1.0]
+        };
+        let share = Search::new(57).most([40, 300], start, |numbers| Some(ends(numbers)?[which]));
+        std::println!("INVERSE of {name} ends: {share:.2}");
+        assert!((0.5..=1.0).contains(&share), "{name} ends use {share} of INVERSE");
     }
 }
