@@ -4,7 +4,7 @@
 //! once:
 //!
 //! ```text
-//!   each, extend, update, fill, all, add ──► pieces ──► in_parallel ──► rayon
+//!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
 //! ```
 
 use std::sync::Mutex;
@@ -41,7 +41,7 @@ pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usi
 }
 
 /// How many of `count` a piece has: `least` or more.
-fn piece_of(count: usize, least: usize) -> usize {
+pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }
 
@@ -70,8 +70,8 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     Ok(())
 }
 
-/// Writes what a function gives.
-fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
+/// Writes what a function gives, on all threads where there are threads; each does at least `least` in a row.
+pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
     let size = piece_of(all.len(), least);
     pieces(all.chunks_mut(size), |piece, all| {
         for (i, to) in all.iter_mut().enumerate() {

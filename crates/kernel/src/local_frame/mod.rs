@@ -11,6 +11,7 @@
 //!
 //! What that may be off by, the filter's bounds have room for: `docs/numerics/f64.md`, section 4.
 
+mod blocks;
 mod rays;
 
 use crate::exact::has_interval;

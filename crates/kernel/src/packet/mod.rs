@@ -140,12 +140,6 @@ impl<const N: usize> TriangleBlock<N> {
         block
     }
 
-    /// The same with some lanes dead.
-    #[doc(hidden)]
-    pub fn keeping(self, lanes: u32) -> Self {
-        Self { live: self.live & lanes, ..self }
-    }
-
     /// Without the longest edges.
     #[inline(always)]
     fn of_corners(triangles: &[Triangle]) -> Self {
@@ -255,6 +249,24 @@ impl TriangleBlock<8> {
         longest_edges(&lanes, &mut block.longest_edges);
         block
     }
+
+    /// A block of copies by the lanes of their parts, a corner and the edges -h4 and h5, and of the third edge.
+    #[inline(always)]
+    pub(crate) fn of_copied_lanes<D: Lanes<Scalar = f64>>(
+        parts: [Vec3<D>; 3],
+        h6: Vec3<D>,
+        live: u32,
+    ) -> Self {
+        let mut block =
+            Self { corners: [[[0.0; 8]; 3]; 3], longest_edges: [0.0; 8], live: live & mask(8) };
+        for (to, part) in block.corners.iter_mut().zip(parts) {
+            part.x.store_f32(&mut to[0]);
+            part.y.store_f32(&mut to[1]);
+            part.z.store_f32(&mut to[2]);
+        }
+        longest_of([parts[1], parts[2], h6], largest(parts), &mut block.longest_edges);
+        block
+    }
 }
 
 /// The copy in f32 of a triangle that is given in f64.
@@ -309,13 +321,23 @@ pub(crate) const LARGEST: f32 = (1_u64 << 40) as f32;
 /// out for f32 to decide anything.
 #[inline(always)]
 fn longest_edges<D: Lanes<Scalar = f64>>([c1, c2, c3]: &[Vec3<D>; 3], edges: &mut [f32]) {
-    let (a, b, c) = (*c1 - *c2, *c2 - *c3, *c3 - *c1);
+    longest_of([*c1 - *c2, *c2 - *c3, *c3 - *c1], largest([*c1, *c2, *c3]), edges);
+}
+
+/// The largest coordinate of three vectors.
+#[inline(always)]
+fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
+    let (a, b, c) = (a.abs(), b.abs(), c.abs());
+    a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z))
+}
+
+/// [`longest_edges`] of edges, given the largest coordinates.
+#[inline(always)]
+fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
     a.max(b).max(c).sqrt().store_f32(edges);
     // A NaN is one in the sum, too.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));
-    let (a, b, c) = (c1.abs(), c2.abs(), c3.abs());
-    let largest = a.x.max(a.y).max(a.z).max(b.x.max(b.y).max(b.z)).max(c.x.max(c.y).max(c.z));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {
         // The second number above; of a NaN any bits.

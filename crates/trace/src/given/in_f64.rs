@@ -8,27 +8,55 @@ use std::io::{self, Write};
 use std::ops::Range;
 use std::slice::from_ref;
 
+use bytemuck::Zeroable;
 use intertri::internal::exact::{self, HitCoefficients64, SeenPlane, Side};
 use intertri::internal::{Filter, LocalFrame, Originals, Room, Which, prefetch};
-use intertri::simd::Level;
+use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
 
 use super::mesh64::InF64;
 use super::{Ask, Given, Progress};
 use crate::across::lanes_of;
 use crate::build::{BuildError, Triangles};
-use crate::memory::NoMemory;
+use crate::memory::{NoMemory, zeros};
 use crate::nearest::{ClosestPoint, closest_points};
 use crate::refit::{Refit, RefitError};
-use crate::save::{Input, LoadError, read64, write64};
+use crate::save::{EightTriangles, Input, LoadError, read64, write64};
 use crate::threads;
 use crate::tree::{Aabb, BLOCK, HitBounds, LeafBounds, NONE, Tree};
 
-/// The triangles as given, by their indices, and where their copies are.
+/// The triangles as given, leaf by leaf as their copies are, and where those are.
 #[derive(Clone, Debug)]
 pub struct Originals64 {
     frame: LocalFrame,
-    triangles: Vec<Triangle64>,
+    leaves: Vec<EightTriangles>,
+}
+
+impl Originals64 {
+    /// The triangle in a place of the leaves.
+    #[inline]
+    fn triangle(&self, place: u32) -> &Triangle64 {
+        &self.leaves.as_flattened()[place as usize]
+    }
+}
+
+/// Keeps the triangles of each leaf.
+#[inline]
+fn keep(
+    tree: &Tree,
+    triangles: &[Triangle64],
+    kept: &mut Vec<EightTriangles>,
+) -> Result<(), NoMemory> {
+    kept.truncate(tree.leaves.len());
+    if kept.is_empty() {
+        *kept = zeros(tree.leaves.len())?.into_vec();
+    }
+    kept.try_reserve(tree.leaves.len() - kept.len())?;
+    kept.resize(tree.leaves.len(), Zeroable::zeroed());
+    // Where a lane has no triangle, any will do.
+    let some = |i: u32| triangles.get(i as usize).copied().unwrap_or(Zeroable::zeroed());
+    threads::write(kept, 1 << 7, |i| tree.leaves[i].indices.map(some));
+    Ok(())
 }
 
 impl Given for f64 {
@@ -40,12 +68,12 @@ impl Given for f64 {
         triangles: &[Triangle64],
         progress: Progress<'_>,
     ) -> Result<(Tree, Originals64), BuildError> {
-        let frame = frame_around(triangles);
-        let tree = Tree::over(&Copies { frame, triangles }, progress)?;
-        let count = triangles.len();
-        let kept = threads::each(count, |i| triangles[i]);
-        let triangles = kept.map_err(|NoMemory| BuildError::OutOfMemory { count })?;
-        Ok((tree, Originals64 { frame, triangles }))
+        let copies = Copies::new(triangles);
+        let (tree, frame) = (Tree::over(&copies, progress)?, copies.frame);
+        let mut leaves = Vec::new();
+        keep(&tree, triangles, &mut leaves)
+            .map_err(|NoMemory| BuildError::OutOfMemory { count: triangles.len() })?;
+        Ok((tree, Originals64 { frame, leaves }))
     }
 
     #[inline]
@@ -76,8 +104,8 @@ impl Given for f64 {
     }
 
     #[inline]
-    fn triangle(tree: &Tree, originals: &Originals64, place: u32) -> Triangle64 {
-        originals.triangles[tree.index_of(place) as usize]
+    fn triangle(_: &Tree, originals: &Originals64, place: u32) -> Triangle64 {
+        *originals.triangle(place)
     }
 
     #[inline]
@@ -93,8 +121,8 @@ impl Given for f64 {
         radius: f64,
         closest: &mut [ClosestPoint],
     ) {
-        let Originals64 { frame, triangles } = originals;
-        closest_points(InF64 { tree, frame, triangles }, points, radius, closest);
+        let Originals64 { frame, leaves } = originals;
+        closest_points(InF64 { tree, frame, leaves }, points, radius, closest);
     }
 
     #[inline]
@@ -104,24 +132,27 @@ impl Given for f64 {
         triangles: &[Triangle64],
     ) -> Result<Refit, RefitError> {
         // The frame of a new build.
-        let frame = frame_around(triangles);
-        let refit = tree.refit(&Copies { frame, triangles })?;
+        let copies = Copies::new(triangles);
+        let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         tree.reach = reach(tree, &frame);
         originals.frame = frame;
-        originals.triangles.copy_from_slice(triangles);
+        if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
+            tree.clear();
+            return Err(RefitError::OutOfMemory);
+        }
         Ok(refit)
     }
 
     #[inline]
     fn write_tree(tree: &Tree, originals: &Originals64, output: &mut dyn Write) -> io::Result<()> {
-        write64(tree, &originals.frame, &originals.triangles, output)
+        write64(tree, &originals.frame, &originals.leaves, output)
     }
 
     #[inline]
     fn read_tree(input: &mut dyn Input) -> Result<(Tree, Originals64), LoadError> {
-        let (mut tree, frame, triangles) = read64(input)?;
+        let (mut tree, frame, leaves) = read64(input)?;
         tree.reach = reach(&tree, &frame);
-        Ok((tree, Originals64 { frame, triangles }))
+        Ok((tree, Originals64 { frame, leaves }))
     }
 }
 
@@ -151,6 +182,15 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
 struct Copies<'a> {
     frame: LocalFrame,
     triangles: &'a [Triangle64],
+    level: Level,
+}
+
+impl<'a> Copies<'a> {
+    /// About the middle of them.
+    #[inline]
+    fn new(triangles: &'a [Triangle64]) -> Self {
+        Self { frame: frame_around(triangles), triangles, level: Level::best() }
+    }
 }
 
 impl Triangles for Copies<'_> {
@@ -174,10 +214,7 @@ impl Triangles for Copies<'_> {
     #[inline]
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8> {
         let count = indices.iter().take_while(|&&i| i != NONE).count();
-        let some = |lane: usize| indices[lane.min(count.saturating_sub(1))] as usize;
-        let copies: [_; BLOCK] =
-            std::array::from_fn(|lane| self.frame.triangle(&self.triangles[some(lane)]));
-        TriangleBlock::of_copies(&copies[..count])
+        self.copied(indices, ((1_u64 << count) - 1) as u32)
     }
 
     #[inline]
@@ -189,14 +226,42 @@ impl Triangles for Copies<'_> {
                 leaf.boxed |= 1 << lane;
             }
         }
-        // Dead lanes repeat one that is not.
-        let Some(first) = lanes_of(leaf.boxed).next() else {
-            return (TriangleBlock::of_copies(&[]), leaf);
-        };
-        let some = |lane: usize| if leaf.boxed >> lane & 1 != 0 { lane } else { first };
-        let copy = |lane: usize| self.frame.triangle(&self.triangles[indices[some(lane)] as usize]);
-        let copies: [_; BLOCK] = std::array::from_fn(copy);
-        (TriangleBlock::of_copies(&copies).keeping(leaf.boxed), leaf)
+        (self.copied(indices, leaf.boxed), leaf)
+    }
+}
+
+impl Copies<'_> {
+    /// The copies of some triangles; dead lanes repeat one of them.
+    #[inline]
+    fn copied(&self, indices: &[u32; BLOCK], live: u32) -> TriangleBlock<8> {
+        let Some(first) = lanes_of(live).next() else { return TriangleBlock::of_copies(&[]) };
+        let mut corners = [[[0.0; BLOCK]; 3]; 3];
+        for lane in 0..BLOCK {
+            let some = if live >> lane & 1 != 0 { lane } else { first };
+            let triangle = &self.triangles[indices[some] as usize];
+            for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
+                for (row, x) in rows.iter_mut().zip(corner) {
+                    row[lane] = *x;
+                }
+            }
+        }
+        self.level.run(CopyBlock { frame: &self.frame, corners: &corners, live })
+    }
+}
+
+/// Copies eight triangles that are side by side.
+struct CopyBlock<'a> {
+    frame: &'a LocalFrame,
+    corners: &'a [[[f64; BLOCK]; 3]; 3],
+    live: u32,
+}
+
+impl WithSimd for CopyBlock<'_> {
+    type Output = TriangleBlock<8>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> TriangleBlock<8> {
+        self.frame.block_in::<S>(self.corners, self.live)
     }
 }
 
@@ -240,8 +305,7 @@ impl<'a> Asked<'a> {
 
     #[inline]
     fn pair(&self, ray: u32, place: u32) -> (&Ray64, &Triangle64) {
-        let index = self.tree.index_of(place);
-        (&self.rays[ray as usize], &self.originals.triangles[index as usize])
+        (&self.rays[ray as usize], self.originals.triangle(place))
     }
 }
 
@@ -324,10 +388,7 @@ impl Originals for Asked<'_> {
             }
             return;
         }
-        let triangle = |&place: &u32| {
-            let index = self.tree.index_of(place);
-            (&self.originals.triangles[index as usize], index)
-        };
+        let triangle = |&place: &u32| (self.originals.triangle(place), self.tree.index_of(place));
         let triangles: Vec<_> = places.iter().map(triangle).collect();
         ROOM.with_borrow_mut(|room| {
             exact::hits_of_origin64(self.level, rays, &triangles, slots, room, hits);

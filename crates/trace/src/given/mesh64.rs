@@ -7,6 +7,7 @@ use intertri::simd::{Lanes, Simd, Vec3};
 
 use crate::across::lanes_of;
 use crate::nearest::{At, Mesh};
+use crate::save::EightTriangles;
 use crate::tree::Tree;
 
 /// Up to here nothing overflows in lanes: `2^400`.
@@ -17,7 +18,7 @@ const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
 pub(super) struct InF64<'a> {
     pub(super) tree: &'a Tree,
     pub(super) frame: &'a LocalFrame,
-    pub(super) triangles: &'a [Triangle64],
+    pub(super) leaves: &'a [EightTriangles],
 }
 
 impl Mesh for InF64<'_> {
@@ -54,11 +55,10 @@ impl Mesh for InF64<'_> {
 
     #[inline(always)]
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3] {
-        let (indices, scale) = (&self.tree.leaves[leaf].indices, self.frame.scale());
+        let (triangles, scale) = (&self.leaves[leaf], self.frame.scale());
         let mut corners = [[[0.0; 8]; 3]; 3];
         for lane in lanes_of(lanes) {
-            let triangle = &self.triangles[indices[lane] as usize];
-            for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
+            for (rows, corner) in corners.iter_mut().zip(&triangles[lane].0) {
                 for (row, x) in rows.iter_mut().zip(corner) {
                     row[lane] = x * scale;
                 }
@@ -69,6 +69,6 @@ impl Mesh for InF64<'_> {
 
     #[inline(always)]
     fn triangle(&self, place: u32) -> Triangle64 {
-        self.triangles[self.tree.index_of(place) as usize]
+        self.leaves.as_flattened()[place as usize]
     }
 }

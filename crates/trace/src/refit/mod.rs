@@ -59,10 +59,15 @@ impl Tree {
             return Err(RefitError::Count { expected, found });
         }
         self.refitted(triangles).map_err(|NoMemory| {
-            (self.nodes, self.leaves) = (vec![Node::NO_CHILDREN], Vec::new());
-            (self.boxed, self.reach) = (0, 0.0);
+            self.clear();
             RefitError::OutOfMemory
         })
+    }
+
+    /// Holds no triangle any more.
+    pub(crate) fn clear(&mut self) {
+        (self.nodes, self.leaves) = (vec![Node::NO_CHILDREN], Vec::new());
+        (self.boxed, self.reach) = (0, 0.0);
     }
 
     fn refitted(&mut self, triangles: &(impl Triangles + ?Sized)) -> Result<Refit, NoMemory> {

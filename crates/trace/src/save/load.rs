@@ -1,9 +1,12 @@
 //! Reading a hierarchy: a section at a time, each batch of it summed up and put in its place while it is in the
 //! cache.
 
-use bytemuck::Zeroable;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use intertri::internal::LocalFrame;
 use intertri::simd::Level;
 
+use super::arriving::Arriving;
 use super::check;
 use super::checksum::checksum;
 use super::error::LoadError;
@@ -12,14 +15,14 @@ use super::format::{
     LEAVES64, LEFT_OUT, NODE, NODES, NUMBER, checksum_of_blocks, parse, table_size, u32_at,
 };
 use super::input::Input;
-use super::records::{ReadLeaf, read_node};
-use super::records64::{Frame, Leaf64, read_frame, read_leaf64};
+use super::records::{ReadLeaves, read_node};
+use super::records64::{EightTriangles, ReadLeaves64, read_frame};
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::{Geometries, LaneBounds, Leaf, LeafBounds, Node, Tree};
+use crate::tree::{Geometries, Leaf, LeafBounds, Node, Tree};
 
 /// Blocks read at a time for each thread, which are small enough for its cache.
-const BATCH: usize = 4;
+const BATCH: usize = 1;
 
 /// Records that a thread takes at a time, at least.
 const LEAST: usize = 128;
@@ -28,11 +31,11 @@ const LEAST: usize = 128;
 #[derive(Default)]
 pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
-    pub(super) leaves: Option<Vec<Leaf>>,
+    leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Of f64: where copies are, and the leaves of which they are made.
-    pub(super) frame: Option<Frame>,
-    pub(super) leaves64: Option<Vec<Leaf64>>,
+    /// Of f64: where copies are, and the triangles of which they are made, leaf by leaf.
+    pub(super) frame: Option<LocalFrame>,
+    pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
     /// Of each geometry how many triangles it has, and its mask.
     geometries: Option<Vec<(u32, u32)>>,
@@ -89,27 +92,11 @@ impl Parts {
         let triangles = header.triangles as u32;
         let again = match entry.kind {
             NODES => {
-                let mut nodes = room(input, entry)?;
-                in_batches(input, entry, |batch| {
-                    let node = |i: usize| read_node(&batch[i * NODE..][..NODE]);
-                    append(&mut nodes, batch.len() / NODE, node, "a node makes no sense")
-                })?;
+                let nodes = read_nodes(input, entry)?;
                 self.nodes.replace(nodes).is_some()
             }
             LEAVES => {
-                let (mut leaves, mut bounds) = (room(input, entry)?, room(input, entry)?);
-                let level = Level::best();
-                in_batches(input, entry, |batch| {
-                    let leaf = |i: usize| {
-                        let bytes = &batch[i * LEAF_SIZE..][..LEAF_SIZE];
-                        level.run(ReadLeaf { bytes, triangles })
-                    };
-                    let (done, count) = (leaves.len(), batch.len() / LEAF_SIZE);
-                    append(&mut leaves, count, leaf, "a leaf makes no sense")?;
-                    let new = &leaves[done..];
-                    let around = |i: usize| level.run(LaneBounds::of(&new[i].block));
-                    Ok(threads::extend(&mut bounds, count, LEAST, around)?)
-                })?;
+                let (leaves, bounds) = read_leaves(input, entry, triangles)?;
                 self.bounds = bounds;
                 self.leaves.replace(leaves).is_some()
             }
@@ -141,14 +128,12 @@ impl Parts {
                 std::mem::replace(&mut self.frame, frame).is_some()
             }
             LEAVES64 => {
-                let mut leaves = room(input, entry)?;
-                in_batches(input, entry, |batch| {
-                    let leaf =
-                        |i: usize| read_leaf64(&batch[i * LEAF64_SIZE..][..LEAF64_SIZE], triangles);
-                    let count = batch.len() / LEAF64_SIZE;
-                    append(&mut leaves, count, leaf, "a leaf makes no sense")
-                })?;
-                self.leaves64.replace(leaves).is_some()
+                let Some(frame) = &self.frame else {
+                    return LoadError::damaged("its leaves come before its frame");
+                };
+                let ((leaves, bounds), originals) = read_leaves64(input, entry, triangles, frame)?;
+                self.bounds = bounds;
+                self.leaves.replace(leaves).is_some() | self.originals.replace(originals).is_some()
             }
             // Nobody needs it; its checksum is right or not.
             _ => {
@@ -198,6 +183,61 @@ impl Parts {
     }
 }
 
+fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadError> {
+    let mut nodes = Arriving::of(input, entry)?;
+    in_batches(input, entry, |batch| {
+        let count = batch.len() / NODE;
+        let size = threads::piece_of(count, LEAST);
+        let pieces = batch.chunks(size * NODE).zip(nodes.next(count)?.chunks_mut(size));
+        all_sound(pieces, "a node makes no sense", |(bytes, nodes)| {
+            bytes.chunks_exact(NODE).zip(nodes).all(|(from, to)| read_node(from, to))
+        })
+    })?;
+    Ok(nodes.all())
+}
+
+/// Leaves, and where their triangles can be hit.
+type Leaves = (Vec<Leaf>, Vec<LeafBounds>);
+
+fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<Leaves, LoadError> {
+    let (mut leaves, mut bounds) = (Arriving::of(input, entry)?, Arriving::of(input, entry)?);
+    let level = Level::best();
+    in_batches(input, entry, |batch| {
+        let count = batch.len() / LEAF_SIZE;
+        let size = threads::piece_of(count, LEAST);
+        let pieces = (batch.chunks(size * LEAF_SIZE))
+            .zip(leaves.next(count)?.chunks_mut(size))
+            .zip(bounds.next(count)?.chunks_mut(size));
+        all_sound(pieces, "a leaf makes no sense", |((bytes, leaves), bounds)| {
+            level.run(ReadLeaves { bytes, triangles, leaves, bounds })
+        })
+    })?;
+    Ok((leaves.all(), bounds.all()))
+}
+
+/// Leaves of f64, and the triangles as given.
+fn read_leaves64(
+    input: &mut dyn Input,
+    entry: &Entry,
+    triangles: u32,
+    frame: &LocalFrame,
+) -> Result<(Leaves, Vec<EightTriangles>), LoadError> {
+    let (mut leaves, mut bounds) = (Arriving::of(input, entry)?, Arriving::of(input, entry)?);
+    let (mut originals, level) = (Arriving::of(input, entry)?, Level::best());
+    in_batches(input, entry, |batch| {
+        let count = batch.len() / LEAF64_SIZE;
+        let size = threads::piece_of(count, LEAST);
+        let pieces = (batch.chunks(size * LEAF64_SIZE))
+            .zip(leaves.next(count)?.chunks_mut(size))
+            .zip(bounds.next(count)?.chunks_mut(size))
+            .zip(originals.next(count)?.chunks_mut(size));
+        all_sound(pieces, "a leaf makes no sense", |(((bytes, leaves), bounds), originals)| {
+            level.run(ReadLeaves64 { bytes, triangles, frame, leaves, bounds, originals })
+        })
+    })?;
+    Ok(((leaves.all(), bounds.all()), originals.all()))
+}
+
 /// Room for all records of a section, if they are surely there.
 fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
@@ -227,21 +267,17 @@ fn in_batches(
     }
 }
 
-/// Appends records, or says that one of them makes no sense.
-fn append<T: Zeroable + Clone + Send>(
-    all: &mut Vec<T>,
-    count: usize,
-    of: impl Fn(usize) -> Option<T> + Sync,
+/// Reads records piece by piece, on all threads, or says that one of them makes no sense.
+fn all_sound<P: Send>(
+    pieces: impl Iterator<Item = P>,
     what: &'static str,
+    read: impl Fn(P) -> bool + Sync,
 ) -> Result<(), LoadError> {
-    use std::sync::atomic::{AtomicBool, Ordering};
-    let bad = AtomicBool::new(false);
-    let of = |i: usize| {
-        of(i).unwrap_or_else(|| {
-            bad.store(true, Ordering::Relaxed);
-            T::zeroed()
-        })
-    };
-    threads::extend(all, count, LEAST, of)?;
-    if bad.into_inner() { LoadError::damaged(what) } else { Ok(()) }
+    let sound = AtomicBool::new(true);
+    threads::pieces(pieces, |_, piece| {
+        if !read(piece) {
+            sound.store(false, Ordering::Relaxed);
+        }
+    });
+    if sound.into_inner() { Ok(()) } else { LoadError::damaged(what) }
 }

@@ -11,6 +11,7 @@
 //! ([`records`], [`check`]): what passes gives the right answers about the triangles that it holds, whoever
 //! wrote it.
 
+mod arriving;
 mod check;
 mod checksum;
 mod error;
@@ -31,6 +32,7 @@ pub(crate) use in_f64::{read64, write64};
 pub(crate) use input::Pieces;
 pub(crate) use input::{Input, Slice, Stream};
 pub(crate) use load::read;
+pub(crate) use records64::EightTriangles;
 pub(crate) use store::write;
 
 /// Makes all checksums of a saved hierarchy right, where it is so whole that they can be found: for tests of what

@@ -12,7 +12,7 @@ use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
 
 use super::format::{LEAF_SIZE, NODE};
-use crate::tree::{EMPTY, Leaf, NONE, Node};
+use crate::tree::{EMPTY, LaneBounds, Leaf, LeafBounds, NONE, Node};
 
 /// Marks the number of a triangle that can not be hit.
 const SILENT: u32 = 1 << 31;
@@ -71,8 +71,8 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads nodes. Whether they make sense is seen when all are there, but for what no node has.
-pub(super) fn read_node(bytes: &[u8]) -> Option<Node> {
+/// Reads a node, and tells whether it makes sense, as far as that is seen before all are there.
+pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
     let mut sound = words[56..] == [EMPTY; 8];
@@ -85,33 +85,44 @@ pub(super) fn read_node(bytes: &[u8]) -> Option<Node> {
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }
     }
-    sound.then(|| Node::of_rows(rows))
+    *node = Node::of_rows(rows);
+    sound
 }
 
-/// Reads a leaf: finite corners, and at least one number, in ascending order, below `triangles`.
-pub(super) struct ReadLeaf<'a> {
+/// Reads leaves and finds where their triangles can be hit; tells whether they make sense: finite corners, and at least
+/// one number, in ascending order, below `triangles`.
+pub(super) struct ReadLeaves<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
+    pub leaves: &'a mut [Leaf],
+    pub bounds: &'a mut [LeafBounds],
 }
 
-impl WithSimd for ReadLeaf<'_> {
-    type Output = Option<Leaf>;
+impl WithSimd for ReadLeaves<'_> {
+    type Output = bool;
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Option<Leaf> {
-        let words: [u32; LEAF_SIZE / 4] = words(self.bytes);
-        let mut indices = [0; 8];
-        indices.copy_from_slice(&words[72..]);
-        let (indices, live) = read_numbers(indices, self.triangles)?;
+    fn run<S: Simd>(self) -> bool {
+        let Self { bytes, triangles, leaves, bounds } = self;
+        for ((bytes, leaf), bounds) in bytes.chunks_exact(LEAF_SIZE).zip(leaves).zip(bounds) {
+            let words: [u32; LEAF_SIZE / 4] = words(bytes);
+            let mut indices = [0; 8];
+            indices.copy_from_slice(&words[72..]);
+            let Some((indices, live)) = read_numbers(indices, triangles) else { return false };
 
-        let mut corners = [[[0.0; 8]; 3]; 3];
-        let flat = corners.as_flattened_mut().as_flattened_mut();
-        let mut finite = true;
-        for (x, &bits) in flat.iter_mut().zip(&words) {
-            *x = f32::from_bits(bits);
-            finite &= bits & f32::INFINITY.to_bits() != f32::INFINITY.to_bits();
+            let mut corners = [[[0.0; 8]; 3]; 3];
+            let flat = corners.as_flattened_mut().as_flattened_mut();
+            let mut finite = true;
+            for (x, &bits) in flat.iter_mut().zip(&words) {
+                *x = f32::from_bits(bits);
+                finite &= bits & f32::INFINITY.to_bits() != f32::INFINITY.to_bits();
+            }
+            if !finite {
+                return false;
+            }
+            *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
+            *bounds = LaneBounds::of(&leaf.block).run::<S>();
         }
-        let block = TriangleBlock::of_lanes_in::<S>(corners, live);
-        finite.then_some(Leaf { block, indices })
+        true
     }
 }
