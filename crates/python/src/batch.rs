@@ -5,16 +5,13 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::order::{TILE, row_width, tiled};
+use crate::picture::{Band, row_width};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
 use crate::source::Source;
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 8192;
-
-/// Of pictures, rays in the order of tiles that are asked together.
-const TILES: usize = 4 * TILE * TILE;
 
 /// Asks for one answer a ray; `none` is any.
 pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
@@ -47,32 +44,23 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     ask: &(impl Fn(&[RayOf<S>], &mut [A]) + Sync),
     stop: &Stop,
 ) {
-    // So many rows that each thread has some parts.
-    let parts = 4 * rayon::current_num_threads();
-    let most = rays.count / width / parts / TILE;
-    let part = width * TILE * most.clamp(1, 4);
-    let order = tiled(width, part.min(rays.count));
-    answers.par_chunks_mut(part).enumerate().for_each_init(
+    let whole = Band::new(width);
+    answers.par_chunks_mut(whole.len()).enumerate().for_each_init(
         || (Vec::new(), Vec::new()),
         |(gathered, found), (number, answers)| {
-            let own;
-            let order = if answers.len() == order.len() {
-                &order
-            } else {
-                own = tiled(width, answers.len());
-                &own
-            };
-            for order in order.chunks(TILES) {
+            let (first, band) = (number * whole.len(), whole.within(answers.len()));
+            for block in band.blocks() {
                 if stop.is_set() {
                     return;
                 }
-                rays.gather(order.iter().map(|&i| number * part + i as usize), gathered);
-                found.resize(order.len(), none);
+                block.gather((rays, first), gathered);
+                block.prefetch_next((rays, first));
+                found.resize(gathered.len(), none);
                 ask(gathered, found);
-                for (&i, &found) in order.iter().zip(&*found) {
-                    answers[i as usize] = found;
-                }
+                block.scatter(found, answers);
             }
+            let cut = first + band.len()..first + answers.len();
+            ask(rays.rays(cut, gathered), &mut answers[band.len()..]);
         },
     );
 }

@@ -4,8 +4,8 @@
 mod batch;
 mod lists;
 mod mesh;
-mod order;
 mod part;
+mod picture;
 mod points;
 mod pool;
 mod run;

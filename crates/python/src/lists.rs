@@ -9,7 +9,8 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use crate::part::Part;
-use crate::run::run;
+use crate::picture::{Band, row_width};
+use crate::run::{Stop, run};
 use crate::scalar::Scalar;
 use crate::source::Source;
 
@@ -24,9 +25,13 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     py: Python<'py>,
     pool: &ThreadPool,
     rays: &Source<'_, S>,
+    width: usize,
     ask: impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
     let parts = run(py, pool, rays.count.saturating_mul(8), |stop| {
+        if let Some(width) = row_width(rays, width) {
+            return by_tiles(rays, width, &ask, stop);
+        }
         let starts = (0..rays.count).into_par_iter().step_by(CHUNK);
         let part = |gathered: &mut Vec<RayOf<S>>, first: usize| {
             if stop.is_set() {
@@ -69,6 +74,45 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         });
     }
     Ok((offsets, answers))
+}
+
+/// The lists of a picture with rows of so many pixels, band by band.
+fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
+    rays: &Source<'_, S>,
+    width: usize,
+    ask: &(impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync),
+    stop: &Stop,
+) -> PyResult<Vec<Part<A>>> {
+    let whole = Band::new(width);
+    let starts = (0..rays.count).into_par_iter().step_by(whole.len());
+    let part = |gathered: &mut Vec<RayOf<S>>, first: usize| {
+        let band = whole.within(rays.count - first);
+        let mut blocks = Vec::new();
+        for block in band.blocks() {
+            if stop.is_set() {
+                return Ok(Part::new());
+            }
+            block.gather((rays, first), gathered);
+            let found = ask(gathered)?;
+            blocks.push((block, found.begins(), found));
+        }
+        let mut part = Part::new();
+        for row in 0..band.rows() {
+            for (block, begins, found) in &blocks {
+                for (first, count) in block.fours(row) {
+                    part.counts.extend_from_slice(&found.counts[first..first + count]);
+                    let answers = &found.answers[begins[first]..begins[first + count]];
+                    part.answers.extend_from_slice(answers);
+                }
+            }
+        }
+        let cut = first + band.len()..rays.count.min(first + whole.len());
+        let found = ask(rays.rays(cut, gathered))?;
+        part.counts.extend(found.counts);
+        part.answers.extend(found.answers);
+        Ok(part)
+    };
+    starts.map_init(Vec::new, part).collect()
 }
 
 /// An array of zeros, or an error where there is no memory.

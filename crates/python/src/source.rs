@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use intertri::RayOf;
+use intertri::simd::prefetch_early;
 use numpy::{Element, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -22,25 +23,40 @@ pub(crate) struct Arrays<'py, S: Element> {
     t_max: PyReadonlyArray1<'py, S>,
 }
 
-/// A row a ray, or one for all.
-#[derive(Clone, Copy)]
+/// A row a ray, or one for all, which is there four times.
 struct Rows<'a, T> {
     rows: &'a [T],
-    step: usize,
+    one: Option<[T; 4]>,
 }
 
 impl<'a, T: Copy> Rows<'a, T> {
     fn new(rows: &'a [T], count: usize) -> PyResult<Self> {
-        match rows.len() {
-            length if length == count => Ok(Self { rows, step: 1 }),
-            1 => Ok(Self { rows, step: 0 }),
+        match rows {
+            _ if rows.len() == count => Ok(Self { rows, one: None }),
+            &[one] => Ok(Self { rows, one: Some([one; 4]) }),
             _ => Err(PyValueError::new_err("the arrays of rays differ in length")),
         }
     }
 
     #[inline]
     fn at(&self, ray: usize) -> T {
-        self.rows[ray * self.step]
+        self.one.map_or_else(|| self.rows[ray], |[one, ..]| one)
+    }
+
+    /// Those of four rays.
+    #[inline]
+    fn four(&self, first: usize) -> &[T; 4] {
+        match (&self.one, self.rows.get(first..).and_then(|rows| rows.first_chunk())) {
+            (Some(one), _) => one,
+            (None, Some(four)) => four,
+            (None, None) => unreachable!("four rays are there"),
+        }
+    }
+
+    fn prefetch(&self, rays: Range<usize>) {
+        if self.one.is_none() {
+            prefetch_early(&self.rows[rays]);
+        }
     }
 }
 
@@ -57,10 +73,20 @@ enum Layout<'a, S> {
 }
 
 /// From which t to which.
-#[derive(Clone, Copy)]
 struct Ends<'a, S> {
     t_min: Rows<'a, S>,
     t_max: Rows<'a, S>,
+}
+
+impl<S: Scalar> Ends<'_, S> {
+    /// Puts four rays on these lines.
+    #[inline]
+    fn put(&self, first: usize, to: &mut [RayOf<S>], line: impl Fn(usize) -> ([S; 3], [S; 3])) {
+        let (t_min, t_max) = (self.t_min.four(first), self.t_max.four(first));
+        for (k, to) in to.iter_mut().enumerate().take(4) {
+            *to = ray(line(k), t_min[k], t_max[k]);
+        }
+    }
 }
 
 impl<S: Scalar> Arrays<'_, S> {
@@ -89,42 +115,63 @@ impl<S: Scalar> Arrays<'_, S> {
 impl<S: Scalar> Source<'_, S> {
     /// Where a ray starts, and where it goes.
     pub(crate) fn line(&self, i: usize) -> [[f64; 3]; 2] {
-        let (origin, dir) = match &self.layout {
-            Layout::Three { origins, dirs, .. } => (origins.at(i), dirs.at(i)),
-            Layout::Six { rays, .. } => {
-                let [x, y, z, dx, dy, dz] = rays.at(i);
-                ([x, y, z], [dx, dy, dz])
-            }
-            Layout::Eight { rays } => {
-                let [x, y, z, _, dx, dy, dz, _] = rays.at(i);
-                ([x, y, z], [dx, dy, dz])
-            }
-        };
+        let RayOf { origin, dir, .. } = self.ray(i);
         [origin.map(Into::into), dir.map(Into::into)]
     }
 
-    /// Gathers some rays, by their numbers.
+    /// Puts so many rays, from the first on, four at a time: where each four begin is told.
     #[inline]
-    pub(crate) fn gather(
+    pub(crate) fn put(
         &self,
-        numbers: impl ExactSizeIterator<Item = usize>,
-        to: &mut Vec<RayOf<S>>,
+        (first, count): (usize, usize),
+        mut begins: impl Iterator<Item = usize>,
+        to: &mut [RayOf<S>],
     ) {
-        to.clear();
+        let fours = (first..first + count / 4 * 4).step_by(4);
+        for (i, begin) in fours.zip(&mut begins) {
+            let to = &mut to[begin..begin + 4];
+            match &self.layout {
+                Layout::Three { origins, dirs, ends } => {
+                    let (origins, dirs) = (origins.four(i), dirs.four(i));
+                    ends.put(i, to, |k| (origins[k], dirs[k]));
+                }
+                Layout::Six { rays, ends } => {
+                    let rays = rays.four(i);
+                    ends.put(i, to, |k| line(rays[k]));
+                }
+                Layout::Eight { rays } => {
+                    to.iter_mut().zip(rays.four(i)).for_each(|(to, &ray)| *to = whole(ray));
+                }
+            }
+        }
+        if let Some(begin) = begins.next() {
+            let rest = (first + count / 4 * 4..first + count).map(|i| self.ray(i));
+            to[begin..].iter_mut().zip(rest).for_each(|(to, ray)| *to = ray);
+        }
+    }
+
+    fn ray(&self, i: usize) -> RayOf<S> {
         match &self.layout {
             Layout::Three { origins, dirs, ends: Ends { t_min, t_max } } => {
-                to.extend(
-                    numbers.map(|i| ray(origins.at(i), dirs.at(i), t_min.at(i), t_max.at(i))),
-                );
+                ray((origins.at(i), dirs.at(i)), t_min.at(i), t_max.at(i))
             }
-            Layout::Six { rays, ends: Ends { t_min, t_max } } => to.extend(numbers.map(|i| {
-                let [x, y, z, dx, dy, dz] = rays.at(i);
-                ray([x, y, z], [dx, dy, dz], t_min.at(i), t_max.at(i))
-            })),
-            Layout::Eight { rays } => to.extend(numbers.map(|i| {
-                let [x, y, z, t_min, dx, dy, dz, t_max] = rays.at(i);
-                ray([x, y, z], [dx, dy, dz], t_min, t_max)
-            })),
+            Layout::Six { rays, ends: Ends { t_min, t_max } } => {
+                ray(line(rays.at(i)), t_min.at(i), t_max.at(i))
+            }
+            Layout::Eight { rays } => whole(rays.at(i)),
+        }
+    }
+
+    /// Prefetches the rays of a range.
+    pub(crate) fn prefetch(&self, range: Range<usize>) {
+        match &self.layout {
+            Layout::Three { origins, dirs, .. } => {
+                origins.prefetch(range.clone());
+                dirs.prefetch(range);
+            }
+            Layout::Six { rays, .. } => rays.prefetch(range),
+            // Slower with it: rows of a power of two of bytes share places in the cache.
+            Layout::Eight { .. } => {}
         }
     }
 
@@ -135,17 +182,28 @@ impl<S: Scalar> Source<'_, S> {
         gathered: &'s mut Vec<RayOf<S>>,
     ) -> &'s [RayOf<S>] {
         if let Layout::Eight { rays } = &self.layout
-            && rays.step == 1
+            && rays.one.is_none()
             && let Ok(rays) = bytemuck::try_cast_slice(rays.rows[range.clone()].as_flattened())
         {
             return rays;
         }
-        self.gather(range, gathered);
+        gathered.resize(range.len(), RayOf::new([S::default(); 3], [S::default(); 3]));
+        self.put((range.start, range.len()), (0..).step_by(4), gathered);
         gathered
     }
 }
 
 #[inline]
-fn ray<S>(origin: [S; 3], dir: [S; 3], t_min: S, t_max: S) -> RayOf<S> {
+fn ray<S>((origin, dir): ([S; 3], [S; 3]), t_min: S, t_max: S) -> RayOf<S> {
     RayOf { origin, t_min, dir, t_max }
+}
+
+#[inline]
+fn line<S>([x, y, z, dx, dy, dz]: [S; 6]) -> ([S; 3], [S; 3]) {
+    ([x, y, z], [dx, dy, dz])
+}
+
+#[inline]
+fn whole<S>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S> {
+    ray(([x, y, z], [dx, dy, dz]), t_min, t_max)
 }

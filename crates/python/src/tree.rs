@@ -16,7 +16,7 @@ use pyo3::types::PyBytes;
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
-use crate::order::tiled;
+use crate::picture::tiled;
 use crate::points::of_points;
 use crate::pool::pool;
 use crate::run::run;
@@ -188,11 +188,12 @@ macro_rules! tree {
                 rays: Arrays<'py, $scalar>,
                 mode: &str,
                 threads: Threads,
+                width: usize,
                 limit: Option<usize>,
             ) -> PyResult<Lists<'py>> {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let mesh = self.mesh.get(py);
-                lists(py, &*pool(threads)?, &rays, |rays| {
+                lists(py, &*pool(threads)?, &rays, width, |rays| {
                     <$scalar>::all(mesh.solid.bvh(), mode, rays, limit)
                 })
             }
@@ -203,10 +204,11 @@ macro_rules! tree {
                 py: Python<'py>,
                 rays: Arrays<'py, $scalar>,
                 threads: Threads,
+                width: usize,
             ) -> PyResult<Lists<'py>> {
                 let rays = rays.source()?;
                 let mesh = self.mesh.get(py);
-                lists(py, &*pool(threads)?, &rays, |rays| mesh.crossings(rays))
+                lists(py, &*pool(threads)?, &rays, width, |rays| mesh.crossings(rays))
             }
 
             /// Fills `out` with how often each ray crosses: signed and unsigned.
@@ -327,10 +329,9 @@ macro_rules! tree {
             ) -> PyResult<(f64, f64)> {
                 let rays = rays.source()?;
                 let mesh = self.mesh.get(py);
-                let (mut in_rows, mut by_tiles) = (Vec::new(), Vec::new());
-                rays.gather(0..rays.count, &mut in_rows);
-                let order = tiled(rays.count.isqrt().max(1), rays.count);
-                rays.gather(order.iter().map(|&i| i as usize), &mut by_tiles);
+                let mut in_rows = Vec::new();
+                let in_rows = rays.rays(0..rays.count, &mut in_rows).to_vec();
+                let by_tiles = tiled(&rays);
                 let mut hits = vec![Hit::MISS; rays.count];
                 run(py, &*pool(threads)?, rays.count, |_| {
                     let (mut a, mut b) = (f64::INFINITY, f64::INFINITY);

@@ -135,6 +135,33 @@ def test_order_of_pictures_changes_nothing(dtype, size, rng):
     assert (mesh.any(eye, flat) == (hits["triangle"] >= 0)).all()
 
 
+@pytest.mark.parametrize("width,height", [(131, 100), (64, 70), (33, 200), (259, 33)])
+def test_lists_of_pictures(dtype, width, height, rng):
+    """Every hit and every crossing of pictures, rays given in any form, beside those of rays in no order."""
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
+    eye, ways = camera(260, [1, 0.5, 3])
+    top, left = (260 - height) // 2, (260 - width) // 2
+    flat = ways.astype(dtype)[top : top + height, left : left + width].reshape(-1, 3)
+    count = len(flat) - 5
+    t_max = rng.uniform(2, 4, count).astype(dtype)
+    rays = np.zeros((count, 8), dtype)
+    rays[:, :3], rays[:, 4:7], rays[:, 7] = eye, flat[:count], t_max
+    forms = [((eye.astype(dtype), rays[:, 4:7]), {"t_max": t_max}), ((rays[:, :3], rays[:, 4:7]), {"t_max": t_max}),
+             ((rays[:, [0, 1, 2, 4, 5, 6]],), {"t_max": t_max}), ((rays,), {})]
+    shuffled = rng.permutation(count)
+    back = np.argsort(shuffled)
+    for ask in (mesh.all, mesh.crossings):
+        truth = ask(rays[shuffled])
+        rows = np.split(truth.hits, truth.offsets[1:-1])
+        hits, counts = np.concatenate([rows[i] for i in back]), np.diff(truth.offsets)[back]
+        assert (counts > 1).any()
+        for given, ends in forms:
+            lists = ask(*given, **ends)
+            assert (np.diff(lists.offsets) == counts).all() and (lists.hits == hits).all()
+    closest = mesh.closest(rays[shuffled])[back]
+    assert all((mesh.closest(*given, **ends) == closest).all() for given, ends in forms)
+
+
 def test_threads_and_out_change_nothing(dtype):
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
     eye, ways = camera(400, [1, 0.5, 3])

@@ -21,10 +21,10 @@ class _Tree:
         self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.bool_]
     ) -> None: ...
     def all(
-        self, rays: Rays, mode: str, threads: int | None, limit: int | None
+        self, rays: Rays, mode: str, threads: int | None, width: int, limit: int | None
     ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]: ...
     def crossings(
-        self, rays: Rays, threads: int | None
+        self, rays: Rays, threads: int | None, width: int
     ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]: ...
     def count_crossings(
         self, rays: Rays, threads: int | None, width: int, out: NDArray[np.uint8]

@@ -175,7 +175,7 @@ class RayQueries(Triangles):
         rays = self._rays(origins, directions, t_min, t_max)
         most = _limit_of(limit)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
-        offsets, hits = tree.all(rays, mode, threads, most)
+        offsets, hits = tree.all(rays, mode, threads, rays.width, most)
         return HitLists(offsets, hits.view(HIT))
 
     def crossings(
@@ -208,7 +208,7 @@ class RayQueries(Triangles):
         """
         rays = self._rays(origins, directions, t_min, t_max)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
-        offsets, hits = tree.crossings(rays, threads)
+        offsets, hits = tree.crossings(rays, threads, rays.width)
         return HitLists(offsets, hits.view(CROSSING))
 
     def count_crossings(
