@@ -1,0 +1,41 @@
+"""Memory for answers that is used again: what the system gives anew, it gives page by page, and tracing waits."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+_MOST = 2
+
+
+class _Loan:
+    """Holds memory as long as an array or a view of it is there: numpy keeps what an array was made of."""
+
+    def __init__(self, memory: NDArray[Any]) -> None:
+        self.__array_interface__ = memory.__array_interface__
+
+
+class Lender:
+    """Lends arrays. When the last view of one is gone, its memory is lent again."""
+
+    def __init__(self) -> None:
+        self._idle: list[NDArray[Any]] = []
+
+    def empty(self, count: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+        """An array of whatever the memory holds."""
+        try:
+            memory = self._idle.pop()
+        except IndexError:
+            memory = None
+        if memory is None or memory.shape != (count,) or memory.dtype != dtype:
+            memory = np.empty(count, dtype)
+        loan = _Loan(memory)
+        weakref.finalize(loan, self._back, memory).atexit = False
+        return np.asarray(loan)
+
+    def _back(self, memory: NDArray[Any]) -> None:
+        if len(self._idle) < _MOST:
+            self._idle.append(memory)
