@@ -25,44 +25,74 @@ const MANY: usize = 1 << 12;
 /// Boxes binned or measured in one go, by one thread.
 const CHUNK: usize = 1 << 15;
 
+/// Every box costs so much more than its area, so that among boxes without area the fewer nodes win.
+pub(super) const TRIFLE: f32 = 1e-20;
+
 /// The whole: at least one reference, and one node fewer.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
     /// Of each node its box, and as words, where it is no block, the number of triangles of its left side
     /// and its plan. Plain numbers, so that their memory comes as zeros and is not touched before it is used.
     inner: Box<[[f32; 8]]>,
+    /// Nodes in the place of those at the top, the root last, if parts were put elsewhere.
+    pub moved: Vec<Moved>,
 }
 
-/// A part of the tree: `count` references from `first` on, and the nodes from `node` on.
-#[derive(Clone, Copy)]
+/// A node whose sides may be anywhere.
+pub(super) struct Moved {
+    pub bounds: Aabb,
+    pub sides: [Subtree; 2],
+    pub plan: Plan,
+}
+
+/// A part of the tree: `count` references from `first` on, and the nodes from `node` on; or one of [`Binary::moved`],
+/// which come after the nodes.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Subtree {
     pub node: usize,
     pub first: usize,
     pub count: usize,
 }
 
-impl Subtree {
-    /// Few triangles are a block, which nothing divides.
-    pub(super) fn is_block(self) -> bool {
-        self.count <= BLOCK
-    }
-}
-
 impl Binary {
     pub(super) fn root(&self) -> Subtree {
-        Subtree { node: 0, first: 0, count: self.refs.len() }
+        let node = self.moved.len().checked_sub(1).map_or(0, |last| self.inner.len() + last);
+        Subtree { node, first: 0, count: self.refs.len() }
+    }
+
+    /// Adds a node whose sides may be anywhere.
+    pub(super) fn put(&mut self, moved: Moved) -> Subtree {
+        let [Subtree { first, count, .. }, right] = moved.sides;
+        let node = self.inner.len() + self.moved.len();
+        self.moved.push(moved);
+        Subtree { node, first, count: count + right.count }
+    }
+
+    fn moved(&self, part: Subtree) -> Option<&Moved> {
+        // One triangle has no node.
+        let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
+        self.moved.get(number)
+    }
+
+    /// Few triangles are a block, which nothing divides.
+    pub(super) fn is_block(&self, part: Subtree) -> bool {
+        part.count <= BLOCK && self.moved(part).is_none()
     }
 
     /// The box around a subtree.
     pub(super) fn bounds(&self, part: Subtree) -> Aabb {
-        match part.count {
-            1 => self.refs[part.first].0.bounds(),
-            _ => SimdAabb(self.inner[part.node]).bounds(),
+        match (part.count, self.moved(part)) {
+            (1, _) => self.refs[part.first].0.bounds(),
+            (_, Some(moved)) => moved.bounds,
+            (_, None) => SimdAabb(self.inner[part.node]).bounds(),
         }
     }
 
     /// The two sides of a subtree that is no block.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
+        if let Some(moved) = self.moved(part) {
+            return moved.sides;
+        }
         let left = SimdAabb(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
@@ -73,7 +103,10 @@ impl Binary {
 
     /// What is planned for a subtree; `None` for a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
-        (!part.is_block()).then(|| Plan(SimdAabb(self.inner[part.node]).word(1)))
+        if let Some(moved) = self.moved(part) {
+            return Some(moved.plan);
+        }
+        (!self.is_block(part)).then(|| Plan(SimdAabb(self.inner[part.node]).word(1)))
     }
 }
 
@@ -87,7 +120,7 @@ pub(super) fn build(
     let builder = Builder::new(&refs, level, progress);
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
-    Ok(Binary { refs, inner })
+    Ok(Binary { refs, inner, moved: Vec::new() })
 }
 
 struct Builder<'a> {
@@ -145,14 +178,13 @@ impl<'a> Builder<'a> {
         self.level.run(Finish { builder, here, left, a, b })
     }
 
-    /// What a subtree's area costs, with a trifle more, so that among boxes without area the fewer nodes
-    /// win.
+    /// What a subtree's area costs.
     #[inline(always)]
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
         let [x, y, z, _] = size;
-        x * (y + z) + y * z + 1e-20
+        x * (y + z) + y * z + TRIFLE
     }
 }
 
@@ -334,7 +366,7 @@ mod tests {
 
     fn depth(binary: &Binary, part: Subtree) -> usize {
         let below = |part| 1 + depth(binary, part);
-        if part.is_block() {
+        if binary.is_block(part) {
             0
         } else {
             binary.sides(part).map(below).into_iter().max().unwrap_or(0)
@@ -355,7 +387,7 @@ mod tests {
             let builder = Builder::new(&refs, Level::best(), &|_, _| ());
             let centres = builder.centres(&refs);
             builder.large(&mut refs, &mut inner, &centres, start);
-            let binary = Binary { refs, inner };
+            let binary = Binary { refs, inner, moved: Vec::new() };
             start + depth(&binary, binary.root())
         };
         let needed = triangles.len().ilog2() as usize;

@@ -1,7 +1,7 @@
 //! The builder: triangles in, wide nodes and blocks of triangles out.
 //!
 //! ```text
-//! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── wide ──> nodes of 8, blocks of 8
+//! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── reinsert, wide ──> nodes of 8, blocks of 8
 //! ```
 //!
 //! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); those that are never hit are
@@ -10,7 +10,8 @@
 //!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`collapse`]
 //!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
 //!    least cost.
-//! 3. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
+//! 3. [`reinsert`]: where large triangles make it pay, parts of that tree are put elsewhere.
+//! 4. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
 //!
 //! The result depends on the triangles alone, never on the number of threads or the CPU's lanes. At
 //! its peak the builder holds about 64 bytes a triangle besides its input and the tree, which itself
@@ -23,6 +24,7 @@ mod collapse;
 mod error;
 mod layout;
 mod prim_refs;
+mod reinsert;
 mod simd_aabb;
 mod split;
 mod sweep;
@@ -103,6 +105,7 @@ fn layout_at(
     if refs.is_empty() {
         return Ok(Layout { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
     }
-    let binary = binary::build(refs, level, progress)?;
+    let mut binary = binary::build(refs, level, progress)?;
+    reinsert::reinsert(&mut binary);
     Ok(Layout { unbounded, ..wide::write(&binary)? })
 }

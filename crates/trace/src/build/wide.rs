@@ -85,7 +85,7 @@ fn write_part(
         tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
         for (i, child) in children.iter().enumerate() {
-            let pointer = if child.is_block() {
+            let pointer = if binary.is_block(*child) {
                 tree.blocks.push(block(binary, *child));
                 (tree.blocks.len() - 1) as u32 | LEAF
             } else {
@@ -94,7 +94,7 @@ fn write_part(
             };
             tree.nodes[task.index].set(slots[i], &boxes[i], pointer);
         }
-        let inner = children.iter().filter(|c| !c.is_block()).enumerate();
+        let inner = children.iter().filter(|c| !binary.is_block(**c)).enumerate();
         let start = tasks.len();
         tasks.extend(inner.map(|(k, c)| Task {
             part: *c,
@@ -110,7 +110,7 @@ fn write_part(
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
     // Only the root of the whole tree can be a block; it becomes the one child.
-    if root.is_block() {
+    if binary.is_block(root) {
         return (out, 1);
     }
     // Shares out the eight places, depth first. What waits has at least one place each: at most 8.

@@ -52,7 +52,6 @@ impl Aabb {
     }
 
     /// Half the surface in units of `1 / scale²`; infinite for the box around nothing.
-    #[cfg(test)]
     #[inline(always)]
     pub(crate) fn half_area(&self, scale: f32) -> f32 {
         let (a, b, s) = (self.lo, self.hi, scale);

@@ -1,0 +1,359 @@
+//! Reinsertion: parts of the two-way tree are put where they cost less.
+//!
+//! After Bittner, Hapala and Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies* (2013):
+//!
+//! ```text
+//!        ·                  ·              a long box cannot be cut, so it makes every box around it large,
+//!      ╱   ╲              ╱   ╲            from the cut where it went to one side down to its block; higher
+//!     ·     ·     ─►     ·     ·           up, or beside another long one, it costs less
+//!    ╱ ╲   ╱ ╲          ╱ ╲   ╱ ╲
+//!   ▯ [══] ▯  ▯        ▯  ▯  ▯   ·
+//!                               ╱ ╲
+//!                              ▯ [══]
+//! ```
+//!
+//! Only the nodes with the largest boxes are moved, which rays meet most; and only where a few of them tell that it
+//! pays: in rooms with their long walls, not in scans.
+
+use super::binary::{Binary, Moved, Subtree, TRIFLE};
+use super::collapse::Costs;
+use super::layout::MAX_DEPTH;
+use crate::threads::join;
+use crate::tree::Aabb;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// As many nodes are moved as there are triangles, divided by this; but no more than so many.
+const SHARE: usize = 32;
+const MOST: usize = 2048;
+
+/// One in so many of them tells whether it pays.
+const FEW: usize = 8;
+
+/// By less than this share of its cost it does not pay.
+const LEAST_GAIN: f64 = 1.0 / 32.0;
+
+/// How often each is moved.
+const ROUNDS: usize = 2;
+
+/// From so many triangles on, two sides are looked at side by side.
+const MANY: usize = 1 << 12;
+
+/// No node.
+const NONE: usize = usize::MAX;
+
+/// Moves parts of a tree; its boxes and plans are as a build's.
+pub(super) fn reinsert(binary: &mut Binary) {
+    let most = (binary.refs.len() / SHARE).min(MOST);
+    if Top::of(binary, most / FEW).pays(1)
+        && let mut top = Top::of(binary, most)
+        && top.pays(ROUNDS)
+    {
+        top.write(binary, MAX_DEPTH);
+    }
+}
+
+/// The nodes with the largest boxes, from the root, which is the first, down to parts that stay as they are.
+struct Top(Vec<Node>);
+
+#[derive(Clone)]
+struct Node {
+    bounds: Aabb,
+    area: f64,
+    parent: usize,
+    below: Below,
+}
+
+#[derive(Clone, Copy)]
+enum Below {
+    Sides([usize; 2]),
+    Part(Subtree),
+}
+
+impl Node {
+    fn new(binary: &Binary, part: Subtree, parent: usize) -> Self {
+        let bounds = binary.bounds(part);
+        Self { bounds, area: area(&bounds), parent, below: Below::Part(part) }
+    }
+}
+
+impl Top {
+    /// At least so many nodes, as far as there are.
+    fn of(binary: &Binary, most: usize) -> Self {
+        let root = binary.root();
+        let mut top = vec![Node::new(binary, root, NONE)];
+        // An area is not negative: its bits are in its order.
+        let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
+        while top.len() < most
+            && let Some((_, parent, part)) = largest.pop()
+        {
+            if binary.is_block(part) {
+                continue;
+            }
+            top[parent].below = Below::Sides([top.len(), top.len() + 1]);
+            for part in binary.sides(part) {
+                let node = Node::new(binary, part, parent);
+                largest.push((node.area.to_bits(), top.len(), part));
+                top.push(node);
+            }
+        }
+        Self(top)
+    }
+
+    /// Moves all nodes so often, the largest first. Whether the tree costs less by enough.
+    fn pays(&mut self, rounds: usize) -> bool {
+        let (before, mut waiting) = (self.cost(), Vec::new());
+        for _ in 0..rounds {
+            let mut order: Vec<usize> = (1..self.0.len()).collect();
+            order.sort_by_key(|&i| Reverse((self.0[i].area.to_bits(), i)));
+            for i in order {
+                self.reinsert(i, &mut waiting);
+            }
+        }
+        self.cost() < before * (1.0 - LEAST_GAIN)
+    }
+
+    /// The areas of all nodes.
+    fn cost(&self) -> f64 {
+        self.0.iter().map(|node| node.area).sum()
+    }
+
+    /// Takes a node out, with what is below it, and puts it beside the node where that costs least. Its parent goes
+    /// with it.
+    fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
+        let parent = self.0[i].parent;
+        let above = self.0[parent].parent;
+        let Below::Sides([a, b]) = self.0[parent].below else { return };
+        if above == NONE {
+            return;
+        }
+        let sibling = if a == i { b } else { a };
+        self.replace(above, parent, sibling);
+        let saved = self.0[parent].area + self.find_bounds(above);
+
+        let place = self.cheapest_place(&self.0[i].bounds, sibling, saved, waiting);
+        self.replace(self.0[place].parent, place, parent);
+        self.0[parent].below = Below::Sides([place, i]);
+        self.0[place].parent = parent;
+        self.find_bounds(parent);
+    }
+
+    /// Puts a node to the place of another below its parent.
+    fn replace(&mut self, parent: usize, old: usize, new: usize) {
+        self.0[new].parent = parent;
+        if let Below::Sides(sides) = &mut self.0[parent].below {
+            sides.iter_mut().filter(|side| **side == old).for_each(|side| *side = new);
+        }
+    }
+
+    /// Finds the boxes of a node and of all above it. Gives by how much their areas shrink.
+    fn find_bounds(&mut self, mut i: usize) -> f64 {
+        let mut less = 0.0;
+        while i != NONE
+            && let Below::Sides([a, b]) = self.0[i].below
+        {
+            let bounds = around(self.0[a].bounds, &self.0[b].bounds);
+            let node = &mut self.0[i];
+            less += node.area;
+            (node.bounds, node.area) = (bounds, area(&bounds));
+            less -= node.area;
+            i = self.0[i].parent;
+        }
+        less
+    }
+
+    /// Beside which node a box costs least: by branch and bound, from a place that is known to cost so much.
+    fn cheapest_place(
+        &self,
+        bounds: &Aabb,
+        mut place: usize,
+        mut cost: f64,
+        waiting: &mut Vec<(f64, usize)>,
+    ) -> usize {
+        let own = area(bounds);
+        // Nodes beside whose sides it may cost less, each with what it and all above it grow by.
+        waiting.clear();
+        waiting.push((self.with(0, bounds) - self.0[0].area, 0));
+        while let Some((grown, i)) = waiting.pop() {
+            if grown + own >= cost {
+                continue;
+            }
+            let Below::Sides(sides) = self.0[i].below else { continue };
+            let both = sides.map(|side| self.with(side, bounds));
+            let grows = [0, 1].map(|k| both[k] - self.0[sides[k]].area);
+
+            // The side that grows less is next.
+            let near = usize::from(grows[1] < grows[0]);
+            for k in [1 - near, near] {
+                if grown + both[k] < cost {
+                    (cost, place) = (grown + both[k], sides[k]);
+                }
+                waiting.push((grown + grows[k], sides[k]));
+            }
+        }
+        place
+    }
+
+    /// The area of a node and a box.
+    fn with(&self, i: usize, bounds: &Aabb) -> f64 {
+        area(&around(self.0[i].bounds, bounds))
+    }
+
+    /// Writes the nodes that have sides into the tree, unless some path would pass more than `deepest`.
+    fn write(&self, binary: &mut Binary, deepest: usize) {
+        if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
+            binary.moved.clear();
+        }
+    }
+
+    /// Writes a node and all below it.
+    fn write_node(
+        &self,
+        i: usize,
+        binary: &mut Binary,
+        (scale, deepest): (f32, usize),
+    ) -> Option<Written> {
+        let Node { bounds, below, .. } = &self.0[i];
+        let written = match below {
+            Below::Part(part) => Written::of(binary, *part, scale),
+            Below::Sides([a, b]) => {
+                let rest = (scale, deepest.checked_sub(1)?);
+                let a = self.write_node(*a, binary, rest)?;
+                let b = self.write_node(*b, binary, rest)?;
+                let (costs, plan) = Costs::join(cost_area(bounds, scale), &a.costs, &b.costs);
+                let (sides, height) = ([a.part, b.part], 1 + a.height.max(b.height));
+                let part = binary.put(Moved { bounds: *bounds, sides, plan });
+                Written { part, costs, height }
+            }
+        };
+        (written.height <= deepest).then_some(written)
+    }
+}
+
+/// A part of the tree, what it costs, and how many nodes are on its longest path.
+struct Written {
+    part: Subtree,
+    costs: Costs,
+    height: usize,
+}
+
+impl Written {
+    fn of(binary: &Binary, part: Subtree, scale: f32) -> Self {
+        let area = cost_area(&binary.bounds(part), scale);
+        if binary.is_block(part) {
+            return Self { part, costs: Costs::of_block(area), height: 0 };
+        }
+        let [a, b] = binary.sides(part);
+        let of = |part| Self::of(binary, part, scale);
+        let (a, b) = if part.count < MANY { (of(a), of(b)) } else { join(|| of(a), || of(b)) };
+        let (costs, _) = Costs::join(area, &a.costs, &b.costs);
+        Self { part, costs, height: 1 + a.height.max(b.height) }
+    }
+}
+
+/// As in a build.
+fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
+    bounds.half_area(scale) + TRIFLE
+}
+
+/// Half of a box's surface.
+fn area(bounds: &Aabb) -> f64 {
+    let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
+    x * (y + z) + y * z
+}
+
+fn around(mut a: Aabb, b: &Aabb) -> Aabb {
+    a.join(b);
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::{binary, prim_refs};
+    use crate::test_numbers::random;
+    use intertri::Triangle;
+    use intertri::simd::Level;
+
+    /// Small triangles, and a few that reach far along an axis.
+    fn room(count: usize) -> Binary {
+        let mut random = random();
+        let triangle = |i: usize| {
+            let at = [random(), random(), random()];
+            let mut size = [0.01; 3];
+            if i.is_multiple_of(8) {
+                size[i / 8 % 3] = 1.0;
+            }
+            Triangle([(); 3].map(|()| [0, 1, 2].map(|k| at[k] + size[k] * random())))
+        };
+        let triangles: Vec<_> = (0..count).map(triangle).collect();
+        let (refs, _) = prim_refs::collect(&triangles[..]).unwrap();
+        binary::build(refs, Level::best(), &|_, _| ()).unwrap()
+    }
+
+    /// Against the cost of the whole tree with the node in every place.
+    #[test]
+    fn a_node_goes_where_it_costs_least() {
+        let mut top = Top::of(&room(2000), 120);
+        let mut moved = 0;
+        for i in 1..top.0.len() {
+            let parent = top.0[i].parent;
+            let (above, Below::Sides(sides)) = (top.0[parent].parent, top.0[parent].below) else {
+                panic!("a parent has sides");
+            };
+            if above == NONE {
+                continue;
+            }
+            let before = top.cost();
+            let sibling = sides[usize::from(sides[0] == i)];
+            top.replace(above, parent, sibling);
+            top.find_bounds(above);
+            let costs = |place: usize| {
+                let mut top = Top(top.0.clone());
+                top.replace(top.0[place].parent, place, parent);
+                top.0[parent].below = Below::Sides([place, i]);
+                top.0[place].parent = parent;
+                top.find_bounds(parent);
+                top.cost()
+            };
+            let is_inside = |mut place: usize| {
+                while place != NONE && place != i {
+                    place = top.0[place].parent;
+                }
+                place == i
+            };
+            let places = (1..top.0.len()).filter(|&p| p != parent && !is_inside(p));
+            let least = places.map(costs).fold(before, f64::min);
+
+            // As it was.
+            top.replace(above, sibling, parent);
+            top.0[parent].below = Below::Sides([sibling, i]);
+            top.0[sibling].parent = parent;
+            top.find_bounds(parent);
+            assert!((top.cost() / before - 1.0).abs() < 1e-12);
+
+            top.reinsert(i, &mut Vec::new());
+            let after = top.cost();
+            assert!((after / least - 1.0).abs() < 1e-12, "{i}: {after}, not {least}");
+            moved += usize::from(after < before * (1.0 - 1e-12));
+        }
+        assert!(moved > 10, "{moved}");
+    }
+
+    #[test]
+    fn a_tree_that_would_be_too_deep_stays_as_it_was() {
+        let mut tree = room(5000);
+        let mut top = Top::of(&tree, 150);
+        assert!(top.pays(ROUNDS));
+        let depth = |tree: &Binary| Written::of(tree, tree.root(), 1.0).height;
+        let before = depth(&tree);
+        top.write(&mut tree, 10);
+        assert!(tree.moved.is_empty() && depth(&tree) == before, "{}", depth(&tree));
+        top.write(&mut tree, MAX_DEPTH);
+        let after = depth(&tree);
+        assert!(tree.moved.len() > 70 && after > 10 && after != before, "{before}, {after}");
+        tree.moved.clear();
+        top.write(&mut tree, after - 1);
+        assert!(tree.moved.is_empty());
+    }
+}
