@@ -20,9 +20,16 @@ use crate::across::total;
 /// Where a packet reaches more triangles, if they cover the projection once, its rays are faster one by one.
 const TOO_MANY: f32 = 56.0;
 
+/// The same where the closest hit of each ray is looked for.
+const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
+
 /// The packets of groups for which triangles like these are too many.
 #[inline(always)]
-pub(crate) fn too_dense<S: Simd>(projection: &Projection<S>, leaves: &[Outlines]) -> u64 {
+pub(crate) fn too_dense<S: Simd>(
+    projection: &Projection<S>,
+    leaves: &[Outlines],
+    closest: bool,
+) -> u64 {
     // What they are like. Some may reach to infinity: then they are not small.
     let (mut sum, mut triangles) = ([0.0; 2], 0);
     for outlines in leaves {
@@ -31,6 +38,7 @@ pub(crate) fn too_dense<S: Simd>(projection: &Projection<S>, leaves: &[Outlines]
         triangles += live.count_ones();
     }
     let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
+    let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
 
     // How many of them a packet reaches, on average over its group.
     let mut packets = 0;
@@ -41,7 +49,7 @@ pub(crate) fn too_dense<S: Simd>(projection: &Projection<S>, leaves: &[Outlines]
         let reached = (x + S::F32x16::splat(w)) * (y + S::F32x16::splat(h));
         let given = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
         let reached = total(S::F32x16::select(given, reached, S::F32x16::splat(0.0)));
-        if 2.0 * reached > TOO_MANY * used as f32 * w * h {
+        if 2.0 * reached > too_many * used as f32 * w * h {
             packets |= ((1 << used) - 1) << (16 * number);
         }
     }
@@ -56,20 +64,20 @@ mod tests {
     use crate::Bvh;
     use crate::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Room};
 
-    /// Which packets of a bundle are left.
-    struct Left<'a>(&'a Bvh, &'a [Ray]);
+    /// Which packets of a bundle are left, if the closest hit is looked for, or any.
+    struct Left<'a>(&'a Bvh, &'a [Ray], bool);
 
     impl WithSimd for Left<'_> {
         type Output = Option<u64>;
         #[inline(always)]
         fn run<S: Simd>(self) -> Option<u64> {
-            let Self(bvh, rays) = self;
+            let Self(bvh, rays, any) = self;
             let rays = BundleRays { rays, first: 0, next: &[], reversed: None };
             let projection = &mut Projection::<S>::empty();
             let room = (projection, &mut Room::default(), &mut Results::default());
             let counts = &mut Counts::default();
             let (bvh, test) = (&bvh.tree, Certified::default().test());
-            let bundle = Bundle { bvh, test, any: false, every: false };
+            let bundle = Bundle { bvh, test, any, every: false };
             match bundle.trace::<S>(&rays, room, counts) {
                 Outcome::Traced { left, .. } => Some(left),
                 _ => None,
@@ -98,11 +106,15 @@ mod tests {
             Ray::new([0.0, 0.0, 5.0], [x, y, -5.0])
         };
         let rays: Vec<Ray> = (0..1024).map(ray).collect();
-        let (small, large) = (sheet(0.05), sheet(0.3));
+        let (smaller, small, large) = (sheet(0.04), sheet(0.05), sheet(0.3));
         for level in Level::all() {
-            assert_eq!(level.run(Left(&small, &rays)), Some(u64::MAX << 32));
-            assert_eq!(level.run(Left(&large, &rays)), Some(0));
-            assert_eq!(level.run(Left(&small, &rays[..512])), Some(0));
+            for any in [false, true] {
+                assert_eq!(level.run(Left(&small, &rays, any)), Some(u64::MAX << 32));
+                assert_eq!(level.run(Left(&large, &rays, any)), Some(0));
+                assert_eq!(level.run(Left(&small, &rays[..512], any)), Some(0));
+            }
+            assert_eq!(level.run(Left(&smaller, &rays[..512], false)), Some(u64::MAX >> 32));
+            assert_eq!(level.run(Left(&smaller, &rays[..512], true)), Some(0));
         }
     }
 }

@@ -212,7 +212,8 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
 
             // The first leaves tell for which packets there will be too many triangles.
             if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
-                dense = too_dense(self.projection, leaves.outlines(count)) & part;
+                let closest = !any && !self.bundle.every;
+                dense = too_dense(self.projection, leaves.outlines(count), closest) & part;
                 if dense == part {
                     stack.clear();
                     return (dense, true);
