@@ -81,6 +81,9 @@ fn items_of<'a>(
         if top && !code.is_empty() && !code.starts_with('}') {
             in_trait = public.is_some() && kind == "trait";
         }
+        if top && let Some(of) = implemented(code) {
+            internal = is_internal(of);
+        }
         if ["struct", "enum", "trait", "fn", "const"].contains(&kind) && !name.is_empty() {
             if top {
                 internal = is_internal(name);
@@ -95,4 +98,17 @@ fn items_of<'a>(
         (has_example, hidden) = (false, false);
     }
     (count, bare)
+}
+
+/// The type whose methods of its own follow a line, if it says so.
+fn implemented(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("impl")?;
+    let mut depth = 0;
+    let ends = |c: char| {
+        depth += i32::from(c == '<') - i32::from(c == '>');
+        depth == 0 && c == ' '
+    };
+    let (_, of) = rest.split_once(ends)?;
+    let end = of.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(of.len());
+    (!of.contains(" for ")).then_some(&of[..end])
 }
