@@ -78,6 +78,8 @@ INTERRUPTED = """
 import numpy as np, intertri, os, signal, sys, threading, time
 sys.path.insert(0, {tests!r})
 from conftest import icosphere
+# Also where these tests run in the background of a script, which has its children ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 vertices, faces = icosphere(5)
 mesh = intertri.Mesh(vertices.astype(np.float32), faces)
 pressed = []
