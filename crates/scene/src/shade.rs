@@ -23,9 +23,9 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 /// and is not read where the ray missed.
 ///
 /// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in
-/// proportion to the cosine between normal and light. The
-/// normal is the geometric one, faced toward the camera: both sides look alike, and no mesh is
-/// smoothed. A little ambient light, more from above than from below, keeps shadows readable.
+/// proportion to the cosine between normal and light. The normal is the geometric one, faced toward
+/// the camera: both sides look alike, and no mesh is smoothed. A little ambient light, more from above
+/// than from below, keeps shadows readable.
 ///
 /// # Errors
 /// As [`Image::new`].
