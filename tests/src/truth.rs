@@ -1,7 +1,5 @@
 //! What is true of a scene, pair by pair: by the scalar f64 reference, or by integers alone.
 
-use std::cmp::Ordering;
-
 use intertri::internal::exact::{self, Rule, Tier};
 use intertri::{Ray, Triangle};
 use intertri_reference as reference;
@@ -13,6 +11,18 @@ pub struct Truth {
     plain: Plain,
     /// By ray and triangle, NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
+    /// By ray, found once for all that are compared with them.
+    pub(crate) answers: Vec<Answers>,
+}
+
+/// What is true of one ray and all triangles of a scene.
+pub(crate) struct Answers {
+    /// The triangle of the closest hit, and t.
+    pub(crate) closest: Option<(usize, f64)>,
+    /// The weights of its second and third corner.
+    pub(crate) weights: Option<(f64, f64)>,
+    /// The number and bits of t of every hit: in order of t, exact or not, then of the numbers.
+    pub(crate) all: Vec<(usize, u64)>,
 }
 
 /// Who answers for one pair.
@@ -46,8 +56,9 @@ impl Truth {
             let hit = |obj| plain.hit(obj, ray).unwrap_or(f64::NAN);
             (0..scene.triangles.len()).map(hit).collect()
         };
-        let t = scene.rays.iter().map(t).collect();
-        Self { plain, t }
+        let t: Vec<Vec<f64>> = scene.rays.iter().map(t).collect();
+        let answers = scene.rays.iter().zip(&t).map(|(ray, t)| plain.answers(ray, t)).collect();
+        Self { plain, t, answers }
     }
 
     /// How many hits there are among all pairs.
@@ -55,51 +66,9 @@ impl Truth {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
 
-    /// The number and t of every hit of ray i, in the order of the numbers.
-    pub fn all(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.t[i].iter().copied().enumerate().filter(|(_, t)| !t.is_nan())
-    }
-
-    /// The number and bits of t of every hit of a ray, which is that of number i: in order of t, exact or
-    /// not, then of the numbers.
-    pub fn all_sorted(&self, i: usize, ray: &Ray) -> Vec<(usize, u64)> {
-        let mut all: Vec<_> = self.all(i).collect();
-        all.sort_by(|a, b| match &self.plain {
-            Plain::Reference(_) => a.1.total_cmp(&b.1),
-            Plain::Exact(of) => exact::order_from(Tier::Narrow, ray, &of[a.0], &of[b.0]),
-        });
-        all.into_iter().map(|(obj, t)| (obj, t.to_bits())).collect()
-    }
-
-    /// The closest hit of a ray, by a plain loop.
-    pub fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
-        match &self.plain {
-            Plain::Reference(scene) => {
-                scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
-            }
-            Plain::Exact(triangles) => {
-                let hits = (0..triangles.len()).filter(|&obj| self.plain.hit(obj, ray).is_some());
-                let first = hits.reduce(|best, obj| {
-                    let (new, old) = (&triangles[obj], &triangles[best]);
-                    match exact::order_from(Tier::Narrow, ray, new, old) {
-                        Ordering::Less => obj,
-                        _ => best,
-                    }
-                })?;
-                Some((first, exact::t_from(Tier::Narrow, ray, &triangles[first])))
-            }
-        }
-    }
-
-    /// The weights of the second and the third corner where a ray meets a triangle.
-    pub fn weights(&self, obj: usize, ray: &Ray) -> (f64, f64) {
-        match &self.plain {
-            Plain::Reference(scene) => scene.barycentric(obj, &reference_ray(ray)),
-            Plain::Exact(triangles) => {
-                let (_, u, v) = exact::attributes_from(Tier::Narrow, ray, &triangles[obj]);
-                (u, v)
-            }
-        }
+    /// The closest hit of any ray, by a plain loop.
+    pub(crate) fn closest(&self, ray: &Ray) -> Option<(usize, f64)> {
+        self.plain.closest(ray, |obj| self.plain.hit(obj, ray).is_some())
     }
 }
 
@@ -114,6 +83,49 @@ impl Plain {
                 let triangle = &triangles[obj];
                 exact::crossing_from(Tier::Narrow, Rule::Closed, ray, triangle)
                     .map(|_| exact::t_from(Tier::Narrow, ray, triangle))
+            }
+        }
+    }
+
+    /// All about a ray, by its t of every triangle.
+    fn answers(&self, ray: &Ray, t: &[f64]) -> Answers {
+        let closest = self.closest(ray, |obj| !t[obj].is_nan());
+        let weights = closest.map(|(obj, _)| self.weights(obj, ray));
+        Answers { closest, weights, all: self.all(ray, t) }
+    }
+
+    /// The first of the hits, the lowest number among equals.
+    fn closest(&self, ray: &Ray, is_hit: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        match self {
+            Self::Reference(scene) => {
+                scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
+            }
+            Self::Exact(of) => {
+                let order = |new, old| exact::order_from(Tier::Narrow, ray, &of[new], &of[old]);
+                let nearer = |best, new| if order(new, best).is_lt() { new } else { best };
+                let first = (0..of.len()).filter(|&obj| is_hit(obj)).reduce(nearer)?;
+                Some((first, exact::t_from(Tier::Narrow, ray, &of[first])))
+            }
+        }
+    }
+
+    /// Every hit in order.
+    fn all(&self, ray: &Ray, t: &[f64]) -> Vec<(usize, u64)> {
+        let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
+        all.sort_by(|&a, &b| match self {
+            Self::Reference(_) => t[a].total_cmp(&t[b]),
+            Self::Exact(of) => exact::order_from(Tier::Narrow, ray, &of[a], &of[b]),
+        });
+        all.into_iter().map(|obj| (obj, t[obj].to_bits())).collect()
+    }
+
+    /// The weights of the second and the third corner where a ray meets a triangle.
+    fn weights(&self, obj: usize, ray: &Ray) -> (f64, f64) {
+        match self {
+            Self::Reference(scene) => scene.barycentric(obj, &reference_ray(ray)),
+            Self::Exact(triangles) => {
+                let (_, u, v) = exact::attributes_from(Tier::Narrow, ray, &triangles[obj]);
+                (u, v)
             }
         }
     }

@@ -1,10 +1,8 @@
 //! Many rays from one origin at once, against the reference's plain loop: all families.
 
-mod common;
-
+use crate::common;
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
-use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
@@ -40,7 +38,7 @@ fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> V
 
 fn scenes(each: usize, seed: u64) {
     let levels: Vec<Level> = Level::all().collect();
-    for family in FAMILIES {
+    common::each_family(|_, family| {
         let mut rng = Rng::new(seed);
         for i in 0..each {
             let mut scene = common::scene(family, &mut rng, size(i), 8);
@@ -54,7 +52,7 @@ fn scenes(each: usize, seed: u64) {
                 panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
             }
         }
-    }
+    });
 }
 
 /// From one triangle to some hundreds.

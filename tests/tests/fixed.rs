@@ -1,18 +1,11 @@
 //! The mode `fixed`: against its scalar i128 reference and rationals, on closed meshes, and its golden hash.
 
-#[path = "fixed/bundles.rs"]
 mod bundles;
-#[path = "fixed/golden.rs"]
 mod golden;
-#[path = "fixed/hierarchy.rs"]
 mod hierarchy;
-#[path = "fixed/meshes.rs"]
 mod meshes;
-#[path = "fixed/rationals.rs"]
 mod rationals;
-#[path = "fixed/scalar.rs"]
 mod scalar;
-#[path = "fixed/solids.rs"]
 mod solids;
 
 /// A generator of numbers, the same on every machine.

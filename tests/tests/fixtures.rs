@@ -2,8 +2,7 @@
 //!
 //! Whatever a test prints when it fails can be put there, as a file with a line on what it shows.
 
-mod common;
-
+use crate::common;
 use intertri::simd::Level;
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;

@@ -1,10 +1,9 @@
 //! The hierarchy against the reference's plain loop: all families in scenes of all sizes.
 
-mod common;
-
+use crate::common;
 use intertri::simd::Level;
 use intertri::{Certified, Ray, Triangle};
-use intertri_lab::families::{FAMILIES, find};
+use intertri_lab::families::find;
 use intertri_lab::rng::Rng;
 use intertri_tests::{Scene, as_source, check_hierarchy};
 use intertri_trace::Bvh;
@@ -12,30 +11,21 @@ use intertri_trace::Bvh;
 /// Every family in scenes of 1 to 5,000 triangles.
 fn scenes(each: usize, seed: u64) {
     let levels: Vec<Level> = Level::all().collect();
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let worker = |worker: usize| {
-        for family in FAMILIES.iter().skip(worker).step_by(threads) {
-            let mut rng = Rng::new(seed);
-            let (mut rays, mut hits) = (0, 0);
-            for i in 0..each {
-                // Sizes in equal ratios; the larger ones at one level only, which is much the time.
-                let size = rng.log(1.0, 5000.0) as usize;
-                let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
-                let scene = common::scene(family, &mut rng, size, 40);
-                hits += check_hierarchy(&scene, some).unwrap_or_else(|difference| {
-                    let small = if size < 20 { as_source(&scene) } else { String::new() };
-                    panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
-                });
-                rays += scene.rays.len();
-            }
-            println!("{:20} {each:5} scenes, {rays:7} rays, {hits:7} hits", family.name);
+    common::each_family(|_, family| {
+        let mut rng = Rng::new(seed);
+        let (mut rays, mut hits) = (0, 0);
+        for i in 0..each {
+            // Sizes in equal ratios; the larger ones at one level only, which is much the time.
+            let size = rng.log(1.0, 5000.0) as usize;
+            let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
+            let scene = common::scene(family, &mut rng, size, 40);
+            hits += check_hierarchy(&scene, some).unwrap_or_else(|difference| {
+                let small = if size < 20 { as_source(&scene) } else { String::new() };
+                panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name)
+            });
+            rays += scene.rays.len();
         }
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|w| scope.spawn(move || worker(w))).collect();
-        for worker in workers {
-            worker.join().expect("a worker failed");
-        }
+        println!("{:20} {each:5} scenes, {rays:7} rays, {hits:7} hits", family.name);
     });
 }
 

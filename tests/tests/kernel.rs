@@ -1,7 +1,6 @@
 //! Every mode, level, width and form of the kernel against the reference, over every family.
 
-mod common;
-
+use crate::common;
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::{Truth, as_source, check_kernel};
@@ -31,23 +30,16 @@ fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
 
 /// A line a family as soon as it is done: a long run that is cut off has still said what it saw.
 fn all_families(pairs: usize, seed: u64) {
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let each = pairs.div_ceil(FAMILIES.len());
-    let of = |f: &Family| {
+    let (mut tests, mut hits) = (0, 0);
+    for (some, met) in common::each_family(|_, f| {
         let (tests, hits) = family(f, each, seed);
         println!("{:20} {tests:10} pairs, {hits:10} hits, 0 differences", f.name);
         (tests, hits)
-    };
-    let (tests, hits) = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads)
-            .map(|worker| {
-                let mine = FAMILIES.iter().skip(worker).step_by(threads);
-                scope.spawn(move || mine.map(of).collect::<Vec<_>>())
-            })
-            .collect();
-        let totals = workers.into_iter().flat_map(|w| w.join().expect("a worker failed"));
-        totals.fold((0, 0), |(tests, hits), (t, h)| (tests + t, hits + h))
-    });
+    }) {
+        tests += some;
+        hits += met;
+    }
     println!("{tests} pairs, {hits} hits, each at every level, width and form: 0 differences");
 }
 

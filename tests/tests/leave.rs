@@ -1,7 +1,6 @@
 //! Rays that leave a triangle never hit it, and start where they say.
 
-mod common;
-
+use crate::common;
 use intertri::{Exact, Mode, Ray, Triangle, leave};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;

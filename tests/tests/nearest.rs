@@ -1,7 +1,6 @@
 //! The closest point, held against rationals by another route.
 
-#[path = "nearest/truth.rs"]
-mod truth;
+pub(crate) mod truth;
 
 use dashu_ratio::RBig;
 use intertri::Triangle;

@@ -1,8 +1,7 @@
 //! How much of the projection's bounds is used: the forms and the inverse depth of triangles against f64,
 //! whose own error is a billionth of them, and against the reference's t.
 
-mod common;
-
+use crate::common;
 use intertri::internal::{Frame, Windows};
 use intertri::simd::{Level, Simd, Vec3, WithSimd};
 use intertri::{Certified, Mode, Ray, Triangle, TriangleBlock};

@@ -1,10 +1,8 @@
 //! Many rays toward one point, as to a light, against the reference's plain loop: all families.
 
-mod common;
-
+use crate::common;
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
-use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
@@ -73,7 +71,7 @@ fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangl
 
 fn scenes(each: usize, seed: u64) {
     let levels: Vec<Level> = Level::all().collect();
-    for family in FAMILIES {
+    common::each_family(|_, family| {
         let mut rng = Rng::new(seed);
         for i in 0..each {
             let mut scene = common::scene(family, &mut rng, [1, 3, 8, 20, 60, 150, 400][i % 7], 8);
@@ -99,7 +97,7 @@ fn scenes(each: usize, seed: u64) {
                 panic!("{} (seed {seed}, scene {i}): {difference}\n{small}", family.name);
             }
         }
-    }
+    });
 }
 
 #[test]

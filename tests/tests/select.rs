@@ -1,7 +1,6 @@
 //! Several meshes, masks, culled faces and skipped triangles against a plain loop over the triangles that count.
 
-mod common;
-
+use crate::common;
 use dashu_ratio::RBig;
 use intertri::simd::Level;
 use intertri::{Certified, Crossings, Double, Exact, Hit, Mode, Ray, Threshold, Triangle};
@@ -198,14 +197,16 @@ fn choices(meshes: &Meshes, level: Level) -> usize {
 #[test]
 fn every_family_in_meshes_by_every_choice() {
     let levels: Vec<Level> = Level::all().collect();
-    let (mut rng, mut hits) = (Rng::new(39), 0);
-    for (i, family) in FAMILIES.iter().enumerate() {
-        for size in [1, 30, 200] {
+    let hits = common::each_family(|i, family| {
+        let mut rng = Rng::new(39 + i as u64);
+        let of = |size| {
             let scene = common::scene(family, &mut rng, size, 12);
             let first = scene.triangles.len() / 3;
-            hits += choices(&Meshes::new(scene, first), levels[i % levels.len()]);
-        }
-    }
+            choices(&Meshes::new(scene, first), levels[i % levels.len()])
+        };
+        [1, 30, 200].map(of).iter().sum::<usize>()
+    });
+    let hits: usize = hits.iter().sum();
     println!("{hits} hits");
     assert!(hits > 10_000);
 }

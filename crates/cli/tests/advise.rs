@@ -1,10 +1,8 @@
 //! What is advised: never too little, and told in one line where nothing will do.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 use serde_json::Value;
 
 fn advice(place: &Place, arguments: &str) -> Value {

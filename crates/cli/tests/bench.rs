@@ -1,8 +1,6 @@
 //! `bench` by the real binary: every engine, every kind of ray, the same answers.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 use serde_json::Value;
 
 #[test]

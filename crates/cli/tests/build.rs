@@ -1,8 +1,6 @@
 //! Saved hierarchies: the same answers and pictures as the model that they were built over.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 
 /// Four corners of a surveyor's wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\

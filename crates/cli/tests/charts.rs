@@ -1,12 +1,10 @@
 //! `chart` and `stress` by the real binary: files that are what they say, reports that keep what the
 //! kernel promises, and a seed that gives the same counts again.
 
-mod common;
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-use common::Place;
+use crate::common::Place;
 use intertri_scene::Image;
 use serde_json::Value;
 

@@ -1,8 +1,7 @@
 //! Whatever the program is given: one line that says what and where, an exit code, and no panic.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common;
+use crate::common::{MODEL, Place};
 
 /// Both commands say the same of a bad model.
 fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {

@@ -1,9 +1,7 @@
 //! The engine `exact` by the real binary: it is the default, counts edges by both rules, and is checked by the
 //! oracle.
 
-mod common;
-
-use common::Place;
+use crate::common::Place;
 use serde_json::Value;
 
 fn report(place: &Place, arguments: &str) -> Value {

@@ -1,12 +1,10 @@
 //! What becomes of files and streams: the old one stays as it was, or is replaced by a whole one.
 
-mod common;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 
-use common::{MODEL, Place, one_line};
+use crate::common::{MODEL, Place, one_line};
 
 fn place() -> Place {
     let place = Place::new();

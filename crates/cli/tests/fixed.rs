@@ -1,11 +1,9 @@
 //! The engine `fixed` of the real binary: its grid, its check, and what it refuses.
 
-mod common;
-
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 use serde_json::Value;
 
 fn report(place: &Place, arguments: &str) -> Value {

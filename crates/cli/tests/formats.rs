@@ -1,8 +1,7 @@
 //! The formats of rays and answers: named or told for certain, never guessed.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common;
+use crate::common::{MODEL, Place};
 
 /// Three rays: a hit, a miss, and one whose interval ends before the first triangle.
 const NUMBERS: [[f32; 8]; 3] = [

@@ -1,8 +1,6 @@
 //! Runs that are cut short, and places that cannot be written.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 use std::path::Path;
 use std::time::Duration;
 

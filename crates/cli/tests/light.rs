@@ -1,9 +1,8 @@
 //! Where the light stands, by the real binary: traced shadow rays, shadow volumes, and the check between
 //! them.
 
-mod common;
-
-use common::Place;
+use crate::common;
+use crate::common::Place;
 use serde_json::Value;
 
 /// A floor, a triangle over it, and a box without a lid that stands on it.

@@ -1,13 +1,12 @@
 //! Too little memory: one line and exit code 1, wherever it runs out.
 #![cfg(target_os = "linux")]
 
-mod common;
-
+use crate::common;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::process::{Command, Output};
 
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 
 /// A sheet of `2 * cells * cells` triangles, as binary PLY.
 fn sheet(place: &Place, name: &str, cells: u32) {

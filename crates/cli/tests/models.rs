@@ -1,10 +1,8 @@
 //! One model in every format: the real binary must draw the same picture of each, byte for byte.
 
-mod common;
-
 use std::io::Write;
 
-use common::Place;
+use crate::common::Place;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 

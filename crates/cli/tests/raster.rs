@@ -1,9 +1,8 @@
 //! The independent rasterizer by the real binary: z-buffer, shadow volumes, checks against rays, wire,
 //! texture.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common;
+use crate::common::{MODEL, Place};
 use intertri_scene::Image;
 use serde_json::Value;
 

@@ -1,8 +1,7 @@
 //! Pictures and reports of the real binary.
 
-mod common;
-
-use common::{MODEL, Place};
+use crate::common;
+use crate::common::{MODEL, Place};
 use serde_json::Value;
 
 #[test]

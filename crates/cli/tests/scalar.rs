@@ -1,11 +1,9 @@
 //! Coordinates in f64 by the real binary: what `--scalar f64` reads, answers, draws and refuses.
 
-mod common;
-
 use std::fmt::Write;
 use std::io::Write as _;
 
-use common::Place;
+use crate::common::Place;
 use serde_json::Value;
 
 /// Where a surveyor's wall stands: neighbouring f32 are 1.6 cm apart to the east, 6.3 cm to the north.

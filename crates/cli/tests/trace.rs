@@ -1,11 +1,10 @@
 //! Files of rays, and what the real binary answers.
 
-mod common;
-
+use crate::common;
 use std::io::Read;
 use std::process::Stdio;
 
-use common::{MODEL, Place};
+use crate::common::{MODEL, Place};
 use intertri::Ray;
 
 /// Rays that meet none, one or several of the triangles, and some that are no rays.

@@ -1,8 +1,6 @@
 //! Both eyes on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
 
-mod common;
-
-use common::{rays_of, view_of};
+use crate::common::{rays_of, view_of};
 use intertri::{Certified, Hit, Ray, Threshold};
 use intertri_raster::{
     Adjacency, Light, Verdict, Volume, differences, lit, shadow_differences, triangles,

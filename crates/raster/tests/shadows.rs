@@ -1,8 +1,6 @@
 //! Shadow volumes against brute-force shadow rays, for good meshes and every kind of bad one.
 
-mod common;
-
-use common::{Numbers, ball, cuboid, floor, view_of};
+use crate::common::{Numbers, ball, cuboid, floor, view_of};
 use intertri::{Double, Hit, Mode, Ray, Triangle};
 use intertri_raster::{
     Adjacency, Light, LightError, Verdict, View, Volume, facing, lit, shadow_differences,

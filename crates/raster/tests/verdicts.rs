@@ -1,8 +1,6 @@
 //! The rule that excuses differences is exact: a hair's breadth this side and that side of its limits.
 
-mod common;
-
-use common::Numbers;
+use crate::common::Numbers;
 use dashu_ratio::Relaxed as Exact;
 use intertri::{Hit, Triangle};
 use intertri_raster::{Verdict, View, differences};

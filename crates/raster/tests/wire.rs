@@ -1,8 +1,6 @@
 //! Edges over a picture.
 
-mod common;
-
-use common::{cuboid, view_of};
+use crate::common::{cuboid, view_of};
 use intertri_raster::{Adjacency, Light, facing, silhouette, triangles, wire};
 use intertri_scene::Camera;
 

@@ -1,8 +1,7 @@
 //! The z-buffer: against document B's reference and the rays, and in every awkward place.
 
-mod common;
-
-use common::{Numbers, ball, floor, rays_of, view_of};
+use crate::common;
+use crate::common::{Numbers, ball, floor, rays_of, view_of};
 use intertri::{Double, Hit, Mode, Triangle};
 use intertri_raster::{Verdict, View, differences, facets, triangles};
 use intertri_reference::vector::Vector;

@@ -1,6 +1,10 @@
-//! What the tests share: the laboratory's families as scenes for the runner.
+//! What the tests share: the laboratory's families as scenes for the runner, on all threads.
 
-use intertri_lab::families::Family;
+pub(crate) mod compare;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 
@@ -8,4 +12,19 @@ use intertri_tests::Scene;
 pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
     let scene = family.scene(rng, triangles, rays);
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
+}
+
+/// Asks about every family and its number, each thread about the next that none has begun; what is said, in no
+/// order.
+pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let numbers = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        numbers.map_while(|i| Some(ask(i, FAMILIES.get(i)?))).collect::<Vec<_>>()
+    };
+    std::thread::scope(|scope| {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|w| w.join().expect("a worker failed")).collect()
+    })
 }

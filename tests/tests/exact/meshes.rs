@@ -9,7 +9,7 @@ use intertri_lab::rng::Rng;
 use intertri_tests::oracle;
 use intertri_trace::{Place, Solid};
 
-use crate::solids::{Closed, meshes};
+use super::solids::{Closed, meshes};
 
 /// The winding number of a mesh about a point, by the solid angles of its triangles; of a point on the
 /// mesh or too near to tell, none.

@@ -4,8 +4,8 @@ use intertri::internal::exact::{self, t};
 use intertri::{Crossing, Exact, Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 
-use crate::cases::{KINDS, case};
-use crate::compare::Cases;
+use super::cases::{KINDS, case};
+use crate::common::compare::Cases;
 
 const CASES: Cases<f32> = Cases { kinds: KINDS, case };
 
@@ -14,7 +14,7 @@ fn every_tier_agrees_with_rationals() {
     CASES.agree(80_000);
 }
 
-/// By hand: `cargo test --release -p intertri-tests --test exact -- --ignored --nocapture`.
+/// By hand: `cargo test --release -p intertri-tests exact::pairs -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn a_hundred_million_pairs_agree_with_rationals() {

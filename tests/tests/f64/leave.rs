@@ -4,7 +4,7 @@ use intertri::{Exact, Hit, Ray64, RayOf, Triangle64, internal::exact, leave};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
-use crate::cases::{KINDS, case};
+use super::cases::{KINDS, case};
 
 /// Every kind of pair that is a hit, in directions of all kinds, many of them nearly in the triangle's plane.
 #[test]

@@ -7,8 +7,8 @@ use intertri::{Triangle64, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint, Place, Solid};
 
-use crate::closest_truth::{is_rounded, is_within_one_ulp, truth};
-use crate::hierarchy::soup;
+use super::hierarchy::soup;
+use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
 

@@ -1,7 +1,7 @@
 //! Pairs of every kind in f64.
 
-use crate::cases::{KINDS, case};
-use crate::compare::Cases;
+use super::cases::{KINDS, case};
+use crate::common::compare::Cases;
 
 const CASES: Cases<f64> = Cases { kinds: KINDS, case };
 
@@ -10,7 +10,7 @@ fn every_tier_agrees_with_rationals() {
     CASES.agree(12_000);
 }
 
-/// By hand: `cargo test --release -p intertri-tests --test f64 -- --ignored --nocapture`.
+/// By hand: `cargo test --release -p intertri-tests f64::pairs -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes hours"]
 fn a_hundred_million_pairs_agree_with_rationals() {

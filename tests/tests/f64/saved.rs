@@ -5,7 +5,7 @@ use intertri_lab::rng::Rng;
 use intertri_trace::internal::seal;
 use intertri_trace::{Bvh, LoadError};
 
-use crate::hierarchy::soup;
+use super::hierarchy::soup;
 
 /// Triangles that are lines, needles, duplicates, or not finite among others.
 fn mixed(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Triangle64> {

@@ -6,7 +6,7 @@ use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks};
 use intertri::simd::Level;
 use intertri_trace::FixedBvh;
 
-use crate::{Numbers, add, hierarchy, sub};
+use super::{Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 

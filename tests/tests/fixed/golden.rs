@@ -4,7 +4,7 @@ use intertri::fixed::{Bits, Fixed, Grid, blocks, scalar};
 use intertri::simd::Level;
 use intertri::{Hit, Ray, Triangle};
 
-use crate::{Numbers, solids};
+use super::{Numbers, solids};
 
 /// What every CPU must give.
 const GOLDEN: u64 = 0x092f_1c9c_c4a2_8321;

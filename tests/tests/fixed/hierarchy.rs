@@ -5,7 +5,7 @@ use intertri::simd::Level;
 use intertri::{Hit, Ray};
 use intertri_trace::FixedBvh;
 
-use crate::{Numbers, add, solids, sub};
+use super::{Numbers, add, solids, sub};
 
 /// A sphere, loose triangles, slivers and flat ones, some of them twice, in -1..=1.
 pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {

@@ -6,8 +6,8 @@ use intertri::Hit;
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri_tests::is_on;
 
-use crate::solids::{icosphere, is_closed, octahedron};
-use crate::{Numbers, add, sub};
+use super::solids::{icosphere, is_closed, octahedron};
+use super::{Numbers, add, sub};
 
 /// A model of the shared folder, where there is one.
 fn model(name: &str) -> Option<Vec<[[f32; 3]; 3]>> {

@@ -3,7 +3,7 @@
 use dashu_ratio::RBig;
 use intertri::fixed::{Bits, Grid, Ray, Triangle, scalar};
 
-use crate::{Numbers, add, sub};
+use super::{Numbers, add, sub};
 
 fn whole(x: impl Into<i128>) -> RBig {
     RBig::from(x.into())

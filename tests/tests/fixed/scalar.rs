@@ -3,7 +3,7 @@
 use intertri::fixed::{Bits, Grid, Ray, Triangle};
 use intertri_tests::check_crossings;
 
-use crate::{Numbers, add, sub};
+use super::{Numbers, add, sub};
 
 /// A coordinate or a component within `limit`, in one of several styles.
 fn component(n: &mut Numbers, style: u64, limit: i32) -> i32 {

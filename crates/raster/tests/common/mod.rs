@@ -1,5 +1,4 @@
 //! What the tests share: views and their rays, random numbers, and shapes.
-#![allow(dead_code)]
 
 use intertri::{Ray, Triangle};
 use intertri_raster::View;

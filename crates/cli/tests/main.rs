@@ -1,0 +1,20 @@
+//! The program from outside: the real binary, run in a folder of its own. One program of tests, which is linked once.
+
+mod advise;
+mod bench;
+mod build;
+mod charts;
+mod common;
+mod errors;
+mod exact;
+mod files;
+mod fixed;
+mod formats;
+mod interrupts;
+mod light;
+mod memory;
+mod models;
+mod raster;
+mod render;
+mod scalar;
+mod trace;

@@ -1,0 +1,9 @@
+//! Both rasterisers from outside: pictures and shadows against scalar references and rays.
+
+mod clip;
+mod common;
+mod models;
+mod shadows;
+mod verdicts;
+mod wire;
+mod z_buffer;

@@ -1,0 +1,20 @@
+//! The differential tests, one program: it is linked once, and its tests run side by side.
+
+mod bound;
+mod bundles;
+mod common;
+mod corpus;
+mod exact;
+mod extremes;
+mod f64;
+mod fixed;
+mod fixtures;
+mod golden;
+mod hierarchy;
+mod kernel;
+mod leave;
+mod nearest;
+mod projection;
+mod properties;
+mod reversed_shadow;
+mod select;
