@@ -1,5 +1,8 @@
 //! Saved hierarchies: the same answers and pictures as the model that they were built over.
 
+use intertri::Triangle;
+use intertri_trace::Bvh;
+
 use crate::common::{MODEL, Place};
 
 /// Four corners of a surveyor's wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
@@ -44,6 +47,28 @@ fn a_saved_hierarchy_is_a_model() {
     // Built again from itself, it is the same.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
+}
+
+/// A library may have saved several meshes, and masks: to the program it is one mesh of all.
+#[test]
+fn several_meshes_are_one_model() {
+    let triangle = |x: f32| Triangle::new([x, -1.0, 5.0], [x + 1.0, -1.0, 5.0], [x, 1.0, 5.0]);
+    let meshes = [[triangle(-2.0), triangle(-1.0)], [triangle(0.0), triangle(1.0)]];
+    let mut bvh = Bvh::of_meshes(&meshes.each_ref().map(|mesh| &mesh[..])).unwrap();
+    bvh.set_mask(1, 0);
+    let place = Place::new();
+    place.put("m.itri", bvh.to_bytes());
+    place.put(
+        "rays.csv",
+        "ox,oy,oz,dx,dy,dz\n-0.9,-0.5,0,0,0,1\n0.1,-0.5,0,0,0,1\n1.1,-0.5,0,0,0,1\n",
+    );
+    for engine in ["exact", "certified", "oracle", "reference"] {
+        let told = place.ok(&format!("trace m.itri --rays rays.csv --engine {engine}"));
+        let told = String::from_utf8(told).unwrap();
+        let triangle = |line: &str| line.split(',').nth(1).unwrap().to_owned();
+        let triangles: Vec<_> = told.lines().skip(1).map(triangle).collect();
+        assert_eq!(triangles, ["1", "2", "3"], "{engine}: {told}");
+    }
 }
 
 #[test]

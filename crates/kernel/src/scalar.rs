@@ -39,7 +39,7 @@ impl Scalar for f64 {
 
 /// A float by its bits: a CPU that is set to read subnormal numbers as zero does not matter here.
 ///
-/// No other crate can name it, so that none can make a [`Scalar`].
+/// It is hidden from users, who are not to make a [`Scalar`] of their own.
 pub trait Bits: Copy {
     /// The bits, both zeros alike.
     type Key: Copy + Ord + fmt::Debug + Send + Sync;

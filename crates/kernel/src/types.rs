@@ -7,9 +7,10 @@ use crate::Scalar;
 /// A half-line with the part of it that counts.
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
-/// unit length. A hit counts where `t_min <= t < t_max`, both compared in f64. The interval is open
-/// at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A
-/// ray with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
+/// unit length. A hit counts where `t_min <= t < t_max` and `t > 0`: by the true t in the mode
+/// [`Exact`](crate::Exact), by t in f64 in the others, where it must be above their threshold, too. The interval is
+/// open at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A ray with a
+/// NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
 ///
 /// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. It is
 /// [`Ray`] in f32 and [`Ray64`] in f64.
@@ -40,7 +41,7 @@ pub type Ray = RayOf<f32>;
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
-    /// The whole half-line: `0 <= t < infinity`.
+    /// The whole half-line: `0 < t < infinity`, since a hit at 0 never counts.
     ///
     /// ```
     /// let ray = intertri::Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -149,7 +150,7 @@ pub struct Hit {
     pub v: f64,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The number of the mesh, where there are several: until then 0.
+    /// The number of the mesh in a hierarchy of several; else 0.
     pub geometry: u32,
 }
 

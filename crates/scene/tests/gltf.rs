@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use intertri_scene::{Mesh, read};
+use intertri_scene::{Mesh, load_with_files, read};
+use tempfile::TempDir;
 
 /// Four points of the unit square, as f32, then as u8, then the indices 0, 1, 2, 3.
 fn bytes() -> Vec<u8> {
@@ -163,4 +164,28 @@ fn damage_anywhere_is_a_model_or_one_line() {
             check(&bytes);
         }
     }
+}
+
+/// Many buffers of one file, by many names, cost one reading of it.
+#[test]
+fn a_file_that_many_buffers_name_is_read_once() {
+    let folder = TempDir::new().unwrap();
+    std::fs::write(folder.path().join("a.bin"), bytes()).unwrap();
+    let names = ["a.bin", "%61.bin", "a%2Ebin", "%61%2Ebin"];
+    let buffer = |i: usize| format!(r#"{{"byteLength":{},"uri":"{}"}}"#, i % 69, names[i % 4]);
+    let buffers = (0..1000).map(|i| buffer(68 + 69 * i)).collect::<Vec<_>>().join(",");
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{SQUARE}]}}],{NODE},{ACCESSORS}}}"#
+    );
+    let json = json.replace(r#"{"byteLength":68}"#, &buffers);
+    let path = folder.path().join("m.gltf");
+    std::fs::write(&path, &json).unwrap();
+    let (mesh, files): (Mesh, _) = load_with_files(&path).unwrap();
+    assert_eq!((mesh.triangles.len(), files), (2, vec![folder.path().join("a.bin")]));
+
+    // A buffer ends where it says, however much of the file others have.
+    let short = json.replacen(r#""byteLength":68,"#, r#""byteLength":47,"#, 1);
+    std::fs::write(&path, short).unwrap();
+    let error = load_with_files::<f32>(&path).unwrap_err().to_string();
+    assert!(error.contains("reaches beyond buffer 0, which has 47 bytes"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! Where points lie: batches and single points alike, on the surface, beside it, in it.
 
 use intertri::Triangle;
-use intertri_trace::{Place, Solid};
+use intertri_trace::{Bvh, Place, Solid};
 
 /// A sphere of some rings, the mesh of a globe; its corners run counter-clockwise as seen from outside.
 fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
@@ -55,4 +55,25 @@ fn a_batch_tells_what_single_points_are_told() {
     assert_eq!(solid.place([0.1, -0.02, 0.01]), Place::Inside(1));
     assert_eq!(solid.place([-0.1, -0.02, 0.01]), Place::Outside);
     assert_eq!(solid.place([0.5, 0.01, 0.02]), Place::Inside(2));
+}
+
+/// Masks are the rays': one mesh of two cannot be taken from what they wind around together.
+#[test]
+fn masks_do_not_open_a_solid() {
+    let (one, other) = (globe(12, 0.0), globe(12, 5.0));
+    let mut bvh = Bvh::of_meshes(&[&one, &other]).unwrap();
+    bvh.set_mask(0, 0);
+    let solid = Solid::assume_closed_bvh(bvh);
+    let at = |i: usize| (i as f32 - 20.0) / 5.0;
+    let mut points: Vec<[f32; 3]> =
+        (0..1681).map(|i| [at(i % 41), 0.03 * at(i / 41), 0.1]).collect();
+    points.extend(one.iter().map(|t| t.0[0]));
+    let mut places = vec![Place::Outside; points.len()];
+    solid.place_batch(&points, &mut places);
+    for (point, place) in points.iter().zip(&places) {
+        assert_eq!(*place, solid.place(*point), "{point:?}");
+    }
+    assert_eq!(solid.place([0.0, 0.03, 0.01]), Place::Inside(1));
+    assert_eq!(solid.signed_distance([0.0, 0.0, 0.0]).signum(), -1.0);
+    assert!(places.iter().filter(|&&place| place == Place::Inside(1)).count() > 100);
 }

@@ -20,8 +20,8 @@ use crate::report::print::{print, tell};
 
 /// Build the hierarchy over a model, and save it to a file
 ///
-/// Every command takes such a file for a model: it is checked and, in f32, loaded some five times as fast as
-/// it was built. It holds the triangles and their numbers; texture coordinates, colors and the sharing of
+/// Every command takes such a file for a model: it is checked, and loaded several times as fast as it was
+/// built. It holds the triangles and their numbers; texture coordinates, colors and the sharing of
 /// vertices are not kept. It has the same bytes on every CPU.
 #[derive(Args)]
 pub(crate) struct Options {

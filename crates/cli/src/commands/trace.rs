@@ -42,7 +42,7 @@ const CHUNKS: usize = 4;
 /// RAYS are CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which
 /// t_min (0) and t_max (inf) may be left out; or raw, eight little-endian f32 a ray in the order origin
 /// x y z, t_min, dir x y z, t_max; or raw64, the same as f64. Numbers are rounded to f32, unless --scalar
-/// f64 keeps them. A hit counts where t_min <= t < t_max.
+/// f64 keeps them. A hit counts where t_min <= t < t_max and t > 0.
 ///
 /// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
 /// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest

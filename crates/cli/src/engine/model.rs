@@ -38,6 +38,8 @@ pub(crate) fn load<S: Coordinate + Given>(path: &Path) -> Result<Model<S>> {
         ),
         error => Error::at(path.display(), error),
     })?;
+    // Of several meshes as one: what hits tell are then the numbers of its triangles.
+    let bvh = bvh.into_one_mesh();
     let mesh = mesh(&bvh).map_err(|error| error.of(path))?;
     Ok(Model { mesh, files: vec![], bvh: Some(Arc::new(bvh)) })
 }
@@ -96,6 +98,9 @@ fn mesh<S: Coordinate + Given>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let Some(kept) = triangles.iter().map(|triangle| &triangle.0).find(is_kept) else {
         return Err(Error::new("there is no triangle in it that can be hit"));
     };
+    if triangles.len() > u32::MAX as usize / 3 {
+        return Err(Error::new("has more than 1431655765 triangles, too many for the program"));
+    }
     let mut positions = room(3 * triangles.len(), "corners")?;
     let mut indices = room(triangles.len(), "triangles")?;
     for corners in triangles.iter().map(|triangle| &triangle.0) {

@@ -25,7 +25,7 @@ use crate::{Hit, RayOf, Scalar, TriangleOf};
 /// true point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
 /// from the world's origin to the ray's and on to the point, if that is more. What is nearer than that it may
 /// miss. It may be moved farther for a hit whose t is not that of [`Exact`](crate::Exact), and for a triangle whose
-/// normal f64 cannot tell. Its interval is `0 <= t < infinity`; empty, if no such start was found.
+/// normal f64 cannot tell. Its interval is all of `t > 0`; empty, if no such start was found.
 ///
 /// ```
 /// use intertri::{Exact, Mode, Ray, Triangle, leave};

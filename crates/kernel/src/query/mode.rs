@@ -10,10 +10,12 @@ use crate::{Hit, Ray, Triangle};
 
 /// A way to decide hits.
 ///
-/// [`Exact`](crate::Exact) is right on the coordinates as given. [`Certified`](crate::Certified) and
-/// [`Double`](crate::Double) give the same answers, those of a plain loop over the scalar f64 reference. A triangle is hit where the document's `InterTri` returns 1 and
-/// `t_min <= t < t_max`; a point on an edge or a corner belongs to every triangle that has it. A ray or a
-/// triangle with a NaN or an infinity is never hit, nor is a triangle without area.
+/// [`Exact`](crate::Exact) is right on the coordinates as given: a triangle is hit where the true ray meets it.
+/// [`Certified`](crate::Certified) and [`Double`](crate::Double) give the same answers, those of a plain loop over
+/// the scalar f64 reference: a triangle is hit where the document's `InterTri` returns 1. In all of them a hit counts
+/// where `t_min <= t < t_max` and `t > 0`. A point on an edge or a corner belongs to every triangle that has it, as
+/// far as the mode can tell. A ray or a triangle with a NaN or an infinity is never hit, nor is a triangle without
+/// area.
 ///
 /// [`closest`](Mode::closest), [`any`](Mode::any) and [`all`](Mode::all) take slices of any length. An
 /// author of a hierarchy asks the mode's [`test`](Mode::test), within loops of their own.

@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Why there is no hierarchy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum BuildError {
     /// Triangles are numbered with 31 bits.
     TooManyTriangles {

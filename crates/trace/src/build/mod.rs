@@ -39,7 +39,7 @@ use intertri::simd::Level;
 
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::{Geometries, LEAF, Leaf, NONE, Node, Tree};
+use crate::tree::{Geometries, LEAF, Leaf, MOST_LEAVES, NONE, Node, Tree};
 use layout::Layout;
 pub(crate) use layout::MAX_DEPTH;
 pub(crate) use triangles::Triangles;
@@ -76,6 +76,10 @@ impl Tree {
             block[..chunk.len()].copy_from_slice(chunk);
             block
         }));
+        // A triangle's place, eight a leaf, has 32 bits.
+        if blocks.len() > MOST_LEAVES {
+            return Err(NoMemory);
+        }
         let leaf = |i: usize| {
             let indices = blocks[i];
             Leaf { block: triangles.block(&indices), indices }

@@ -164,9 +164,27 @@ impl<S: Given> Bvh<S> {
         self.tree.geometries.name(position)
     }
 
+    /// The same with all triangles in one mesh that every mask has: hits tell positions in the whole.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// let at = |z| [Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z])];
+    /// let bvh = Bvh::of_meshes(&[&at(5.0), &at(3.0)])?.into_one_mesh();
+    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    /// let hit = bvh.closest(&Exact::default(), &ray).unwrap();
+    /// assert_eq!((hit.geometry, hit.triangle, bvh.geometries()), (0, 1, 1));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn into_one_mesh(mut self) -> Self {
+        self.tree.geometries = Geometries::one();
+        self
+    }
+
     /// Sets the mask of a geometry, of 32 bits that mean what the caller likes; at first all are set. Queries
-    /// by [`Bvh::only`] count a geometry where its mask and the query's have a bit in common. One whose mask
-    /// is 0 never counts.
+    /// of rays count a geometry where its mask and the query's, all bits without [`Bvh::only`], have one in
+    /// common, so that one whose mask is 0 never counts. Closest points and [`Solid`](crate::Solid) go by all
+    /// triangles, whatever their masks.
     ///
     /// # Panics
     /// If there are not so many geometries.

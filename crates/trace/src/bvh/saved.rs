@@ -26,10 +26,12 @@ impl<S: Given> Bvh<S> {
     /// assert!(Bvh::<f32>::from_bytes(&saved[..99]).is_err());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
+    ///
+    /// # Panics
+    /// If there is too little memory for them; [`Bvh::write_to`] tells that as an error.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let written = self.write_to(&mut bytes);
-        debug_assert!(written.is_ok(), "a vector takes all bytes");
+        self.write_to(&mut bytes).expect("memory for a saved hierarchy");
         bytes
     }
 

@@ -9,7 +9,8 @@ use crate::nearest::ClosestPoint;
 
 impl<S: Given> Bvh<S> {
     /// The point of the mesh that is closest to a given one, where it is not farther than a radius, which may be
-    /// infinite: its [`distance`](ClosestPoint::distance) is compared with that.
+    /// infinite: its [`distance`](ClosestPoint::distance) is compared with that. Within a radius below 0, or NaN,
+    /// there is none. Masks of geometries do not matter.
     ///
     /// The triangle is truly the closest; of those that are exactly as close, which neighbours often are, the
     /// lowest index. Triangles without an area, or with a corner that is not finite, are not there. A point that

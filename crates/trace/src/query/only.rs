@@ -41,14 +41,14 @@ impl<'a, S: Given> Only<'a, S> {
         self.many(mode, rays, |many| batch::answer(many, answers))
     }
 
-    /// The answer of each ray, on this thread.
+    /// The answer of each ray among all triangles, whatever their masks, on this thread.
     pub(super) fn on_this_thread<M: ModeFor<S>>(
         &self,
         mode: &M,
         rays: &[RayOf<S>],
         answers: Answers<'_>,
     ) -> Counts {
-        self.many(mode, rays, |many| batch::part(many, 0..rays.len(), answers))
+        self.asked(mode, rays, None, |many| batch::part(many, 0..rays.len(), answers))
     }
 
     /// Rays with the choice for them.
@@ -59,9 +59,19 @@ impl<'a, S: Given> Only<'a, S> {
         ask: impl FnOnce(&Many<'_>) -> A,
     ) -> A {
         self.check(rays.len());
+        self.asked(mode, rays, self.select.of(&self.bvh.tree), ask)
+    }
+
+    /// Rays with a choice.
+    fn asked<M: ModeFor<S>, A>(
+        &self,
+        mode: &M,
+        rays: &[RayOf<S>],
+        choice: Choice<'_>,
+        ask: impl FnOnce(&Many<'_>) -> A,
+    ) -> A {
         let (bvh, which) = (self.bvh, mode.which());
         let (tree, originals) = (&bvh.tree, &bvh.originals);
-        let choice = self.select.of(tree);
         ask(&Many {
             bvh: tree,
             choice,

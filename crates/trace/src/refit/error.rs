@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Why triangles could not be moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RefitError {
     /// There are more triangles than it was built over, or fewer.
     Count {

@@ -19,7 +19,7 @@ use super::records::{ReadLeaves, read_node};
 use super::records64::{EightTriangles, ReadLeaves64, read_frame};
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::{Geometries, Leaf, LeafBounds, Node, Tree};
+use crate::tree::{Geometries, Leaf, LeafBounds, MOST_LEAVES, Node, Tree};
 
 /// Blocks read at a time for each thread, which are small enough for its cache.
 const BATCH: usize = 1;
@@ -150,6 +150,9 @@ impl Parts {
             return LoadError::damaged("it has no nodes or no leaves");
         };
         let left_out = self.left_out.unwrap_or_default();
+        if leaves.len() > MOST_LEAVES {
+            return Err(LoadError::OutOfMemory);
+        }
         if header.boxed > leaves.len() as u64 {
             return LoadError::damaged("the header makes no sense");
         }

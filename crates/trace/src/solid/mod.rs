@@ -62,7 +62,7 @@ where
     }
 
     /// Of a mesh over which there is a hierarchy, one that was loaded or refitted for instance, as by
-    /// [`Solid::assume_closed`].
+    /// [`Solid::assume_closed`]. All its geometries together are the mesh, whatever their masks.
     pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
         Self { bvh }
     }
@@ -101,6 +101,7 @@ where
 
 /// Why a mesh is no solid.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SolidError<S = f32> {
     /// An edge is run along more often one way than the other.
     Open {

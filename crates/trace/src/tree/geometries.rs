@@ -65,6 +65,9 @@ impl Geometries {
     pub(crate) fn of(
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, NoMemory> {
+        if counts.len() == 1 {
+            return Ok(Self::one());
+        }
         let (mut firsts, mut masks) = (room(counts.len())?, room(counts.len())?);
         let mut of = room(counts.clone().sum())?;
         for (geometry, count) in counts.enumerate() {

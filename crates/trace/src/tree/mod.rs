@@ -14,5 +14,5 @@ pub(crate) use geometries::Geometries;
 pub(crate) use hierarchy::{Leaf, Tree};
 pub(crate) use hit_bounds::{HitBounds, hit_bounds};
 pub(crate) use leaf_bounds::{LaneBounds, LeafBounds};
-pub(crate) use node::{BLOCK, EMPTY, LEAF, NONE, Node};
+pub(crate) use node::{BLOCK, EMPTY, LEAF, MOST_LEAVES, NONE, Node};
 pub(crate) use octant_order::{far_to_near, first_slot};

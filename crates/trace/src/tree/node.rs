@@ -10,6 +10,9 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a block of triangles; the other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
+/// More would need 170 GB.
+pub(crate) const MOST_LEAVES: usize = 1 << 29;
+
 /// Triangles in a block.
 pub(crate) const BLOCK: usize = 8;
 

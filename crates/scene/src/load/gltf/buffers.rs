@@ -1,8 +1,8 @@
 //! The bytes that a glTF's buffers have: within the file, in data URIs, or in files beside it.
 
-use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::Read;
-use std::path::{Component, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use data_url::DataUrl;
 use gltf::json::{Buffer, Root};
@@ -12,7 +12,19 @@ use crate::load::error::{Fault, fault, quote};
 use crate::load::file::{Beside, open};
 
 /// All buffers of a file.
-pub(super) struct Buffers<'a>(Vec<Cow<'a, [u8]>>);
+pub(super) struct Buffers<'a> {
+    all: Vec<Bytes<'a>>,
+    /// The files beside it, each read once, however many buffers it has.
+    files: HashMap<PathBuf, Vec<u8>>,
+}
+
+/// Where the bytes of a buffer are.
+enum Bytes<'a> {
+    Chunk(&'a [u8]),
+    Inline(Vec<u8>),
+    /// So many at the beginning of a file.
+    File(PathBuf, u64),
+}
 
 impl<'a> Buffers<'a> {
     /// Reads them; `blob` is the binary chunk of a GLB, and other files are beside it.
@@ -21,18 +33,56 @@ impl<'a> Buffers<'a> {
         blob: Option<&'a [u8]>,
         mut beside: Option<&mut Beside<'_>>,
     ) -> Result<Self, Fault> {
-        let read = |(i, buffer): (usize, &Buffer)| match &buffer.uri {
+        let find = |(i, buffer): (usize, &Buffer)| match &buffer.uri {
             Some(uri) if uri.starts_with("data:") => inline(i, uri),
-            Some(uri) => external(i, uri, buffer.byte_length.0, beside.as_deref_mut()),
+            Some(uri) => {
+                let path = external(i, uri, beside.as_deref())?;
+                Ok(Bytes::File(path, buffer.byte_length.0))
+            }
             // Only the first may be the chunk.
             None => match blob.filter(|_| i == 0) {
-                Some(blob) => Ok(Cow::Borrowed(blob)),
+                Some(blob) => Ok(Bytes::Chunk(blob)),
                 None => {
                     fault(format!("buffer {i} has no data: neither a chunk of a GLB nor a uri"))
                 }
             },
         };
-        root.buffers.iter().enumerate().map(read).collect::<Result<_, _>>().map(Self)
+        let all: Vec<_> = root.buffers.iter().enumerate().map(find).collect::<Result<_, _>>()?;
+
+        // As much of each file as the longest of its buffers wants.
+        let mut longest = HashMap::<&Path, (usize, u64)>::new();
+        for (i, bytes) in all.iter().enumerate() {
+            if let Bytes::File(path, length) = bytes {
+                let (_, longest) = longest.entry(path).or_insert((i, 0));
+                *longest = (*longest).max(*length);
+            }
+        }
+        let mut longest: Vec<_> = longest.into_iter().collect();
+        longest.sort_unstable_by_key(|&(_, (first, _))| first);
+        let mut files = HashMap::new();
+        for (path, (first, length)) in longest {
+            let Some(beside) = &mut beside else { continue };
+            let bytes = start_of(path, length).map_err(|fault| {
+                let name = path.strip_prefix(beside.folder).unwrap_or(path).to_string_lossy();
+                Fault { cause: wrong(first, &name, &fault.cause), ..fault }
+            })?;
+            files.insert(path.to_owned(), bytes);
+            beside.read.push(path.to_owned());
+        }
+        Ok(Self { all, files })
+    }
+
+    /// The bytes of a buffer.
+    fn bytes(&self, index: usize) -> Option<&[u8]> {
+        Some(match self.all.get(index)? {
+            Bytes::Chunk(bytes) => bytes,
+            Bytes::Inline(bytes) => bytes,
+            Bytes::File(path, length) => {
+                let bytes = &self.files[path];
+                let length = usize::try_from(*length).unwrap_or(usize::MAX);
+                &bytes[..bytes.len().min(length)]
+            }
+        })
     }
 
     /// The bytes of a view of a buffer.
@@ -41,7 +91,7 @@ impl<'a> Buffers<'a> {
             return fault(format!("there is no buffer view {index}"));
         };
         let buffer = view.buffer.value();
-        let Some(bytes) = self.0.get(buffer) else {
+        let Some(bytes) = self.bytes(buffer) else {
             return fault(format!("buffer view {index} names buffer {buffer}, which is not there"));
         };
         let from = view.byte_offset.map_or(0, |offset| offset.0);
@@ -61,40 +111,46 @@ impl<'a> Buffers<'a> {
 
     /// How many bytes there are in all.
     pub(super) fn size(&self) -> usize {
-        self.0.iter().map(|bytes| bytes.len()).sum()
+        let own = self.all.iter().map(|bytes| match bytes {
+            Bytes::Chunk(bytes) => bytes.len(),
+            Bytes::Inline(bytes) => bytes.len(),
+            Bytes::File(..) => 0,
+        });
+        own.sum::<usize>() + self.files.values().map(Vec::len).sum::<usize>()
     }
 }
 
 /// The bytes of a data URI.
-fn inline<'a>(i: usize, uri: &str) -> Result<Cow<'a, [u8]>, Fault> {
+fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     let bytes = DataUrl::process(uri).ok().and_then(|url| url.decode_to_vec().ok());
     match bytes {
-        Some((bytes, _)) => Ok(bytes.into()),
+        Some((bytes, _)) => Ok(Bytes::Inline(bytes)),
         None => fault(format!("buffer {i} has a data URI that is damaged")),
     }
 }
 
-/// The first `length` bytes of a file.
-fn external<'a>(
-    i: usize,
-    uri: &str,
-    length: u64,
-    beside: Option<&mut Beside<'_>>,
-) -> Result<Cow<'a, [u8]>, Fault> {
+/// The file that a buffer names.
+fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
-    let wrong = |cause: &str| format!("buffer {i} is in the file {}: {cause}", quote(&name));
     let Some(beside) = beside else {
-        return fault(wrong("give the model as a file, with that beside it, or as GLB"));
+        let cause = "give the model as a file, with that beside it, or as GLB";
+        return fault(wrong(i, &name, cause));
     };
-    let name = PathBuf::from(&*name);
-    let is_beside = name.components().all(|part| matches!(part, Component::Normal(_)));
+    let path = PathBuf::from(&*name);
+    let is_beside = path.components().all(|part| matches!(part, Component::Normal(_)));
     if uri.contains(':') || !is_beside {
-        return fault(wrong("only files in the model's own folder are read"));
+        return fault(wrong(i, &name, "only files in the model's own folder are read"));
     }
-    let (path, mut bytes) = (beside.folder.join(name), Vec::new());
-    open(&path)
-        .and_then(|file| Ok(file.take(length).read_to_end(&mut bytes)?))
-        .map_err(|fault| Fault { cause: wrong(&fault.cause), ..fault })?;
-    beside.read.push(path);
-    Ok(bytes.into())
+    Ok(beside.folder.join(path))
+}
+
+fn wrong(i: usize, name: &str, cause: &str) -> String {
+    format!("buffer {i} is in the file {}: {cause}", quote(name))
+}
+
+/// The first bytes of a file.
+fn start_of(path: &Path, length: u64) -> Result<Vec<u8>, Fault> {
+    let mut bytes = Vec::new();
+    open(path)?.take(length).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
