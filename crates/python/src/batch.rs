@@ -44,7 +44,7 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     ask: &(impl Fn(&[RayOf<S>], &mut [A]) + Sync),
     stop: &Stop,
 ) {
-    let whole = Band::new(width);
+    let whole = Band::new(width, rays.count);
     answers.par_chunks_mut(whole.len()).enumerate().for_each_init(
         || (Vec::new(), Vec::new()),
         |(gathered, found), (number, answers)| {

@@ -83,7 +83,7 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     ask: &(impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync),
     stop: &Stop,
 ) -> PyResult<Vec<Part<A>>> {
-    let whole = Band::new(width);
+    let whole = Band::new(width, rays.count);
     let starts = (0..rays.count).into_par_iter().step_by(whole.len());
     let part = |gathered: &mut Vec<RayOf<S>>, first: usize| {
         let band = whole.within(rays.count - first);

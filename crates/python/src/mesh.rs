@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{self, Side};
 use intertri::{Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{Bvh, ModeFor, Solid};
+use intertri_trace::{Bvh, LoadError, ModeFor, RefitError, Solid};
 use pyo3::PyResult;
 
 use crate::part::Part;
@@ -31,26 +31,35 @@ where
     Exact: ModeFor<S>,
 {
     pub(crate) fn new(triangles: &[TriangleOf<S>]) -> PyResult<Self> {
-        let solid = Solid::assume_closed(triangles).map_err(no_memory)?;
-        Ok(Self { solid, triangles: OnceLock::new() })
+        Ok(Self::of(Bvh::new(triangles).map_err(no_memory)?))
+    }
+
+    fn of(bvh: Bvh<S>) -> Self {
+        Self { solid: Solid::assume_closed_bvh(bvh), triangles: OnceLock::new() }
     }
 
     /// That of saved bytes, over so many triangles.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
-        let bvh = Bvh::from_bytes(bytes).map_err(wrong)?;
+        let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
+            LoadError::OutOfMemory => no_memory(error),
+            error => wrong(error),
+        })?;
+        if bvh.geometries() != 1 {
+            return Err(wrong(format!("a hierarchy of {} meshes, not of one", bvh.geometries())));
+        }
         if bvh.len() != triangles {
             return Err(wrong(format!("a hierarchy of {} triangles, not {triangles}", bvh.len())));
         }
-        Ok(Self { solid: Solid::assume_closed_bvh(bvh), triangles: OnceLock::new() })
+        bvh.set_mask(0, u32::MAX);
+        Ok(Self::of(bvh))
     }
 
-    /// Moves the triangles, and tells how worn the tree is: 1 where nothing has moved.
-    pub(crate) fn refit(&mut self, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
-        let none = Self::new(&[])?;
-        let mut bvh = std::mem::replace(self, none).solid.into_bvh();
+    /// The mesh with its triangles moved, and how worn the tree is: 1 where nothing has moved. Where memory was
+    /// too little, it holds no triangle any more.
+    pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
+        let mut bvh = self.solid.into_bvh();
         let refit = bvh.refit(triangles);
-        self.solid = Solid::assume_closed_bvh(bvh);
-        refit.map(|refit| refit.ratio()).map_err(wrong)
+        (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
     /// Where rays cross, in order of t. What counts once, counts among the hits of closed triangles, too; those are

@@ -31,6 +31,12 @@ const ACROSS: usize = 4 * TILE;
 /// Fewer rays are no picture.
 const PICTURE: usize = 4 * TILE * TILE;
 
+/// Fewer rows are no picture.
+const ROWS: usize = TILE / 4;
+
+/// So many bands a thread, that all are done at about the same time.
+const BANDS: usize = 4;
+
 /// Rows of pixels that are traced together.
 #[derive(Clone)]
 pub(crate) struct Band {
@@ -60,9 +66,15 @@ pub(crate) struct Block<'a> {
 }
 
 impl Band {
-    /// Of a picture with rows of so many pixels.
-    pub(crate) fn new(width: usize) -> Self {
-        Self::of_rows(width, TILE)
+    /// Of a picture of so many pixels in rows of so many: as high as a tile, but where that made too few bands for
+    /// the threads of this pool.
+    pub(crate) fn new(width: usize, pixels: usize) -> Self {
+        let least = BANDS * rayon::current_num_threads();
+        let mut rows = TILE;
+        while rows > ROWS && pixels / (width * rows) < least {
+            rows /= 2;
+        }
+        Self::of_rows(width, rows)
     }
 
     fn of_rows(width: usize, rows: usize) -> Self {
@@ -193,7 +205,7 @@ pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option
         return None;
     }
     let width = if width > 1 { width } else { seen_width(rays)? };
-    (width >= TILE && rays.count / width >= TILE / 4).then_some(width)
+    (width >= TILE && rays.count / width >= ROWS).then_some(width)
 }
 
 /// How long rows are, as far as a look at some of them tells: after so many rays the direction jumps back, time
@@ -205,11 +217,8 @@ fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
     };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let along = step(0, 1);
-    let width = 1 + (1..rays.count - 1).find(|&i| dot(step(i, i + 1), along) < 0.0)?;
+    let width = 1 + (1..rays.count / ROWS).find(|&i| dot(step(i, i + 1), along) < 0.0)?;
     let rows = rays.count / width;
-    if rows < 2 {
-        return None;
-    }
     let is_row = |row: usize| {
         let (first, last) = (row * width, row * width + width - 1);
         let across = step(first, last);
@@ -223,7 +232,7 @@ fn seen_width<S: Scalar>(rays: &Source<'_, S>) -> Option<usize> {
 pub(crate) fn tiled<S: Scalar>(rays: &Source<'_, S>) -> Vec<RayOf<S>> {
     let side = rays.count.isqrt();
     let (mut tiled, mut gathered) = (Vec::with_capacity(side * side), Vec::new());
-    let whole = Band::new(side.max(1));
+    let whole = Band::of_rows(side.max(1), TILE);
     for first in (0..side * side).step_by(whole.len()) {
         let band = whole.within(side * side - first);
         for block in band.blocks() {

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::run::run;
+use crate::run::{Stop, run};
 use crate::scalar::Scalar;
 
 /// Points a thread takes at a time.
@@ -12,6 +12,9 @@ const CHUNK: usize = 4096;
 
 /// Fewer points are asked in the order in which they come.
 const FEW: usize = 512;
+
+/// Points that are put in order together.
+const MANY: usize = 1 << 22;
 
 /// Asks for one answer a point; `none` is any. No answer depends on the order.
 pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
@@ -27,20 +30,32 @@ pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
             ask(points, answers);
             return;
         }
-        let order = order(points);
-        let mut found = vec![none; points.len()];
-        let chunks = order.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
-        chunks.for_each_init(Vec::new, |gathered, (order, found)| {
-            if !stop.is_set() {
-                gathered.clear();
-                gathered.extend(order.iter().map(|&(_, i)| points[i as usize]));
-                ask(gathered, found);
-            }
-        });
-        for (&(_, i), found) in order.iter().zip(found) {
-            answers[i as usize] = found;
+        for (points, answers) in points.chunks(MANY).zip(answers.chunks_mut(MANY)) {
+            in_order(points, (answers, none), &ask, stop);
         }
     })
+}
+
+/// The same of some, as the curve goes.
+fn in_order<S: Scalar, A: Copy + Send + Sync>(
+    points: &[[S; 3]],
+    (answers, none): (&mut [A], A),
+    ask: &(impl Fn(&[[S; 3]], &mut [A]) + Sync),
+    stop: &Stop,
+) {
+    let order = order(points);
+    let mut found = vec![none; points.len()];
+    let chunks = order.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
+    chunks.for_each_init(Vec::new, |gathered, (order, found)| {
+        if !stop.is_set() {
+            gathered.clear();
+            gathered.extend(order.iter().map(|&(_, i)| points[i as usize]));
+            ask(gathered, found);
+        }
+    });
+    for (&(_, i), found) in order.iter().zip(found) {
+        answers[i as usize] = found;
+    }
 }
 
 /// The numbers of points along the curve, behind their places on it.

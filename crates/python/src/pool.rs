@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The pools of a process by their number of threads. A process that was forked has none of the threads of
-/// the one before, so it begins anew.
+/// the one before, so it begins anew. Whoever has this lock has the interpreter's, too: no fork finds it taken.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {

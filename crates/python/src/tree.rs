@@ -3,15 +3,16 @@
 //! `intertri/_arrays.py` checks what users give. What is checked again here is what memory depends on.
 
 use std::num::NonZeroUsize;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use intertri::{Crossings, Exact, Hit, TriangleOf};
-use intertri_trace::{ClosestPoint, Place, Solid};
+use intertri_trace::{ClosestPoint, ModeFor, Place, RefitError, Solid};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use rayon::ThreadPool;
 
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
@@ -20,7 +21,7 @@ use crate::picture::tiled;
 use crate::points::of_points;
 use crate::pool::pool;
 use crate::run::run;
-use crate::scalar::{Mode, Scalar};
+use crate::scalar::{Mode, Scalar, no_memory, wrong};
 use crate::source::Arrays;
 
 /// What stands for a point on the mesh among winding numbers.
@@ -29,18 +30,52 @@ pub(crate) const SURFACE: i32 = i32::MIN;
 type Threads = Option<NonZeroUsize>;
 type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// A mesh with its hierarchy. A query holds on to the one that it began with.
-struct Shared<S: Scalar>(Mutex<Arc<Mesh<S>>>);
+/// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
+/// began with.
+struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
 
-impl<S: Scalar> Shared<S> {
+impl<S: Scalar> Shared<S>
+where
+    Exact: ModeFor<S>,
+{
     fn new(mesh: Mesh<S>) -> Self {
-        Self(Mutex::new(Arc::new(mesh)))
+        Self(Mutex::new(Some(Arc::new(mesh))))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Arc<Mesh<S>>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The mesh as it is, after what is being done to it.
-    fn get(&self, py: Python<'_>) -> Arc<Mesh<S>> {
-        py.detach(|| self.0.lock().unwrap_or_else(PoisonError::into_inner).clone())
+    fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
+        // Whoever need not wait keeps the interpreter's lock, so that no fork finds this one taken.
+        let mesh = match self.0.try_lock() {
+            Ok(mesh) => mesh.clone(),
+            Err(_) => py.detach(|| self.lock().clone()),
+        };
+        mesh.ok_or_else(lost)
     }
+
+    /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
+    /// they have.
+    fn refit(&self, pool: &ThreadPool, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
+        // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
+        let mut place = self.lock();
+        let mesh = Arc::unwrap_or_clone(place.take().ok_or_else(lost)?);
+        let (mesh, ratio) = pool.install(|| mesh.refit(triangles));
+        if ratio != Err(RefitError::OutOfMemory) {
+            *place = Some(Arc::new(mesh));
+        }
+        ratio.map_err(|error| match error {
+            RefitError::OutOfMemory => no_memory(error),
+            RefitError::Count { .. } => wrong(error),
+        })
+    }
+}
+
+/// What a mesh is asked that a refit has lost.
+fn lost() -> PyErr {
+    no_memory("a refit had too little memory; ask again")
 }
 
 /// The answers that bytes stand for.
@@ -136,7 +171,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [Hit] = rows(&mut out, rays.count)?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 answers(py, &*pool(threads)?, &rays, width, (out, Hit::MISS), |rays, hits| {
                     <$scalar>::closest(mesh.solid.bvh(), mode, rays, hits);
                 })
@@ -154,7 +189,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [u32] = rows(&mut out, rays.count)?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 answers(py, &*pool(threads)?, &rays, width, (out, 0), |rays, triangles| {
                     <$scalar>::triangles(mesh.solid.bvh(), mode, rays, triangles);
                 })
@@ -175,7 +210,7 @@ macro_rules! tree {
                 if out.len() != rays.count {
                     return Err(PyValueError::new_err("out has another length"));
                 }
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 answers(py, &*pool(threads)?, &rays, width, (out, false), |rays, any| {
                     <$scalar>::any(mesh.solid.bvh(), mode, rays, any);
                 })
@@ -192,7 +227,7 @@ macro_rules! tree {
                 limit: Option<usize>,
             ) -> PyResult<Lists<'py>> {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 lists(py, &*pool(threads)?, &rays, width, |rays| {
                     <$scalar>::all(mesh.solid.bvh(), mode, rays, limit)
                 })
@@ -207,7 +242,7 @@ macro_rules! tree {
                 width: usize,
             ) -> PyResult<Lists<'py>> {
                 let rays = rays.source()?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 lists(py, &*pool(threads)?, &rays, width, |rays| mesh.crossings(rays))
             }
 
@@ -222,7 +257,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let rays = rays.source()?;
                 let out: &mut [[i64; 2]] = rows(&mut out, rays.count)?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 answers(py, &*pool(threads)?, &rays, width, (out, [0; 2]), |rays, out| {
                     let mut counts = vec![Crossings::default(); rays.len()];
                     mesh.solid.bvh().crossings_batch(&Exact::default(), rays, &mut counts);
@@ -242,7 +277,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let points = points.as_slice()?;
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 of_points(py, &*pool(threads)?, points, (out, 0), |points, out| {
                     let mut places = vec![Place::Outside; points.len()];
                     mesh.solid.place_batch(points, &mut places);
@@ -261,7 +296,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let points = points.as_slice()?;
                 let out: &mut [ClosestPoint] = rows(&mut out, points.len() / 3)?;
-                let (mesh, none) = (self.mesh.get(py), ClosestPoint::NONE);
+                let (mesh, none) = (self.mesh.get(py)?, ClosestPoint::NONE);
                 of_points(py, &*pool(threads)?, points, (out, none), |points, out| {
                     mesh.solid.bvh().closest_point_batch(points, radius, out);
                 })
@@ -277,7 +312,7 @@ macro_rules! tree {
             ) -> PyResult<()> {
                 let points = points.as_slice()?;
                 let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 of_points(py, &*pool(threads)?, points, (out, 0.0), |points, out| {
                     mesh.solid.signed_distance_batch(points, out);
                 })
@@ -295,19 +330,23 @@ macro_rules! tree {
                 let pool = pool(threads)?;
                 py.detach(|| {
                     let triangles = gather::<$scalar>(vertices, faces)?;
-                    // Queries that came before go on with the mesh that they have. The lock is taken on this thread:
-                    // one of the pool that waits for others might be given another refit meanwhile.
-                    let mut guard = self.mesh.0.lock().unwrap_or_else(PoisonError::into_inner);
-                    let mesh: &mut Arc<_> = &mut *guard;
-                    pool.install(|| Arc::make_mut(mesh).refit(&triangles))
+                    self.mesh.refit(&pool, &triangles)
                 })
             }
 
             /// The hierarchy as bytes.
-            fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-                let mesh = self.mesh.get(py);
-                let bytes = py.detach(|| mesh.solid.bvh().to_bytes());
-                PyBytes::new(py, &bytes)
+            fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+                let mesh = self.mesh.get(py)?;
+                let bvh = mesh.solid.bvh();
+                let write = |_: &_| {
+                    let mut bytes = Vec::new();
+                    bvh.write_to(&mut bytes).map(|()| bytes)
+                };
+                let bytes = run(py, &*pool(None)?, bvh.len(), write)?.map_err(no_memory)?;
+                PyBytes::new_with(py, bytes.len(), |to| {
+                    to.copy_from_slice(&bytes);
+                    Ok(())
+                })
             }
 
             /// The hierarchy of bytes, over so many triangles.
@@ -328,7 +367,7 @@ macro_rules! tree {
                 times: usize,
             ) -> PyResult<(f64, f64)> {
                 let rays = rays.source()?;
-                let mesh = self.mesh.get(py);
+                let mesh = self.mesh.get(py)?;
                 let mut in_rows = Vec::new();
                 let in_rows = rays.rays(0..rays.count, &mut in_rows).to_vec();
                 let by_tiles = tiled(&rays);

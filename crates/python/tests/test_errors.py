@@ -29,6 +29,7 @@ MESH = intertri.Mesh(*box())
         (np.zeros((4, 3), object), [[0, 1, 2]], TypeError, "object"),
         ([["a", "b", "c"]], [[0, 0, 0]], TypeError, "dtype"),
         (np.array([[2**60 + 1, 0, 0]]), [[0, 0, 0]], ValueError, "2\\*\\*53"),
+        (np.array([[0, -(2**53) - 1, 0]]), [[0, 0, 0]], ValueError, "2\\*\\*53"),
         (np.zeros((4, 3)), None, ValueError, r"\(m, 3, 3\)"),
     ],
 )
@@ -48,6 +49,7 @@ def test_meshes(vertices, faces, error, says):
         (([0, 0, None], [0, 0, 1]), {}, TypeError, "object"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"t_max": [1, 2, 3]}, ValueError, "t_max has shape"),
         ((np.zeros((4, 8)),), {"t_max": 3}, ValueError, "their own"),
+        ((np.zeros((4, 8)),), {"t_min": np.zeros(4)}, ValueError, "their own"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"mode": "fast"}, ValueError, "fast.* is neither"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"threads": 0}, ValueError, "threads is 0"),
         ((np.zeros((4, 3)), [0, 0, 1]), {"threads": -1}, ValueError, "threads is -1"),
@@ -105,5 +107,6 @@ def test_the_mesh_keeps_its_own():
     vertices[:] = 7
     faces[:] = 0
     assert mesh.contains([0, 0, 0]) and mesh.digest == digest == intertri.Mesh(*box()).digest
+    assert digest == "c5c7f9926185fb20e39c10c404009c3520014531a8bad149a0fadc1685016890"
     with pytest.raises(ValueError, match="read-only"):
         mesh.vertices[0] = 1

@@ -2,6 +2,7 @@
 
 import copy
 import doctest
+import hashlib
 import importlib
 import multiprocessing
 import os
@@ -35,22 +36,34 @@ def test_copies_answer_alike(mesh):
         assert (other.closest(eye.astype(mesh.dtype), ways.astype(mesh.dtype)) == hits).all()
 
 
-def _closest_in_child(mesh, rays, queue):
-    queue.put(mesh.closest(rays)["triangle"].sum())
+def _whatever_has_threads(vertices, faces, rays):
+    """A digest of what every call gives that goes to several threads."""
+    mesh = intertri.Mesh(vertices, faces)
+    mesh.refit(vertices * vertices.dtype.type(1.5))
+    mesh = pickle.loads(pickle.dumps(mesh))
+    points = rays[..., :3] + rays[..., 3:]
+    answers = [mesh.closest(rays), mesh.any(rays), mesh.closest_triangle(rays), mesh.all(rays).hits,
+               mesh.crossings(rays).hits, mesh.count_crossings(rays), mesh.contains(points), mesh.closest_point(points)]
+    return hashlib.sha256(b"".join(answer.tobytes() for answer in answers)).hexdigest()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_forked_process_has_threads_of_its_own(mesh):
-    eye, ways = camera(300, [1, 2, 3])
-    rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(mesh.dtype)
-    truth = mesh.closest(rays)["triangle"].sum()
+def test_a_forked_process_has_threads_of_its_own(dtype):
+    vertices, faces = icosphere(5)
+    eye, ways = camera(100, [1, 2, 3])
+    rays = np.concatenate([np.broadcast_to(eye, ways.shape), ways], axis=-1).astype(dtype)
+    asked = vertices.astype(dtype), faces, rays
+    truth = _whatever_has_threads(*asked)
     context = multiprocessing.get_context("fork")
     queue = context.Queue()
-    child = context.Process(target=_closest_in_child, args=(mesh, rays, queue))
+    child = context.Process(target=lambda: queue.put(_whatever_has_threads(*asked)))
     child.start()
-    assert queue.get(timeout=60) == truth
-    child.join()
+    try:
+        assert queue.get(timeout=60) == truth
+    finally:
+        child.kill()
+        child.join()
 
 
 def test_the_lock_is_let_go(mesh):

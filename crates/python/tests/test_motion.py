@@ -1,13 +1,24 @@
 """Files, motion, and nearest points."""
 
+import base64
+import copy
+import hashlib
 import math
+import os
+import subprocess
+import sys
 import threading
+import zlib
+from pathlib import Path
+from types import SimpleNamespace
 
 import intertri
 import numpy as np
 import oracle
 import pytest
 from conftest import box, camera, icosphere
+from intertri import _triangles
+from intertri._triangles import native
 
 
 @pytest.fixture
@@ -64,30 +75,71 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
     assert (hits_of(loaded) == hits_of(mesh)).all()
 
 
-def test_bad_files(mesh, tmp_path):
+@pytest.mark.filterwarnings("ignore")
+def test_damaged_files(tmp_path):
+    """Cut off anywhere and with any byte damaged a file is refused in one line, or is the same mesh. Of the tree,
+    which a checksum keeps, it is some bytes."""
+    vertices, faces = box()
+    mesh = intertri.Mesh(vertices.astype(np.float32), faces)
     path = tmp_path / "mesh.npz"
     mesh.save(path)
     whole = path.read_bytes()
-    for cut in (0, 1, 10, 100, len(whole) // 2, len(whole) - 1):
-        path.write_bytes(whole[:cut])
-        with pytest.raises((ValueError, OSError)):
-            intertri.load(path)
-    for at in range(0, len(whole), len(whole) // 61):
-        broken = bytearray(whole)
-        broken[at] ^= 0x55
-        path.write_bytes(broken)
+    damaged = [whole[:cut] for cut in range(0, len(whole), 7)]
+    tree = mesh.__reduce__()[1][2]
+    begin = whole.index(tree)
+    for at in [*range(begin), *range(begin, begin + len(tree), 16), *range(begin + len(tree), len(whole))]:
+        damaged += [whole[:at] + bytes([whole[at] ^ flip]) + whole[at + 1:] for flip in (1, 0x88)]
+    refused = 0
+    for content in damaged:
+        path.write_bytes(content)
         try:
+            loaded = intertri.load(path)
+        except (ValueError, OSError, MemoryError) as error:
+            assert isinstance(error, (OSError, MemoryError)) or "holds no mesh: " in str(error)
+            assert "\n" not in str(error)
+            refused += 1
+        else:
+            assert loaded.digest == mesh.digest and loaded.contains([0, 0, 0])
+    assert refused > len(damaged) / 2
+
+
+# A triangle at z = 5 and one at z = 7, as `Bvh::of_meshes` and `to_bytes` give them.
+TWO_MESHES = (
+    b"c-rgq3<>h&<&t7#U|?VYVkQO%U}QiBKk5aTQ3MziWDYCMV%jUj2vvN50ac@Dr&=1DykQ8)JO_|GRNMhdXBabv3wq|5FhlKSKr?^l%Nv2_x82"
+    b"@@<T#Mz1)%ch1hq1REMK@ocn$TqF(LT{4*2C8?1A_{9!x;~fdhVdAVC3OpcsJs{{RmL`wtJM)O<pKko|<s2PHXN;Rln0(E#K3&I<"
+)
+
+
+def test_other_files(mesh, tmp_path):
+    path, none = tmp_path / "mesh.npz", np.zeros(0, np.uint8)
+    out_of_range = mesh.faces.copy()
+    out_of_range[3, 1] = len(mesh.vertices)
+    for arrays, says in [
+        ({"vertices": mesh.vertices, "faces": mesh.faces, "tree": np.ones(7, np.uint8)}, "cut off|no saved hierarchy"),
+        ({"vertices": mesh.vertices}, "faces"),
+        ({"vertices": mesh.vertices.astype(np.float16), "faces": mesh.faces, "tree": none}, "other types"),
+        ({"vertices": mesh.vertices, "faces": out_of_range, "tree": none}, r"face 3 is \["),
+    ]:
+        np.savez(path, **arrays)
+        with pytest.raises(ValueError, match=f"mesh.npz holds no mesh: .*({says})"):
             intertri.load(path)
-        except (ValueError, IndexError, OSError, NotImplementedError, RuntimeError):
-            pass
-    np.savez(path, vertices=mesh.vertices, faces=mesh.faces, tree=np.ones(7, np.uint8))
-    with pytest.raises(ValueError):
+    two, faces = zlib.decompress(base64.b85decode(TWO_MESHES)), np.uint32([[0, 1, 2]] * 2)
+    np.savez(path, vertices=np.zeros((3, 3), np.float32), faces=faces, tree=np.frombuffer(two, np.uint8))
+    with pytest.raises(ValueError, match="holds no mesh: a hierarchy of 2 meshes, not of one"):
         intertri.load(path)
-    np.savez(path, vertices=mesh.vertices)
-    with pytest.raises(ValueError, match="holds no mesh"):
-        intertri.load(path)
+    np.save(tmp_path / "mesh.npy", mesh.vertices)
+    with pytest.raises(ValueError, match="holds no mesh: it is a single array"):
+        intertri.load(tmp_path / "mesh.npy")
     with pytest.raises(OSError):
         intertri.load(tmp_path / "nothing.npz")
+
+
+def test_a_file_of_the_other_byte_order(mesh, tmp_path):
+    mesh.save(tmp_path / "mesh.npz")
+    with np.load(tmp_path / "mesh.npz") as saved:
+        arrays = {name: saved[name].astype(saved[name].dtype.newbyteorder(">")) for name in saved}
+    np.savez(tmp_path / "other.npz", **arrays)
+    assert intertri.load(tmp_path / "other.npz").digest == mesh.digest
 
 
 def test_a_tree_of_another_mesh_is_refused(mesh, tmp_path):
@@ -133,6 +185,128 @@ def test_refit_errors_change_nothing(mesh):
         with pytest.raises(TypeError, match="float64"):
             mesh.refit(mesh.vertices * np.float64(1 / 3))
     assert mesh.digest == digest and (hits_of(mesh) == before).all()
+
+
+@pytest.fixture
+def wall():
+    """A wall in float32 at z = 1, and how it looks elsewhere."""
+    at = lambda z: np.float32([[-9, -9, z], [9, -9, z], [0, 9, z]])
+    return intertri.Mesh(at(1), [[0, 1, 2]]), at
+
+
+class Meanwhile:
+    """Passes calls on, and does something else before it gives the answer."""
+
+    def __init__(self, inner, does):
+        self.inner, self.does = inner, does
+
+    def __call__(self, *args):
+        answer = self.inner(*args)
+        self.does()
+        return answer
+
+    def __getattr__(self, name):
+        return Meanwhile(getattr(self.inner, name), self.does)
+
+
+def test_a_tree_that_is_late_is_not_kept(wall, monkeypatch):
+    """The mesh moves while another thread builds its hierarchy in float64."""
+    mesh, at = wall
+    third = 1 / 3  # not one of float32
+    with monkeypatch.context() as patch:
+        patch.setattr(_triangles, "native", lambda dtype: Meanwhile(native(dtype), lambda: mesh.refit(at(2))))
+        assert mesh.closest([third, 0, 0], [0, 0, 1])["t"] == 1
+    assert mesh.closest([third, 0, 0], [0, 0, 1])["t"] == 2
+
+
+def test_a_digest_that_is_late_is_not_kept(wall, monkeypatch):
+    mesh, at = wall
+    before, after = (intertri.Mesh(at(z), mesh.faces).digest for z in (1, 2))
+    with monkeypatch.context() as patch:
+        make = lambda start: SimpleNamespace(update=(state := hashlib.sha256(start)).update,
+                                             hexdigest=Meanwhile(state.hexdigest, lambda: mesh.refit(at(2))))
+        patch.setattr(_triangles, "hashlib", SimpleNamespace(sha256=make))
+        assert mesh.digest == before
+    assert mesh.digest == after
+
+
+def test_an_open_edge_that_is_late_is_not_kept(monkeypatch):
+    vertices, faces = box()
+    mesh = intertri.Mesh(vertices[faces])
+    torn = mesh.vertices.copy()
+    torn[0] += 1
+    with monkeypatch.context() as patch:
+        patch.setattr(_triangles, "native", lambda dtype: Meanwhile(native(dtype), lambda: mesh.refit(torn)))
+        assert mesh.is_closed
+    assert not mesh.is_closed
+
+
+def test_what_is_saved_is_of_one_position(wall):
+    mesh, at = wall
+    mesh = intertri.Mesh(np.concatenate([at(k) for k in range(1, 3001)]), np.arange(9000).reshape(-1, 3))
+    original, done = mesh.vertices, threading.Event()
+
+    def move():
+        for step in range(200):
+            mesh.refit(original + np.float32([0, 0, step % 2]))
+        done.set()
+
+    mover = threading.Thread(target=move)
+    mover.start()
+    while not done.is_set():
+        other = copy.copy(mesh)
+        assert other.closest([0, 0, 0], [0, 0, 1])["t"] == other.vertices[0, 2]
+    mover.join()
+
+
+def test_refits_of_two_threads_come_one_after_the_other(wall):
+    mesh, at = wall
+    other = threading.Thread(target=mesh.refit, args=[at(3)])
+    (dtype, tree), = mesh._at.trees.items()
+    once = iter([other.start])
+    mesh._at.trees[dtype] = Meanwhile(tree, lambda: [(start(), other.join(0.2)) for start in once])
+    mesh.refit(at(2))
+    other.join()
+    assert mesh.closest([0, 0, 0], [0, 0, 1])["t"] == mesh.vertices[0, 2] == 3
+
+
+NO_MEMORY = """
+import numpy as np, intertri, resource, sys
+sys.path.insert(0, {tests!r})
+from conftest import icosphere
+vertices, faces = icosphere(5)
+vertices = vertices.astype(np.{dtype})
+mesh = intertri.Mesh(vertices, faces)
+far = vertices * 2
+ray = np.array([[0, 0, 9, 0.01, 0.02, -1]], vertices.dtype)
+before, after = mesh.closest(ray), intertri.Mesh(far, faces).closest(ray)
+errors = set()
+for more in range(1000):
+    used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + (more << 16), -1))
+    try:
+        mesh.refit(far)
+        error = None
+    except MemoryError as raised:
+        error = str(raised)
+    resource.setrlimit(resource.RLIMIT_AS, (-1, -1))
+    assert (mesh.closest(ray) == (after if error is None else before)).all(), (more, error)
+    if error is None:
+        break
+    errors.add(error)
+print(error, errors)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="memory is limited and told in another way")
+def test_a_refit_without_memory_changes_nothing(dtype):
+    script = NO_MEMORY.format(tests=str(Path(__file__).parent), dtype=dtype.__name__)
+    # So that what was given back is not there.
+    malloc = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "4096"}
+    out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300,
+                         env=os.environ | malloc)
+    assert out.returncode == 0 and out.stdout.startswith("None"), out
+    assert "refitting needs more memory than there is" in out.stdout, out
 
 
 def test_queries_while_a_mesh_moves(dtype):

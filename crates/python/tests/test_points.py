@@ -43,6 +43,17 @@ def test_shapes(rng):
     assert (mesh.contains(np.asfortranarray(points)) == mesh.contains(points)).all()
     assert not mesh.contains([np.nan, 0, 0])
     assert mesh.contains(points, threads=1).tolist() == mesh.contains(points, threads=2).tolist()
+    for ask in (mesh.contains, mesh.winding_number, mesh.is_on_surface, mesh.signed_distance, mesh.closest_point):
+        assert ask(points[0, 0]) == ask(points)[0, 0] and isinstance(ask(points[0, 0]), np.generic)
+
+
+def test_more_points_than_are_put_in_order_at_once():
+    """Each has the answer of its own place."""
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*box()))
+    count = (1 << 22) + 5000
+    points = np.zeros((count, 3), np.float32)
+    points[:, 0] = np.random.default_rng(1).permutation(count) / np.float32(count / 2)
+    assert (mesh.contains(points) == (points[:, 0] <= 1)).all()
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):

@@ -83,6 +83,18 @@ def test_intervals(dtype):
     assert mesh.any([0.25, 0.25, 0], np.tile(dtype([0, 0, 1]), (3, 1)), t_max=t_max).tolist() == [False, False, True]
     rays = np.array([[0.25, 0.25, 0, 0, 0, 0, 1, 6], [0.25, 0.25, 0, 0, 0, 0, 1, 5]], dtype)
     assert mesh.closest(rays)["triangle"].tolist() == [0, -1]
+    assert mesh.closest(rays, t_min=np.float64(0), t_max=np.float64(np.inf))["triangle"].tolist() == [0, -1]
+
+
+def test_an_end_of_numpy_keeps_its_digits():
+    """t is 2/3, which float32 rounds up. A number of Python is one of the rays' type."""
+    mesh = intertri.Mesh(np.float32([[[0, 0, 2], [1, 0, 2], [0, 1, 2]]]))
+    ray = np.float32([0.25, 0.25, 0]), np.float32([0, 0, 3])
+    t = mesh.closest(*ray)["t"]
+    assert isinstance(t, np.float64) and t < np.float32(t)
+    assert not any(mesh.any(*ray, t_max=end) for end in (t, np.asarray(t)))
+    assert mesh.any(*ray, t_max=float(t)) and mesh.any(*ray, t_max=np.float32(t))
+    assert mesh.any(*ray, t_min=t) and not mesh.any(*ray, t_min=float(t))
 
 
 def test_numbers_that_are_none(dtype):
@@ -160,6 +172,27 @@ def test_lists_of_pictures(dtype, width, height, rng):
             assert (np.diff(lists.offsets) == counts).all() and (lists.hits == hits).all()
     closest = mesh.closest(rays[shuffled])[back]
     assert all((mesh.closest(*given, **ends) == closest).all() for given, ends in forms)
+
+
+@pytest.mark.parametrize("width,height", [(2048, 9), (1024, 64), (500, 37)])
+def test_wide_pictures(dtype, width, height, rng):
+    """Scans of few long rows: how many are traced together goes by the number of threads."""
+    mesh = intertri.Mesh(*(lambda v, f: (v.astype(dtype), f))(*icosphere(4)))
+    around, up = np.meshgrid(np.linspace(0, 6.2, width), np.linspace(-0.4, 0.4, height))
+    ways = np.stack([np.cos(around), np.sin(around), up], axis=-1).astype(dtype)[:, :-1]
+    eye = np.array([1.5, 0, 0], dtype)
+    shuffled = rng.permutation(ways.size // 3)
+    truth = np.empty(ways.shape[:2], intertri.HIT)
+    truth.reshape(-1)[shuffled] = mesh.closest(eye, ways.reshape(-1, 3)[shuffled])
+    assert 0.02 < (truth["triangle"] >= 0).mean() < 0.9
+    counts = mesh.count_crossings(eye, ways.reshape(-1, 3)[shuffled])["unsigned"]
+    for threads in (1, 2, 7):
+        assert (mesh.closest(eye, ways, threads=threads) == truth).all()
+        assert (mesh.closest(eye, ways.reshape(-1, 3), threads=threads).reshape(truth.shape) == truth).all()
+        lists = mesh.crossings(eye, ways, threads=threads)
+        assert (np.diff(lists.offsets)[shuffled] == counts).all()
+        nearest = lists.hits["t"][lists.offsets[:-1][np.diff(lists.offsets) > 0]]
+        assert (nearest == truth["t"][truth["triangle"] >= 0]).all()
 
 
 def test_threads_and_out_change_nothing(dtype):

@@ -50,8 +50,9 @@ def floats(values: ArrayLike, name: str) -> Floats:
         return array.astype(native, copy=False)
     if array.dtype.kind in "iub":
         as_double = array.astype(F64)
-        if array.dtype.itemsize > 4 and (np.abs(as_double) > 2.0**53).any():
-            raise ValueError(f"{name} has integers beyond 2**53, which float64 does not keep")
+        # What is just above was rounded to it.
+        if array.dtype.itemsize > 4 and (np.abs(as_double) >= 2.0**53).any():
+            raise ValueError(f"{name} has integers of 2**53 or beyond, which float64 does not keep")
         return as_double
     if array.dtype == np.float16:
         return array.astype(F32)
@@ -142,7 +143,7 @@ def _broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tu
 def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats, bool]:
     """The ends of rays: one number for all, or one a ray. Whether it is a Python number, which takes the type of
     the others."""
-    is_weak = isinstance(value, (int, float))
+    is_weak = isinstance(value, (int, float)) and not isinstance(value, np.generic)
     array = floats(value, name)
     if array.ndim:
         try:
@@ -172,7 +173,7 @@ def rays(
         first, second = points(first, "origins"), points(directions, "directions")
         shape = _broadcast(first.shape[:-1], second.shape[:-1], "origins and directions")
     (low, low_is_weak), (high, high_is_weak) = _column(t_min, "t_min", shape), _column(t_max, "t_max", shape)
-    if columns == 8 and not (low_is_weak and high_is_weak and t_min == 0 and t_max == math.inf):
+    if columns == 8 and not (low.ndim == high.ndim == 0 and low == 0 and high == math.inf):
         raise ValueError("rays of shape (..., 8) have their own t_min and t_max")
 
     strong = [first] + [second] * (second is not None) + [low] * (not low_is_weak) + [high] * (not high_is_weak)

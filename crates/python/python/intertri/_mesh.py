@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import zipfile
-import zlib
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +65,7 @@ class Mesh(RayQueries, PointQueries):
     __slots__ = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, (self._vertices, self._faces, self._tree(self.dtype, None).to_bytes())
+        return _restore, self._saved()
 
     def __copy__(self) -> Mesh:
         return _restore(*self.__reduce__()[1])
@@ -84,20 +82,18 @@ class Mesh(RayQueries, PointQueries):
         ...     intertri.load(os.path.join(folder, "mesh.npz"))
         Mesh(1 face, 3 vertices, float64)
         """
-        tree = np.frombuffer(self._tree(self.dtype, None).to_bytes(), np.uint8)
+        vertices, faces, tree = self._saved()
+        little = vertices.astype(vertices.dtype.newbyteorder("<"), copy=False)
         with open(path, "wb") as file:
-            np.savez(file, vertices=self._vertices, faces=self._faces, tree=tree)
+            np.savez(file, vertices=little, faces=faces.astype("<u4", copy=False), tree=np.frombuffer(tree, np.uint8))
 
 
 def _restore(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> Mesh:
     """A mesh from its saved state."""
     mesh = Mesh.__new__(Mesh)
     corners, rows = _arrays.vertices_and_faces(vertices, faces)
-    corners, rows = corners.copy(), rows.copy()
-    corners.flags.writeable = rows.flags.writeable = False
-    mesh._vertices, mesh._faces = corners, rows
-    mesh._digest = mesh._open = None
-    mesh._trees = {corners.dtype: native(corners.dtype).from_bytes(tree, len(rows))}
+    mesh._keep(corners.copy(), rows.copy())
+    mesh._at.trees[corners.dtype] = native(corners.dtype).from_bytes(tree, len(rows))
     return mesh
 
 
@@ -110,13 +106,29 @@ def load(path: str | os.PathLike[str]) -> Mesh:
         If the file is none of those, damaged, or of a later version. Whatever a file holds, nothing of it is run.
     OSError
         If it cannot be read.
+    MemoryError
+        If it needs more memory than there is.
     """
     with open(path, "rb") as file:
         try:
-            with np.load(file, allow_pickle=False) as saved:
-                vertices, faces, tree = saved["vertices"], saved["faces"], saved["tree"]
-        except (KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-            raise ValueError(f"{os.fspath(path)} holds no mesh: {error}") from None
-    if vertices.dtype not in (F32, F64) or faces.dtype != np.uint32 or tree.dtype != np.uint8:
-        raise ValueError(f"{os.fspath(path)} holds no mesh: its arrays have other types")
+            return _read(file)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:
+            # Of a damaged file the readers of zip and of numpy raise whatever their code runs into.
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise ValueError(f"{os.fspath(path)} holds no mesh: {why}") from None
+
+
+def _read(file: BinaryIO) -> Mesh:
+    """A mesh from an open file."""
+    saved = np.load(file, allow_pickle=False)
+    if isinstance(saved, np.ndarray):
+        raise ValueError("it is a single array")
+    with saved:
+        vertices, faces, tree = arrays = [saved[name] for name in ("vertices", "faces", "tree")]
+    # What is no array in the file comes as bytes.
+    types = [array.dtype.newbyteorder("=") for array in arrays if isinstance(array, np.ndarray)]
+    if len(types) < 3 or types[0] not in (F32, F64) or types[1:] != [np.uint32, np.uint8]:
+        raise ValueError("its arrays have other types")
     return _restore(vertices, faces, tree.tobytes())

@@ -83,7 +83,7 @@ class PointQueries(Triangles):
         if not assume_closed:
             self._must_be_closed()
         numbers = self._winding(points, threads)
-        return np.where(numbers == SURFACE, np.int32(0), numbers)
+        return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
 
     def is_on_surface(self, points: ArrayLike, *, threads: int | None = None) -> NDArray[np.bool_]:
         """Whether points lie exactly on the mesh: (...) bool for points of shape (..., 3).
@@ -157,4 +157,4 @@ class PointQueries(Triangles):
         signed = np.empty(at.shape[:-1], np.float64)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
         tree.signed_distance(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(signed))
-        return signed
+        return signed[()]

@@ -47,7 +47,8 @@ class RayQueries(Triangles):
             direction, or (..., 8), origin, t_min, direction, t_max; contiguous (n, 8) of float32 are read
             where they are.
         t_min, t_max : float or (...)
-            A hit counts where t > 0 and t_min <= t < t_max, in multiples of the direction's length.
+            A hit counts where t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain number
+            of Python takes the rays' dtype; numpy's scalars and arrays keep theirs.
         mode : "exact" or "certified"
         threads : int, optional
             Threads that answer, all by default.

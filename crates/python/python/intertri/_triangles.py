@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import threading
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,16 +15,25 @@ from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
 
+@dataclass(slots=True)
+class Position:
+    """Where the vertices are, and what was made of that. Vertices that move get another, so that a thread which is
+    still at work on this one leaves nothing old in the new."""
+
+    vertices: NDArray[np.floating[Any]]
+    trees: dict[np.dtype[Any], Tree32 | Tree64] = field(default_factory=dict)
+    digest: str | None = None
+    open_edge: str | None = None
+
+
 class Triangles:
     """Triangles, and the hierarchy over them; `Mesh` tells more."""
 
-    __slots__ = ("__weakref__", "_digest", "_faces", "_open", "_trees", "_vertices")
+    __slots__ = ("__weakref__", "_at", "_faces", "_moving")
 
-    _vertices: NDArray[np.floating[Any]]
+    _at: Position
     _faces: NDArray[np.uint32]
-    _trees: dict[np.dtype[Any], Tree32 | Tree64]
-    _digest: str | None
-    _open: str | None
+    _moving: threading.Lock
 
     def __init__(
         self, vertices: ArrayLike, faces: ArrayLike | None = None, *, threads: int | None = None
@@ -31,25 +42,33 @@ class Triangles:
         if corners is vertices or np.may_share_memory(corners, np.asarray(vertices)):
             corners = corners.copy()
         corners = np.ascontiguousarray(corners)
-        corners.flags.writeable = rows.flags.writeable = False
-        self._vertices, self._faces = corners, rows
-        self._trees = {}
-        self._digest = self._open = None
+        self._keep(corners, rows)
         self._tree(corners.dtype, threads)
+
+    def _keep(self, corners: NDArray[np.floating[Any]], rows: NDArray[np.uint32]) -> None:
+        """Takes vertices and faces for its own."""
+        corners.flags.writeable = rows.flags.writeable = False
+        self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
         """The hierarchy over a scalar, made when it is first asked for."""
-        tree = self._trees.get(dtype)
+        at = self._at
+        tree = at.trees.get(dtype)
         if tree is None:
-            corners = _arrays.flat(self._vertices, dtype)
+            corners = _arrays.flat(at.vertices, dtype)
             tree = native(dtype)(corners, self._faces.reshape(-1), _arrays.threads_of(threads))
-            self._trees[dtype] = tree
+            tree = at.trees.setdefault(dtype, tree)
         return tree
+
+    def _saved(self) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes]:
+        """Vertices, faces and the hierarchy over them, of one position."""
+        with self._moving:
+            return self._at.vertices, self._faces, self._tree(self.dtype, None).to_bytes()
 
     @property
     def vertices(self) -> NDArray[np.floating[Any]]:
         """Corners, (n, 3), read-only."""
-        return self._vertices
+        return self._at.vertices
 
     @property
     def faces(self) -> NDArray[np.uint32]:
@@ -59,19 +78,19 @@ class Triangles:
     @property
     def dtype(self) -> np.dtype[Any]:
         """``float32`` or ``float64``: what the coordinates are kept in."""
-        return self._vertices.dtype
+        return self._at.vertices.dtype
 
     @property
     def triangles(self) -> NDArray[np.floating[Any]]:
         """Corners of the faces, (m, 3, 3), a new array."""
-        return self._vertices[self._faces]
+        return self._at.vertices[self._faces]
 
     @property
     def bounds(self) -> NDArray[np.floating[Any]] | None:
         """The smallest and largest corner of the box around the faces, (2, 3); ``None`` without faces."""
         if not len(self._faces):
             return None
-        used = self._vertices[np.unique(self._faces)]
+        used = self._at.vertices[np.unique(self._faces)]
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
     @property
@@ -82,27 +101,29 @@ class Triangles:
         >>> intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]]).digest[:8]
         '37cdf29a'
         """
-        if self._digest is None:
-            state = hashlib.sha256(f"{self.dtype.str} {self._vertices.shape} {self._faces.shape}".encode())
-            little = self.dtype.newbyteorder("<")
-            state.update(np.ascontiguousarray(self._vertices, little).data)
+        at = self._at
+        if at.digest is None:
+            little = at.vertices.dtype.newbyteorder("<")
+            state = hashlib.sha256(f"{little.str} {at.vertices.shape} {self._faces.shape}".encode())
+            state.update(np.ascontiguousarray(at.vertices, little).data)
             state.update(np.ascontiguousarray(self._faces, "<u4").data)
-            self._digest = state.hexdigest()
-        return self._digest
+            at.digest = state.hexdigest()
+        return at.digest
 
     def __len__(self) -> int:
         return len(self._faces)
 
     def __repr__(self) -> str:
-        faces, vertices = len(self._faces), len(self._vertices)
+        faces, vertices = len(self._faces), len(self._at.vertices)
         s = "" if faces == 1 else "s"
         return f"Mesh({faces} face{s}, {vertices} vertices, {self.dtype})"
 
     def refit(self, vertices: ArrayLike, *, threads: int | None = None) -> float:
         """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles.
 
-        It takes a small part of the time of a new mesh. Answers are those of a new mesh, but the more the faces move against each other, the longer queries take. A query that runs meanwhile in
-        another thread answers for the old positions or for the new.
+        It takes a small part of the time of a new mesh. Answers are those of a new mesh, but the more the faces move
+        against each other, the longer queries take. A query that runs meanwhile in another thread answers for the old
+        positions or for the new.
 
         Returns
         -------
@@ -114,6 +135,8 @@ class Triangles:
         ------
         ValueError
             If there are more vertices or fewer, or one is not finite: nothing has changed.
+        MemoryError
+            If there is too little memory: the vertices are where they were, and the next query builds the hierarchy.
 
         Examples
         --------
@@ -126,16 +149,21 @@ class Triangles:
         moved = _arrays.floats(vertices, "vertices")
         if moved.ndim == 3 and moved.shape[1:] == (3, 3):
             moved = moved.reshape(-1, 3)
-        if moved.shape != self._vertices.shape:
-            raise ValueError(f"vertices has shape {moved.shape}; it must be {self._vertices.shape}, as before")
+        if moved.shape != self.vertices.shape:
+            raise ValueError(f"vertices has shape {moved.shape}; it must be {self.vertices.shape}, as before")
         if self.dtype == F32 and not _arrays.fits_f32(moved):
             raise TypeError("vertices are float64 and the mesh is float32: pass vertices.astype(np.float32)")
         corners, _ = _arrays.vertices_and_faces(moved.astype(self.dtype), self._faces[:0])
-        tree = self._tree(self.dtype, threads)
-        ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
         corners.flags.writeable = False
-        self._vertices, self._trees = corners, {self.dtype: tree}
-        self._digest = self._open = None
+        with self._moving:
+            tree = self._tree(self.dtype, threads)
+            try:
+                ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
+            except MemoryError:
+                # Of the tree there may be nothing left.
+                self._at = Position(self._at.vertices)
+                raise
+            self._at = Position(corners, {self.dtype: tree})
         return ratio
 
     @property
@@ -145,10 +173,11 @@ class Triangles:
 
     def _open_edge(self) -> str | None:
         """Says which edge is open."""
-        if self._open is None:
-            tree = self._tree(self.dtype, None)
-            self._open = tree.open_edge(self._vertices.reshape(-1), self._faces.reshape(-1)) or ""
-        return self._open or None
+        at = self._at
+        if at.open_edge is None:
+            ask = native(at.vertices.dtype).open_edge
+            at.open_edge = ask(at.vertices.reshape(-1), self._faces.reshape(-1)) or ""
+        return at.open_edge or None
 
     def _must_be_closed(self) -> None:
         where = self._open_edge()

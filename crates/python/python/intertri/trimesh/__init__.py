@@ -264,11 +264,7 @@ def signed_distance(mesh: Any, points: ArrayLike) -> Floats:
 
     The sign is that of `RayMeshIntersector.contains_points`, not of a normal.
     """
-    asked = _asked(mesh)
-    at = np.asarray(points, np.float64)
-    distance: Floats = asked.intertri.closest_point(at)["distance"]
-    signed: Floats = np.where(asked.contains_points(at), distance, -distance)
-    return signed
+    return ProximityQuery(mesh).signed_distance(points)
 
 
 class ProximityQuery:
