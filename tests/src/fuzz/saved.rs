@@ -6,8 +6,8 @@ use intertri_trace::{Bvh, Given, LoadError, ModeFor, SAVED_MAGIC};
 
 use super::input::Input;
 
-/// The first byte chooses: a file as it is, the same with its checksums mended, or a scene that is saved, damaged
-/// here and there, and mended; its highest bit says whether a scene is in f64.
+/// The first byte chooses: a file as it is, the same with its checksums mended, or a scene of one mesh or of several
+/// that is saved, damaged here and there, and mended; its highest bit says whether a scene is in f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
     match (first % 4, first >> 7) {
@@ -17,8 +17,8 @@ pub fn saved(bytes: &[u8]) {
             seal(&mut file);
             loaded(&file, rest);
         }
-        (_, 0) => damaged::<f32>(rest),
-        (_, _) => damaged::<f64>(rest),
+        (kind, 0) => damaged::<f32>(rest, kind == 3),
+        (kind, _) => damaged::<f64>(rest, kind == 3),
     }
 }
 
@@ -33,13 +33,20 @@ fn loaded(file: &[u8], more: &[u8]) {
 }
 
 /// A scene that is saved, damaged at some words, and mended.
-fn damaged<S: Asked>(bytes: &[u8])
+fn damaged<S: Asked>(bytes: &[u8], in_meshes: bool)
 where
     Exact: ModeFor<S>,
 {
     let mut input = Input::new(bytes);
     let triangles = S::triangles(&mut input, 60);
-    let mut bvh = Bvh::new(&triangles).unwrap();
+    let mut bvh = if in_meshes {
+        let (one, other) = triangles.split_at(input.below(triangles.len() + 1));
+        let mut bvh = Bvh::of_meshes(&[one, &[], other]).unwrap();
+        bvh.set_mask(input.below(3), input.number().to_bits());
+        bvh
+    } else {
+        Bvh::new(&triangles).unwrap()
+    };
     if input.below(2) == 1 {
         // The triangles of another order are in no tree that was built.
         let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
@@ -81,12 +88,17 @@ where
     if triangles.len() > 2000 {
         return Ok(());
     }
+
+    // Every triangle is of one of the meshes, in their order; what is asked then is asked of all.
+    let names: Vec<_> = (0..triangles.len() as u32).map(|i| bvh.geometry_of(i)).collect();
+    assert!(names.is_sorted() && names.iter().all(|name| (name.0 as usize) < bvh.geometries()));
+    assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
+    bvh = bvh.into_one_mesh();
     let mut input = Input::new(more);
     let nothing = [TriangleOf([[S::ZERO; 3]; 3])];
     let all = if triangles.is_empty() { &nothing[..] } else { &triangles };
     let rays: Vec<RayOf<S>> = (0..8).map(|_| S::ray(&mut input, all)).collect();
     same(&bvh, &Bvh::new(&triangles).unwrap(), &rays);
-    assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
 
     // What was loaded can be moved.
     let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(all)).collect();
