@@ -68,7 +68,7 @@ where
         }
         ratio.map_err(|error| match error {
             RefitError::OutOfMemory => no_memory(error),
-            RefitError::Count { .. } => wrong(error),
+            _ => wrong(error),
         })
     }
 }
