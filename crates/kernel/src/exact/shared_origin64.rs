@@ -41,17 +41,17 @@ pub fn hits_of_origin64(
     rays: &[Ray64],
     triangles: &[(&Triangle64, u32)],
     slots: &[u32],
-    room: &mut Vec<[HitCoefficients64; 8]>,
+    scratch: &mut Vec<[HitCoefficients64; 8]>,
     hits: &mut [Hit],
 ) {
-    level.run(OfOrigin { rays, triangles, slots, room, hits });
+    level.run(OfOrigin { rays, triangles, slots, scratch, hits });
 }
 
 struct OfOrigin<'a> {
     rays: &'a [Ray64],
     triangles: &'a [(&'a Triangle64, u32)],
     slots: &'a [u32],
-    room: &'a mut Vec<[HitCoefficients64; 8]>,
+    scratch: &'a mut Vec<[HitCoefficients64; 8]>,
     hits: &'a mut [Hit],
 }
 
@@ -60,19 +60,19 @@ impl WithSimd for OfOrigin<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { rays, triangles, slots, room, hits } = self;
+        let Self { rays, triangles, slots, scratch, hits } = self;
         let Some(first) = rays.first() else { return };
         let needed = triangles.len().div_ceil(8);
-        if room.len() < needed {
-            room.resize(needed, Default::default());
+        if scratch.len() < needed {
+            scratch.resize(needed, Default::default());
         }
-        for (i, (some, to)) in triangles.chunks(8).zip(&mut *room).enumerate() {
+        for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
             eight::<S>(some, first.origin, to);
         }
-        let coefficients = room.as_flattened();
+        let coefficients = scratch.as_flattened();
         for (i, (ray, &slot)) in rays.iter().zip(slots).enumerate() {
             if let Some(later) = hits.get(i + AHEAD) {
                 prefetch(slice::from_ref(later));

@@ -62,7 +62,7 @@ mod tests {
     use intertri::{Certified, Counts, Mode, Ray, Triangle};
 
     use crate::Bvh;
-    use crate::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Room};
+    use crate::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Scratch};
 
     /// Which packets of a bundle are left, if the closest hit is looked for, or any.
     struct Left<'a>(&'a Bvh, &'a [Ray], bool);
@@ -74,11 +74,11 @@ mod tests {
             let Self(bvh, rays, any) = self;
             let rays = BundleRays { rays, first: 0, next: &[], reversed: None };
             let projection = &mut Projection::<S>::empty();
-            let room = (projection, &mut Room::default(), &mut Results::default());
+            let scratch = (projection, &mut Scratch::default(), &mut Results::default());
             let counts = &mut Counts::default();
             let (bvh, test) = (&bvh.tree, Certified::default().test());
             let bundle = Bundle { bvh, test, any, every: false };
-            match bundle.trace::<S>(&rays, room, counts) {
+            match bundle.trace::<S>(&rays, scratch, counts) {
                 Outcome::Traced { left, .. } => Some(left),
                 _ => None,
             }

@@ -22,4 +22,4 @@ pub(crate) use projection::{Projection, RAYS};
 pub(crate) use rays::{BundleRays, shares_origin};
 pub(crate) use results::Results;
 pub(crate) use reversed_shadow::CommonEnd;
-pub(crate) use traverse::{Bundle, Outcome, Room};
+pub(crate) use traverse::{Bundle, Outcome, Scratch};

@@ -51,7 +51,7 @@ pub(crate) enum Outcome {
 
 /// What tracing needs and need not make anew for each bundle.
 #[derive(Default)]
-pub(crate) struct Room {
+pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
     /// What was left of the stack when a bundle was split, and a part of it.
@@ -64,7 +64,7 @@ impl Bundle<'_> {
     pub(crate) fn trace<S: Simd>(
         self,
         rays: &BundleRays<'_>,
-        (projection, room, results): (&mut Projection<S>, &mut Room, &mut Results),
+        (projection, scratch, results): (&mut Projection<S>, &mut Scratch, &mut Results),
         counts: &mut Counts,
     ) -> Outcome {
         let Self { bvh, test, any, .. } = self;
@@ -78,7 +78,7 @@ impl Bundle<'_> {
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref() };
 
         // Does the frustum meet anything at all?
-        let Room { stack, leaves, split } = room;
+        let Scratch { stack, leaves, split } = scratch;
         stack.clear();
         results.clear();
         if bvh.boxed > 0 {

@@ -269,7 +269,7 @@ thread_local! {
     /// The copies of rays, some after the other.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
     /// What is computed of triangles for one bundle after the other.
-    static ROOM: RefCell<Vec<[HitCoefficients64; 8]>> = const { RefCell::new(Vec::new()) };
+    static SCRATCH: RefCell<Vec<[HitCoefficients64; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Rays on their way through a tree, as given.
@@ -390,8 +390,8 @@ impl Originals for Asked<'_> {
         }
         let triangle = |&place: &u32| (self.originals.triangle(place), self.tree.index_of(place));
         let triangles: Vec<_> = places.iter().map(triangle).collect();
-        ROOM.with_borrow_mut(|room| {
-            exact::hits_of_origin64(self.level, rays, &triangles, slots, room, hits);
+        SCRATCH.with_borrow_mut(|scratch| {
+            exact::hits_of_origin64(self.level, rays, &triangles, slots, scratch, hits);
         });
     }
 

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 
 use crate::answers::Answers;
 use crate::bundle::{
-    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Room, shares_origin,
+    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
 };
 use crate::given::Ask;
 use crate::select::Choice;
@@ -174,7 +174,7 @@ impl WithSimd for Chunk<'_, '_> {
         // A bundle knows nothing of who counts, and crossings are counted ray by ray.
         let bundles = choice.is_none() && (!every || matches!(all_answers, Answers::Pairs(_)));
         let mut projection = Projection::<S>::empty();
-        let (mut room, mut results) = (Room::default(), Results::default());
+        let (mut scratch, mut results) = (Scratch::default(), Results::default());
         let (mut counts, mut others) = (Counts::default(), Vec::new());
         let (mut at, mut size) = (0, RAYS);
         while at < all.len() {
@@ -189,8 +189,8 @@ impl WithSimd for Chunk<'_, '_> {
                 Some(rays) => S::vectorize(
                     #[inline(always)]
                     || {
-                        let room = (&mut projection, &mut room, &mut results);
-                        Bundle { bvh, test, any, every }.trace::<S>(&rays, room, &mut counts)
+                        let scratch = (&mut projection, &mut scratch, &mut results);
+                        Bundle { bvh, test, any, every }.trace::<S>(&rays, scratch, &mut counts)
                     },
                 ),
             };
