@@ -9,15 +9,15 @@
 //!
 //! Bounds and proof: `docs/numerics/exact.md`, section 9.
 
-use super::double::{Double, cross, difference, dot, short_sum, sum};
+use super::double::{Double, cross, difference, short_sum, sum};
 use super::input::subnormals_are_read;
-use super::rounded::{DOUBT, Volume, quotient};
+use super::rounded::{Volume, quotient};
 use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle};
 
 /// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for
-/// one rounding.
+/// one rounding. It is of f32, or of f64 (`shared_origin64.rs`).
 ///
 /// ```
 /// use intertri::internal::SharedOriginHit;
@@ -59,64 +59,68 @@ pub struct HitCoefficients {
     index: u32,
 }
 
-impl SharedOriginHit for HitCoefficients {
+/// Eight triangles as they are seen from one origin, in lanes.
+pub(super) struct EightSeen<D: Lanes> {
+    /// The cross products n, v and w, each in two parts.
+    pub(super) products: [[Vec3<D>; 2]; 3],
+    /// What their products with a direction may be off by, over the sum of its sizes; NaN where nothing is proven.
+    pub(super) shares: [D; 3],
+    /// The numerator of t.
+    pub(super) num: Volume<D>,
+}
+
+impl<D: Lanes<Scalar = f64>> EightSeen<D> {
+    /// Puts each by itself.
     #[inline(always)]
-    fn eight_in<S: Simd>(
-        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+    pub(super) fn put<S: Simd<F64x8 = D>>(
+        &self,
         indices: &[u32; 8],
-        origin: [f32; 3],
-        to: &mut [Self; 8],
+        to: &mut [HitCoefficients; 8],
     ) {
-        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
-        let [c1, c2, c3] = corners;
-        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
-        let ((a, x), (h4, y), (h5, z)) =
-            (difference(c1, origin), difference(c2, c1), difference(c3, c1));
-        let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
-
-        // What each may be off by. Where a difference is not exact, nothing is proven.
-        let exact = (x + y + z).le(Lanes::splat(0.0));
-        let exact = if subnormals_are_read() { exact } else { Mask::from_bits(0) };
-        let of_n = share(h4, h5, exact);
-        let share = by_triangle::<S>([of_n, share(h5, a, exact), share(a, h4, exact), of_n]);
-        let num = dot(&n, a);
-        let num_err = h4.abs().permanents(h5.abs()).dot_fused(a.abs()) * Lanes::splat(DOUBT);
-
-        let [n, v, w] = [halves(&n), halves(&v), halves(&w)];
-        let rows = [
-            [
-                by_triangle::<S>([n[0].x, v[0].x, w[0].x, n[0].x]),
-                by_triangle::<S>([n[0].y, v[0].y, w[0].y, n[0].y]),
-                by_triangle::<S>([n[0].z, v[0].z, w[0].z, n[0].z]),
-            ],
-            [
-                by_triangle::<S>([n[1].x, v[1].x, w[1].x, n[1].x]),
-                by_triangle::<S>([n[1].y, v[1].y, w[1].y, n[1].y]),
-                by_triangle::<S>([n[1].z, v[1].z, w[1].z, n[1].z]),
-            ],
-        ];
-        let mut known = [[0.0; 8]; 3];
-        num.high.store(&mut known[0]);
-        num.low.store(&mut known[1]);
-        num_err.store(&mut known[2]);
-        for (i, seen) in to.iter_mut().enumerate() {
-            for half in [0, 1] {
-                for (row, coefficients) in rows[half].iter().zip(&mut seen.coefficients[half]) {
-                    row[i / 4][i % 4].store(coefficients);
+        let ([n, v, w], [of_n, of_v, of_w]) = (&self.products, self.shares);
+        for half in [0, 1] {
+            let (n, v, w) = (n[half], v[half], w[half]);
+            let axes = [
+                by_triangle::<S>([n.x, v.x, w.x, n.x]),
+                by_triangle::<S>([n.y, v.y, w.y, n.y]),
+                by_triangle::<S>([n.z, v.z, w.z, n.z]),
+            ];
+            for (i, seen) in to.iter_mut().enumerate() {
+                for (rows, coefficients) in axes.iter().zip(&mut seen.coefficients[half]) {
+                    rows[i / 4][i % 4].store(coefficients);
                 }
-                seen.known[half] = [known[half][i], 0.0, 0.0, 0.0];
             }
-            share[i / 4][i % 4].store(&mut seen.share);
+        }
+        let shares = by_triangle::<S>([of_n, of_v, of_w, of_n]);
+        let mut known = [[0.0; 8]; 3];
+        self.num.value.high.store(&mut known[0]);
+        self.num.value.low.store(&mut known[1]);
+        self.num.err.store(&mut known[2]);
+        for (i, seen) in to.iter_mut().enumerate() {
+            shares[i / 4][i % 4].store(&mut seen.share);
+            seen.known = [[known[0][i], 0.0, 0.0, 0.0], [known[1][i], 0.0, 0.0, 0.0]];
             (seen.known_err, seen.index) = (known[2][i], indices[i]);
         }
     }
+}
 
+impl HitCoefficients {
+    /// The coefficients by part.
     #[inline(always)]
-    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit) -> bool {
-        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+    pub(super) fn parts<S: Simd>(&self) -> [Vec3<S::F64x4>; 2] {
         let [high, low] = &self.coefficients;
-        let sums = product([Vec3::load(high), Vec3::load(low)], dir);
-        let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
+        [Vec3::load(high), Vec3::load(low)]
+    }
+
+    /// Where a ray meets the triangle, and which of t, u, v are proven, by the products of the coefficients and its
+    /// direction, the sum of whose sizes is given.
+    #[inline(always)]
+    pub(super) fn meet<S: Simd>(
+        &self,
+        sums: &Double<S::F64x4>,
+        size: f64,
+        to: &mut Hit,
+    ) -> (S::F64x4, <S::F64x4 as Lanes>::Mask) {
         let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
 
         // All over the last; the first is t, whose numerator is known.
@@ -137,6 +141,42 @@ impl SharedOriginHit for HitCoefficients {
         let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
         hit.store(numbers);
         (to.triangle, to.geometry) = (self.index, 0);
+        (hit, sure)
+    }
+}
+
+impl SharedOriginHit for HitCoefficients {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [f32; 3],
+        to: &mut [Self; 8],
+    ) {
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let [c1, c2, c3] = corners;
+        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let ((a, x), (h4, y), (h5, z)) =
+            (difference(c1, origin), difference(c2, c1), difference(c3, c1));
+        let (n, v, w) = (cross(h4, h5), cross(h5, a), cross(a, h4));
+
+        // What each may be off by. Where a difference is not exact, nothing is proven.
+        let exact = (x + y + z).le(Lanes::splat(0.0));
+        let exact = if subnormals_are_read() { exact } else { Mask::from_bits(0) };
+        let seen = EightSeen {
+            products: [halves(&n), halves(&v), halves(&w)],
+            shares: [share(h4, h5, exact), share(h5, a, exact), share(a, h4, exact)],
+            num: Volume::new(a, &n, h4, h5),
+        };
+        seen.put::<S>(indices, to);
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit) -> bool {
+        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let sums = product(self.parts::<S>(), dir);
+        let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
+        let (_, sure) = self.meet::<S>(&sums, size, to);
         sure.bits() & 0b111 == 0b111
     }
 }

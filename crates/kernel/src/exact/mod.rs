@@ -59,7 +59,7 @@ pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
 pub use rounded::Seen;
 pub use seen_plane::SeenPlane;
-pub use shared_origin64::{HitCoefficients64, hits_of_origin64};
+pub use shared_origin64::hits_of_origin64;
 pub use tier::Tier;
 
 use core::cmp::Ordering;

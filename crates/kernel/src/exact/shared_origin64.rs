@@ -8,30 +8,15 @@ use core::slice;
 
 use super::attributes;
 use super::double::{Double, dot};
+use super::hit_coefficients::{EightSeen, HitCoefficients};
 use super::input::{is_plain, subnormals_are_read};
-use super::rounded::{Volume, quotient};
+use super::rounded::Volume;
 use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, times};
-use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, by_triangle, prefetch};
+use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
 /// The memory of a hit is prefetched so many hits before it is written.
 const AHEAD: usize = 40;
-
-/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for one
-/// rounding.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-pub struct HitCoefficients64 {
-    /// By part and axis, the coefficients of the denominator, of the numerators of u and v, and of the
-    /// denominator again.
-    coefficients: [[[f64; 4]; 3]; 2],
-    /// By part, the numerator of t.
-    known: [[f64; 4]; 2],
-    /// What the products may be off by, over the sum of a direction's sizes; NaN where nothing is proven.
-    share: [f64; 4],
-    /// What the numerator of t may be off by.
-    known_err: f64,
-}
 
 /// The hits of rays from one origin: `slots[i]` is the number of the triangle that the i-th ray is known to hit, with
 /// its index; beyond all of them, where it hits none.
@@ -41,7 +26,7 @@ pub fn hits_of_origin64(
     rays: &[Ray64],
     triangles: &[(&Triangle64, u32)],
     slots: &[u32],
-    scratch: &mut Vec<[HitCoefficients64; 8]>,
+    scratch: &mut Vec<[HitCoefficients; 8]>,
     hits: &mut [Hit],
 ) {
     level.run(OfOrigin { rays, triangles, slots, scratch, hits });
@@ -51,7 +36,7 @@ struct OfOrigin<'a> {
     rays: &'a [Ray64],
     triangles: &'a [(&'a Triangle64, u32)],
     slots: &'a [u32],
-    scratch: &'a mut Vec<[HitCoefficients64; 8]>,
+    scratch: &'a mut Vec<[HitCoefficients; 8]>,
     hits: &'a mut [Hit],
 }
 
@@ -78,15 +63,14 @@ impl WithSimd for OfOrigin<'_> {
                 prefetch(slice::from_ref(later));
             }
             let hit = &mut hits[i];
-            let Some(&(triangle, index)) = triangles.get(slot as usize) else {
+            let Some(&(triangle, _)) = triangles.get(slot as usize) else {
                 *hit = Hit::MISS;
                 continue;
             };
-            let sure = coefficients[slot as usize].hit_in::<S>(ray, hit);
+            let sure = coefficients[slot as usize].hit64_in::<S>(ray, hit);
             if !sure {
                 (hit.t, hit.u, hit.v) = attributes(ray, triangle);
             }
-            (hit.triangle, hit.geometry) = (index, 0);
         }
     }
 }
@@ -96,11 +80,12 @@ impl WithSimd for OfOrigin<'_> {
 fn eight<S: Simd>(
     triangles: &[(&Triangle64, u32)],
     origin: [f64; 3],
-    to: &mut [HitCoefficients64; 8],
+    to: &mut [HitCoefficients; 8],
 ) {
-    let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0);
+    let (mut numbers, mut indices, mut plain) = ([[[0.0; 8]; 3]; 3], [0; 8], 0);
     let ray = RayOf::new(origin, [1.0; 3]);
-    for (lane, (triangle, _)) in triangles.iter().enumerate() {
+    for (lane, &(triangle, index)) in triangles.iter().enumerate() {
+        indices[lane] = index;
         for (to, from) in numbers.iter_mut().zip(&triangle.0) {
             (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
         }
@@ -114,64 +99,36 @@ fn eight<S: Simd>(
 
     // What each may be off by.
     let plain = Mask::from_bits(plain);
-    let of_n = share(&h4, &h5, plain);
-    let shares = by_triangle::<S>([of_n, share(&h5, &a, plain), share(&a, &h4, plain), of_n]);
-    let num = times(&n, &a);
     let num_err = h4.first.abs().permanents(h5.first.abs()).dot_fused(a.first.abs());
-    let num_err = num_err * Lanes::splat(DOUBT);
-
-    let mut known = [[0.0; 8]; 3];
-    num.high.store(&mut known[0]);
-    num.low.store(&mut known[1]);
-    num_err.store(&mut known[2]);
-    for axis in 0..3 {
-        let high = [n[axis].high, v[axis].high, w[axis].high, n[axis].high];
-        let low = [n[axis].low, v[axis].low, w[axis].low, n[axis].low];
-        for (half, rows) in [by_triangle::<S>(high), by_triangle::<S>(low)].iter().enumerate() {
-            for (i, seen) in to.iter_mut().enumerate() {
-                rows[i / 4][i % 4].store(&mut seen.coefficients[half][axis]);
-            }
-        }
-    }
-    for (i, seen) in to.iter_mut().enumerate() {
-        shares[i / 4][i % 4].store(&mut seen.share);
-        seen.known = [[known[0][i], 0.0, 0.0, 0.0], [known[1][i], 0.0, 0.0, 0.0]];
-        seen.known_err = known[2][i];
-    }
+    let seen = EightSeen {
+        products: [parts(&n), parts(&v), parts(&w)],
+        shares: [share(&h4, &h5, plain), share(&h5, &a, plain), share(&a, &h4, plain)],
+        num: Volume { value: times(&n, &a), err: num_err * Lanes::splat(DOUBT) },
+    };
+    seen.put::<S>(&indices, to);
 }
 
-impl HitCoefficients64 {
-    /// Where a ray meets the triangle, but for the index; whether that is proven.
-    #[inline(always)]
-    fn hit_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
-        let dir = ray.dir;
-        let [high, low] = &self.coefficients;
-        let part = |axis: usize| Double {
-            high: S::F64x4::load(&high[axis]),
-            low: S::F64x4::load(&low[axis]),
-        };
-        let sums = dot(&[part(0), part(1), part(2)], Vec3::splat(dir));
-        let size = dir[0].abs() + dir[1].abs() + dir[2].abs();
-        let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
+/// The high and the low parts.
+#[inline(always)]
+fn parts<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
+    [Vec3 { x: x.high, y: y.high, z: z.high }, Vec3 { x: x.low, y: y.low, z: z.low }]
+}
 
-        // All over the last; the first is t, whose numerator is known.
-        let den = Volume {
-            value: Double { high: S::first_and_last(sums.high), low: S::first_and_last(sums.low) },
-            err: S::first_and_last(err),
-        };
-        let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
-        let [high, low] = &self.known;
-        let num = Volume {
-            value: Double {
-                high: Lanes::select(first, S::F64x4::load(high), sums.high),
-                low: Lanes::select(first, S::F64x4::load(low), sums.low),
-            },
-            err: Lanes::select(first, Lanes::splat(self.known_err), err),
-        };
-        let (hit, sure) = quotient(&num, &den, <S::F64x4 as Lanes>::splat(1.0) / den.value.high);
+impl HitCoefficients {
+    /// Where a ray of f64 meets the triangle; whether that is proven.
+    #[inline(always)]
+    fn hit64_in<S: Simd>(&self, ray: &Ray64, to: &mut Hit) -> bool {
+        let dir = ray.dir;
+        let [high, low] = self.parts::<S>();
+        let rows = [
+            Double { high: high.x, low: low.x },
+            Double { high: high.y, low: low.y },
+            Double { high: high.z, low: low.z },
+        ];
+        let sums = dot(&rows, Vec3::splat(dir));
+        let size = dir[0].abs() + dir[1].abs() + dir[2].abs();
+        let (hit, sure) = self.meet::<S>(&sums, size, to);
         let sure = (sure & is_tame_quotient(hit)).bits() & 0b111 == 0b111;
-        let numbers: &mut [f64; 4] = bytemuck::cast_mut(to);
-        hit.store(numbers);
 
         // The direction, and behind it the end of the interval, which does not count.
         let [.., x, y, z, t_max]: &[f64; 8] = bytemuck::cast_ref(ray);

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::slice::from_ref;
 
 use bytemuck::Zeroable;
-use intertri::internal::exact::{self, HitCoefficients64, SeenPlane, Side};
+use intertri::internal::exact::{self, HitCoefficients, SeenPlane, Side};
 use intertri::internal::{Filter, LocalFrame, Originals, Room, Which, prefetch};
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Hit, Ray, Ray64, Triangle64, TriangleBlock};
@@ -269,7 +269,7 @@ thread_local! {
     /// The copies of rays, some after the other.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
     /// What is computed of triangles for one bundle after the other.
-    static SCRATCH: RefCell<Vec<[HitCoefficients64; 8]>> = const { RefCell::new(Vec::new()) };
+    static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Rays on their way through a tree, as given.
