@@ -14,9 +14,10 @@ pub(crate) struct HitPairs {
 }
 
 impl HitPairs {
-    /// For so many hits of a ray.
-    pub(crate) fn new(limit: Option<usize>) -> Self {
-        Self { limit, ..Self::default() }
+    /// Forgets all, for so many hits of a ray.
+    pub(crate) fn clear(&mut self, limit: Option<usize>) {
+        self.pairs.clear();
+        (self.limit, self.is_full) = (limit, false);
     }
 
     /// Makes room for some more; whether there is.

@@ -58,81 +58,37 @@ impl HitLists {
     }
 }
 
-/// Rays a thread takes at a time, and how many such chunks wait to be put together, at most.
-const CHUNK: usize = 1 << 14;
-const WAITING: usize = 64;
+/// Rays a thread takes at a time: what is listed of them stays in the cache.
+const CHUNK: usize = 1 << 12;
+
+/// So many chunks a thread before they are put together. Their memory is taken once for all of them: the system
+/// gives it slower than hits are found.
+const ROUND: usize = 8;
 
 /// See [`Bvh::all_batch`](crate::Bvh::all_batch).
 pub(super) fn lists(many: &Many<'_>, limit: Option<usize>) -> Result<HitLists, NoMemory> {
     let rays = many.count;
     let mut lists = HitLists { offsets: room(rays + 1)?, hits: Vec::new() };
     lists.offsets.push(0);
-    for from in (0..rays).step_by(WAITING * CHUNK) {
-        for chunk in chunks(many, from..rays.min(from + WAITING * CHUNK), limit) {
-            lists.add(&chunk?)?;
+    let mut chunks = Vec::new();
+    chunks.resize_with((ROUND * threads::count()).min(rays.div_ceil(CHUNK)), Listed::default);
+    for from in (0..rays).step_by(chunks.len().max(1) * CHUNK) {
+        let starts = (from..rays).step_by(CHUNK);
+        threads::pieces(chunks.iter_mut().zip(starts.clone()), |_, (listed, from)| {
+            listed.list(many, from..rays.min(from + CHUNK), limit);
+        });
+        for (listed, _) in chunks.iter().zip(starts) {
+            lists.add(listed)?;
         }
     }
     lists.hits.shrink_to_fit();
     Ok(lists)
 }
 
-/// The hits of some rays by chunks, on all threads where there are threads.
-fn chunks(
-    many: &Many<'_>,
-    range: Range<usize>,
-    limit: Option<usize>,
-) -> Vec<Result<Listed, NoMemory>> {
-    let chunk = |i: usize| {
-        let from = range.start + i * CHUNK;
-        let mut listed = Err(NoMemory);
-        many.ask(from..range.end.min(from + CHUNK), &mut |asked, which| {
-            listed = match which {
-                Which::Filter(test) => by_filter(asked, test, limit),
-                Which::Lanes64(_) => one_by_one(asked, which, limit),
-            };
-        });
-        listed
-    };
-    let mut all = Vec::new();
-    all.resize_with(range.len().div_ceil(CHUNK), || Err(NoMemory));
-    threads::pieces(all.iter_mut(), |i, listed| *listed = chunk(i));
-    all
-}
-
-/// The hits of a chunk by the filter.
-fn by_filter<'a>(
-    asked: Asked<'a>,
-    test: Filter<'a>,
-    limit: Option<usize>,
-) -> Result<Listed, NoMemory> {
-    let mut pairs = HitPairs::new(limit);
-    batch::chunk(asked, test, Answers::Pairs(&mut pairs));
-    let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
-    let listed = Listed::by_ray(rays.len(), pairs)?;
-    test.level().run(WithAttributes { bvh, rays, resolver, limit, listed })
-}
-
-/// The same, a ray a call.
-fn one_by_one(
-    asked: Asked<'_>,
-    which: Which<'_>,
-    limit: Option<usize>,
-) -> Result<Listed, NoMemory> {
-    let Asked { bvh, choice, rays, .. } = asked;
-    let mut listed = Listed { ends: room(rays.len())?, ..Listed::default() };
-    for (number, ray) in rays.iter().enumerate() {
-        let all = one::all(bvh, (&choice, number), &which, ray);
-        let some = &all[..all.len().min(limit.unwrap_or(usize::MAX))];
-        listed.hits.try_reserve(some.len())?;
-        listed.hits.extend_from_slice(some);
-        listed.ends.push(listed.hits.len());
-    }
-    Ok(listed)
-}
-
 impl HitLists {
     /// Adds those of the next rays.
-    fn add(&mut self, Listed { ends, hits, .. }: &Listed) -> Result<(), NoMemory> {
+    fn add(&mut self, listed: &Listed) -> Result<(), NoMemory> {
+        let Listed { ends, hits, is_full: false, .. } = listed else { return Err(NoMemory) };
         let first = self.hits.len();
         self.hits.try_reserve(hits.len())?;
         self.hits.extend_from_slice(hits);
@@ -144,36 +100,89 @@ impl HitLists {
 /// The hits of a chunk of rays.
 #[derive(Default)]
 struct Listed {
+    /// As they are found.
+    pairs: HitPairs,
     /// Where those of each ray end.
     ends: Vec<usize>,
     /// The places of the triangles, by ray.
     places: Vec<u32>,
     hits: Vec<Hit>,
+    /// Whether there is too little memory.
+    is_full: bool,
 }
 
 impl Listed {
-    /// Pairs in the order of their rays.
-    fn by_ray(rays: usize, pairs: HitPairs) -> Result<Self, NoMemory> {
-        let HitPairs { pairs, is_full: false, .. } = pairs else { return Err(NoMemory) };
+    /// Lists the hits of some rays.
+    fn list(&mut self, many: &Many<'_>, range: Range<usize>, limit: Option<usize>) {
+        self.ends.clear();
+        self.hits.clear();
+        many.ask(range, &mut |asked, which| {
+            let listed = match which {
+                Which::Filter(test) => self.by_filter(asked, test, limit),
+                Which::Lanes64(_) => self.one_by_one(asked, which, limit),
+            };
+            self.is_full = listed.is_err();
+        });
+    }
+
+    /// By the filter.
+    fn by_filter<'a>(
+        &mut self,
+        asked: Asked<'a>,
+        test: Filter<'a>,
+        limit: Option<usize>,
+    ) -> Result<(), NoMemory> {
+        self.pairs.clear(limit);
+        batch::chunk(asked, test, Answers::Pairs(&mut self.pairs));
+        let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
+        self.by_ray(rays.len())?;
+        test.level().run(WithAttributes { bvh, rays, resolver, limit, listed: self })
+    }
+
+    /// The same, a ray a call.
+    fn one_by_one(
+        &mut self,
+        asked: Asked<'_>,
+        which: Which<'_>,
+        limit: Option<usize>,
+    ) -> Result<(), NoMemory> {
+        let Asked { bvh, choice, rays, .. } = asked;
+        self.ends.try_reserve(rays.len())?;
+        for (number, ray) in rays.iter().enumerate() {
+            let all = one::all(bvh, (&choice, number), &which, ray);
+            let some = &all[..all.len().min(limit.unwrap_or(usize::MAX))];
+            self.hits.try_reserve(some.len())?;
+            self.hits.extend_from_slice(some);
+            self.ends.push(self.hits.len());
+        }
+        Ok(())
+    }
+
+    /// Puts the pairs in the order of their rays.
+    fn by_ray(&mut self, rays: usize) -> Result<(), NoMemory> {
+        let Self { pairs: HitPairs { pairs, is_full: false, .. }, ends, places, .. } = self else {
+            return Err(NoMemory);
+        };
 
         // How many each ray has, then where they begin; placing them moves that to where they end.
-        let mut ends = room(rays)?;
-        ends.resize(rays, 0_usize);
-        for &(ray, _) in &pairs {
+        ends.try_reserve(rays)?;
+        ends.resize(rays, 0);
+        for &(ray, _) in &*pairs {
             ends[ray as usize] += 1;
         }
         let mut begin = 0;
-        for end in &mut ends {
+        for end in &mut *ends {
             begin += std::mem::replace(end, begin);
         }
-        let mut places = room(pairs.len())?;
+        places.clear();
+        places.try_reserve(pairs.len())?;
         places.resize(pairs.len(), 0);
-        for (ray, place) in pairs {
+        for &(ray, place) in &*pairs {
             let at = &mut ends[ray as usize];
             places[*at] = place;
             *at += 1;
         }
-        Ok(Self { ends, places, hits: Vec::new() })
+        Ok(())
     }
 
     /// The first and last places of each ray's hits.
@@ -188,17 +197,17 @@ struct WithAttributes<'a> {
     rays: &'a [Ray],
     resolver: Resolver<'a>,
     limit: Option<usize>,
-    listed: Listed,
+    listed: &'a mut Listed,
 }
 
 impl WithSimd for WithAttributes<'_> {
-    type Output = Result<Listed, NoMemory>;
+    type Output = Result<(), NoMemory>;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
-        let Self { bvh, rays, resolver, limit, mut listed } = self;
-        let Listed { ends, places, hits } = &mut listed;
-        *hits = room(places.len())?;
+        let Self { bvh, rays, resolver, limit, listed } = self;
+        let Listed { ends, places, hits, .. } = listed;
+        hits.try_reserve(places.len())?;
         hits.resize(places.len(), Hit::MISS);
 
         // Eight pairs side by side, whosever they are.
@@ -227,7 +236,7 @@ impl WithSimd for WithAttributes<'_> {
             cut(ends, hits, limit);
         }
         bvh.geometries.tell(hits);
-        Ok(listed)
+        Ok(())
     }
 }
 
@@ -276,4 +285,37 @@ fn cut(ends: &mut [usize], hits: &mut Vec<Hit>, limit: usize) {
         *end = kept;
     }
     hits.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Certified, Double, Ray, Triangle};
+
+    use super::{CHUNK, ROUND};
+    use crate::{Bvh, threads};
+
+    /// More than a round: each ray has its own list, whatever the chunks before it left behind.
+    #[test]
+    fn rounds_of_chunks_follow_each_other() {
+        let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);
+        let bvh = Bvh::new(&[wall(7.0), wall(5.0), wall(6.0)]).unwrap();
+        let count = ROUND * threads::count() * CHUNK + 2 * CHUNK + 3;
+        // So many hits of the i-th.
+        let hits = |i: usize| [3, 0, 1, 2][(i / 5 + i / CHUNK) % 4];
+        let ray = |i: usize| {
+            let from = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 6.5], [1.0, 1.0, 5.5]];
+            Ray::new(from[(i / 5 + i / CHUNK) % 4], [0.0, 0.0, 1.0])
+        };
+        let rays: Vec<Ray> = (0..count).map(ray).collect();
+        for limit in [None, Some(2)] {
+            let lists = bvh.all_batch(&Certified::default(), &rays, limit).unwrap();
+            assert_eq!(lists, bvh.all_batch(&Double::default(), &rays, limit).unwrap());
+            assert_eq!(lists.len(), count);
+            for (i, list) in lists.iter().enumerate() {
+                let (all, most) = ([1, 2, 0], limit.unwrap_or(3));
+                let expected = all[3 - hits(i)..].iter().take(most);
+                assert!(list.iter().map(|hit| hit.triangle).eq(expected.copied()), "ray {i}");
+            }
+        }
+    }
 }
