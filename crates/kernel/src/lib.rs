@@ -62,7 +62,8 @@ pub mod internal {
         Frame, Nearest, Outline, Outlines, Points, Ranges, Settle, Starts, Windows,
     };
     pub use crate::filter::{
-        BlockHits, Constants, Evidence, Filter, Precheck, Rays, Room, SharedOriginBlock, Triangles,
+        AlongAxis, Axis, BlockHits, Constants, Evidence, Filter, LaneHits, Precheck, Rays, Room,
+        SharedOriginBlock, Triangles,
     };
     pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
     pub use crate::intersect::{Found, Test};

@@ -10,6 +10,9 @@ use crate::scalar::Scalar;
 /// Points a thread takes at a time.
 const CHUNK: usize = 4096;
 
+/// Points of a slab.
+const SLAB: usize = 1 << 20;
+
 /// Fewer points are asked in the order in which they come.
 const FEW: usize = 512;
 
@@ -56,6 +59,24 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     for (&(_, i), found) in order.iter().zip(found) {
         answers[i as usize] = found;
     }
+}
+
+/// Asks for one answer a point of who puts points in order by itself: as many at a time as may keep Ctrl-C waiting.
+pub(crate) fn by_slabs<S: Scalar, A: Send>(
+    py: Python<'_>,
+    pool: &ThreadPool,
+    points: &[S],
+    answers: &mut [A],
+    mut ask: impl FnMut(&[[S; 3]], &mut [A]) + Send,
+) -> PyResult<()> {
+    let points: &[[S; 3]] = bytemuck::cast_slice(points);
+    run(py, pool, points.len().saturating_mul(64), |stop| {
+        for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
+            if !stop.is_set() {
+                ask(points, answers);
+            }
+        }
+    })
 }
 
 /// The numbers of points along the curve, behind their places on it.

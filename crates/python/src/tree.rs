@@ -18,7 +18,7 @@ use crate::batch::answers;
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
 use crate::picture::tiled;
-use crate::points::of_points;
+use crate::points::{by_slabs, of_points};
 use crate::pool::pool;
 use crate::run::run;
 use crate::scalar::{Mode, Scalar, no_memory, wrong};
@@ -278,10 +278,12 @@ macro_rules! tree {
                 let points = points.as_slice()?;
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
-                of_points(py, &*pool(threads)?, points, (out, 0), |points, out| {
-                    let mut places = vec![Place::Outside; points.len()];
+                let mut places = Vec::new();
+                by_slabs(py, &*pool(threads)?, points, out, |points, out| {
+                    places.resize(points.len(), Place::Outside);
                     mesh.solid.place_batch(points, &mut places);
-                    out.iter_mut().zip(places).for_each(|(out, place)| *out = winding(place));
+                    let all = out.iter_mut().zip(&places);
+                    all.for_each(|(out, &place)| *out = winding(place));
                 })
             }
 

@@ -1,10 +1,11 @@
 //! A bounding volume hierarchy whose answers equal a plain loop's, bit for bit.
 //!
-//! One walk in three forms: a ray a call (`single`), streams of rays that have little in common
-//! (`stream`), bundles of coherent rays (`bundle`). `query` chooses.
+//! One walk in four forms: a ray a call (`single`), streams of rays that have little in common
+//! (`stream`), bundles of coherent rays (`bundle`), beams of parallel ones (`beam`). `query` chooses.
 
 mod across;
 mod answers;
+mod beam;
 mod build;
 mod bundle;
 mod bvh;

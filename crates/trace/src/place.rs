@@ -16,12 +16,17 @@ pub enum Place {
 impl Place {
     /// After one more crossing of a ray from there.
     pub(crate) fn crossed(self, leaves: bool) -> Self {
+        self.wound(if leaves { 1 } else { -1 })
+    }
+
+    /// After more crossings, so many more of which leave than enter.
+    pub(crate) fn wound(self, leave: i32) -> Self {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
             Self::Surface => return self,
         };
-        match times + if leaves { 1 } else { -1 } {
+        match times + leave {
             0 => Self::Outside,
             times => Self::Inside(times),
         }

@@ -45,6 +45,19 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
         if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
     }
 
+    /// One of N triangles for all lanes.
+    #[inline(always)]
+    pub(super) fn of_lane<const N: usize>(
+        block: &TriangleBlock<N>,
+        lane: usize,
+        room: &Room,
+    ) -> Self {
+        let TriangleOf([c1, c2, c3]) = block.triangle(lane);
+        let corners = [Vec3::splat(c1), Vec3::splat(c2), Vec3::splat(c3)];
+        let h = F::splat(block.longest_edges()[lane]);
+        if room.copies { Self::of_edges(corners, h) } else { Self::new(corners, h) }
+    }
+
     /// One triangle for all lanes.
     #[inline(always)]
     pub(crate) fn splat(TriangleOf([c1, c2, c3]): &Triangle, h: f32) -> Self {
@@ -149,6 +162,13 @@ impl Rays<f32> {
     pub(crate) fn of_ray(ray: &Ray, threshold: Threshold, room: &Room) -> Self {
         Self::new(RayLanes::of_ray(ray), threshold, room)
     }
+
+    /// With room for lines of this direction that are no farther away.
+    #[inline(always)]
+    pub(super) fn passed_within(mut self, off: f32) -> Self {
+        self.off += self.len * off;
+        self
+    }
 }
 
 /// The larger of lanes and a number; where a lane is NaN, NaN.
@@ -216,7 +236,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 
     /// The weights, positive inside whichever side the ray comes from.
     #[inline(always)]
-    fn weights(&self) -> [F; 3] {
+    pub(super) fn weights(&self) -> [F; 3] {
         [self.v.flip(self.den), self.w.flip(self.den), self.u.flip(self.den)]
     }
 

@@ -18,6 +18,7 @@ mod bound;
 mod decided;
 mod edges;
 mod evidence;
+mod parallel_rays;
 mod precheck;
 pub(crate) mod projection;
 mod room;
@@ -29,6 +30,7 @@ mod worst;
 pub use block_hits::BlockHits;
 pub use edges::{Rays, Triangles};
 pub use evidence::Evidence;
+pub use parallel_rays::{AlongAxis, Axis, LaneHits};
 pub use precheck::{Constants, Precheck};
 pub use shared_origin::SharedOriginBlock;
 

@@ -8,10 +8,12 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use crate::answers::Answers;
+use crate::beam::Beams;
 use crate::bundle::{
     Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
 };
 use crate::given::Ask;
+use crate::place::Place;
 use crate::select::Choice;
 use crate::single::{Closest, Kept};
 use crate::stream::Stream;
@@ -82,12 +84,27 @@ pub(super) fn part(many: &Many<'_>, range: Range<usize>, mut answers: Answers<'_
         many.ask(from..to, &mut |asked, which| {
             let mut some = answers.part(from - range.start, to - range.start);
             counts += match which {
-                Which::Filter(test) => chunk(asked, test, some),
+                Which::Filter(test) => match some {
+                    Answers::Places(places) => beams(asked, test, places),
+                    some => chunk(asked, test, some),
+                },
                 Which::Lanes64(test) => one_by_one(asked, test, &mut some),
             };
         });
     }
     tell(many.bvh, answers);
+    counts
+}
+
+/// Where rays start that go the same way, on this thread: by beams, and those that are left as a stream.
+fn beams(Asked { bvh, rays, .. }: Asked<'_>, test: Filter<'_>, places: &mut [Place]) -> Counts {
+    let mut counts = Counts::default();
+    let left = test.level().run(Beams { bvh, test, rays, places, counts: &mut counts });
+    if !left.is_empty() {
+        let (numbers, answers, counts) = (&left[..], &mut Answers::Places(places), &mut counts);
+        let (rays, choice) = ((rays, &[][..]), &None);
+        stream(Stream { bvh, test, rays, numbers, answers, choice, counts });
+    }
     counts
 }
 

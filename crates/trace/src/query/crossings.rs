@@ -1,19 +1,12 @@
 //! Where rays cross a mesh, each edge and corner once: by the mode `exact`.
 
-use intertri::internal::exact::is_on;
 use intertri::{Crossing, Crossings, Exact, RayOf};
 
-use super::{Only, batch, one};
+use super::{Only, one};
 use crate::answers::Answers;
 use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
-use crate::place::Place;
 use crate::select::Select;
-use crate::single::is_held;
-
-/// The way in which winding numbers are counted: any is as good as another. Of the common ones it is none, so
-/// that few edges are met exactly.
-const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
 impl<S: Given> Bvh<S>
 where
@@ -45,38 +38,6 @@ where
     /// If the slices differ in length.
     pub fn crossings_batch(&self, mode: &Exact, rays: &[RayOf<S>], crossings: &mut [Crossings]) {
         self.only(&Select::ALL).crossings_batch(mode, rays, crossings);
-    }
-
-    /// Where a point lies.
-    pub(crate) fn place(&self, mode: Exact, point: [S; 3]) -> Place {
-        let seen = S::point(&self.originals, point);
-        if is_held(&self.tree, seen, |place| is_on(&self.triangle(place), point)) {
-            return Place::Surface;
-        }
-        self.ask_one(&mode, &RayOf::new(point, DIR.map(S::from)), |tree, which, ray| {
-            one::winding(tree, which, ray)
-        })
-    }
-
-    /// Where points lie, told by a function of that.
-    pub(crate) fn places<A: Send>(
-        &self,
-        mode: Exact,
-        points: &[[S; 3]],
-        answers: &mut [A],
-        answer: impl Fn(Place) -> A + Sync,
-    ) {
-        batch::chunks(points, answers, |points, answers| {
-            let dir = DIR.map(S::from);
-            let rays: Vec<RayOf<S>> = points.iter().map(|&point| RayOf::new(point, dir)).collect();
-            let mut places = vec![Place::Outside; points.len()];
-            let counts =
-                self.only(&Select::ALL).on_this_thread(&mode, &rays, Answers::Places(&mut places));
-            for (place, to) in places.into_iter().zip(answers) {
-                *to = answer(place);
-            }
-            counts
-        });
     }
 }
 

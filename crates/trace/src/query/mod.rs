@@ -9,6 +9,7 @@ mod intersector;
 mod lists;
 mod one;
 mod only;
+mod places;
 
 #[cfg(feature = "fixed")]
 pub use fixed::FixedBvh;

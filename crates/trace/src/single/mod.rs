@@ -11,3 +11,4 @@ pub(crate) use on_surface::is_held;
 pub(crate) use queries::{All, Closest, Hits};
 pub(crate) use slab::{SlabLanes, Slabs, octant};
 pub(crate) use stack::{BOTTOM, Kept, Stack};
+pub(crate) use traverse::{Visit, walk};

@@ -35,6 +35,13 @@ pub(crate) fn octant(ray: &Ray) -> usize {
     x | y << 1 | z << 2
 }
 
+/// The largest coordinate.
+#[inline(always)]
+fn largest([x, y, z]: [f32; 3]) -> f32 {
+    let larger = |a: f32, b: f32| if a > b { a } else { b };
+    larger(larger(x.abs(), y.abs()), z.abs())
+}
+
 /// A ray as the slab test wants it: x, y, z, and one that does not count.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
@@ -51,28 +58,34 @@ impl Slabs {
     /// or too small for f32: then only a plain loop is safe.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(ray: &Ray, reach: f32) -> Option<Self> {
-        let largest = |[x, y, z]: [f32; 3]| {
-            let larger = |a: f32, b: f32| if a > b { a } else { b };
-            larger(larger(x.abs(), y.abs()), z.abs())
-        };
-        let (far_off, length) = (largest(ray.origin) + reach, largest(ray.dir));
+        Self::around::<S>((ray.origin, ray.origin), ray.dir, largest(ray.origin) + reach)
+    }
+
+    /// The same of parallel lines that meet a box, where nothing is farther out than `far_off`.
+    #[inline(always)]
+    pub(crate) fn around<S: Simd>(
+        (lo, hi): ([f32; 3], [f32; 3]),
+        dir: [f32; 3],
+        far_off: f32,
+    ) -> Option<Self> {
+        let length = largest(dir);
 
         // Everything below is at most this large, and length is not so small that it is lost.
         if !(far_off < length * (STEEPEST * HUGE) && length > TINY / STEEPEST && length < HUGE) {
             return None;
         }
 
-        let ([x, y, z], [dx, dy, dz]) = (ray.origin, ray.dir);
-        let origin = S::F32x4::load(&[x, y, z, 0.0]);
+        let [dx, dy, dz] = dir;
+        let load = |[x, y, z]: [f32; 3]| S::F32x4::load(&[x, y, z, 0.0]);
         let dir = S::F32x4::load(&[dx, dy, dz, length]);
         let splat = S::F32x4::splat;
         let rd = splat(1.0) / dir.abs().max(splat(length * STEEPEST)).flip(dir);
-        let at = origin * rd;
+        let (a, b) = (load(lo) * rd, load(hi) * rd);
         let pad = splat(far_off * PAD + TINY) * rd.abs() + splat(TINY);
         let mut slabs = Self::default();
         rd.store(&mut slabs.rd);
-        (-(at + pad)).store(&mut slabs.minus_near);
-        (pad - at).store(&mut slabs.minus_far);
+        (-(a.max(b) + pad)).store(&mut slabs.minus_near);
+        (pad - a.min(b)).store(&mut slabs.minus_far);
         Some(slabs)
     }
 }

@@ -11,7 +11,7 @@ use crate::tree::{LEAF, Tree};
 ///
 /// A trait and not a closure: its method must be inlined into the traversal, or it is compiled without the
 /// level's instructions.
-pub(super) trait Visit {
+pub(crate) trait Visit {
     /// Looks at the triangles of a leaf. Gives the new far end of the query, or `None` to stop.
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
@@ -42,13 +42,25 @@ pub(super) fn traverse<S: Simd>(
     // everything.
     let slabs = Slabs::new::<S>(ray, bvh.reach);
     let boxed = if slabs.is_some() { bvh.boxed } else { 0 };
-    let (mut unboxed, mut next) = (boxed, if boxed > 0 { 0 } else { BOTTOM });
     let octant = octant(ray);
     let lanes = SlabLanes::<S::F32x8>::splat(&slabs.unwrap_or_default(), octant);
+    walk::<S>(bvh, (&lanes, octant), (ray.t_min, ray.t_max), boxed, kept, closest, visitor);
+}
+
+/// The same of slabs, within `t_min..=far`: the first `boxed` leaves by their boxes, and all others.
+#[inline(always)]
+pub(crate) fn walk<S: Simd>(
+    bvh: &Tree,
+    (lanes, octant): (&SlabLanes<S::F32x8>, usize),
+    (t_min, mut far): (f32, f32),
+    boxed: usize,
+    kept: &mut Kept,
+    closest: bool,
+    visitor: &mut impl Visit,
+) {
+    let (mut unboxed, mut next) = (boxed, if boxed > 0 { 0 } else { BOTTOM });
     let Kept { stack, predictor } = kept;
     let (mut top, mut stack) = (stack.bottom(0), stack.entries());
-
-    let mut far = ray.t_max;
     loop {
         // The next leaf: one without a box, or the next that begins before the best hit.
         let leaf = if unboxed < bvh.leaves.len() {
@@ -72,7 +84,7 @@ pub(super) fn traverse<S: Simd>(
 
                 // A node: of its boxes that the ray meets one is next.
                 let node = &bvh.nodes[next as usize];
-                let (met, near) = lanes.meet(node, ray.t_min, far);
+                let (met, near) = lanes.meet(node, t_min, far);
                 let bits = met.bits();
                 if bits == 0 {
                     next = BOTTOM;

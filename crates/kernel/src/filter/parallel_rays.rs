@@ -1,0 +1,174 @@
+//! Parallel rays whose lines are close together: which triangles of a block some of them may hit, and what sixteen
+//! of them do to one of these.
+//!
+//! ```text
+//!   axis ──► block of eight      V, W, U of a ray along the axis, and how they change beside it
+//!   rays ──► each that is left   V, W, U of sixteen rays: three multiply-adds
+//!     └────► each that is left   the test of any rays
+//! ```
+//!
+//! Bound and proof: `docs/numerics/exact.md`, section 10.
+
+use crate::Ray;
+use crate::intersect::{Counts, PreparedPacket, Test};
+use crate::packet::TriangleBlock;
+use crate::simd::{Lanes, Mask, Simd, Vec3};
+
+use super::decided::Decided;
+use super::edges::{Edges, Rays, Triangles};
+use super::{Filter, bound};
+
+/// The axis of parallel rays.
+#[derive(Clone, Copy)]
+pub struct Axis {
+    rays: Rays<f32>,
+    dir: [f32; 3],
+    reach: [f32; 3],
+}
+
+/// Eight triangles as parallel rays see them.
+///
+/// ```
+/// use intertri::internal::{AlongAxis, LaneHits};
+/// use intertri::simd::{Simd, Vec3, WithSimd, dispatch};
+/// use intertri::{Counts, Exact, LaneQueries, Mode, Ray, RayPacket, Triangle, TriangleBlock};
+///
+/// /// Rays up from a row of points, around an axis at x = 0.
+/// struct Up<'a>(&'a [Ray], &'a TriangleBlock<8>);
+/// impl WithSimd for Up<'_> {
+///     type Output = (u32, u32, LaneHits);
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> Self::Output {
+///         let (test, packet, mut along) = (Exact::default().test(), RayPacket::new(self.0), AlongAxis::default());
+///         let axis = test.axis(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]), [0.5, 0.0, 0.0], 1.0);
+///         let reached = test.along_in::<S>(&axis, self.1, &mut along);
+///         let maybe = along.maybe_in::<S>(1, &Vec3::load(&packet.origin));
+///         let rays = test.prepare_packet_in::<S, 16>(&packet);
+///         (reached, maybe, test.lane_hits_in::<S>(&rays, self.1, 1, maybe, &mut Counts::default()))
+///     }
+/// }
+///
+/// // Out of reach, and in reach of half of the rays.
+/// let at = |x| Triangle::new([x, -1.0, 5.0], [x + 9.0, -1.0, 5.0], [x, 9.0, 5.0]);
+/// let rays: Vec<Ray> =
+///     (0..16).map(|i| Ray::new([(i as f32 - 7.5) / 16.0, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();
+/// let (reached, maybe, hits) = dispatch(Up(&rays, &TriangleBlock::new(&[at(2.0), at(0.0)])));
+/// assert_eq!((reached, maybe, hits.sure, hits.leaves), (0b10, 0xff00, 0xff00, true));
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct AlongAxis {
+    /// V and W of the axis, positive inside, and the size of D.
+    v: [f32; 8],
+    w: [f32; 8],
+    den: [f32; 8],
+    /// How V and W change beside it, by coordinates.
+    of_v: [[f32; 8]; 3],
+    of_w: [[f32; 8]; 3],
+    /// Below this an edge makes a sure miss.
+    least: [f32; 8],
+}
+
+/// What sixteen rays do to a triangle. A lane that is in neither mask is a miss.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneHits {
+    /// Surely hits within the interval, and inside of all edges.
+    pub sure: u32,
+    /// What the resolver has to settle.
+    pub undecided: u32,
+    /// Whether the sure ones go with the normal.
+    pub leaves: bool,
+}
+
+impl AlongAxis {
+    /// Which of sixteen rays may hit the triangle in a lane, by how far their lines are beside the axis.
+    #[inline(always)]
+    pub fn maybe_in<S: Simd>(&self, lane: usize, beside: &Vec3<S::F32x16>) -> u32 {
+        let splat = |row: &[f32; 8]| S::F32x16::splat(row[lane % 8]);
+        let at = |of: &[[f32; 8]; 3], axis| {
+            let [x, y, z] = of;
+            Vec3 { x: splat(x), y: splat(y), z: splat(z) }.dot_add(*beside, axis)
+        };
+        let (v, w) = (at(&self.of_v, splat(&self.v)), at(&self.of_w, splat(&self.w)));
+        let u = (splat(&self.den) - v) - w;
+        let edge = v.min(w).min(u * S::F32x16::splat(0.5));
+        (!edge.lt(splat(&self.least))).bits()
+    }
+}
+
+impl Filter<'_> {
+    /// The axis of parallel rays whose lines are within `reach` beside it, coordinate by coordinate, and of whose
+    /// origins no sum of coordinates is larger than `away`.
+    #[inline(always)]
+    pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
+        let [x, y, z] = reach;
+        let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
+        let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
+        let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);
+        Axis { rays, dir: axis.dir, reach }
+    }
+
+    /// The triangles of a block that a ray around an axis may hit, a bit each; where there are any, `along` becomes
+    /// how rays see them.
+    #[inline(always)]
+    pub fn along_in<S: Simd>(
+        &self,
+        axis: &Axis,
+        block: &TriangleBlock<8>,
+        along: &mut AlongAxis,
+    ) -> u32 {
+        let triangles = Triangles::<S::F32x8>::of_block(block, self.room);
+        let rays = Rays::splat(&axis.rays);
+        let edges = Edges::new(&triangles, &rays);
+        let bound = edges.bound(&triangles, &rays);
+        let least = Lanes::select(edges.sure(), -bound, S::F32x8::splat(f32::NEG_INFINITY));
+        let [v, w, u] = edges.weights();
+
+        // The most that they come to anywhere.
+        let (dir, reach) = (Vec3::<S::F32x8>::splat(axis.dir), Vec3::splat(axis.reach));
+        let (of_v, of_w) = (triangles.h5.cross_fused(dir), triangles.minus_h4.cross_fused(dir));
+        let most = |at: S::F32x8, of: Vec3<S::F32x8>| of.abs().dot_add(reach, at);
+        let least_of_v_and_w = most(v, of_v).min(most(w, of_w));
+        let edge = least_of_v_and_w.min(most(u, of_v + of_w) * S::F32x8::splat(0.5));
+        let reached = (!edge.lt(least)).bits() & block.live();
+        if reached != 0 {
+            v.store(&mut along.v);
+            w.store(&mut along.w);
+            edges.den.abs().store(&mut along.den);
+            least.store(&mut along.least);
+            flipped(of_v, edges.den).store(&mut along.of_v);
+            flipped(of_w, edges.den).store(&mut along.of_w);
+        }
+        reached
+    }
+
+    /// What those of sixteen rays that are `live` do to the triangle in a lane of a block.
+    #[inline(always)]
+    pub fn lane_hits_in<S: Simd>(
+        &self,
+        rays: &PreparedPacket<'_, Self, S, 16>,
+        block: &TriangleBlock<8>,
+        lane: usize,
+        live: u32,
+        counts: &mut Counts,
+    ) -> LaneHits {
+        let triangle = Triangles::<S::F32x16>::of_lane(block, lane, self.room);
+        counts.tests += u64::from(live.count_ones());
+        let (packet, rays) = (rays.packet(), rays.lanes());
+        let (edges, far) = (Edges::new(&triangle, rays), Lanes::load(&packet.t_max));
+        let Decided { hit, undecided, t_hi, .. } =
+            edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
+        counts.undecided += u64::from(undecided.count_ones());
+
+        // What may lie beyond the end of the interval is not sure, either.
+        let end = packet.t_max.map(|t_max| self.sure_end(t_max));
+        let sure = hit & Mask::bits(t_hi.lt(Lanes::load(&end)));
+        let leaves = sure & !Mask::bits(edges.den.negative()) != 0;
+        LaneHits { sure, undecided: undecided | hit & !sure, leaves }
+    }
+}
+
+/// With the signs flipped where a number is negative.
+#[inline(always)]
+fn flipped<F: Lanes<Scalar = f32>>(Vec3 { x, y, z }: Vec3<F>, of: F) -> Vec3<F> {
+    Vec3 { x: x.flip(of), y: y.flip(of), z: z.flip(of) }
+}

@@ -1,0 +1,19 @@
+//! Beams: parallel rays whose lines are close together, sixteen through the hierarchy as one.
+//!
+//! ```text
+//!   points ──► in strips across the direction ──► sixteen in a row: a tube around their lines
+//!                                                     │
+//!                 nodes: one slab test of the tube ◄──┘
+//!                     └──► leaves: which of eight triangles does the tube reach?
+//!                              └──► which of sixteen rays? ──► the test of any rays
+//! ```
+
+mod order;
+#[cfg(test)]
+mod tests;
+mod traverse;
+mod tube;
+mod winding;
+
+pub(crate) use order::order;
+pub(crate) use traverse::Beams;

@@ -1,0 +1,108 @@
+//! The tube of a beam: what is around the lines of its rays.
+//!
+//! ```text
+//!         ┌─┐                     each line meets a plane across the axis along which it goes farthest;
+//!   o ────┼─┼───►                 a rectangle around these places is where the tube starts,
+//!      o ─┼─┼────────►            at a t of its own for each ray
+//!         └─┘
+//! ```
+
+use intertri::simd::{Lanes, Mask, Simd, Vec3};
+use intertri::{Ray, RayPacket};
+
+use crate::across::smallest;
+use crate::single::Slabs;
+use crate::tree::Tree;
+
+/// Rays of a beam.
+pub(super) const RAYS: usize = 16;
+
+/// Places on the plane are off by this share of the origins' coordinates: 8u.
+const OFF: f32 = 1.0 / (1 << 21) as f32;
+
+/// No sum of coordinates is larger: 2^100.
+const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
+
+/// A plane across a direction: through 0, with one coordinate the same.
+#[derive(Clone, Copy)]
+pub(super) struct Across {
+    /// The axis along which the direction goes farthest, and the others.
+    axes: [usize; 3],
+    /// How far it goes along those meanwhile.
+    slope: [f64; 2],
+}
+
+impl Across {
+    #[inline(always)]
+    pub(super) fn new(dir: [f64; 3]) -> Self {
+        let [x, y, z] = dir.map(f64::abs);
+        let axes @ [along, a, b] = if x >= y && x >= z {
+            [0, 1, 2]
+        } else if y >= z {
+            [1, 2, 0]
+        } else {
+            [2, 0, 1]
+        };
+        Self { axes, slope: [dir[a] / dir[along], dir[b] / dir[along]] }
+    }
+
+    /// Where the line through a point meets the plane.
+    #[inline(always)]
+    pub(super) fn place(&self, point: [f64; 3]) -> [f64; 2] {
+        let ([along, a, b], [to_a, to_b]) = (self.axes, self.slope);
+        [point[a] - point[along] * to_a, point[b] - point[along] * to_b]
+    }
+}
+
+/// What is around the lines of some parallel rays.
+pub(super) struct Tube<S: Simd> {
+    /// A ray along them from the middle of where they meet the plane.
+    pub(super) axis: Ray,
+    pub(super) slabs: Slabs,
+    /// How far a line is beside the axis, and that of each ray.
+    pub(super) reach: [f32; 3],
+    pub(super) beside: Vec3<S::F32x16>,
+    /// No sum of an origin's coordinates is larger.
+    pub(super) away: f32,
+}
+
+impl<S: Simd> Tube<S> {
+    /// Of rays that go the same way from t = 0 on, without an end; `None` where they do not, or are too far out.
+    #[inline(always)]
+    pub(super) fn new(packet: &RayPacket<RAYS>, bvh: &Tree) -> Option<Self> {
+        let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
+        let dir = packet.ray(0).dir;
+        let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
+        let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
+        let alike = is(&packet.dir[0], dir[0])
+            & is(&packet.dir[1], dir[1])
+            & is(&packet.dir[2], dir[2])
+            & is(&packet.t_min, 0.0)
+            & is(&packet.t_max, f32::INFINITY)
+            & norm.lt(splat(FAR_OUT));
+        if alike.bits() != 0xffff {
+            return None;
+        }
+
+        let Across { axes: [along, a, b], slope } = Across::new(dir.map(f64::from));
+        let away = -smallest::<S>(-norm);
+        let off = away * OFF;
+        let from = load(&packet.origin[along]);
+        let (mut lo, mut hi, mut middle, mut reach) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
+        let mut beside = [[0.0; RAYS]; 3];
+        for (axis, slope) in [a, b].into_iter().zip(slope) {
+            let at = from.mul_add(splat(-slope as f32), load(&packet.origin[axis]));
+            (lo[axis], hi[axis]) = (smallest::<S>(at) - off, off - smallest::<S>(-at));
+            middle[axis] = 0.5 * lo[axis] + 0.5 * hi[axis];
+            let (below, above) = (middle[axis] - lo[axis], hi[axis] - middle[axis]);
+            reach[axis] = if below > above { below } else { above };
+            (at - splat(middle[axis])).store(&mut beside[axis]);
+        }
+
+        // From the plane on, t counts for a ray from where it starts.
+        let start = smallest::<S>(from * splat(1.0 / dir[along]));
+        let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
+        let slabs = Slabs::around::<S>((lo, hi), dir, 2.0 * away + bvh.reach)?;
+        Some(Self { axis, slabs, reach, beside: Vec3::load(&beside), away })
+    }
+}
