@@ -154,8 +154,8 @@ macro_rules! tree {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let pool = pool(None)?;
                 run(py, &pool, faces.len(), |_| {
-                    let solid = Solid::new(&gather::<$scalar>(vertices, faces)?);
-                    Ok(solid.err().map(|error| error.to_string()))
+                    let closed = Solid::check_closed(&gather::<$scalar>(vertices, faces)?);
+                    Ok(closed.err().map(|error| error.to_string()))
                 })?
             }
 

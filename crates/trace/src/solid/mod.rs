@@ -43,13 +43,33 @@ where
     /// # Errors
     /// If it is open, something is not finite, or there is no hierarchy over it.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, SolidError<S>> {
+        Self::check_closed(triangles)?;
+        Ok(Self::assume_closed(triangles)?)
+    }
+
+    /// What [`Solid::new`] asks of triangles, without a hierarchy: for who has one already, or needs none.
+    ///
+    /// # Errors
+    /// If they are open, or something is not finite.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let bvh = Bvh::new(&faces)?;
+    /// Solid::check_closed(&faces)?;
+    /// let solid = Solid::assume_closed_bvh(bvh);
+    /// assert!(Solid::check_closed(&faces[1..]).is_err());
+    /// # Ok::<(), intertri_trace::SolidError>(())
+    /// ```
+    pub fn check_closed(triangles: &[TriangleOf<S>]) -> Result<(), SolidError<S>> {
         let finite = |t: &TriangleOf<S>| t.0.as_flattened().iter().all(|x| x.is_finite());
         if let Some(triangle) = triangles.iter().position(|triangle| !finite(triangle)) {
             return Err(SolidError::NotFinite { triangle });
         }
         match open_edge(triangles) {
             Some((triangle, edge)) => Err(SolidError::Open { triangle, edge }),
-            None => Ok(Self::assume_closed(triangles)?),
+            None => Ok(()),
         }
     }
 
