@@ -54,6 +54,8 @@ def test_more_points_than_are_put_in_order_at_once():
     points = np.zeros((count, 3), np.float32)
     points[:, 0] = np.random.default_rng(1).permutation(count) / np.float32(count / 2)
     assert (mesh.contains(points) == (points[:, 0] <= 1)).all()
+    away = np.abs(points[:, 0].astype(float) - 1)
+    assert (mesh.closest_point(points, radius=0.1)["distance"] == np.where(away <= 0.1, away, np.inf)).all()
 
 
 def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
