@@ -16,6 +16,14 @@ use crate::{RayOf, Scalar, TriangleOf};
 /// assert!(!is_on(&wall, [0.5, 0.500_000_1, 5.0]) && !is_on(&wall, [0.1, 0.1, 5.000_001]));
 /// ```
 pub fn is_on<S: Scalar>(triangle: &TriangleOf<S>, point: [S; 3]) -> bool {
+    // Beside its box, as most are that only lie in its plane.
+    let is_beside = |axis: usize| {
+        let (x, corners) = (point[axis], &triangle.0);
+        corners.iter().all(|c| c[axis] < x) || corners.iter().all(|c| c[axis] > x)
+    };
+    if (0..3).any(is_beside) {
+        return false;
+    }
     let dir = [S::ONE, S::ZERO, S::ZERO];
     let pair = Pair { origin: point, dir, corners: triangle.0 };
     is_finite(&RayOf::new(point, dir), triangle) && {
