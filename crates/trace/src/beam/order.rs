@@ -65,9 +65,11 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
+        // Of points so far apart that a width is infinite, the ratio is no number: then as many as there may be.
+        let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
-        let strips = (count / 16.0 * (width / height)).sqrt().clamp(1.0, 4096.0).ceil();
-        let rows = (count / (ROW as f64 * strips)).clamp(1.0, 65536.0).ceil();
+        let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
+        let rows = some(count / (ROW as f64 * strips), 65536.0);
         let last = [strips as u32 - 1, rows as u32 - 1];
         Self { across, lo, scale: [strips / width, rows / height], last }
     }
@@ -119,14 +121,18 @@ mod tests {
         assert!(near > 39_900, "{near}");
     }
 
-    /// Few points, or all in one place.
+    /// Few points, all in one place, or as far apart as no number tells.
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {
-            for points in [vec![[1.0_f32; 3]; count], vec![[f32::NAN; 3]; count]] {
-                let mut order = order(&points, [0.0, -1.0, 0.0]);
-                order.sort_unstable();
-                assert!(order.into_iter().eq(0..count as u32));
+            let far = |i: usize| [1.7e308, 0.0, -1.7e308].map(|x| if i % 2 == 0 { x } else { -x });
+            let same = |x: f64| vec![[x; 3]; count];
+            for points in [same(1.0), same(f64::NAN), (0..count).map(far).collect()] {
+                for dir in [[0.0, -1.0, 0.0], [0.5, 0.3, 0.8]] {
+                    let mut order = order(&points, dir);
+                    order.sort_unstable();
+                    assert!(order.into_iter().eq(0..count as u32));
+                }
             }
         }
     }
