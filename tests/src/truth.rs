@@ -7,7 +7,7 @@ use intertri_reference as reference;
 use crate::scene::Scene;
 
 /// The answers of a plain loop over a scene.
-pub struct Truth {
+pub(crate) struct Truth {
     plain: Plain,
     /// By ray and triangle, NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
@@ -40,14 +40,14 @@ pub fn reference_ray(ray: &Ray) -> reference::Ray {
 
 impl Truth {
     /// Asks the reference about every ray and triangle.
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
             .with_threshold(scene.threshold);
         Self::by(Plain::Reference(tables), scene)
     }
 
     /// Asks integers.
-    pub fn exact(scene: &Scene) -> Self {
+    pub(crate) fn exact(scene: &Scene) -> Self {
         Self::by(Plain::Exact(scene.triangles.clone()), scene)
     }
 
@@ -62,7 +62,7 @@ impl Truth {
     }
 
     /// How many hits there are among all pairs.
-    pub fn hits(&self) -> usize {
+    pub(crate) fn hits(&self) -> usize {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
 

@@ -14,7 +14,7 @@ use super::input::subnormals_are_read;
 use super::rounded::{Volume, quotient};
 use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
-use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle};
+use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
 /// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for
 /// one rounding. It is of f32, or of f64 (`shared_origin64.rs`).
@@ -79,17 +79,8 @@ impl<D: Lanes<Scalar = f64>> EightSeen<D> {
     ) {
         let ([n, v, w], [of_n, of_v, of_w]) = (&self.products, self.shares);
         for half in [0, 1] {
-            let (n, v, w) = (n[half], v[half], w[half]);
-            let axes = [
-                by_triangle::<S>([n.x, v.x, w.x, n.x]),
-                by_triangle::<S>([n.y, v.y, w.y, n.y]),
-                by_triangle::<S>([n.z, v.z, w.z, n.z]),
-            ];
-            for (i, seen) in to.iter_mut().enumerate() {
-                for (rows, coefficients) in axes.iter().zip(&mut seen.coefficients[half]) {
-                    rows[i / 4][i % 4].store(coefficients);
-                }
-            }
+            let products = [n[half], v[half], w[half], n[half]];
+            put_by_triangle::<S>(products, to.iter_mut().map(|seen| &mut seen.coefficients[half]));
         }
         let shares = by_triangle::<S>([of_n, of_v, of_w, of_n]);
         let mut known = [[0.0; 8]; 3];

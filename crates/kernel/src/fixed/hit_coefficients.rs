@@ -12,7 +12,7 @@ use crate::Hit;
 use crate::barycentric::Coefficients;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::Vec3;
-use crate::simd::{Lanes, Mask, Simd, by_triangle};
+use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 
 /// A triangle of a grid as it is seen from one origin, ready to tell where a ray from there crosses it.
 ///
@@ -87,32 +87,17 @@ impl SharedOriginHit for HitCoefficients {
         let [x, y, z] = origin;
         let origin = Vec3::splat([x.into(), y.into(), z.into()]);
         let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
-        let (den, [v_high, v_low], [w_high, w_low]) = (halves(n), halves(v), halves(w));
-        let num = dot(den, a);
-
-        let [n_high, n_low] = den;
-        let rows = [
-            [
-                by_triangle::<S>([n_high.x, v_high.x, w_high.x, n_high.x]),
-                by_triangle::<S>([n_high.y, v_high.y, w_high.y, n_high.y]),
-                by_triangle::<S>([n_high.z, v_high.z, w_high.z, n_high.z]),
-            ],
-            [
-                by_triangle::<S>([n_low.x, v_low.x, w_low.x, n_low.x]),
-                by_triangle::<S>([n_low.y, v_low.y, w_low.y, n_low.y]),
-                by_triangle::<S>([n_low.z, v_low.z, w_low.z, n_low.z]),
-            ],
-        ];
+        let (n, v, w) = (halves(n), halves(v), halves(w));
+        let num = dot(n, a);
+        for half in [0, 1] {
+            let vectors = [n[half], v[half], w[half], n[half]];
+            put_by_triangle::<S>(vectors, to.iter_mut().map(|seen| &mut seen.coefficients[half]));
+        }
         let mut known = [[0.0; 8]; 2];
         num[0].store(&mut known[0]);
         num[1].store(&mut known[1]);
         for (i, triangle) in to.iter_mut().enumerate() {
-            for half in [0, 1] {
-                for (row, coefficients) in rows[half].iter().zip(&mut triangle.coefficients[half]) {
-                    row[i / 4][i % 4].store(coefficients);
-                }
-                triangle.known[half] = [known[half][i], 0.0, 0.0, 0.0];
-            }
+            triangle.known = [[known[0][i], 0.0, 0.0, 0.0], [known[1][i], 0.0, 0.0, 0.0]];
             triangle.index = indices[i];
         }
     }

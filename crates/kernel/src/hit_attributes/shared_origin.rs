@@ -15,7 +15,7 @@ use crate::Hit;
 use crate::barycentric::Coefficients;
 use crate::document::Tri;
 use crate::simd::Vec3;
-use crate::simd::{Lanes, Mask, Simd, by_triangle};
+use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 
 /// A triangle as it is seen from one origin, ready to tell where a ray from there meets it.
 ///
@@ -65,17 +65,11 @@ impl SharedOriginHit for HitCoefficients {
         let [x, y, z] = origin;
         let origin = Vec3::<S::F64x8>::splat([x.into(), y.into(), z.into()]);
         let Coefficients { a, n, v, w, .. } = Coefficients::of(corners, origin);
-        let rows = [
-            by_triangle::<S>([tri.nrm.x, v.x, w.x, n.x]),
-            by_triangle::<S>([tri.nrm.y, v.y, w.y, n.y]),
-            by_triangle::<S>([tri.nrm.z, v.z, w.z, n.z]),
-        ];
+        let vectors = [tri.nrm, v, w, n];
+        put_by_triangle::<S>(vectors, to.iter_mut().map(|seen| &mut seen.coefficients));
         let mut num = [0.0; 8];
         tri.nrm.dot(a).store(&mut num);
         for (i, seen) in to.iter_mut().enumerate() {
-            for (row, coefficients) in rows.iter().zip(&mut seen.coefficients) {
-                row[i / 4][i % 4].store(coefficients);
-            }
             seen.known = [num[i], 0.0, 0.0, bytemuck::cast([indices[i], 0])];
         }
     }

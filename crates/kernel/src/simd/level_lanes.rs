@@ -3,6 +3,7 @@
 use super::int::Ints;
 use super::lanes::{Lanes, Mask};
 use super::level::Level;
+use super::vec3::Vec3;
 
 /// The lane types of one level of instructions.
 ///
@@ -264,4 +265,22 @@ pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2]
         S::transpose_f64([load(a), load(b), load(c), load(d)]),
         S::transpose_f64([load(&a[4..]), load(&b[4..]), load(&c[4..]), load(&d[4..])]),
     ]
+}
+
+/// Writes four vectors of each of eight triangles, axis by axis, to where those of one belong.
+#[inline(always)]
+pub(crate) fn put_by_triangle<'a, S: Simd>(
+    [a, b, c, d]: [Vec3<S::F64x8>; 4],
+    to: impl Iterator<Item = &'a mut [[f64; 4]; 3]>,
+) {
+    let axes = [
+        by_triangle::<S>([a.x, b.x, c.x, d.x]),
+        by_triangle::<S>([a.y, b.y, c.y, d.y]),
+        by_triangle::<S>([a.z, b.z, c.z, d.z]),
+    ];
+    for (i, to) in to.enumerate() {
+        for (rows, to) in axes.iter().zip(to) {
+            rows[i / 4][i % 4].store(to);
+        }
+    }
 }

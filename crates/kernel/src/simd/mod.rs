@@ -56,7 +56,7 @@ pub(crate) use lanes::lanes_of;
 pub use lanes::{Lanes, Mask};
 pub use level::Level;
 pub use level_lanes::Simd;
-pub(crate) use level_lanes::by_triangle;
+pub(crate) use level_lanes::{by_triangle, put_by_triangle};
 pub use pair::Pair;
 pub use prefetch::{prefetch, prefetch_early};
 pub use vec3::Vec3;

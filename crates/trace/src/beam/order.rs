@@ -125,7 +125,9 @@ mod tests {
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {
-            let far = |i: usize| [1.7e308, 0.0, -1.7e308].map(|x| if i % 2 == 0 { x } else { -x });
+            let far = |i: usize| {
+                [1.7e308, 0.0, -1.7e308].map(|x| if i.is_multiple_of(2) { x } else { -x })
+            };
             let same = |x: f64| vec![[x; 3]; count];
             for points in [same(1.0), same(f64::NAN), (0..count).map(far).collect()] {
                 for dir in [[0.0, -1.0, 0.0], [0.5, 0.3, 0.8]] {
