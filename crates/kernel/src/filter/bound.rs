@@ -167,6 +167,6 @@ pub(super) const COPY_PLANE: f32 = 10.0 * U;
 /// Rays beside an axis: what rounding makes of V, W and U there, relative to how far they are beside it.
 pub(super) const BESIDE: f32 = 16.0 * U;
 /// And relative to how far out their origins are.
-pub(super) const AWAY: f32 = 8.0 * U;
+pub(super) const AWAY: f32 = 7.0 * U;
 /// The same of copies.
 pub(super) const COPY_AWAY: f32 = 16.0 * U;

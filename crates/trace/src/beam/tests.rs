@@ -45,6 +45,8 @@ fn points(triangles: &[Triangle], count: usize) -> Vec<[f32; 3]> {
     points
 }
 
+const DIRS: [[f32; 3]; 3] = [[0.5, 0.3, 0.8], [-0.7, 0.2, 0.1], [0.0, -1.0, 0.0]];
+
 /// How many of the rays from points beams leave, in some directions at every level; those of the others are right.
 fn left<S: Given>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize
 where
@@ -56,30 +58,48 @@ where
     assert!(
         [Place::Outside, Place::Inside(1), Place::Surface].iter().all(|p| expected.contains(p))
     );
+    DIRS.map(|dir| left_of(&bvh, points, &expected, dir)).iter().sum()
+}
+
+/// Of one direction.
+fn left_of<S: Given>(bvh: &Bvh<S>, points: &[[S; 3]], expected: &[Place], dir: [f32; 3]) -> usize
+where
+    Exact: ModeFor<S>,
+{
     let mut left = 0;
-    for dir in [[0.5, 0.3, 0.8], [-0.7, 0.2, 0.1], [0.0, -1.0, 0.0_f32]] {
-        let order = order(points, dir.map(f64::from));
-        let ray = |&i: &u32| RayOf::new(points[i as usize], dir.map(S::from));
-        let rays: Vec<RayOf<S>> = order.iter().map(ray).collect();
-        for level in Level::all() {
-            let (which, all) = (Exact::at(level).test().into(), (&rays[..], 0..rays.len()));
-            let mut places = vec![Place::Outside; rays.len()];
-            let mut is_left = vec![false; rays.len()];
-            S::walk(&bvh.tree, &bvh.originals, &which, all, &mut |which, rays| {
-                let &Which::Filter(test) = which else { unreachable!() };
-                let (bvh, places, counts) = (&bvh.tree, &mut places, &mut Counts::default());
-                for i in level.run(Beams { bvh, test, rays, places, counts }) {
-                    is_left[i as usize] = true;
-                }
-            });
-            for ((&i, place), is_left) in order.iter().zip(places).zip(&is_left) {
-                let i = i as usize;
-                assert!(*is_left || place == expected[i], "{:?}, {dir:?}: {place:?}", points[i]);
+    let order = order(points, dir.map(f64::from));
+    let ray = |&i: &u32| RayOf::new(points[i as usize], dir.map(S::from));
+    let rays: Vec<RayOf<S>> = order.iter().map(ray).collect();
+    for level in Level::all() {
+        let (which, all) = (Exact::at(level).test().into(), (&rays[..], 0..rays.len()));
+        let mut places = vec![Place::Outside; rays.len()];
+        let mut is_left = vec![false; rays.len()];
+        S::walk(&bvh.tree, &bvh.originals, &which, all, &mut |which, rays| {
+            let &Which::Filter(test) = which else { unreachable!() };
+            let (bvh, places, counts) = (&bvh.tree, &mut places, &mut Counts::default());
+            for i in level.run(Beams { bvh, test, rays, places, counts }) {
+                is_left[i as usize] = true;
             }
-            left += is_left.iter().filter(|is_left| **is_left).count();
+        });
+        for ((&i, place), is_left) in order.iter().zip(places).zip(&is_left) {
+            let i = i as usize;
+            assert!(*is_left || place == expected[i], "{:?}, {dir:?}: {place:?}", points[i]);
         }
+        left += is_left.iter().filter(|is_left| **is_left).count();
     }
     left
+}
+
+/// Points far back on the lines through corners and edges of triangles near the origin: where rays pass is known
+/// least there, and what decides is right at these.
+fn far_back(triangles: &[Triangle], dir: [f32; 3], count: usize) -> Vec<[f32; 3]> {
+    let mut random = random();
+    let back = |i: usize| {
+        let [a, b, _] = triangles[i % triangles.len()].0;
+        let (share, far) = ([0.0, 0.5, 1.0][i % 3], 4000.0 * random() + 4.0);
+        [0, 1, 2].map(|k| a[k] + share * (b[k] - a[k]) - far * dir[k])
+    };
+    (0..count).map(back).collect()
 }
 
 /// Places in f64 that f32 does not have.
@@ -105,4 +125,18 @@ fn beams_leave_what_is_too_much_work() {
     let points = points(&triangles[..40], 100);
     let levels = Level::all().count();
     assert!(left(&triangles, &points) > 3 * levels * points.len() / 2);
+}
+
+/// With a thirtieth of what is added for how far out rays begin, some would.
+#[test]
+fn rays_from_far_out_miss_nothing() {
+    let triangles = balls();
+    let bvh = Bvh::new(&triangles).unwrap();
+    for dir in DIRS {
+        let points = far_back(&triangles, dir, 200_000);
+        let expected: Vec<Place> =
+            points.iter().map(|&point| bvh.place(Exact::default(), point)).collect();
+        let left = left_of(&bvh, &points, &expected, dir);
+        assert!(left < points.len());
+    }
 }
