@@ -2,6 +2,7 @@
 //! asks `intertri-trace` on all threads.
 
 mod batch;
+mod joined;
 mod lists;
 mod mesh;
 mod part;

@@ -1,14 +1,26 @@
 //! Lists of answers: any number a ray.
+//!
+//! Threads take bands of rays in their order, and put the answers where those of the bands before end:
+//!
+//! ```text
+//!   bands of rays      0  1  2  3  4  5           a thread takes the next
+//!   answers of bands   0  1     3                 3 waits for 2: where it goes, is known then
+//!   one array          0000011                    written by threads, each its own band
+//! ```
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use bytemuck::Pod;
 use intertri::RayOf;
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::part::Part;
+use crate::joined::Joined;
+use crate::part::{Part, too_many};
 use crate::picture::{Band, row_width};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
@@ -17,8 +29,8 @@ use crate::source::Source;
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Where each ray's answers begin, and after the last where they end; and the bytes of the answers.
-pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u8>>);
+/// Where each ray's answers begin, and after the last where they end; and the answers, as words.
+pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
 /// Asks for a list a ray.
 pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
@@ -28,100 +40,137 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     width: usize,
     ask: impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
-    let parts = run(py, pool, rays.count.saturating_mul(8), |stop| {
-        if let Some(width) = row_width(rays, width) {
-            return by_tiles(rays, width, &ask, stop);
-        }
-        let starts = (0..rays.count).into_par_iter().step_by(CHUNK);
-        let part = |gathered: &mut Vec<RayOf<S>>, first: usize| {
-            if stop.is_set() {
-                return Ok(Part::new());
-            }
-            ask(rays.rays(first..(first + CHUNK).min(rays.count), gathered))
-        };
-        starts.map_init(Vec::new, part).collect::<PyResult<Vec<Part<A>>>>()
-    })??;
-
-    let total: usize = parts.iter().map(|part| part.answers.len()).sum();
+    // There is room for an answer a ray: what is not needed is never touched.
+    let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
     let offsets = zeros::<i64>(py, rays.count + 1)?;
-    let answers = zeros::<u8>(py, total * size_of::<A>())?;
-    {
-        let mut offsets = offsets.readwrite();
-        let mut answers = answers.readwrite();
-        let (offsets, answers) = (offsets.as_slice_mut()?, answers.as_slice_mut()?);
-        py.detach(|| {
-            let mut sum = 0;
-            let counts = parts.iter().flat_map(|part| &part.counts);
-            for (offset, count) in offsets[1..].iter_mut().zip(counts) {
-                sum += i64::from(*count);
-                *offset = sum;
-            }
-            let mut rest = answers;
-            let places: Vec<_> = parts
-                .iter()
-                .map(|part| {
-                    let bytes = size_of_val(&part.answers[..]);
-                    let (place, others) = std::mem::take(&mut rest).split_at_mut(bytes);
-                    rest = others;
-                    (part, place)
-                })
-                .collect();
-            pool.install(|| {
-                places.into_par_iter().for_each(|(part, place)| {
-                    place.copy_from_slice(bytemuck::cast_slice(&part.answers));
-                });
-            });
-        });
+    let words = zeros::<u64>(py, words_of(rays.count))?;
+    let (put, more) = {
+        let (mut offsets, mut words) = (offsets.readwrite(), words.readwrite());
+        let joined = Joined::new(&mut offsets.as_slice_mut()?[1..], words.as_slice_mut()?);
+        run(py, pool, rays.count.saturating_mul(8), |stop| {
+            let asking = Asking { rays, ask: &ask, stop };
+            asking.all(row_width(rays, width), &joined)
+        })??;
+        joined.finish()
+    };
+    if more.is_empty() {
+        let keys = [("refcheck", false)].into_py_dict(py)?;
+        words.call_method("resize", (words_of(put),), Some(&keys))?;
+        return Ok((offsets, words));
     }
-    Ok((offsets, answers))
+
+    // There are more: all go together.
+    let all = put + more.iter().map(|part| part.answers.len()).sum::<usize>();
+    let together = zeros::<u64>(py, words_of(all))?;
+    {
+        let (words, mut together) = (words.readonly(), together.readwrite());
+        let (words, mut rest) = (&words.as_slice()?[..words_of(put)], together.as_slice_mut()?);
+        let answers = more.iter().map(|part| bytemuck::cast_slice(&part.answers));
+        let pieces = [words].into_iter().chain(answers).map(|words: &[u64]| {
+            let (to, others) = std::mem::take(&mut rest).split_at_mut(words.len());
+            rest = others;
+            (to, words)
+        });
+        let pieces: Vec<_> = pieces.collect();
+        let copy = |(to, words): (&mut [u64], &[u64])| to.copy_from_slice(words);
+        py.detach(|| pool.install(|| pieces.into_par_iter().for_each(copy)));
+    }
+    Ok((offsets, together))
 }
 
-/// The lists of a picture with rows of so many pixels, band by band.
-fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
-    rays: &Source<'_, S>,
-    width: usize,
-    ask: &(impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync),
-    stop: &Stop,
-) -> PyResult<Vec<Part<A>>> {
-    let whole = Band::new(width, rays.count);
-    let starts = (0..rays.count).into_par_iter().step_by(whole.len());
-    let part = |gathered: &mut Vec<RayOf<S>>, first: usize| {
-        let band = whole.within(rays.count - first);
+/// What is asked about which rays.
+struct Asking<'a, S, F> {
+    rays: &'a Source<'a, S>,
+    ask: &'a F,
+    stop: &'a Stop,
+}
+
+impl<S, F, A> Asking<'_, S, F>
+where
+    S: Scalar,
+    F: Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
+    A: Pod + Send + Sync,
+{
+    /// Asks about all, of a picture with rows of so many pixels or not, on all threads.
+    fn all(&self, width: Option<usize>, joined: &Joined<'_, A>) -> PyResult<()> {
+        let band = width.map(|width| Band::new(width, self.rays.count));
+        let size = band.as_ref().map_or(CHUNK, Band::len);
+        let (next, has_failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+        let results = rayon::broadcast(|_| {
+            let mut gathered = Vec::new();
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                let first = number * size;
+                let is_over = self.stop.is_set() || has_failed.load(Ordering::Relaxed);
+                if first >= self.rays.count || is_over {
+                    return Ok(());
+                }
+                let mut part = joined.part();
+                let done = match &band {
+                    Some(band) => self.band(band, first, &mut gathered, &mut part),
+                    None => self.range(first..first + size, &mut gathered, &mut part),
+                };
+                if done.is_err() {
+                    has_failed.store(true, Ordering::Relaxed);
+                    return done;
+                }
+                joined.put(number, part);
+            }
+        });
+        results.into_iter().collect()
+    }
+
+    /// Adds the lists of the rays of a range, as far as it goes.
+    fn range(
+        &self,
+        Range { start, end }: Range<usize>,
+        gathered: &mut Vec<RayOf<S>>,
+        part: &mut Part<A>,
+    ) -> PyResult<()> {
+        let end = end.min(self.rays.count);
+        if start < end && !self.stop.is_set() {
+            let found = (self.ask)(self.rays.rays(start..end, gathered))?;
+            part.reserve(found.rays(), found.answers.len())?;
+            part.add(&found, (0, found.rays()));
+        }
+        Ok(())
+    }
+
+    /// Adds the lists of a band of a picture, block by block.
+    fn band(
+        &self,
+        whole: &Band,
+        first: usize,
+        gathered: &mut Vec<RayOf<S>>,
+        part: &mut Part<A>,
+    ) -> PyResult<()> {
+        let band = whole.within(self.rays.count - first);
         let mut blocks = Vec::new();
         for block in band.blocks() {
-            if stop.is_set() {
-                return Ok(Part::new());
+            if self.stop.is_set() {
+                return Ok(());
             }
-            block.gather((rays, first), gathered);
-            let found = ask(gathered)?;
-            blocks.push((block, found.begins(), found));
+            block.gather((self.rays, first), gathered);
+            blocks.push((block, (self.ask)(gathered)?));
         }
-        let mut part = Part::new();
+        let answers = blocks.iter().map(|(_, found)| found.answers.len()).sum();
+        part.reserve(band.len(), answers)?;
         for row in 0..band.rows() {
-            for (block, begins, found) in &blocks {
-                for (first, count) in block.fours(row) {
-                    part.counts.extend_from_slice(&found.counts[first..first + count]);
-                    let answers = &found.answers[begins[first]..begins[first + count]];
-                    part.answers.extend_from_slice(answers);
+            for (block, found) in &blocks {
+                for four in block.fours(row) {
+                    part.add(found, four);
                 }
             }
         }
-        let cut = first + band.len()..rays.count.min(first + whole.len());
-        let found = ask(rays.rays(cut, gathered))?;
-        part.counts.extend(found.counts);
-        part.answers.extend(found.answers);
-        Ok(part)
-    };
-    starts.map_init(Vec::new, part).collect()
+        self.range(first + band.len()..first + whole.len(), gathered, part)
+    }
 }
 
-/// An array of zeros, or an error where there is no memory.
+/// An array of zeros, which the system gives without touching them, or an error where there is no memory.
 fn zeros<T: numpy::Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     // `numpy`'s own call panics where memory ends.
     let mut probe: Vec<T> = Vec::new();
-    probe.try_reserve_exact(count).map_err(|_| {
-        PyMemoryError::new_err(format!("{count} answers need more memory than there is"))
-    })?;
+    probe.try_reserve_exact(count).map_err(|_| too_many(count))?;
     drop(probe);
     Ok(PyArray1::zeros(py, count, false))
 }

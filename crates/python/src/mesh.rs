@@ -67,18 +67,16 @@ where
     pub(crate) fn crossings(&self, rays: &[RayOf<S>]) -> PyResult<Part<CrossingRow>> {
         let triangles = self.triangles.get_or_init(|| self.solid.bvh().to_triangles());
         let hits = S::all(self.solid.bvh(), Mode::Exact, rays, None)?;
-        let (mut from, mut counts) = (0, Vec::with_capacity(rays.len()));
-        let mut answers = Vec::with_capacity(hits.answers.len());
-        for (ray, &count) in rays.iter().zip(&hits.counts) {
-            let before = answers.len();
-            let of_ray = &hits.answers[from..from + count as usize];
-            answers.extend(of_ray.iter().filter_map(|&hit| {
+        let mut part = Part::new();
+        part.reserve(rays.len(), hits.answers.len()).map_err(no_memory)?;
+        for (ray, ends) in rays.iter().zip(hits.offsets.windows(2)) {
+            let of_ray = &hits.answers[ends[0] as usize..ends[1] as usize];
+            part.answers.extend(of_ray.iter().filter_map(|&hit| {
                 let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
                 Some(CrossingRow { hit, leaves: u64::from(side == Side::Leaves) })
             }));
-            from += count as usize;
-            counts.push((answers.len() - before) as u32);
+            part.offsets.push(part.answers.len() as i64);
         }
-        Ok(Part { counts, answers })
+        Ok(part)
     }
 }

@@ -1,22 +1,50 @@
 //! The lists of answers of some rays.
 
-/// The lists of some rays: how many answers each has, and all of them.
+use pyo3::exceptions::PyMemoryError;
+use pyo3::prelude::*;
+
+/// The lists of some rays, one ray's after the other's.
 pub(crate) struct Part<A> {
-    pub(crate) counts: Vec<u32>,
+    /// Where those of each ray begin and, after the last, where they end.
+    pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }
 
-impl<A> Part<A> {
+impl<A: Copy> Part<A> {
+    /// Those of no ray.
     pub(crate) fn new() -> Self {
-        Self { counts: Vec::new(), answers: Vec::new() }
+        Self { offsets: vec![0], answers: Vec::new() }
     }
 
-    /// Where the answers of each ray begin, and after the last where they end.
-    pub(crate) fn begins(&self) -> Vec<usize> {
-        let ends = self.counts.iter().scan(0, |end, &count| {
-            *end += count as usize;
-            Some(*end)
-        });
-        std::iter::once(0).chain(ends).collect()
+    /// How many rays there are.
+    pub(crate) fn rays(&self) -> usize {
+        self.offsets.len() - 1
     }
+
+    /// Forgets all.
+    pub(crate) fn clear(&mut self) {
+        self.offsets.truncate(1);
+        self.answers.clear();
+    }
+
+    /// Makes room for some more rays and answers.
+    pub(crate) fn reserve(&mut self, rays: usize, answers: usize) -> PyResult<()> {
+        let room = self.offsets.try_reserve(rays).and_then(|()| self.answers.try_reserve(answers));
+        room.map_err(|_| too_many(self.answers.len() + answers))
+    }
+
+    /// Adds the lists of so many rays of another part, from the first on.
+    #[inline]
+    pub(crate) fn add(&mut self, other: &Self, (first, count): (usize, usize)) {
+        let offsets = &other.offsets[first..=first + count];
+        let (begin, end) = (offsets[0], offsets[count]);
+        let moved = self.answers.len() as i64 - begin;
+        self.offsets.extend(offsets[1..].iter().map(|offset| offset + moved));
+        self.answers.extend_from_slice(&other.answers[begin as usize..end as usize]);
+    }
+}
+
+/// There is too little memory for so many answers.
+pub(crate) fn too_many(answers: usize) -> PyErr {
+    PyMemoryError::new_err(format!("{answers} answers need more memory than there is"))
 }

@@ -69,8 +69,7 @@ macro_rules! queries {
         ) -> PyResult<Part<Hit>> {
             let lists = $by_mode!(mode, mode => bvh.all_batch(mode, rays, limit));
             let lists = lists.map_err(no_memory)?;
-            let counts = lists.offsets.windows(2).map(|ends| (ends[1] - ends[0]) as u32).collect();
-            Ok(Part { counts, answers: lists.hits })
+            Ok(Part { offsets: lists.offsets, answers: lists.hits })
         }
     };
 }

@@ -209,6 +209,26 @@ def test_threads_and_out_change_nothing(dtype):
     assert mesh.any(eye, ways, out=found) is found and (found == (hits["triangle"] >= 0)).all()
 
 
+@pytest.mark.parametrize("few", [False, True])
+def test_lists_of_many_parts(few, rng):
+    """A wall behind the other, and each ray ends somewhere between two: how many it hits is known, on any threads."""
+    walls = np.arange(1, 6)
+    corners = np.array([[-9, -9, 0], [9, -9, 0], [0, 18, 0]])
+    mesh = intertri.Mesh(np.float32((corners + walls[:, None, None] * [0, 0, 1]).reshape(-1, 3)), np.arange(15).reshape(5, 3))
+    count = 50_000
+    hits = rng.integers(0, 2 if few else 6, count)
+    origins = np.float32(rng.uniform(-1, 1, (count, 3)) * [1, 1, 0])
+    ends = np.cumsum(hits)
+    expected = np.arange(ends[-1]) - np.repeat(ends - hits, hits)
+    assert (ends[-1] <= count) == few
+    for threads in (1, 2, 5):
+        for ask in (mesh.all, mesh.crossings):
+            lists = ask(origins, [0, 0, 1], t_max=np.float32(hits + 0.5), threads=threads)
+            assert (lists.offsets[1:] == ends).all() and lists.offsets[0] == 0
+            assert (lists.hits["triangle"] == expected).all() and (lists.hits["t"] == expected + 1).all()
+            assert lists.hits.flags.writeable and (len(lists.hits) == ends[-1])
+
+
 def test_certified(rng):
     mesh = intertri.Mesh(*(lambda v, f: (v.astype(np.float32), f))(*icosphere(3)))
     eye, ways = camera(64, [1, 0.5, 3])

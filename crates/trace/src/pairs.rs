@@ -2,11 +2,15 @@
 
 use std::collections::BinaryHeap;
 
+use intertri::Hit;
+
 /// Pairs in any order. Their memory grows with what is found.
 #[derive(Default)]
 pub(crate) struct HitPairs {
     /// Each ray by its number, and the place of the triangle.
     pub(crate) pairs: Vec<(u32, u32)>,
+    /// Where the first of them meet, as far as that is known: a miss is not known yet.
+    pub(crate) hits: Vec<Hit>,
     /// So many hits of a ray are asked for: the nearest.
     pub(crate) limit: Option<usize>,
     /// Whether some pair found no room. Then no answer is right.
@@ -17,6 +21,7 @@ impl HitPairs {
     /// Forgets all, for so many hits of a ray.
     pub(crate) fn clear(&mut self, limit: Option<usize>) {
         self.pairs.clear();
+        self.hits.clear();
         (self.limit, self.is_full) = (limit, false);
     }
 
@@ -32,13 +37,32 @@ impl HitPairs {
     #[cold]
     #[inline(never)]
     fn grow(&mut self, more: usize) {
-        self.is_full |= self.pairs.try_reserve(more).is_err();
+        let found = self.pairs.try_reserve(more).and_then(|()| {
+            let more = self.pairs.capacity() - self.hits.len();
+            self.hits.try_reserve(more)
+        });
+        self.is_full |= found.is_err();
     }
 
     /// Adds a pair, for which there is room.
     #[inline(always)]
     pub(crate) fn push(&mut self, ray: u32, place: u32) {
         self.pairs.push((ray, place));
+    }
+
+    /// Adds a pair of which it is known where they meet, for which there is room. Gives where to write that.
+    #[inline(always)]
+    pub(crate) fn push_hit(&mut self, ray: u32, place: u32) -> &mut Hit {
+        self.push(ray, place);
+        self.hits.push(Hit::MISS);
+        let last = self.hits.len() - 1;
+        &mut self.hits[last]
+    }
+
+    /// Makes the hits as many as the pairs: what is not known yet, is a miss.
+    #[inline(always)]
+    pub(crate) fn level(&mut self) {
+        self.hits.resize(self.pairs.len(), Hit::MISS);
     }
 }
 

@@ -15,10 +15,14 @@ pub(super) const NOTHING: u32 = u32::MAX;
 /// the stores of more than some tens of hits cannot wait for it.
 const AHEAD: usize = 40;
 
+/// Where fewer rays than this hit a triangle, what they share is not worth its while.
+const SHARED: u32 = 3;
+
 /// The rays of a packet that hit a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct PacketHits {
-    pub(super) place: u32,
+    /// The triangle's number in `seen`.
+    pub(super) number: u32,
     pub(super) packet: u16,
     pub(super) lanes: u16,
 }
@@ -30,7 +34,8 @@ pub(crate) struct Results {
     pub(super) seen: Vec<u32>,
     /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
-    /// Where every hit is asked for: the places of triangles, each with a packet of whose rays these hit it.
+    /// Where every hit is asked for: triangles, each with a packet of whose rays these hit it. Then only triangles
+    /// that are hit are in `seen`.
     pub(super) every: Vec<PacketHits>,
     /// For each of `seen` its index, or its number in `hit`; and one more, for none.
     slot: Vec<u32>,
@@ -55,14 +60,76 @@ impl Results {
     }
 
     /// Lists every hit of the last bundle, whose first ray has this number, but for the packets that are left.
-    pub(crate) fn list(&self, pairs: &mut HitPairs, first: usize, left: u64) {
-        for PacketHits { place, packet, lanes } in &self.every {
+    #[inline(always)]
+    pub(crate) fn list<S: Simd>(
+        &mut self,
+        bvh: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first, left): (&[Ray], u32, u64),
+        pairs: &mut HitPairs,
+    ) {
+        let hits: u32 = self.every.iter().map(|hits| hits.lanes.count_ones()).sum();
+        let is_shared = hits >= SHARED * self.seen.len() as u32;
+        match resolver {
+            Resolver::Document(_) if is_shared => {
+                let mut eights = std::mem::take(&mut self.coefficients);
+                self.list_met::<S, _>(bvh, resolver, (rays, first, left), &mut eights, pairs);
+                self.coefficients = eights;
+            }
+            Resolver::Exact if is_shared => {
+                let mut eights = std::mem::take(&mut self.exact);
+                self.list_met::<S, _>(bvh, resolver, (rays, first, left), &mut eights, pairs);
+                self.exact = eights;
+            }
+            // Where these meet, is found later.
+            _ => {
+                self.each_hit(left, pairs, |pairs, ray, number| {
+                    pairs.push(first + ray as u32, self.seen[number]);
+                });
+            }
+        }
+    }
+
+    /// The same with where the rays meet the triangles: from what depends on the triangle and the shared origin,
+    /// computed once.
+    #[inline(always)]
+    fn list_met<S: Simd, C: SharedOriginHit>(
+        &self,
+        bvh: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first, left): (&[Ray], u32, u64),
+        eights: &mut Vec<[C; 8]>,
+        pairs: &mut HitPairs,
+    ) {
+        let places = &self.seen[..];
+        let coefficients = coefficients::<S, C>(bvh, places, rays[0].origin, eights);
+        pairs.level();
+        self.each_hit(left, pairs, |pairs, ray, number| {
+            // In its place: copied from where it is put together, it would keep the CPU waiting.
+            let numbers = (first + ray as u32, places[number]);
+            let hit = pairs.push_hit(numbers.0, numbers.1);
+            if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
+                *hit = met_alone(bvh, resolver, &rays[ray], numbers);
+            }
+        });
+    }
+
+    /// Every hit of the last bundle but for the packets that are left: the ray among its rays, and the number of the
+    /// triangle in `seen`. There is room for it.
+    #[inline(always)]
+    fn each_hit(
+        &self,
+        left: u64,
+        pairs: &mut HitPairs,
+        mut each: impl FnMut(&mut HitPairs, usize, usize),
+    ) {
+        for &PacketHits { number, packet, mut lanes } in &self.every {
             if left >> packet & 1 != 0 || !pairs.reserve(16) {
                 continue;
             }
-            let (first, mut lanes) = (first as u32 + 16 * u32::from(*packet), *lanes);
             while lanes != 0 {
-                pairs.push(first + lanes.trailing_zeros(), *place);
+                let lane = lanes.trailing_zeros() as usize;
+                each(pairs, 16 * usize::from(packet) + lane, number as usize);
                 lanes &= lanes - 1;
             }
         }
@@ -169,12 +236,8 @@ impl Results {
         hits: &mut [Hit],
     ) {
         let Self { found, slot, hit, .. } = self;
-        grow(eights, hit.len());
-        for (places, to) in hit.chunks(8).zip(&mut *eights) {
-            let (corners, indices) = eight(bvh, places);
-            C::eight_in::<S>(&corners, &indices, rays[0].origin, to);
-        }
-        let (coefficients, slot) = (eights.as_flattened(), &slot[..]);
+        let coefficients = coefficients::<S, C>(bvh, hit, rays[0].origin, eights);
+        let slot = &slot[..];
         for (i, (ray, &number)) in rays.iter().zip(&found[..]).enumerate() {
             if let Some(later) = hits.get(i + AHEAD) {
                 prefetch(std::slice::from_ref(later));
@@ -185,10 +248,7 @@ impl Results {
             }
             let slot = slot[number as usize] as usize;
             if !coefficients[slot].hit_in::<S>(ray.dir, &mut hits[i]) {
-                let place = hit[slot];
-                let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
-                let numbers = (first + i as u32, place);
-                hits[i] = resolver.hit_attributes(ray, &triangle, index, numbers);
+                hits[i] = met_alone(bvh, resolver, ray, (first + i as u32, hit[slot]));
             }
             if let Some(ray) = on_grid.get(i) {
                 hits[i].t = ray.t_of_caller(hits[i].t);
@@ -197,11 +257,28 @@ impl Results {
     }
 }
 
-/// Makes room for what is computed of so many triangles, eight at a time.
-fn grow<T: Clone + Default>(eights: &mut Vec<[T; 8]>, triangles: usize) {
-    if 8 * eights.len() < triangles {
-        eights.resize_with(triangles.div_ceil(8), Default::default);
+/// What the triangles in these places share in telling where rays from one origin meet them.
+#[inline(always)]
+fn coefficients<'a, S: Simd, C: SharedOriginHit>(
+    bvh: &Tree,
+    places: &[u32],
+    origin: [f32; 3],
+    eights: &'a mut Vec<[C; 8]>,
+) -> &'a [C] {
+    if 8 * eights.len() < places.len() {
+        eights.resize_with(places.len().div_ceil(8), Default::default);
     }
+    for (places, to) in places.chunks(8).zip(&mut *eights) {
+        let (corners, indices) = eight(bvh, places);
+        C::eight_in::<S>(&corners, &indices, origin, to);
+    }
+    eights.as_flattened()
+}
+
+/// Where a ray meets the triangle in a place. The numbers are the ray's and the place.
+fn met_alone(bvh: &Tree, resolver: Resolver<'_>, ray: &Ray, numbers: (u32, u32)) -> Hit {
+    let (triangle, index) = (bvh.triangle_in(numbers.1), bvh.index_of(numbers.1));
+    resolver.hit_attributes(ray, &triangle, index, numbers)
 }
 
 /// The corners of eight triangles side by side, and their indices.

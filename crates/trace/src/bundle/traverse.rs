@@ -290,7 +290,8 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
         update::<S>(projection, changed, any)
     }
 
-    /// Lists every hit of the tests of some leaves, whose triangles were seen from the `first` on.
+    /// Lists every hit of the tests of some leaves, whose triangles were seen from the `first` on. Those that are hit
+    /// stay among the seen.
     #[inline(always)]
     fn visit_every(
         &mut self,
@@ -299,6 +300,8 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
         counts: &mut Counts,
     ) {
         let Self { settle, projection, seen, every, .. } = self;
+        // Tests come in the order of their pairs, so what stays is written before what is still read.
+        let (mut stay, mut last) = (first, usize::MAX);
         for i in 0..tests {
             let PacketTest { packet, number } = leaves.test(i);
             let place = seen[first + number];
@@ -311,10 +314,15 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
                 counts,
             );
             if lanes != 0 {
-                every.push(PacketHits { place, packet: packet as u16, lanes: lanes as u16 });
+                if number != last {
+                    seen[stay] = place;
+                    (stay, last) = (stay + 1, number);
+                }
+                let (number, lanes) = (stay as u32 - 1, lanes as u16);
+                every.push(PacketHits { number, packet: packet as u16, lanes });
             }
         }
-        seen.truncate(first);
+        seen.truncate(stay);
     }
 
     /// Bit p is set where rays of packet p still look for a hit.

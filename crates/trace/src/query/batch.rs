@@ -213,14 +213,19 @@ impl WithSimd for Chunk<'_, '_> {
             };
             let (is_bundle, left, work) = match outcome {
                 Outcome::Traced { left, work } => {
-                    let rays = (rays, on_grid.get(at..end).unwrap_or(&[]), at as u32);
-                    match all_answers.part(at, end) {
-                        Answers::Pairs(pairs) => results.list(pairs, at, left),
-                        answers => S::vectorize(
-                            #[inline(always)]
-                            || results.write::<S>(bvh, test.resolver(), rays, answers),
-                        ),
-                    }
+                    let (resolver, first) = (test.resolver(), at as u32);
+                    S::vectorize(
+                        #[inline(always)]
+                        || match all_answers.part(at, end) {
+                            Answers::Pairs(pairs) => {
+                                results.list::<S>(bvh, resolver, (rays, first, left), pairs);
+                            }
+                            answers => {
+                                let on_grid = on_grid.get(at..end).unwrap_or(&[]);
+                                results.write::<S>(bvh, resolver, (rays, on_grid, first), answers);
+                            }
+                        },
+                    );
                     (true, left, work)
                 }
                 Outcome::TooWide if size > SMALLEST => {
@@ -288,7 +293,7 @@ fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Certified, Hit, Ray, Triangle};
+    use intertri::{Certified, Exact, Hit, Ray, Triangle};
 
     use crate::Bvh;
 
@@ -340,9 +345,13 @@ mod tests {
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
         // Every hit, to the sheet and beyond: those of packets that are left are listed once.
-        let lists = bvh.all_batch(&mode, &rays, None).unwrap();
+        let exact = Exact::default();
+        let (lists, of_exact) =
+            (bvh.all_batch(&mode, &rays, None), bvh.all_batch(&exact, &rays, None));
+        let (lists, of_exact) = (lists.unwrap(), of_exact.unwrap());
         assert!(lists.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.all(&mode, ray)));
-        assert!(lists.hits.len() > 2000);
+        assert!(of_exact.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.all(&exact, ray)));
+        assert!(lists.hits.len() > 2000 && of_exact.hits.len() > 2000);
 
         // In another order the same rays have little in common.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();

@@ -6,8 +6,8 @@
 //!   hits      a        b  c
 //! ```
 //!
-//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. They are put in the
-//! order of the rays, t and weights are computed eight side by side, and each ray's are sorted.
+//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. Of what bundles do not know
+//! yet, t and weights are computed eight side by side. Pairs are put in the order of the rays, and each ray's are sorted.
 
 use intertri::internal::{Filter, Pairs, Resolver, Test as _, Which};
 use intertri::simd::{Simd, WithSimd};
@@ -135,8 +135,21 @@ impl Listed {
         self.pairs.clear(limit);
         batch::chunk(asked, test, Answers::Pairs(&mut self.pairs));
         let (bvh, rays, resolver) = (asked.bvh, asked.rays, test.resolver());
+        if self.pairs.is_full {
+            return Err(NoMemory);
+        }
+        self.pairs.level();
+        test.level().run(Meet { bvh, rays, resolver, pairs: &mut self.pairs });
         self.by_ray(rays.len())?;
-        test.level().run(WithAttributes { bvh, rays, resolver, limit, listed: self })
+        for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(&self.ends)) {
+            let (places, hits) = (&self.places[range.clone()], &mut self.hits[range]);
+            sort(bvh, resolver, (ray, number), places, hits);
+        }
+        if let Some(limit) = limit {
+            cut(&mut self.ends, &mut self.hits, limit);
+        }
+        bvh.geometries.tell(&mut self.hits);
+        Ok(())
     }
 
     /// The same, a ray a call.
@@ -160,9 +173,7 @@ impl Listed {
 
     /// Puts the pairs in the order of their rays.
     fn by_ray(&mut self, rays: usize) -> Result<(), NoMemory> {
-        let Self { pairs: HitPairs { pairs, is_full: false, .. }, ends, places, .. } = self else {
-            return Err(NoMemory);
-        };
+        let Self { pairs: HitPairs { pairs, hits: met, .. }, ends, places, hits, .. } = self;
 
         // How many each ray has, then where they begin; placing them moves that to where they end.
         ends.try_reserve(rays)?;
@@ -177,9 +188,11 @@ impl Listed {
         places.clear();
         places.try_reserve(pairs.len())?;
         places.resize(pairs.len(), 0);
-        for &(ray, place) in &*pairs {
+        hits.try_reserve(pairs.len())?;
+        hits.resize(pairs.len(), Hit::MISS);
+        for (&(ray, place), hit) in pairs.iter().zip(met) {
             let at = &mut ends[ray as usize];
-            places[*at] = place;
+            (places[*at], hits[*at]) = (place, *hit);
             *at += 1;
         }
         Ok(())
@@ -191,52 +204,40 @@ impl Listed {
     }
 }
 
-/// Pairs with t and weights, those of each ray in order.
-struct WithAttributes<'a> {
+/// Finds where the pairs meet of which that is not known yet.
+struct Meet<'a> {
     bvh: &'a Tree,
     rays: &'a [Ray],
     resolver: Resolver<'a>,
-    limit: Option<usize>,
-    listed: &'a mut Listed,
+    pairs: &'a mut HitPairs,
 }
 
-impl WithSimd for WithAttributes<'_> {
-    type Output = Result<(), NoMemory>;
+impl WithSimd for Meet<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self) -> Self::Output {
-        let Self { bvh, rays, resolver, limit, listed } = self;
-        let Listed { ends, places, hits, .. } = listed;
-        hits.try_reserve(places.len())?;
-        hits.resize(places.len(), Hit::MISS);
+    fn run<S: Simd>(self) {
+        let Self { bvh, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
 
         // Eight pairs side by side, whosever they are.
-        let (mut pairs, mut waiting, mut first) = (Pairs::new(), 0, 0);
-        let mut numbers = [(0, 0); 8];
-        for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(ends)) {
-            for &place in &places[range] {
-                pairs.set(waiting, ray, &bvh.triangle_in(place), bvh.index_of(place));
-                numbers[waiting] = (number, place);
-                waiting += 1;
-                if waiting == 8 {
-                    let eight = resolver.hits_in::<S>(&pairs, &numbers, 8);
-                    hits[first..first + 8].copy_from_slice(&eight);
-                    (first, waiting) = (first + 8, 0);
-                }
+        let (mut eight, mut waiting) = (Pairs::new(), 0);
+        let (mut numbers, mut to) = ([(0, 0); 8], [0; 8]);
+        for (i, &(number, place)) in pairs.iter().enumerate() {
+            if hits[i].is_hit() {
+                continue;
+            }
+            let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
+            eight.set(waiting, &rays[number as usize], &triangle, index);
+            (numbers[waiting], to[waiting]) = ((number, place), i);
+            waiting += 1;
+            if waiting == 8 {
+                let met = resolver.hits_in::<S>(&eight, &numbers, 8);
+                (0..8).for_each(|k| hits[to[k]] = met[k]);
+                waiting = 0;
             }
         }
-        let last = resolver.hits_in::<S>(&pairs, &numbers, waiting);
-        hits[first..].copy_from_slice(&last[..waiting]);
-
-        for ((number, ray), range) in (0..).zip(rays).zip(Listed::ranges(ends)) {
-            let (places, hits) = (&places[range.clone()], &mut hits[range]);
-            sort(bvh, resolver, (ray, number), places, hits);
-        }
-        if let Some(limit) = limit {
-            cut(ends, hits, limit);
-        }
-        bvh.geometries.tell(hits);
-        Ok(())
+        let met = resolver.hits_in::<S>(&eight, &numbers, waiting);
+        (0..waiting).for_each(|k| hits[to[k]] = met[k]);
     }
 }
 
@@ -261,16 +262,16 @@ fn sort_ties(
     places: &[u32],
     hits: &mut [Hit],
 ) {
-    let hit = |&place: &u32| {
-        let (triangle, index) = (bvh.triangle_in(place), bvh.index_of(place));
-        (resolver.hit_attributes(ray.0, &triangle, index, (ray.1, place)), triangle, place)
+    let triangle = |hit: &Hit| {
+        let is_it = |&&place: &&u32| bvh.index_of(place) == hit.triangle;
+        let place = *places.iter().find(is_it).expect("each hit is of one of the places");
+        (bvh.triangle_in(place), place)
     };
-    let mut all: Vec<_> = places.iter().map(hit).collect();
-    all.sort_unstable_by(|(a, at, one), (b, bt, other)| {
-        resolver.first(ray, (a, at, *one), (b, bt, *other))
-    });
-    for (to, (hit, ..)) in hits.iter_mut().zip(all) {
-        *to = hit;
+    for tied in hits.chunk_by_mut(|a, b| a.t == b.t).filter(|tied| tied.len() > 1) {
+        tied.sort_unstable_by(|a, b| {
+            let ((at, one), (bt, other)) = (triangle(a), triangle(b));
+            resolver.first(ray, (a, &at, one), (b, &bt, other))
+        });
     }
 }
 

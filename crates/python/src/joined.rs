@@ -1,0 +1,109 @@
+//! Parts that threads make, joined in their order.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bytemuck::Pod;
+
+use crate::part::Part;
+
+/// Arrays that are filled from the front.
+pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
+
+struct State<'a, A> {
+    /// What is not filled yet: where the answers of a ray end, and the answers, as words.
+    offsets: &'a mut [i64],
+    words: &'a mut [u64],
+    /// How many parts, and answers, have their place.
+    parts: usize,
+    answers: usize,
+    /// Answers that have one in `words`.
+    put: usize,
+    /// Parts that wait for others before them.
+    waiting: BTreeMap<usize, Part<A>>,
+    /// Parts for which there was no room any more.
+    more: Vec<Part<A>>,
+    /// Parts whose memory is used again.
+    idle: Vec<Part<A>>,
+}
+
+/// Where a part goes.
+struct Place<'a> {
+    /// How many answers come before.
+    before: i64,
+    offsets: &'a mut [i64],
+    words: &'a mut [u64],
+}
+
+impl<'a, A: Pod> Joined<'a, A> {
+    pub(crate) fn new(offsets: &'a mut [i64], words: &'a mut [u64]) -> Self {
+        Self(Mutex::new(State {
+            offsets,
+            words,
+            parts: 0,
+            answers: 0,
+            put: 0,
+            waiting: BTreeMap::new(),
+            more: Vec::new(),
+            idle: Vec::new(),
+        }))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State<'a, A>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A part to be filled.
+    pub(crate) fn part(&self) -> Part<A> {
+        self.lock().idle.pop().unwrap_or_else(Part::new)
+    }
+
+    /// Puts the part of this number where it belongs, and those that waited for it.
+    pub(crate) fn put(&self, number: usize, part: Part<A>) {
+        self.lock().waiting.insert(number, part);
+        // Whoever finds a part its place, copies it there beside other threads.
+        while let Some((mut part, place)) = self.next() {
+            place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
+            put_ends(place.offsets, place.before, &part);
+            part.clear();
+            self.lock().idle.push(part);
+        }
+    }
+
+    /// The next part that is there and has a place.
+    fn next(&self) -> Option<(Part<A>, Place<'a>)> {
+        self.lock().next()
+    }
+
+    /// How many answers are in the array, and the parts for which there was no room in it.
+    pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
+        let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+        (state.put, state.more)
+    }
+}
+
+impl<'a, A: Pod> State<'a, A> {
+    /// The next part that is there and has a place; those that have none go to the others.
+    fn next(&mut self) -> Option<(Part<A>, Place<'a>)> {
+        loop {
+            let part = self.waiting.remove(&self.parts)?;
+            self.parts += 1;
+            let before = self.answers as i64;
+            self.answers += part.answers.len();
+            let offsets = self.offsets.split_off_mut(..part.rays())?;
+            if self.more.is_empty()
+                && let Some(words) = self.words.split_off_mut(..size_of_val(&part.answers[..]) / 8)
+            {
+                self.put = self.answers;
+                return Some((part, Place { before, offsets, words }));
+            }
+            put_ends(offsets, before, &part);
+            self.more.push(part);
+        }
+    }
+}
+
+/// Writes where the answers of each ray end, behind so many.
+fn put_ends<A>(to: &mut [i64], before: i64, part: &Part<A>) {
+    to.iter_mut().zip(&part.offsets[1..]).for_each(|(to, end)| *to = before + end);
+}
