@@ -105,6 +105,9 @@ def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
     ``options`` go to ``create_array``, such as ``compressors=None``."""
     import zarr
 
+    # No block of hits is empty: nobody need look.
+    options.setdefault("config", {"write_empty_chunks": True})
+
     size = max(hits.chunks[0], default=1) or 1
     if set(hits.chunks[0][:-1]) - {size}:
         hits = hits.rechunk({0: size})
