@@ -72,11 +72,19 @@ where
         for (ray, ends) in rays.iter().zip(hits.offsets.windows(2)) {
             let of_ray = &hits.answers[ends[0] as usize..ends[1] as usize];
             part.answers.extend(of_ray.iter().filter_map(|&hit| {
-                let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
+                let triangle = &triangles[hit.triangle as usize];
+                let crosses = if is_inside(&hit) { exact::facing } else { exact::crossing };
+                let side = crosses(ray, triangle)?;
                 Some(CrossingRow { hit, leaves: u64::from(side == Side::Leaves) })
             }));
             part.offsets.push(part.answers.len() as i64);
         }
         Ok(part)
     }
+}
+
+/// Whether a ray surely meets a triangle inside of all edges, where every rule says that it crosses. Bound and proof:
+/// `docs/numerics/exact.md`, section 9.
+fn is_inside(hit: &Hit) -> bool {
+    hit.u > 0.0 && hit.v > 0.0 && hit.u + hit.v < 1.0 - f64::EPSILON
 }

@@ -209,6 +209,17 @@ def test_threads_and_out_change_nothing(dtype):
     assert mesh.any(eye, ways, out=found) is found and (found == (hits["triangle"] >= 0)).all()
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_crossings_of_a_diagonal(dtype):
+    """Rays that meet the diagonal of a square, at weights of which many are rounded: each crosses once."""
+    for n in range(2, 90):
+        square = np.array([[0, 0, 1], [n, 0, 1], [0, n, 1], [n, n, 1]], dtype)
+        mesh = intertri.Mesh(square, [[0, 1, 2], [3, 2, 1]])
+        k = np.arange(1, n)
+        lists = mesh.crossings(np.stack([k, n - k, 0 * k], axis=1).astype(dtype), np.array([0, 0, 1], dtype))
+        assert (np.diff(lists.offsets) == 1).all() and (lists.hits["t"] == 1).all(), n
+
+
 @pytest.mark.parametrize("few", [False, True])
 def test_lists_of_many_parts(few, rng):
     """A wall behind the other, and each ray ends somewhere between two: how many it hits is known, on any threads."""

@@ -18,24 +18,24 @@ use crate::{Hit, Ray64, RayOf, Triangle64};
 /// The memory of a hit is prefetched so many hits before it is written.
 const AHEAD: usize = 40;
 
-/// The hits of rays from one origin: `slots[i]` is the number of the triangle that the i-th ray is known to hit, with
-/// its index; beyond all of them, where it hits none.
+/// The hits of rays from one origin: of pairs of a ray and the number of a triangle that it is known to hit, with its
+/// index; beyond all of them, where it hits none.
 #[inline]
 pub fn hits_of_origin64(
     level: Level,
     rays: &[Ray64],
     triangles: &[(&Triangle64, u32)],
-    slots: &[u32],
+    pairs: &[(u32, u32)],
     scratch: &mut Vec<[HitCoefficients; 8]>,
     hits: &mut [Hit],
 ) {
-    level.run(OfOrigin { rays, triangles, slots, scratch, hits });
+    level.run(OfOrigin { rays, triangles, pairs, scratch, hits });
 }
 
 struct OfOrigin<'a> {
     rays: &'a [Ray64],
     triangles: &'a [(&'a Triangle64, u32)],
-    slots: &'a [u32],
+    pairs: &'a [(u32, u32)],
     scratch: &'a mut Vec<[HitCoefficients; 8]>,
     hits: &'a mut [Hit],
 }
@@ -45,7 +45,7 @@ impl WithSimd for OfOrigin<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { rays, triangles, slots, scratch, hits } = self;
+        let Self { rays, triangles, pairs, scratch, hits } = self;
         let Some(first) = rays.first() else { return };
         let needed = triangles.len().div_ceil(8);
         if scratch.len() < needed {
@@ -58,16 +58,17 @@ impl WithSimd for OfOrigin<'_> {
             eight::<S>(some, first.origin, to);
         }
         let coefficients = scratch.as_flattened();
-        for (i, (ray, &slot)) in rays.iter().zip(slots).enumerate() {
+        for (i, &(ray, number)) in pairs.iter().enumerate() {
             if let Some(later) = hits.get(i + AHEAD) {
                 prefetch(slice::from_ref(later));
             }
             let hit = &mut hits[i];
-            let Some(&(triangle, _)) = triangles.get(slot as usize) else {
+            let Some(&(triangle, _)) = triangles.get(number as usize) else {
                 *hit = Hit::MISS;
                 continue;
             };
-            let sure = coefficients[slot as usize].hit64_in::<S>(ray, hit);
+            let ray = &rays[ray as usize];
+            let sure = coefficients[number as usize].hit64_in::<S>(ray, hit);
             if !sure {
                 (hit.t, hit.u, hit.v) = attributes(ray, triangle);
             }

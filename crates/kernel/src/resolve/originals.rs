@@ -2,6 +2,7 @@
 
 use core::cmp::Ordering;
 use core::fmt;
+use core::ops::Range;
 
 use crate::exact::{SeenPlane, Side};
 use crate::{Hit, Ray64};
@@ -48,9 +49,15 @@ pub trait Originals: fmt::Debug + Sync {
     /// the ray.
     fn hits(&self, pairs: &[(u32, u32)], hits: &mut [Hit]);
 
-    /// The same of rays in a row that start at one origin, the first of them with the number `first`: `slots[i]` is which
-    /// of `places` the i-th is known to hit; beyond all of them, where it hits none.
-    fn shared_origin_hits(&self, first: u32, places: &[u32], slots: &[u32], hits: &mut [Hit]);
+    /// The same of rays in a row that start at one origin: of pairs of one of them and which of `places` it is known to
+    /// hit; beyond all of them, where it hits none.
+    fn shared_origin_hits(
+        &self,
+        rays: Range<u32>,
+        places: &[u32],
+        pairs: &[(u32, u32)],
+        hits: &mut [Hit],
+    );
 
     /// The same of one pair.
     fn hit_attributes(&self, ray: u32, place: u32) -> Hit {

@@ -43,6 +43,8 @@ pub(crate) struct Results {
     hit: Vec<u32>,
     coefficients: Vec<[HitCoefficients; 8]>,
     on_grid: Vec<[fixed::HitCoefficients; 8]>,
+    /// Rays of originals, each with the number of the triangle that it hits.
+    pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
 }
 
@@ -80,6 +82,18 @@ impl Results {
                 let mut eights = std::mem::take(&mut self.exact);
                 self.list_met::<S, _>(bvh, resolver, (rays, first, left), &mut eights, pairs);
                 self.exact = eights;
+            }
+            Resolver::Originals(originals) if is_shared => {
+                let (mut known, begin) = (std::mem::take(&mut self.pairs), pairs.pairs.len());
+                known.clear();
+                self.each_hit(left, pairs, |pairs, ray, number| {
+                    pairs.push(first + ray as u32, self.seen[number]);
+                    known.push((ray as u32, number as u32));
+                });
+                pairs.level();
+                let (rays, hits) = (first..first + rays.len() as u32, &mut pairs.hits[begin..]);
+                originals.shared_origin_hits(rays, &self.seen, &known, hits);
+                self.pairs = known;
             }
             // Where these meet, is found later.
             _ => {
@@ -173,8 +187,12 @@ impl Results {
                 self.exact = eights;
             }
             Resolver::Originals(originals) => {
-                self.slots();
-                originals.shared_origin_hits(first, &self.hit, &self.found, hits);
+                let Self { slot, found, hit, pairs, .. } = self;
+                let of =
+                    |number: u32| if number == NOTHING { NOTHING } else { slot[number as usize] };
+                pairs.clear();
+                pairs.extend((0..).zip(found.iter().map(|&number| of(number))));
+                originals.shared_origin_hits(first..first + rays.len() as u32, hit, pairs, hits);
             }
         }
     }
@@ -214,14 +232,6 @@ impl Results {
             (*slot, count) = (count as u32, count + *slot as usize);
         }
         hit.truncate(count);
-    }
-
-    /// Makes of what each ray hits its number among those that are hit.
-    fn slots(&mut self) {
-        let Self { slot, found, .. } = self;
-        for number in found.iter_mut().filter(|number| **number != NOTHING) {
-            *number = slot[*number as usize];
-        }
     }
 
     /// Where the rays meet what they hit: from what depends on the triangle and the shared origin, computed

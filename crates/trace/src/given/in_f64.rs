@@ -377,21 +377,28 @@ impl Originals for Asked<'_> {
     }
 
     #[inline]
-    fn shared_origin_hits(&self, first: u32, places: &[u32], slots: &[u32], hits: &mut [Hit]) {
-        let rays = &self.rays[first as usize..][..hits.len()];
+    fn shared_origin_hits(
+        &self,
+        rays: Range<u32>,
+        places: &[u32],
+        pairs: &[(u32, u32)],
+        hits: &mut [Hit],
+    ) {
+        let first = rays.start;
+        let rays = &self.rays[first as usize..rays.end as usize];
         let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
         if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
             // Only their copies start at one.
-            for ((number, &slot), hit) in (first..).zip(slots).zip(hits) {
-                let place = places.get(slot as usize);
-                *hit = place.map_or(Hit::MISS, |&place| self.hit_attributes(number, place));
+            for (&(ray, number), hit) in pairs.iter().zip(hits) {
+                let place = places.get(number as usize);
+                *hit = place.map_or(Hit::MISS, |&place| self.hit_attributes(first + ray, place));
             }
             return;
         }
         let triangle = |&place: &u32| (self.originals.triangle(place), self.tree.index_of(place));
         let triangles: Vec<_> = places.iter().map(triangle).collect();
         SCRATCH.with_borrow_mut(|scratch| {
-            exact::hits_of_origin64(self.level, rays, &triangles, slots, scratch, hits);
+            exact::hits_of_origin64(self.level, rays, &triangles, pairs, scratch, hits);
         });
     }
 

@@ -293,18 +293,18 @@ fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Certified, Exact, Hit, Ray, Triangle};
+    use intertri::{Certified, Exact, Hit, Ray, Ray64, Triangle, TriangleOf};
 
     use crate::Bvh;
 
-    /// A bumpy sheet of 30 by 30 units, of so many squares a unit.
+    /// A bumpy sheet of 30 by 30 units, of so many squares a side.
     fn sheet(squares: usize) -> Bvh {
-        let corner = |x: usize, y: usize| {
-            [x as f32 / squares as f32, y as f32 / squares as f32, (x * y % 5) as f32 * 0.1]
-        };
+        let size = 30.0 / squares as f32;
+        let corner =
+            |x: usize, y: usize| [x as f32 * size, y as f32 * size, (x * y % 5) as f32 * 0.1];
         let mut triangles = Vec::new();
-        for i in 0..900 * squares * squares {
-            let (x, y) = (i % (30 * squares), i / (30 * squares));
+        for i in 0..squares * squares {
+            let (x, y) = (i % squares, i / squares);
             triangles.push(Triangle([corner(x, y), corner(x + 1, y), corner(x, y + 1)]));
             triangles.push(Triangle([corner(x + 1, y + 1), corner(x + 1, y), corner(x, y + 1)]));
         }
@@ -314,13 +314,19 @@ mod tests {
     /// A picture of the sheet, and what a light sees of it: bundles are traced and change nothing.
     #[test]
     fn bundles_are_taken_and_change_nothing() {
-        bundles_change_nothing(&sheet(1));
+        bundles_change_nothing(&sheet(30));
+    }
+
+    /// Many rays a triangle: what they share is computed once.
+    #[test]
+    fn bundles_that_share_triangles_change_nothing() {
+        bundles_change_nothing(&sheet(7));
     }
 
     /// Some thirty triangles a ray: bundles are tried, and most rays go one by one.
     #[test]
     fn bundles_that_are_too_dense_change_nothing() {
-        bundles_change_nothing(&sheet(12));
+        bundles_change_nothing(&sheet(360));
     }
 
     fn bundles_change_nothing(bvh: &Bvh) {
@@ -352,6 +358,17 @@ mod tests {
         assert!(lists.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.all(&mode, ray)));
         assert!(of_exact.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.all(&exact, ray)));
         assert!(lists.hits.len() > 2000 && of_exact.hits.len() > 2000);
+
+        // The same in f64, off from what f32 holds.
+        let off = |x: f32| f64::from(x) + 1e-9;
+        let corners = |triangle: &Triangle| TriangleOf(triangle.0.map(|corner| corner.map(off)));
+        let triangles: Vec<_> = bvh.to_triangles().iter().map(corners).collect();
+        let wide = |ray: &Ray| Ray64::new(ray.origin.map(off), ray.dir.map(off));
+        let (bvh64, rays64) = (Bvh::new(&triangles).unwrap(), rays.iter().map(wide));
+        let rays64: Vec<_> = rays64.collect();
+        let of_f64 = bvh64.all_batch(&exact, &rays64, None).unwrap();
+        assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.all(&exact, ray)));
+        assert!(of_f64.hits.len() > 2000);
 
         // In another order the same rays have little in common.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();

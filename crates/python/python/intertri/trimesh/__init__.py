@@ -138,14 +138,15 @@ class RayMeshIntersector:
         lists = mesh.crossings(origins, directions)
         hits, rays = lists.hits, lists.rays
         triangles, t = hits["triangle"], hits["t"]
+        counts = np.diff(lists.offsets)
         start = self._entered_at_start(origins, directions, lists.offsets, hits["leaves"])
         if start is not None:
             entering, faces = start
+            counts[entering] += 1
             at = lists.offsets[entering]
             rays = np.insert(rays, at, entering)
             triangles = np.insert(triangles, at, faces)
             t = np.insert(t, at, 0.0)
-        counts = np.bincount(rays, minlength=len(origins))
         if counts.size and counts.max() > max_hits:
             first = np.repeat(np.cumsum(counts) - counts, counts)
             near = np.arange(len(rays)) - first < max_hits
@@ -160,11 +161,11 @@ class RayMeshIntersector:
         if not len(origins) or not len(mesh):
             return None
         if (origins == origins[0]).all():
-            on = np.full(len(origins), mesh.is_on_surface(origins[0]))
+            starting = np.arange(len(origins) if mesh.is_on_surface(origins[0]) else 0)
         else:
-            on = mesh.is_on_surface(origins)
-        on &= np.isfinite(directions).all(axis=1) & directions.any(axis=1)
-        starting = np.flatnonzero(on)
+            starting = np.flatnonzero(mesh.is_on_surface(origins))
+        ways = directions[starting]
+        starting = starting[np.isfinite(ways).all(axis=1) & ways.any(axis=1)]
         if not len(starting):
             return None
         faces: NDArray[np.int32] = mesh.closest_point(origins[starting])["triangle"]
