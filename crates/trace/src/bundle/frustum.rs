@@ -71,4 +71,10 @@ impl Frustum {
         }
         (met.bits(), near)
     }
+
+    /// How deep the boxes of a node reach.
+    #[inline(always)]
+    pub(crate) fn far<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F {
+        self.axis.of_boxes::<F>(node, false)
+    }
 }

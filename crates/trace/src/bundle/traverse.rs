@@ -75,7 +75,8 @@ impl Bundle<'_> {
         };
         let end_plane = if any { Some(EndPlane::new::<S>(projection, bvh.reach)) } else { None };
         let frustum = Frustum::new(&projection.frame, window, bvh.reach);
-        let mut culling = Culling { frustum, end_plane: end_plane.as_ref() };
+        let closest = !any && !self.every;
+        let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
 
         // Does the frustum meet anything at all?
         let Scratch { stack, leaves, split } = scratch;
@@ -212,8 +213,8 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
 
             // The first leaves tell for which packets there will be too many triangles.
             if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
-                let closest = !any && !self.bundle.every;
-                dense = too_dense(self.projection, leaves.outlines(count), closest) & part;
+                let outlines = leaves.outlines(count);
+                dense = too_dense(self.projection, outlines, culling.closest) & part;
                 if dense == part {
                     stack.clear();
                     return (dense, true);
