@@ -17,8 +17,6 @@ struct State<'a, A> {
     /// How many parts, and answers, have their place.
     parts: usize,
     answers: usize,
-    /// Answers that have one in `words`.
-    put: usize,
     /// Parts that wait for others before them.
     waiting: BTreeMap<usize, Part<A>>,
     /// Parts for which there was no room any more.
@@ -42,7 +40,6 @@ impl<'a, A: Pod> Joined<'a, A> {
             words,
             parts: 0,
             answers: 0,
-            put: 0,
             waiting: BTreeMap::new(),
             more: Vec::new(),
             idle: Vec::new(),
@@ -70,7 +67,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         }
     }
 
-    /// The next part that is there and has a place.
+    /// The next part that is there and has a place. The lock is held no longer.
     fn next(&self) -> Option<(Part<A>, Place<'a>)> {
         self.lock().next()
     }
@@ -78,7 +75,8 @@ impl<'a, A: Pod> Joined<'a, A> {
     /// How many answers are in the array, and the parts for which there was no room in it.
     pub(crate) fn finish(self) -> (usize, Vec<Part<A>>) {
         let state = self.0.into_inner().unwrap_or_else(PoisonError::into_inner);
-        (state.put, state.more)
+        let left: usize = state.more.iter().map(|part| part.answers.len()).sum();
+        (state.answers - left, state.more)
     }
 }
 
@@ -94,7 +92,6 @@ impl<'a, A: Pod> State<'a, A> {
             if self.more.is_empty()
                 && let Some(words) = self.words.split_off_mut(..size_of_val(&part.answers[..]) / 8)
             {
-                self.put = self.answers;
                 return Some((part, Place { before, offsets, words }));
             }
             put_ends(offsets, before, &part);

@@ -40,10 +40,10 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     width: usize,
     ask: impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
-    // There is room for an answer a ray: what is not needed is never touched.
+    // Room for an answer a ray, as far as there is memory: what is not needed is never touched.
     let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
     let offsets = zeros::<i64>(py, rays.count + 1)?;
-    let words = zeros::<u64>(py, words_of(rays.count))?;
+    let words = zeros::<u64>(py, words_of(rays.count)).or_else(|_| zeros(py, 0))?;
     let (put, more) = {
         let (mut offsets, mut words) = (offsets.readwrite(), words.readwrite());
         let joined = Joined::new(&mut offsets.as_slice_mut()?[1..], words.as_slice_mut()?);
