@@ -19,10 +19,18 @@ use pyo3::prelude::*;
 /// What `intertri/_triangles.py` stands on; no part of the interface.
 #[pymodule]
 mod _intertri {
+    use numpy::PyReadonlyArray1;
     use pyo3::prelude::*;
 
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
+
+    /// The XXH64 of a contiguous array of bytes: against damage, not against malice.
+    #[pyfunction]
+    fn checksum(py: Python<'_>, bytes: PyReadonlyArray1<'_, u8>) -> PyResult<u64> {
+        let bytes = bytes.as_slice()?;
+        Ok(py.detach(|| intertri_trace::internal::checksum(bytes)))
+    }
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

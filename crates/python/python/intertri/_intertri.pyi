@@ -10,6 +10,8 @@ from ._arrays import Rays
 __version__: str
 SURFACE: int
 
+def checksum(bytes: NDArray[np.uint8]) -> int: ...
+
 class _Tree:
     def closest(
         self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.uint8]

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import os
-from typing import Any, BinaryIO
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from . import _arrays
-from ._arrays import F32, F64
+from . import _archive
 from ._points import PointQueries
 from ._rays import RayQueries
-from ._triangles import native
 
 
 class Mesh(RayQueries, PointQueries):
@@ -65,15 +60,24 @@ class Mesh(RayQueries, PointQueries):
     __slots__ = ()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restore, self._saved()
+        return _revive, (type(self), *self._state()), getattr(self, "__dict__", None)
 
     def __copy__(self) -> Mesh:
-        return _restore(*self.__reduce__()[1])
+        revive, parts, attributes = self.__reduce__()
+        mesh: Mesh = revive(*parts)
+        if attributes:
+            mesh.__dict__.update(attributes)
+        return mesh
+
+    def _state(self) -> _archive.Saved:
+        vertices, faces, tree = self._saved()
+        return vertices, faces, tree, _archive.binding(vertices, faces, tree)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes vertices, faces and hierarchy to a file, for `intertri.load`, the same on every machine.
 
-        It is one of numpy's ``.npz`` files: ``vertices``, ``faces``, and ``tree``, the bytes of a saved hierarchy.
+        It is one of numpy's ``.npz`` files: ``vertices``, ``faces``, ``tree``, the bytes of a saved hierarchy, and
+        ``binding``, a checksum of the three.
 
         >>> import intertri, tempfile, os
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -82,19 +86,24 @@ class Mesh(RayQueries, PointQueries):
         ...     intertri.load(os.path.join(folder, "mesh.npz"))
         Mesh(1 face, 3 vertices, float64)
         """
-        vertices, faces, tree = self._saved()
-        little = vertices.astype(vertices.dtype.newbyteorder("<"), copy=False)
-        with open(path, "wb") as file:
-            np.savez(file, vertices=little, faces=faces.astype("<u4", copy=False), tree=np.frombuffer(tree, np.uint8))
+        _archive.write(path, self._state())
 
 
-def _restore(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> Mesh:
+def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
     """A mesh from its saved state."""
-    mesh = Mesh.__new__(Mesh)
-    corners, rows = _arrays.vertices_and_faces(vertices, faces)
-    mesh._keep(corners.copy(), rows.copy())
-    mesh._at.trees[corners.dtype] = native(corners.dtype).from_bytes(tree, len(rows))
+    vertices, faces, tree = _archive.revive(*parts)
+    mesh = cls.__new__(cls)
+    mesh._keep(vertices, faces)
+    mesh._at.trees[vertices.dtype] = tree
     return mesh
+
+
+def _restore(*_: Any) -> Mesh:
+    """What pickles of before name."""
+    raise ValueError(
+        "an older version pickled this mesh, which did not bind its tree to its vertices: "
+        "make it anew by Mesh(vertices, faces)"
+    )
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
@@ -103,32 +112,14 @@ def load(path: str | os.PathLike[str]) -> Mesh:
     Raises
     ------
     ValueError
-        If the file is none of those, damaged, or of a later version. Whatever a file holds, nothing of it is run.
+        If the file is none of those, is damaged, has members that do not belong together, or is of another version.
+        Nothing in a file is run as code. A checksum is not a signature: sign the file if you need authenticity.
     OSError
         If it cannot be read.
     MemoryError
         If it needs more memory than there is.
     """
-    with open(path, "rb") as file:
-        try:
-            return _read(file)
-        except (OSError, MemoryError):
-            raise
-        except Exception as error:
-            # Of a damaged file the readers of zip and of numpy raise whatever their code runs into.
-            why = (str(error).splitlines() or [type(error).__name__])[0]
-            raise ValueError(f"{os.fspath(path)} holds no mesh: {why}") from None
-
-
-def _read(file: BinaryIO) -> Mesh:
-    """A mesh from an open file."""
-    saved = np.load(file, allow_pickle=False)
-    if isinstance(saved, np.ndarray):
-        raise ValueError("it is a single array")
-    with saved:
-        vertices, faces, tree = arrays = [saved[name] for name in ("vertices", "faces", "tree")]
-    # What is no array in the file comes as bytes.
-    types = [array.dtype.newbyteorder("=") for array in arrays if isinstance(array, np.ndarray)]
-    if len(types) < 3 or types[0] not in (F32, F64) or types[1:] != [np.uint32, np.uint8]:
-        raise ValueError("its arrays have other types")
-    return _restore(vertices, faces, tree.tobytes())
+    try:
+        return _revive(Mesh, *_archive.read(path))
+    except ValueError as error:
+        raise ValueError(f"{os.fspath(path)} holds no mesh: {error}") from None

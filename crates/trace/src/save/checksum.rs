@@ -8,7 +8,7 @@ const P4: u64 = 0x85eb_ca77_c2b2_ae63;
 const P5: u64 = 0x27d4_eb2f_1656_67c5;
 
 /// The XXH64 of some bytes.
-pub(super) fn checksum(bytes: &[u8]) -> u64 {
+pub fn checksum(bytes: &[u8]) -> u64 {
     let mut stripes = bytes.chunks_exact(32);
     let mut sum = P5;
     if bytes.len() >= 32 {

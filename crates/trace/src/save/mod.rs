@@ -25,6 +25,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 
+pub use checksum::checksum;
 pub use error::LoadError;
 pub use format::SAVED_MAGIC;
 pub(crate) use in_f64::{read64, write64};

@@ -1,0 +1,119 @@
+"""A mesh as arrays in a file or a pickle, bound together by a checksum.
+
+``binding`` is an XXH64 of the other members. It shows damage, and a tree that is that of other vertices or faces. It
+does not show who wrote them: sign the file if you need authenticity.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import zipfile
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _arrays
+from ._arrays import F32, F64
+from ._intertri import Tree32, Tree64, checksum
+from ._triangles import native
+
+MEMBERS = ("vertices", "faces", "tree", "binding")
+
+Saved = tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes, int]
+"""Vertices, faces, the bytes of the hierarchy, and what binds them."""
+
+
+def binding(vertices: NDArray[np.floating[Any]], faces: NDArray[np.uint32], tree: bytes) -> int:
+    """A checksum of vertices, faces and hierarchy, with their types and shapes, the same on every machine."""
+    little = vertices.dtype.newbyteorder("<")
+    parts = [
+        np.frombuffer(f"{little.str} {vertices.shape} {faces.shape}".encode(), np.uint8),
+        _arrays.as_bytes(np.ascontiguousarray(vertices, little)),
+        _arrays.as_bytes(np.ascontiguousarray(faces, "<u4")),
+        np.frombuffer(tree, np.uint8),
+    ]
+    return checksum(_arrays.as_bytes(np.array([checksum(part) for part in parts], "<u8")))
+
+
+def revive(
+    vertices: Any, faces: Any, tree: Any, bound: Any
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.uint32], Tree32 | Tree64]:
+    """Vertices, faces and hierarchy from their saved state.
+
+    Raises
+    ------
+    ValueError
+        If they do not belong together.
+    """
+    arrays = isinstance(vertices, np.ndarray) and isinstance(faces, np.ndarray) and isinstance(tree, bytes)
+    if not arrays or vertices.dtype.newbyteorder("=") not in (F32, F64) or faces.dtype.newbyteorder("=") != np.uint32:
+        raise ValueError("its members have other types than vertices, faces and tree of a mesh")
+    if binding(vertices, faces, tree) != bound:
+        raise ValueError("its vertices, faces and tree do not belong together, or are damaged; save the mesh again")
+    try:
+        corners, rows = _arrays.vertices_and_faces(vertices, faces)
+    except IndexError as error:
+        raise ValueError(str(error)) from None
+    return corners.copy(), rows.copy(), native(corners.dtype).from_bytes(tree, len(rows))
+
+
+def write(path: str | os.PathLike[str], saved: Saved) -> None:
+    """Writes the state of a mesh to a file."""
+    vertices, faces, tree, bound = saved
+    arrays: dict[str, NDArray[Any]] = {
+        "vertices": vertices.astype(vertices.dtype.newbyteorder("<"), copy=False),
+        "faces": faces.astype("<u4", copy=False),
+        "tree": np.frombuffer(tree, np.uint8),
+        "binding": np.array(bound, "<u8"),
+    }
+    with open(path, "wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type, unused-ignore]
+
+
+def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
+    """The state of a mesh from a file, for `revive`."""
+    with open(path, "rb") as file:
+        try:
+            return _members(file)
+        except OSError as error:
+            # Positions that a damaged file names may not be there; other errors are the disk's.
+            if error.errno not in (None, errno.EINVAL):
+                raise
+            raise ValueError("it is damaged, or not a file that Mesh.save wrote") from None
+        except (ValueError, MemoryError):
+            raise
+        except Exception as error:
+            # The readers of zip and of numpy's headers raise whatever their code runs into.
+            why = (str(error).splitlines() or [type(error).__name__])[0]
+            raise ValueError(f"it is damaged, or not a file that Mesh.save wrote ({why})") from None
+
+
+def _members(file: BinaryIO) -> tuple[Any, ...]:
+    """The members of an archive."""
+    with zipfile.ZipFile(file) as archive:
+        there = set(archive.namelist())
+        missing = [name for name in MEMBERS if f"{name}.npy" not in there]
+        if missing == ["binding"]:
+            raise ValueError(
+                "an older version wrote it, which did not bind its tree to its vertices: "
+                "load both with numpy and call Mesh(vertices, faces).save(path)"
+            )
+        if missing:
+            raise ValueError(f"it has no member {' and '.join(missing)}")
+        vertices, faces, tree, bound = (_array(archive.read(f"{name}.npy"), name) for name in MEMBERS)
+    return vertices, faces, tree.tobytes(), int(bound) if bound.shape == () else None
+
+
+def _array(content: bytes, name: str) -> NDArray[Any]:
+    """The array of a member. numpy's own reader takes as much memory as the header says."""
+    file = io.BytesIO(content)
+    version = np.lib.format.read_magic(file)
+    if version != (1, 0):
+        raise ValueError(f"{name} has an unknown header")
+    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
+    numbers = np.frombuffer(content, np.uint8, offset=file.tell())
+    array = numbers.view(dtype)
+    return array.reshape(shape, order="F" if is_fortran else "C")
