@@ -14,6 +14,7 @@ mod interrupts;
 mod light;
 mod memory;
 mod models;
+mod numbers;
 mod raster;
 mod render;
 mod scalar;

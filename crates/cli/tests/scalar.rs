@@ -1,4 +1,4 @@
-//! Coordinates in f64 by the real binary: what `--scalar f64` reads, answers, draws and refuses.
+//! `--scalar` of the real binary: what f64 reads, answers, draws and refuses, and what f32 rounds.
 
 use std::fmt::Write;
 use std::io::Write as _;
@@ -59,13 +59,6 @@ fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_do
     let any = |rays| text(&place, &format!("trace wall.obj --rays {rays} --any --scalar f64"));
     assert!(any("out.csv").lines().skip(1).all(|line| line.ends_with(",0")));
     assert!(any("in.csv").lines().skip(1).all(|line| line.ends_with(",1")));
-
-    // In f32, what starts a centimetre north of the wall is moved onto it or behind it; and it is said why.
-    place.put("out.csv", csv(&[0.3, 0.01, -0.01], 1.0));
-    let output = place.run("trace wall.obj --rays out.csv --any");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(told.contains("0.0625 apart") && told.contains("--scalar f64"), "{told}");
-    assert_eq!(told.lines().count(), 1);
 }
 
 #[test]
@@ -170,29 +163,10 @@ fn models_are_read_in_f64_where_they_have_it() {
     place.put("far.obj", "v 1e100 0 0\nv 1e100 1e99 0\nv 1e100 0 1e99\nf 1 2 3\n");
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0,1e98,1e98,1e100,0,0\n");
     assert!(text(&place, "trace far.obj --rays r.csv --scalar f64").ends_with("\n0,0,1,0.1,0.1\n"));
-    place.fails("trace far.obj --rays r.csv", 1, &["far.obj:1", "not finite in f32"]);
-}
-
-#[test]
-fn f32_is_the_default_and_answers_as_before_whatever_the_file_holds() {
-    let place = Place::new();
-    // Decimals that no f32 is.
-    place.put("m.obj", "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n");
-    place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
-    let [default, single, double] = ["", "--scalar f32", "--scalar f64"]
-        .map(|scalar| text(&place, &format!("trace m.obj --rays r.csv {scalar}")));
-    assert_eq!(default, single);
-    assert_ne!(default, double);
-    // t is 0.3 / 0.7 of the nearest f32, or f64.
-    let t = |csv: &str| cells(csv)[0][2].parse::<f64>().unwrap();
-    assert_eq!(t(&default), f64::from(0.3_f32) / f64::from(0.7_f32));
-    assert!((t(&double) - 0.3 / 0.7).abs() < 1e-16);
-    // A scene whose numbers all are f32 has the same answers in both.
-    place.put("m.obj", "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n");
-    place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.125,0,0.03125,0.0625,0.75\n");
-    let [single, double] = ["f32", "f64"]
-        .map(|scalar| text(&place, &format!("trace m.obj --rays r.csv --scalar {scalar}")));
-    assert_eq!(single, double);
+    place.ok("trace far.obj --rays r.csv");
+    let words = ["far.obj", "beyond the range of f32"];
+    place.fails("trace far.obj --rays r.csv --scalar f32", 1, &words);
+    place.fails("trace far.obj --rays r.csv --engine certified", 1, &words);
 }
 
 #[test]

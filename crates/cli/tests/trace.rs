@@ -28,7 +28,8 @@ fn rays() -> Vec<Ray> {
 fn csv(rays: &[Ray]) -> String {
     let mut text = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
     for ray in rays {
-        let cells = bytemuck::cast::<Ray, [f32; 8]>(*ray).map(|x| x.to_string());
+        // With all of their digits: a decimal is the f64 nearest to it.
+        let cells = bytemuck::cast::<Ray, [f32; 8]>(*ray).map(|x| f64::from(x).to_string());
         text += &(cells.join(",") + "\n");
     }
     text

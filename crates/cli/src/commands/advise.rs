@@ -11,7 +11,7 @@ use intertri_lab::advise::{Arithmetic, PinholeCamera, SampledPixel, needs, scan}
 use crate::commands::options::CameraOptions;
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::load;
+use crate::engine::model::Model;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::raster::Raster;
@@ -23,6 +23,7 @@ use crate::io::numbers;
 use crate::io::progress::Progress;
 use crate::report::advise::{AdviseReport, Choice};
 use crate::report::print::print;
+use crate::report::rounding::Rounded;
 
 /// How many pixels the sample has, at most.
 const SAMPLE: usize = 1 << 16;
@@ -38,7 +39,8 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 /// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, checks
 /// that on a sample against exact arithmetic, and names the choice that takes the fewest bits a vertex
 /// of those that meet the tolerance. A pixel is wrong if it shows another triangle than it would
-/// without any rounding or snapping. Plain f32, which no engine offers, is told for comparison.
+/// without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison.
+/// Coordinates that f32 does not hold are rounded first, and counted in the report.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
@@ -93,7 +95,8 @@ fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(load).transpose()?;
+    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
+    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let scene = options
         .camera
@@ -155,6 +158,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let take = choices.iter().find(|choice| choice.enough && choice.speed.is_some());
     let report = AdviseReport {
         model: options.model.clone(),
+        rounded: Rounded::of_model(rounding),
         size: [width, height],
         tolerance,
         sample: rays.len(),

@@ -7,12 +7,12 @@ use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{Hit, Ray, Threshold, Triangle, TriangleOf};
 use intertri_lab::rng::Rng;
-use intertri_scene::{Rays, RaysFormat, Scene, hit_point};
+use intertri_scene::{Rays, RaysFormat, Rounding, Scene, hit_point};
 
 use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
 use crate::engine::memory::{filled, room};
-use crate::engine::model::load;
+use crate::engine::model::Model;
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
@@ -23,6 +23,7 @@ use crate::io::numbers;
 use crate::io::progress::Progress;
 use crate::report::bench::{BenchReport, Rate};
 use crate::report::print::print;
+use crate::report::rounding::Rounded;
 
 /// How many rays of a file are measured, at most.
 const MAX_RAYS: usize = 1 << 20;
@@ -35,7 +36,8 @@ const REFERENCE_TESTS: usize = 20_000_000;
 /// Primary rays are the camera's, tile by tile; shadow rays go from the light to what they hit and ask
 /// for any hit; diffuse rays leave from there in all directions of the open side. All engines run in
 /// turn, on all threads, and what is told is the median of the turns. The scalar reference, which asks
-/// all triangles, gets fewer rays. Run it on a quiet machine.
+/// all triangles, gets fewer rays. All engines get the same numbers: those that f32 does not hold are
+/// rounded first, and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
@@ -76,7 +78,9 @@ struct Kind {
 /// Measures all engines.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(load).transpose()?;
+    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
+    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
+    let mut rounded = Rounded::of_model(rounding);
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let scene = options
         .camera
@@ -88,7 +92,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let certified = engines.engine(EngineName::Certified)?;
     let mut kinds = kinds(&scene, &triangles, options.size, &certified)?;
     if let Some(path) = &options.rays {
-        let rays = first_rays(path, options.rays_format)?;
+        let rays;
+        (rays, rounded.rays) = first_rays(path, options.rays_format)?;
         kinds.push(Kind { name: "file", rays, any: false });
     }
     kinds.retain(|kind| !kind.rays.is_empty());
@@ -119,13 +124,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         triangles: triangles.len(),
         threads: rayon::current_num_threads(),
         turns: options.turns,
+        rounded,
         rates,
     };
     print(&report, options.json)
 }
 
-/// The rays of a file, [`MAX_RAYS`] at most.
-fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
+/// The rays of a file, [`MAX_RAYS`] at most, and what f32 does not hold of them.
+fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Rounding)> {
     let mut file = Rays::open(path, format)?;
     let (mut all, mut some): (Vec<Ray>, _) = (vec![], vec![]);
     while all.len() < MAX_RAYS {
@@ -135,7 +141,7 @@ fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<Vec<Ray>> {
         }
         all.append(&mut some);
     }
-    Ok(all)
+    Ok((all, file.rounding()))
 }
 
 /// Camera rays, shadow rays to what they hit, and diffuse rays from there.

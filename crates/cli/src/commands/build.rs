@@ -4,11 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use intertri_scene::{Coordinate, Mesh};
+use intertri_scene::Coordinate;
 use intertri_trace::{Bvh, Given};
 
-use crate::commands::notes;
-use crate::engine::model::{choose, load};
+use crate::engine::model::{Model, ModelIn};
 use crate::engine::scalar_name::ScalarName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -16,13 +15,16 @@ use crate::io::output::Output;
 use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
 use crate::report::build::{BuildReport, BuildSeconds};
-use crate::report::print::{print, tell};
+use crate::report::print::print;
+use crate::report::rounding::Rounded;
 
 /// Build the hierarchy over a model, and save it to a file
 ///
 /// Every command takes such a file for a model: it is checked, and loaded several times as fast as it was
 /// built. It holds the triangles and their numbers; texture coordinates, colors and the sharing of
 /// vertices are not kept. It has the same bytes on every CPU.
+///
+/// Coordinates are kept as the model has them, in f32 where it holds all of them and in f64 otherwise.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved
@@ -32,7 +34,8 @@ pub(crate) struct Options {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// What the model is read, kept and then traced in [default: what build saved it in, else f32]
+    /// What the coordinates are kept in [default: what build saved them in; else f32 if it holds all of
+    /// them, and f64 if not]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
@@ -44,28 +47,30 @@ pub(crate) struct Options {
 /// Builds and saves.
 pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_same_file(Some(&options.output), &[&options.model])?;
-    match choose(Some(&options.model), options.scalar)?.scalar {
-        ScalarName::F32 => build(options, notes::coarse),
-        ScalarName::F64 => build::<f64>(options, |_| None),
+    let mut seconds = BuildSeconds::default();
+    let model = timed(&mut seconds.load, || {
+        let _bar = Progress::new("load", None);
+        Model::load(&options.model)
+    })?;
+    let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
+    refuse_same_file(Some(&options.output), &files)?;
+    let kept = if model.is_f32() { ScalarName::F32 } else { ScalarName::F64 };
+    match options.scalar.unwrap_or(kept) {
+        ScalarName::F32 => build(options, timed(&mut seconds.load, || model.in_f32())?, seconds),
+        ScalarName::F64 => build(options, timed(&mut seconds.load, || model.in_f64())?, seconds),
     }
 }
 
-/// Builds and saves in a scalar, of which there is perhaps something to say.
+/// Builds and saves in a scalar.
 fn build<S: Coordinate + Given>(
     options: &Options,
-    note: impl FnOnce(&Mesh<S>) -> Option<String>,
+    model: ModelIn<S>,
+    mut seconds: BuildSeconds,
 ) -> Result<()> {
-    let mut seconds = BuildSeconds::default();
-    let triangles = timed(&mut seconds.load, || {
-        let _bar = Progress::new("load", None);
-        let model = load(&options.model)?;
-        let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
-        refuse_same_file(Some(&options.output), &files)?;
-        if let (Some(note), None) = (note(&model.mesh), &model.bvh) {
-            tell(&note);
-        }
-        triangles(&model.mesh).map_err(|error| error.of(&options.model))
-    })?;
+    let triangles = timed(&mut seconds.load, || triangles(&model.mesh));
+    let triangles = triangles.map_err(|error| error.of(&options.model))?;
+    let rounded = Rounded::of_model(model.rounding);
+    drop(model);
     let bar = Progress::new("build", Some(triangles.len() as u64));
     let bvh = timed(&mut seconds.build, || {
         Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))
@@ -87,6 +92,7 @@ fn build<S: Coordinate + Given>(
         output: options.output.clone(),
         triangles: triangles.len(),
         scalar: ScalarName::of::<S>(),
+        rounded,
         bytes: output.bytes,
         seconds,
     };

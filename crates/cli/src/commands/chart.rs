@@ -11,19 +11,21 @@ use intertri_lab::metrics::{Row, metrics};
 use intertri_lab::pareto::{Baseline, fastest, pareto_front};
 use intertri_lab::tables::count;
 use intertri_lab::timing::{Time, measure};
-use intertri_lab::workloads::{Model, Workload};
+use intertri_lab::workloads::{self, Workload};
 use serde::Serialize;
 
 use crate::commands::options::ChartOptions;
-use crate::engine::model::load;
+use crate::engine::model::Model;
 use crate::error::{Error, Result};
 use crate::io::progress::Progress;
 use crate::report::charts::{ChartFolder, Written};
 use crate::report::print::print;
+use crate::report::rounding::Rounded;
 
 /// Run every known method and draw speed against accuracy
 ///
-/// Writes a chart (SVG and PNG), its numbers (CSV), and all on one page (HTML). Run it on a quiet machine.
+/// Writes a chart (SVG and PNG), its numbers (CSV), and all on one page (HTML). Coordinates that f32 does not
+/// hold are rounded first, and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved, for the camera and secondary rays [default: a sphere and a torus]
@@ -42,6 +44,7 @@ struct Report {
     #[serde(flatten)]
     written: Written,
     model: Option<PathBuf>,
+    rounded: Rounded,
     seed: u64,
     times: Vec<Time>,
     verdicts: Vec<ErrorCounts>,
@@ -51,11 +54,7 @@ struct Report {
 /// Measures speed and accuracy, and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
-    let model = match &options.model {
-        None => Model::built_in(),
-        Some(path) => Model::new(&load(path)?.mesh.to_triangles())
-            .ok_or_else(|| Error::at(path.display(), "has no triangle to measure with"))?,
-    };
+    let (model, rounded) = model(options)?;
     let seed = options.seed;
     let (turns, rays, cases) =
         if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
@@ -101,6 +100,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let report = Report {
         written: charts.finish(),
         model: options.model.clone(),
+        rounded,
         seed,
         times,
         verdicts,
@@ -109,9 +109,21 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.charts.json)
 }
 
+/// What is measured with, and what had to be rounded of it.
+fn model(options: &Options) -> Result<(workloads::Model, Rounded)> {
+    let Some(path) = &options.model else {
+        return Ok((workloads::Model::built_in(), Rounded::default()));
+    };
+    let model = Model::load(path)?.in_f32()?;
+    let measured = workloads::Model::new(&model.mesh.to_triangles())
+        .ok_or_else(|| Error::at(path.display(), "has no triangle to measure with"))?;
+    Ok((measured, Rounded::of_model(model.rounding)))
+}
+
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.written.machine)?;
+        self.rounded.write_line(f)?;
         for workload in Workload::ALL {
             let form = workload.form().label();
             let faster = format!("× ({form} of N)");

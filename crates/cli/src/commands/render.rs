@@ -17,9 +17,9 @@ use std::time::Instant;
 use intertri_scene::check_output;
 
 pub(crate) use self::options::Options;
-use self::options::refuse_unused_grid;
+use self::options::{refuse_unused_grid, takes_f32_alone};
 use crate::commands::options::threshold_of;
-use crate::engine::model::choose;
+use crate::engine::model::saved_in;
 use crate::engine::scalar_name::ScalarName;
 use crate::error::Result;
 use crate::io::same_file::refuse_same_file;
@@ -33,9 +33,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         [&options.model, &options.texture].into_iter().flatten().map(|path| &**path).collect();
     refuse_same_file(Some(&options.output), &read)?;
     refuse_unused_grid(options)?;
-    let chosen = choose(options.model.as_deref(), options.scalar)?;
-    match chosen.scalar {
+    let saved = options.model.as_deref().and_then(saved_in);
+    let scalar = match options.scalar {
+        Some(scalar) => scalar,
+        None if takes_f32_alone(options) => ScalarName::F32,
+        None => saved.unwrap_or(ScalarName::F32),
+    };
+    match scalar {
         ScalarName::F32 => in_f32::run(options, threshold, start),
-        ScalarName::F64 => in_f64::run(options, &chosen.by, start),
+        ScalarName::F64 => in_f64::run(options, start),
     }
 }

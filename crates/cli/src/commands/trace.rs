@@ -1,19 +1,20 @@
 //! `intertri trace`: a file of rays answered, so that other programs can ask and compare.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::Args;
 use intertri::fixed::Bits;
-use intertri::{RayOf, Threshold};
-use intertri_scene::{Coordinate, Rays, RaysFormat};
+use intertri::{RayOf, Threshold, TriangleOf};
+use intertri_scene::{Coordinate, Rays, RaysFormat, Rounding};
+use intertri_trace::{Bvh, Given};
 
-use crate::commands::notes;
 use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
 use crate::engine::engine64::Engine64;
 use crate::engine::engines::Engines;
 use crate::engine::fixed::GridReport;
-use crate::engine::model::{Chosen, choose, load};
+use crate::engine::model::{Model, ModelIn};
 use crate::engine::name::EngineName;
 use crate::engine::ray_engine::RayEngine;
 use crate::engine::scalar_name::ScalarName;
@@ -27,7 +28,8 @@ use crate::io::pipeline;
 use crate::io::pipes::widen_pipes;
 use crate::io::progress::{Progress, timed};
 use crate::io::same_file::refuse_same_file;
-use crate::report::print::{print, tell};
+use crate::report::print::print;
+use crate::report::rounding::Rounded;
 use crate::report::trace::{TraceReport, TraceSeconds};
 
 /// Batches in the pipeline for each thread: while it works on one, another is read or written.
@@ -41,8 +43,11 @@ const CHUNKS: usize = 4;
 ///
 /// RAYS are CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which
 /// t_min (0) and t_max (inf) may be left out; or raw, eight little-endian f32 a ray in the order origin
-/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64. Numbers are rounded to f32, unless --scalar
-/// f64 keeps them. A hit counts where t_min <= t < t_max and t > 0.
+/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64. A hit counts where t_min <= t < t_max and
+/// t > 0.
+///
+/// Answers are for the numbers as the files have them; of a decimal, for the nearest f64. Engines other
+/// than exact and oracle take f32 alone: what they round is counted on the standard error and in the report.
 ///
 /// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
 /// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest
@@ -97,8 +102,8 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// What the model and the rays are read and traced in; f64 is for engines exact and oracle. What a model
-    /// holds never decides it, so that no answer changes unasked [default: what build saved it in, else f32]
+    /// What the model and the rays are traced in; f64 is for engines exact and oracle [default of these
+    /// two: what holds all numbers, so that it shows in the speed alone; of other engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
@@ -137,9 +142,9 @@ impl Options {
     }
 
     /// Refuses what makes no sense together.
-    fn check(&self, chosen: &Chosen) -> Result<()> {
-        if chosen.scalar == ScalarName::F64 {
-            Engine64::check(self.engine, &chosen.by)?;
+    fn check(&self) -> Result<()> {
+        if self.scalar == Some(ScalarName::F64) {
+            Engine64::check(self.engine)?;
         }
         if self.engine == EngineName::Raster {
             return Err(Error::usage(EngineName::ANSWERS_NO_RAYS));
@@ -167,22 +172,35 @@ impl Options {
 /// Answers the rays.
 pub(crate) fn run(options: &Options) -> Result<()> {
     // What can be refused is refused before the work.
-    let chosen = choose(Some(&options.model), options.scalar)?;
-    options.check(&chosen)?;
+    options.check()?;
     let threshold = threshold_of(options.engine, options.threshold)?;
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
     let rays = Rays::open(&options.rays, options.rays_format)?;
     let mut seconds = TraceSeconds::default();
-    match chosen.scalar {
+    let model = timed(&mut seconds.load, || {
+        let _bar = Progress::new("load", None);
+        Model::load(&options.model)
+    })?;
+    refuse_output(options, &model.files)?;
+    match scalar(options, &model, &rays) {
         ScalarName::F32 => {
-            let scene = in_f32(options, threshold, &mut seconds)?;
+            let scene = in_f32(options, threshold, model, &mut seconds)?;
             answer(options, threshold, &scene, rays, seconds)
         }
         ScalarName::F64 => {
-            let scene = in_f64(options, &mut seconds)?;
+            let scene = in_f64(options, model, &mut seconds)?;
             answer(options, threshold, &scene, rays, seconds)
         }
     }
+}
+
+/// The scalar in which the model and the rays are traced: f32 where nothing else is possible or nothing is lost.
+///
+/// The format of the rays decides, and not their numbers, so that no ray changes how another is traced. Answers of
+/// `exact` are the same in both scalars where f32 holds all numbers.
+fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
+    let single = !options.engine.is_exact() || rays.are_f32() && model.is_f32();
+    options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
 /// A model with its engine, which alone is kept of it.
@@ -190,46 +208,44 @@ struct Traced<T> {
     engine: T,
     triangles: usize,
     grid: Option<GridReport>,
+    rounding: Rounding,
 }
 
 /// The model in f32, with any engine.
 fn in_f32(
     options: &Options,
     threshold: Option<Threshold>,
+    model: Model,
     seconds: &mut TraceSeconds,
 ) -> Result<Traced<RayEngine>> {
-    let (triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
-        let _bar = Progress::new("load", None);
-        let model = load(&options.model)?;
-        refuse_output(options, &model.files)?;
-        if let (Some(note), None) = (notes::coarse(&model.mesh), &model.bvh) {
-            tell(&note);
-        }
-        let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
-        Ok((triangles, model.bvh))
-    })?;
+    let (triangles, bvh, rounding) =
+        timed(&mut seconds.load, || corners(options, model.in_f32()?))?;
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
         .on_grid(options.grid.unwrap_or(Bits::FINE), room_for)
         .with_bvh(bvh);
     let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
-    Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid() })
+    Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid(), rounding })
 }
 
 /// The model in f64, with an engine that is exact.
-fn in_f64(options: &Options, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
-    let (triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
-        let _bar = Progress::new("load", None);
-        let model = load(&options.model)?;
-        refuse_output(options, &model.files)?;
-        let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
-        Ok((triangles, model.bvh))
-    })?;
+fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
+    let (triangles, bvh, rounding) =
+        timed(&mut seconds.load, || corners(options, model.in_f64()?))?;
     let count = triangles.len();
     let engine = timed(&mut seconds.build, || Engine64::new(options.engine, triangles, bvh))
         .map_err(|error| error.of(&options.model))?;
-    Ok(Traced { engine, triangles: count, grid: None })
+    Ok(Traced { engine, triangles: count, grid: None, rounding })
+}
+
+/// What is traced of a model.
+type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding);
+
+/// The corners of a model's triangles with what belongs to them; the mesh is dropped.
+fn corners<S: Coordinate + Given>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
+    let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
+    Ok((triangles, model.bvh, model.rounding))
 }
 
 /// Refuses to write onto what was read beside the model.
@@ -254,6 +270,13 @@ fn answer<T: Tracer>(
     if done.outside > 0 {
         note(&format!("rays that start outside of the grid and so hit nothing: {}", done.outside));
     }
+    let rounded = Rounded { model: scene.rounding, rays: rays.rounding() };
+    if options.scalar.is_none() && !rounded.is_nothing() {
+        let engine = options.engine;
+        note(&format!(
+            "engine {engine} takes f32 alone: {rounded}; if that is meant, add --scalar f32"
+        ));
+    }
 
     // Where the answers are the standard output, there is no place for a report.
     if options.output.is_none() {
@@ -265,6 +288,7 @@ fn answer<T: Tracer>(
         triangles: scene.triangles,
         engine: options.engine,
         scalar: ScalarName::of::<T::Scalar>(),
+        rounded,
         threshold: threshold.map(Threshold::get),
         rays: done.rays,
         hits: done.hits,

@@ -18,8 +18,8 @@ pub(crate) enum Engine64 {
 }
 
 impl Engine64 {
-    /// Refuses a name that has no such engine, with what chose f64.
-    pub(crate) fn check(name: EngineName, by: &str) -> Result<()> {
+    /// Refuses a name that has no such engine where `--scalar f64` asks for one.
+    pub(crate) fn check(name: EngineName) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
             EngineName::Certified | EngineName::Double | EngineName::Reference => {
@@ -28,7 +28,7 @@ impl Engine64 {
             EngineName::Fixed => "snaps coordinates in f32 to its grid",
             EngineName::Raster => "draws coordinates in f32",
         };
-        Err(Error::usage(format!("{by}: engine {name} {why}; choose exact or oracle")))
+        Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
     }
 
     /// The engine of that name, which [`Engine64::check`] lets pass, over triangles: by a hierarchy over them, if

@@ -1,80 +1,101 @@
 //! Models from files: those that the scene's crate reads, and saved hierarchies, of which nothing has to be built.
+//!
+//! ```text
+//!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
+//!   saved in f32 or f64 ──────────┴──► f64
+//! ```
 
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use intertri_scene::{Coordinate, Mesh};
+use intertri_scene::{Coordinate, Mesh, Rounding, load_with_files};
 use intertri_trace::{Bvh, Given, LoadError, SAVED_MAGIC};
 
 use crate::engine::memory::room;
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result};
 
-/// A model.
-pub(crate) struct Model<S: Given = f32> {
-    pub(crate) mesh: Mesh<S>,
+/// A model as its file has it.
+pub(crate) struct Model {
+    path: PathBuf,
+    content: Content,
     /// What was read beside the file.
     pub(crate) files: Vec<PathBuf>,
-    /// The hierarchy over it, if that was saved.
+}
+
+/// What a file has: f64 holds the numbers of every format.
+enum Content {
+    Mesh(Mesh<f64>),
+    SavedF32(Bvh<f32>),
+    SavedF64(Bvh<f64>),
+}
+
+/// A model in the scalar in which it is traced.
+pub(crate) struct ModelIn<S: Given> {
+    pub(crate) mesh: Mesh<S>,
+    /// The hierarchy over it, if that was saved in this scalar.
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
+    /// Which of its coordinates the scalar does not hold.
+    pub(crate) rounding: Rounding,
 }
 
-/// Reads a model of any format.
-pub(crate) fn load<S: Coordinate + Given>(path: &Path) -> Result<Model<S>> {
-    if saved_in(path).is_none() {
-        let (mesh, files) = intertri_scene::load_with_files(path)?;
-        return Ok(Model { mesh, files, bvh: None });
+impl Model {
+    /// Reads a model of any format.
+    pub(crate) fn load(path: &Path) -> Result<Self> {
+        let (content, files) = match saved_in(path) {
+            None => {
+                let (mesh, files) = load_with_files(path)?;
+                (Content::Mesh(mesh), files)
+            }
+            Some(ScalarName::F32) => (Content::SavedF32(saved(path)?), vec![]),
+            Some(ScalarName::F64) => (Content::SavedF64(saved(path)?), vec![]),
+        };
+        Ok(Self { path: path.into(), content, files })
     }
-    let bvh = Bvh::load(path).map_err(|error| match error {
-        // Who can trace both has asked before.
-        LoadError::Scalar { found } => Error::at(
-            path.display(),
-            format_args!(
-                "was saved in {found}, which trace and render take; build it in {}",
-                S::NAME
-            ),
-        ),
-        error => Error::at(path.display(), error),
-    })?;
-    // Of several meshes as one: what hits tell are then the numbers of its triangles.
-    let bvh = bvh.into_one_mesh();
-    let mesh = mesh(&bvh).map_err(|error| error.of(path))?;
-    Ok(Model { mesh, files: vec![], bvh: Some(Arc::new(bvh)) })
-}
 
-/// What a model is read and traced in, and what decided it, for errors.
-pub(crate) struct Chosen {
-    pub(crate) scalar: ScalarName,
-    pub(crate) by: String,
-}
-
-/// The scalar that was asked for or, if none was, that of a saved hierarchy; of other models f32.
-pub(crate) fn choose(path: Option<&Path>, asked: Option<ScalarName>) -> Result<Chosen> {
-    let name = path.unwrap_or(Path::new("")).display();
-    match (path.and_then(saved_in), asked) {
-        (Some(saved), Some(asked)) if saved != asked => Err(Error::at(
-            name,
-            format_args!(
-                "was saved in {saved}; leave out --scalar {asked}, or build it in {asked}"
-            ),
-        )),
-        (Some(saved), None) => {
-            Ok(Chosen { scalar: saved, by: format!("{name}, saved in {saved}") })
-        }
-        (_, asked) => {
-            let scalar = asked.unwrap_or_default();
-            Ok(Chosen { scalar, by: format!("--scalar {scalar}") })
+    /// Whether f32 holds all of its numbers. What was saved in f64 has its hierarchy in f64, whatever its numbers.
+    pub(crate) fn is_f32(&self) -> bool {
+        match &self.content {
+            Content::Mesh(mesh) => {
+                let mut rounding = Rounding::default();
+                mesh.positions.as_flattened().iter().all(|&x| {
+                    rounding.round::<f32>(x);
+                    rounding.numbers == 0
+                })
+            }
+            Content::SavedF32(_) => true,
+            Content::SavedF64(_) => false,
         }
     }
+
+    /// The model in f32, its coordinates rounded where that is necessary.
+    pub(crate) fn in_f32(self) -> Result<ModelIn<f32>> {
+        let model = match self.content {
+            Content::Mesh(mesh) => in_scalar(mesh),
+            Content::SavedF32(bvh) => with_bvh(bvh),
+            Content::SavedF64(bvh) => mesh(&bvh).and_then(in_scalar),
+        };
+        model.map_err(|error| error.of(&self.path))
+    }
+
+    /// The model in f64.
+    pub(crate) fn in_f64(self) -> Result<ModelIn<f64>> {
+        let model = match self.content {
+            Content::Mesh(mesh) => Ok(ModelIn { mesh, bvh: None, rounding: Rounding::default() }),
+            Content::SavedF32(bvh) => mesh(&bvh).and_then(in_scalar),
+            Content::SavedF64(bvh) => with_bvh(bvh),
+        };
+        model.map_err(|error| error.of(&self.path))
+    }
 }
 
-/// The header of a saved hierarchy and its table, at most.
-const FRONT: u64 = 64 + 64 * 32;
-
-/// In which scalar a hierarchy was saved, if the file is one. What cannot be read is for others to tell of.
-fn saved_in(path: &Path) -> Option<ScalarName> {
+/// In which scalar a hierarchy was saved, if the file is one. A file that cannot be read is none: whoever loads it
+/// reports why.
+pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
+    /// The header of a saved hierarchy and its table, at most.
+    const FRONT: u64 = 64 + 64 * 32;
     if !std::fs::metadata(path).ok()?.is_file() {
         return None;
     }
@@ -88,6 +109,37 @@ fn saved_in(path: &Path) -> Option<ScalarName> {
         Err(LoadError::Scalar { .. }) => Some(ScalarName::F64),
         _ => Some(ScalarName::F32),
     }
+}
+
+/// A saved hierarchy; of several meshes as one: what hits tell are then the numbers of its triangles.
+fn saved<S: Given>(path: &Path) -> Result<Bvh<S>> {
+    let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
+    Ok(bvh.into_one_mesh())
+}
+
+/// The model of a hierarchy that was saved in the scalar that is asked for.
+fn with_bvh<S: Coordinate + Given>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
+    let mesh = mesh(&bvh)?;
+    Ok(ModelIn { mesh, bvh: Some(Arc::new(bvh)), rounding: Rounding::default() })
+}
+
+/// A mesh in another scalar.
+fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
+    let mut rounding = Rounding::default();
+    let mut positions = room(mesh.positions.len(), "vertices")?;
+    for position in mesh.positions {
+        let position: [f64; 3] = position.map(Into::into);
+        positions.push(position.map(|x| rounding.round::<T>(x)));
+        if rounding.by_up_to == f64::INFINITY {
+            let [x, y, z] = position;
+            return Err(Error::new(format!(
+                "the vertex ({x}, {y}, {z}) is beyond the range of {}; trace it in f64, or scale the model down",
+                T::NAME
+            )));
+        }
+    }
+    let Mesh { triangles, corner_uvs, parts, .. } = mesh;
+    Ok(ModelIn { mesh: Mesh { positions, triangles, corner_uvs, parts }, bvh: None, rounding })
 }
 
 /// The triangles of a hierarchy, each with positions of its own. One that can never be hit is not kept there: it

@@ -6,14 +6,13 @@ use clap::ValueEnum;
 use intertri_scene::Coordinate;
 use serde::Serialize;
 
-/// What coordinates are read and traced in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
+/// What coordinates are traced in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ScalarName {
-    /// Every coordinate is rounded to f32
-    #[default]
+    /// Every number is rounded to f32; the report says how many were
     F32,
-    /// Coordinates are kept in f64, such as UTM's, and answers are exact for these; for engine exact
+    /// Every number is kept, such as those of UTM coordinates; for engines exact and oracle
     F64,
 }
 

@@ -9,11 +9,13 @@ use intertri_lab::tables::grouped;
 use serde::Serialize;
 
 use crate::report::phrases::{model, significant};
+use crate::report::rounding::Rounded;
 
 /// The report of `advise`.
 #[derive(Serialize)]
 pub(crate) struct AdviseReport {
     pub(crate) model: Option<PathBuf>,
+    pub(crate) rounded: Rounded,
     pub(crate) size: [u32; 2],
     /// Pixels that may be wrong.
     pub(crate) tolerance: u64,
@@ -64,6 +66,7 @@ impl AdviseReport {
     fn write_needs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { needs, size: [width, height], .. } = self;
         writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
+        self.rounded.write_line(f)?;
         let lines = [
             ("triangles", format!("{}, {} without area", needs.triangles, needs.degenerate)),
             ("extent", format!("{:.2e}, farthest coordinate {:.2e}", needs.extent, needs.offset)),

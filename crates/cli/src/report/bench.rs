@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::engine::name::EngineName;
 use crate::report::phrases::{model, significant};
+use crate::report::rounding::Rounded;
 
 /// The report of `bench`.
 #[derive(Serialize)]
@@ -15,6 +16,7 @@ pub(crate) struct BenchReport {
     pub(crate) triangles: usize,
     pub(crate) threads: usize,
     pub(crate) turns: u32,
+    pub(crate) rounded: Rounded,
     pub(crate) rates: Vec<Rate>,
 }
 
@@ -40,6 +42,7 @@ impl fmt::Display for BenchReport {
             self.threads,
             self.turns
         )?;
+        self.rounded.write_line(f)?;
         write!(
             f,
             "{:10} {:10} {:>20} {:>20}",

@@ -7,6 +7,7 @@ use intertri_lab::tables::grouped;
 use serde::Serialize;
 
 use crate::engine::scalar_name::ScalarName;
+use crate::report::rounding::Rounded;
 
 /// The report of `build`.
 #[derive(Serialize)]
@@ -15,6 +16,7 @@ pub(crate) struct BuildReport {
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
     pub(crate) scalar: ScalarName,
+    pub(crate) rounded: Rounded,
     /// The size of the file.
     pub(crate) bytes: u64,
     pub(crate) seconds: BuildSeconds,
@@ -33,6 +35,7 @@ impl fmt::Display for BuildReport {
         let triangles = grouped(self.triangles as u64);
         let scalar = self.scalar.mention();
         writeln!(f, "{triangles:>12} triangles of {}{scalar}", self.model.display())?;
+        self.rounded.write_line(f)?;
         writeln!(f, "{:>12} bytes to {}", grouped(self.bytes), self.output.display())?;
         let BuildSeconds { load, build, write } = self.seconds;
         write!(f, "     seconds: load {load:.3}, build {build:.3}, write {write:.3}")

@@ -8,4 +8,5 @@ pub(crate) mod check;
 mod phrases;
 pub(crate) mod print;
 pub(crate) mod render;
+pub(crate) mod rounding;
 pub(crate) mod trace;

@@ -12,6 +12,7 @@ use crate::engine::name::EngineName;
 use crate::engine::scalar_name::ScalarName;
 use crate::report::check::{Count, Difference};
 use crate::report::phrases::{model, rate, write_grid};
+use crate::report::rounding::Rounded;
 
 /// The report of `render`.
 #[derive(Serialize)]
@@ -22,8 +23,9 @@ pub(crate) struct RenderReport {
     pub(crate) triangles: usize,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
-    /// What the model was read and traced in.
+    /// What the model was traced in.
     pub(crate) scalar: ScalarName,
+    pub(crate) rounded: Rounded,
     pub(crate) shadows: Shadows,
     /// Null where the engine has none.
     pub(crate) threshold: Option<f64>,
@@ -125,6 +127,7 @@ impl fmt::Display for RenderReport {
             let up = self.up.map(|x| x.to_string()).join(",");
             writeln!(f, "{up:>12} is up; for a model whose z is up, add --up 0,0,1")?;
         }
+        self.rounded.write_line(f)?;
         self.write_rays(f)?;
         write_grid(f, self.grid)?;
         self.seconds.fmt(f)?;

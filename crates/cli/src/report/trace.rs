@@ -10,6 +10,7 @@ use crate::engine::fixed::GridReport;
 use crate::engine::name::EngineName;
 use crate::engine::scalar_name::ScalarName;
 use crate::report::phrases::{rate, write_grid};
+use crate::report::rounding::Rounded;
 
 /// The report of `trace`.
 #[derive(Serialize)]
@@ -19,8 +20,9 @@ pub(crate) struct TraceReport {
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
     pub(crate) engine: EngineName,
-    /// What the model and the rays were read and traced in.
+    /// What the model and the rays were traced in.
     pub(crate) scalar: ScalarName,
+    pub(crate) rounded: Rounded,
     /// Null where the engine has none.
     pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
@@ -51,6 +53,7 @@ impl fmt::Display for TraceReport {
         let rate = rate(self.rays, self.seconds.trace);
         writeln!(f, "{rays:>12} rays, {rate}, engine {}{}", self.engine, self.scalar.mention())?;
         writeln!(f, "{hits:>12} of them hit something")?;
+        self.rounded.write_line(f)?;
         write_grid(f, self.grid)?;
         let TraceSeconds { load, build, read, trace, write } = self.seconds;
         write!(

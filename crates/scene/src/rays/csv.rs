@@ -1,9 +1,7 @@
 //! Rays as CSV: the line of names, and a ray a line.
 
-use crate::coordinate::Coordinate;
-
 /// The columns' names, in the order of a raw ray.
-const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
+pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
 /// What each column of a line is: an index into [`COLUMNS`].
 pub(super) struct Columns(Vec<usize>);
@@ -36,9 +34,9 @@ impl Columns {
     }
 
     /// The numbers of a line, in the order of a raw ray, or what is wrong with it.
-    pub(super) fn numbers<S: Coordinate>(&self, line: &str) -> Result<[S; 8], String> {
-        let mut numbers = [S::ZERO; 8];
-        numbers[7] = S::INFINITY;
+    pub(super) fn numbers(&self, line: &str) -> Result<[f64; 8], String> {
+        let mut numbers = [0.0; 8];
+        numbers[7] = f64::INFINITY;
         let (mut columns, mut found) = (self.0.iter(), 0);
         for cell in line.split(',') {
             found += 1;
@@ -61,12 +59,12 @@ fn names(line: &str) -> impl Iterator<Item = String> {
 }
 
 /// A cell as a number.
-fn number<S: Coordinate>(cell: &str) -> Result<S, String> {
+fn number(cell: &str) -> Result<f64, &'static str> {
     let cell = unquoted(cell);
-    let number: S = cell.parse().map_err(|_| "is not a number")?;
+    let number: f64 = cell.parse().map_err(|_| "is not a number")?;
     // Infinity is welcome where it is meant.
     if !number.is_finite() && cell.contains(|c: char| c.is_ascii_digit()) {
-        return Err(format!("is beyond the range of {}", S::NAME));
+        return Err("is beyond the range of f64");
     }
     Ok(number)
 }
@@ -89,15 +87,13 @@ mod tests {
 
     #[test]
     fn numbers_are_rounded_once_and_infinity_must_be_meant() {
-        assert_eq!(number(" 1e-3 "), Ok(1e-3_f32));
-        assert_eq!(number("\"-inf\""), Ok(f32::NEG_INFINITY));
-        assert!(number::<f32>("NaN").unwrap().is_nan());
-        assert_eq!(number("0.1").map(f32::to_bits), Ok(0.1f32.to_bits()));
+        assert_eq!(number(" 1e-3 "), Ok(1e-3));
+        assert_eq!(number("\"-inf\""), Ok(f64::NEG_INFINITY));
+        assert!(number("NaN").unwrap().is_nan());
         assert_eq!(number("0.1").map(f64::to_bits), Ok(0.1f64.to_bits()));
-        assert!(number::<f32>("1e39").unwrap_err().ends_with("f32"));
         assert_eq!(number("1e39"), Ok(1e39));
-        assert!(number::<f64>("1e309").unwrap_err().ends_with("f64"));
-        assert!(number::<f32>("").is_err() && number::<f64>("1;2").is_err());
+        assert!(number("1e309").unwrap_err().ends_with("f64"));
+        assert!(number("").is_err() && number("1;2").is_err());
     }
 
     #[test]

@@ -13,12 +13,12 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RaysFormat {
     /// A line of column names, in any order: `ox`, `oy`, `oz`, `dx`, `dy`, `dz` and, where wanted,
-    /// `t_min` (0) and `t_max` (inf); then a line a ray. Numbers are rounded to the scalar of
-    /// the rays; `inf` and `nan` are numbers too.
+    /// `t_min` (0) and `t_max` (inf); then a line a ray. A number is the f64 nearest to its
+    /// decimal; `inf` and `nan` are numbers too.
     Csv,
     /// Eight little-endian f32 a ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
-    /// The same as f64, which are rounded where rays are read in f32.
+    /// The same as f64.
     Raw64,
 }
 

@@ -9,10 +9,11 @@ use std::path::{Path, PathBuf};
 
 use intertri::{Ray, Ray64, RayOf};
 
-use self::csv::{Columns, quote};
+use self::csv::{COLUMNS, Columns, quote};
 pub use self::format::RaysFormat;
 use crate::LoadError;
 use crate::coordinate::Coordinate;
+use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
@@ -28,7 +29,8 @@ const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
 ///
-/// Whoever reads says in which scalar, f32 or f64; every number is rounded once.
+/// You choose the scalar, f32 or f64, in which you read them. What the file has is its f32, its f64 or the f64 nearest to its
+/// decimals; a number that the scalar does not hold is rounded and counted ([`Rays::rounding`]).
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -43,7 +45,10 @@ pub struct Rays<'a> {
     format: Format,
     /// The number of the last line read, in a text.
     line: u64,
+    /// How many rays were read.
+    count: u64,
     total: Option<u64>,
+    rounding: Rounding,
 }
 
 enum Format {
@@ -89,12 +94,14 @@ impl<'a> Rays<'a> {
         let name = name.into();
         let format = format.or_else(|| RaysFormat::of_name(&name));
         let input = BufReader::with_capacity(PIECE, Box::new(input) as Box<dyn Read + Send + 'a>);
-        let mut rays = Self { name, input, format: Format::Raw, line: 0, total: None };
+        let (rounding, total) = (Rounding::default(), None);
+        let mut rays =
+            Self { name, input, format: Format::Raw, line: 0, count: 0, total, rounding };
         match format {
-            Some(RaysFormat::Raw) => rays.count(size, RAW)?,
+            Some(RaysFormat::Raw) => rays.expect(size, RAW)?,
             Some(RaysFormat::Raw64) => {
                 rays.format = Format::Raw64;
-                rays.count(size, RAW64)?;
+                rays.expect(size, RAW64)?;
             }
             Some(RaysFormat::Csv) => rays.read_names(true)?,
             None => rays.read_names(false)?,
@@ -107,11 +114,22 @@ impl<'a> Rays<'a> {
         self.total
     }
 
+    /// Whether they are written in f32.
+    pub fn are_f32(&self) -> bool {
+        matches!(self.format, Format::Raw)
+    }
+
+    /// What had to be rounded of those that were read.
+    pub fn rounding(&self) -> Rounding {
+        self.rounding
+    }
+
     /// Replaces `rays` by the next ones, `count` at most and at least one; by none once there are no
     /// more. It waits for one ray, and not for those that have yet to come behind it.
     ///
     /// # Errors
-    /// If the file cannot be read, a line is not of numbers, or the last raw ray is cut off.
+    /// If the file cannot be read, a line is not of numbers, a number is beyond the range of the scalar, or
+    /// the last raw ray is cut off.
     pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
@@ -119,16 +137,31 @@ impl<'a> Rays<'a> {
                 let numbers: [u32; 8] = bytemuck::pod_read_unaligned(bytes);
                 ray_of(numbers.map(|bits| S::from(f32::from_bits(u32::from_le(bits)))))
             }),
-            Format::Raw64 => self.read_raw::<RAW64, S>(rays, count, |bytes| {
-                let numbers: [u64; 8] = bytemuck::pod_read_unaligned(bytes);
-                ray_of(numbers.map(|bits| S::nearest(f64::from_bits(u64::from_le(bits)))))
-            }),
+            Format::Raw64 => self.read_raw64(rays, count),
             Format::Csv(_) => self.read_csv(rays, count),
-        }
+        }?;
+        self.count += rays.len() as u64;
+        Ok(())
+    }
+
+    fn read_raw64<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
+        let (mut rounding, mut number, mut first) = (self.rounding, self.count, None);
+        self.read_raw::<RAW64, S>(rays, count, |bytes| {
+            let bits: [u64; 8] = bytemuck::pod_read_unaligned(bytes);
+            let numbers = bits.map(|bits| f64::from_bits(u64::from_le(bits)));
+            let ray = rounded(numbers, &mut rounding).unwrap_or_else(|cause| {
+                first.get_or_insert(format!("ray {number}: {cause}"));
+                RayOf::new([S::ZERO; 3], [S::ZERO; 3])
+            });
+            number += 1;
+            ray
+        })?;
+        self.rounding = rounding;
+        first.map_or(Ok(()), |cause| Err(self.wrong(cause)))
     }
 
     /// How many rays a file of that size has: it must be a whole number.
-    fn count(&mut self, size: Option<u64>, record: usize) -> Result<()> {
+    fn expect(&mut self, size: Option<u64>, record: usize) -> Result<()> {
         if let Some(size) = size {
             if !size.is_multiple_of(record as u64) {
                 return Err(self.ragged(size, record));
@@ -143,7 +176,7 @@ impl<'a> Rays<'a> {
         &mut self,
         rays: &mut Vec<RayOf<S>>,
         count: usize,
-        ray: impl Fn(&[u8; N]) -> RayOf<S>,
+        mut ray: impl FnMut(&[u8; N]) -> RayOf<S>,
     ) -> Result<()> {
         while rays.len() < count && (rays.is_empty() || self.input.buffer().len() >= N) {
             let there = match self.input.fill_buf() {
@@ -168,7 +201,7 @@ impl<'a> Rays<'a> {
             if rays.try_reserve(records.len()).is_err() {
                 return Err(self.no_memory());
             }
-            rays.extend(records.iter().map(&ray));
+            rays.extend(records.iter().map(&mut ray));
             let read = records.len() * N;
             self.input.consume(read);
         }
@@ -189,7 +222,8 @@ impl<'a> Rays<'a> {
             if rays.try_reserve(1).is_err() {
                 return Err(self.no_memory());
             }
-            rays.push(ray_of(numbers));
+            let ray = rounded(numbers, &mut self.rounding).map_err(|cause| self.wrong(cause))?;
+            rays.push(ray);
         }
         Ok(())
     }
@@ -270,6 +304,23 @@ impl<'a> Rays<'a> {
     /// What is wrong here: in the line last read, if it has lines.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
+    }
+}
+
+/// The ray of eight numbers, in the order of a raw one; or what is wrong with one that is finite, and beyond the
+/// scalar's range.
+fn rounded<S: Coordinate>(
+    numbers: [f64; 8],
+    rounding: &mut Rounding,
+) -> std::result::Result<RayOf<S>, String> {
+    let rounded = numbers.map(|x| rounding.round(x));
+    let beyond = |&i: &usize| numbers[i].is_finite() && !S::is_finite(rounded[i]);
+    match (0..8).find(beyond) {
+        None => Ok(ray_of(rounded)),
+        Some(i) => {
+            let (name, number) = (COLUMNS[i], numbers[i]);
+            Err(format!("{name}: {number:e} is beyond the range of {}; trace it in f64", S::NAME))
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use intertri::fixed::Bits;
 use intertri::{Threshold, Triangle};
-use intertri_scene::{Image, Scene, shade};
+use intertri_scene::{Image, Rounding, Scene, shade};
 use intertri_trace::Bvh;
 
 use super::cover::cover;
@@ -14,7 +14,7 @@ use super::outcome::{refuse_differences, report};
 use crate::commands::notes;
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::load;
+use crate::engine::model::Model;
 use crate::engine::name::EngineName;
 use crate::engine::raster::Raster;
 use crate::engine::triangles::triangles;
@@ -23,14 +23,15 @@ use crate::io::progress::{Progress, timed};
 use crate::report::check::Difference;
 use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
+use crate::report::rounding::Rounded;
 
 /// Draws the picture, and checks it if asked.
 pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
     let mut seconds = RenderSeconds::default();
-    let (scene, triangles, bvh) = timed(&mut seconds.load, || -> Result<_> {
-        let (scene, bvh) = load_scene(options)?;
+    let (scene, triangles, bvh, rounding) = timed(&mut seconds.load, || -> Result<_> {
+        let (scene, bvh, rounding) = load_scene(options)?;
         let triangles = triangles(&scene.mesh)?;
-        Ok((scene, triangles, bvh))
+        Ok((scene, triangles, bvh, rounding))
     })?;
 
     // What is seen, and what is lit.
@@ -67,24 +68,33 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     seconds.check -= engines.seconds - built;
 
     seconds.total = start.elapsed().as_secs_f64();
-    let report = report(options, &scene, &frame, engines.grid(), seconds, check);
+    let report = report(
+        options,
+        &scene,
+        &frame,
+        Rounded::of_model(rounding),
+        engines.grid(),
+        seconds,
+        check,
+    );
     print(&report, options.json)?;
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
 /// The model or the built-in scene, with its camera and texture.
-fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>)> {
+fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(load).transpose()?;
+    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
+    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let model = model.map(|model| model.mesh);
-    if let (Some(note), None) = (model.as_ref().and_then(notes::coarse), &bvh) {
+    if let (Some(note), 1..) = (model.as_ref().and_then(notes::coarse), rounding.numbers) {
         tell(&note);
     }
     let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
     cover(options, &mut scene)?;
-    Ok((scene, bvh))
+    Ok((scene, bvh, rounding))
 }
 
 /// Says what the picture may lose to tolerances that nobody chose.

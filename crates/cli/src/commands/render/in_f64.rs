@@ -11,7 +11,7 @@ use super::options::Options;
 use super::outcome::{refuse_differences, report};
 use crate::engine::engine64::Engine64;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::load;
+use crate::engine::model::Model;
 use crate::engine::name::EngineName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -19,10 +19,11 @@ use crate::io::progress::{Progress, timed};
 use crate::report::check::Difference;
 use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
+use crate::report::rounding::Rounded;
 
 /// Draws the picture, and checks it if asked.
-pub(super) fn run(options: &Options, by: &str, start: Instant) -> Result<()> {
-    check(options, by)?;
+pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
+    check(options)?;
     let (size, mut seconds) = (options.size, RenderSeconds::default());
     let (scene, bvh) = timed(&mut seconds.load, || load_scene(options))?;
     let engine = |name| Engine64::new(name, triangles(&scene.mesh)?, bvh.clone());
@@ -47,22 +48,22 @@ pub(super) fn run(options: &Options, by: &str, start: Instant) -> Result<()> {
     };
     let check = options.check.map(|name| timed(&mut seconds.check, || second(name))).transpose()?;
     seconds.total = start.elapsed().as_secs_f64();
-    let report = report(options, &scene, &frame, None, seconds, check);
+    let report = report(options, &scene, &frame, Rounded::default(), None, seconds, check);
     print(&report, options.json)?;
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// Refuses what is for coordinates in f32, with what chose f64.
-fn check(options: &Options, by: &str) -> Result<()> {
+/// Refuses what is for coordinates in f32.
+fn check(options: &Options) -> Result<()> {
     for name in [Some(options.engine), options.check].into_iter().flatten() {
-        Engine64::check(name, by)?;
+        Engine64::check(name)?;
     }
     let raster = "is drawn by the rasterizer, which takes coordinates in f32; leave it out";
     if options.wire.is_some() {
-        return Err(Error::usage(format!("{by}: --wire {raster}")));
+        return Err(Error::usage(format!("--scalar f64: --wire {raster}")));
     }
     if options.shadows == Shadows::Volumes {
-        return Err(Error::usage(format!("{by}: --shadows volumes {raster}")));
+        return Err(Error::usage(format!("--scalar f64: --shadows volumes {raster}")));
     }
     Ok(())
 }
@@ -75,7 +76,7 @@ fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
     // No file beside a model is a picture, so none can be the output.
-    let model = options.model.as_deref().map(load).transpose()?;
+    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f64()).transpose()?;
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let aspect = f64::from(width) / f64::from(height);
     let mut scene = options.camera.scene_or(model.map(|model| model.mesh), Scene::house, aspect)?;

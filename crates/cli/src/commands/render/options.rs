@@ -32,8 +32,9 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// What the model is read and traced in; f64 is for engines exact and oracle, which --check may name,
-    /// too. Without a model it draws a house at UTM coordinates [default: what build saved it in, else f32]
+    /// What the model is traced in; f64 is for engines exact and oracle, which --check may name, too.
+    /// Without a model it draws a house at UTM coordinates. In f32 coordinates are rounded, which a picture
+    /// hardly shows; the report says how many [default: what build saved it in, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -82,6 +83,14 @@ pub(crate) struct Options {
 
     #[command(flatten)]
     pub(super) light: LightOptions,
+}
+
+/// Whether something is asked for that takes coordinates in f32 alone.
+pub(super) fn takes_f32_alone(options: &Options) -> bool {
+    let engines = [Some(options.engine), options.check];
+    engines.into_iter().flatten().any(|engine| !engine.is_exact())
+        || options.wire.is_some()
+        || options.shadows == Shadows::Volumes
 }
 
 /// A grid that no engine would use is a mistake.

@@ -9,12 +9,14 @@ use crate::engine::frame::Frame;
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
+use crate::report::rounding::Rounded;
 
 /// What was done.
 pub(super) fn report<S: Coordinate>(
     options: &Options,
     scene: &Scene<S>,
     frame: &Frame,
+    rounded: Rounded,
     grid: Option<GridReport>,
     seconds: RenderSeconds,
     check: Option<CheckReport>,
@@ -28,6 +30,7 @@ pub(super) fn report<S: Coordinate>(
         size: options.size.into(),
         engine: options.engine,
         scalar: ScalarName::of::<S>(),
+        rounded,
         shadows: options.shadows,
         threshold: threshold.map(Threshold::get),
         up,

@@ -1,0 +1,185 @@
+//! Answers are for the numbers as the files have them, and what is rounded is counted.
+
+use serde_json::{Value, json};
+
+use crate::common::Place;
+
+/// A wall that runs to the east in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
+const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
+                    v 148376.213 528980.447 3\nf 1 2 3\nf 1 3 4\n";
+
+/// From a centimetre north of it to the north and to the south, and the same from a centimetre south of it.
+const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.457,1,0,1,0\n148377,528980.457,1,0,-1,0\n\
+                    148377,528980.437,1,0,1,0\n148377,528980.437,1,0,-1,0\n";
+
+fn text(place: &Place, arguments: &str) -> String {
+    String::from_utf8(place.ok(arguments)).unwrap()
+}
+
+fn report(place: &Place, arguments: &str) -> Value {
+    serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
+}
+
+/// mikedh/trimesh 48: two of these four rays were answered wrongly unless f64 was asked for.
+#[test]
+fn a_wall_in_utm_coordinates_is_where_the_file_says() {
+    let place = Place::new();
+    place.put("wall.obj", WALL).put("near.csv", NEAR);
+    assert_eq!(
+        text(&place, "trace wall.obj --rays near.csv --any"),
+        "ray,hit\n0,0\n1,1\n2,1\n3,0\n"
+    );
+    for query in ["", "--any", "--all", "--crossings", "--raw"] {
+        let [default, double] = ["", "--scalar f64"]
+            .map(|scalar| place.ok(&format!("trace wall.obj --rays near.csv {query} {scalar}")));
+        assert_eq!(default, double, "{query}");
+    }
+    // A hierarchy that is saved without a word about the scalar keeps the numbers, too.
+    place.ok("build wall.obj -o wall.itri");
+    assert_eq!(
+        text(&place, "trace wall.itri --rays near.csv"),
+        text(&place, "trace wall.obj --rays near.csv")
+    );
+    let told = report(&place, "trace wall.obj --rays near.csv -o a.csv");
+    assert_eq!(told["scalar"], "f64");
+    assert_eq!(told["rounded"]["model"], json!({"numbers": 0, "by_up_to": 0.0}));
+    assert_eq!(told["rounded"]["rays"], json!({"numbers": 0, "by_up_to": 0.0}));
+}
+
+/// Numbers of which f32 holds none, and others of which it holds all.
+const DECIMALS: &str = "v 0.1 0.1 0.3\nv 1.1 0.1 0.3\nv 0.1 1.1 0.3\nf 1 2 3\n";
+const BINARY: &str = "v 0 0 0.25\nv 1 0 0.25\nv 0 1 0.75\nf 1 2 3\n";
+
+/// t of the first line of answers.
+fn t(answers: &str) -> f64 {
+    answers.lines().nth(1).unwrap().split(',').nth(2).unwrap().parse().unwrap()
+}
+
+#[test]
+fn f32_rounds_where_it_is_asked_for_and_is_counted() {
+    let place = Place::new();
+    place.put("m.obj", DECIMALS).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
+    let [default, single, double] = ["", "--scalar f32", "--scalar f64"]
+        .map(|scalar| text(&place, &format!("trace m.obj --rays r.csv {scalar}")));
+    assert_eq!(default, double);
+    assert!((t(&default) - 0.3 / 0.7).abs() < 1e-16);
+    assert_eq!(t(&single), f64::from(0.3_f32) / f64::from(0.7_f32));
+
+    let told = report(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
+    let moved = |x: f64| (f64::from(x as f32) - x).abs();
+    assert_eq!(told["scalar"], "f32");
+    for (name, numbers, by_up_to) in [("model", 9, moved(1.1)), ("rays", 5, moved(0.7))] {
+        let rounded = &told["rounded"][name];
+        assert_eq!(rounded["numbers"], numbers, "{told}");
+        assert!((rounded["by_up_to"].as_f64().unwrap() - by_up_to).abs() < 1e-20, "{told}");
+    }
+    let told = text(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
+    for words in ["9 coordinates of the model were rounded", "5 numbers of the rays", "up to 2.4e-8"] {
+        assert!(told.contains(words), "{told}");
+    }
+    // Nothing is said where nothing is rounded.
+    place.put("m.obj", BINARY).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.125,0,0.5,0.25,2\n");
+    let told = text(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
+    assert!(!told.contains("rounded"), "{told}");
+}
+
+#[test]
+fn engines_in_f32_say_what_they_round() {
+    let place = Place::new();
+    place.put("m.obj", DECIMALS).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
+    for engine in ["certified", "double", "reference", "fixed --grid-bounds 0,0,0,1,1,1"] {
+        let line = format!("trace m.obj --rays r.csv --engine {engine}");
+        let output = place.run(&line);
+        let words = ["f32 alone", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];
+        crate::common::one_line(&line, &output, 0, &words);
+        // That it is meant spares the line, and changes no answer.
+        assert_eq!(place.ok(&format!("{line} --scalar f32")), output.stdout);
+        let output = place.run(&format!("{line} -o a.csv --json"));
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f32".into(), &9.into()));
+    }
+    for line in ["render m.obj --size 8x6", "bench m.obj --size 8x6 --turns 1 --rays r.csv"] {
+        let told = report(&place, line);
+        assert_eq!(told["rounded"]["model"]["numbers"], 9, "{told}");
+        let rays = if line.contains("--rays") { 5 } else { 0 };
+        assert_eq!(told["rounded"]["rays"]["numbers"], rays, "{told}");
+        assert!(text(&place, line).contains("9 coordinates of the model were rounded"));
+    }
+    let told = report(&place, "advise m.obj --size 8x6 --tolerance 100%");
+    assert_eq!(told["rounded"]["model"]["numbers"], 9, "{told}");
+    assert_eq!(report(&place, "build m.obj -o m.itri")["rounded"]["model"]["numbers"], 0);
+    let told = report(&place, "build m.obj -o m.itri --scalar f32");
+    assert_eq!(told["rounded"]["model"]["numbers"], 9, "{told}");
+    assert_eq!(report(&place, "render --size 8x6")["rounded"]["model"]["numbers"], 0);
+}
+
+/// Where all numbers are f32s, answers are the same by each way through the program.
+#[test]
+fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
+    let place = Place::new();
+    let wave = |i: usize, k: f64| (i as f64 * k).sin() as f32;
+    // A sheet whose corners are f32s, with rays at corners, edges and anywhere.
+    let corner = |i: usize| [(i % 9) as f32 / 3.0, (i / 9) as f32 / 3.0, wave(i, 0.7) / 5.0];
+    let mut model: String = (0..81)
+        .map(|i| corner(i).map(|x| format!("{:e}", f64::from(x))).join(" "))
+        .map(|corner| format!("v {corner}\n"))
+        .collect();
+    for i in (0..72).filter(|i| i % 9 < 8) {
+        model += &format!("f {} {} {} {}\n", i + 1, i + 2, i + 11, i + 10);
+    }
+    place.put("m.obj", &model);
+    let rays: Vec<[f32; 8]> = (0..2000)
+        .map(|i| {
+            let origin = [wave(i, 1.3), wave(i, 2.1), 3.0 + wave(i, 0.3)];
+            let [a, b] = [corner(i % 81), corner((i % 81).saturating_sub(1))];
+            let share = [0.0, 0.5, wave(i, 0.9).abs()][i % 3];
+            let dir = [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * share - origin[k]);
+            [origin[0], origin[1], origin[2], 0.0, dir[0], dir[1], dir[2], f32::INFINITY]
+        })
+        .collect();
+    place.put("r.f32", rays.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
+    let wide: Vec<f64> = rays.as_flattened().iter().map(|&x| f64::from(x)).collect();
+    place.put("r.f64", wide.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
+    let line = |ray: &[f64]| ray.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
+    let lines: String = wide.chunks(8).map(line).collect();
+    place.put("r.csv", format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{lines}"));
+    place.ok("build m.obj -o m.itri");
+    place.ok("build m.obj -o m64.itri --scalar f64");
+
+    let told = |rays: &str| report(&place, &format!("trace m.obj --rays {rays} -o a.csv"));
+    assert_eq!(told("r.f32")["scalar"], "f32");
+    assert_eq!((&told("r.csv")["scalar"], &told("r.f64")["scalar"]), (&"f64".into(), &"f64".into()));
+    assert!(told("r.f32")["hits"].as_u64() > Some(1500), "{}", told("r.f32"));
+    for query in ["", "--any", "--all", "--crossings", "--raw"] {
+        let want = place.ok(&format!("trace m.obj --rays r.f32 {query}"));
+        for model in ["m.obj", "m.itri", "m64.itri"] {
+            for rays in ["r.f32", "r.f64", "r.csv"] {
+                for scalar in ["", "--scalar f32", "--scalar f64"] {
+                    let line = format!("trace {model} --rays {rays} {query} {scalar}");
+                    assert!(place.ok(&line) == want, "{line}");
+                }
+            }
+        }
+    }
+    // A ray that is no f32 changes no other answer, nor how it is written.
+    place.put("more.csv", format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{lines}0.1,0.1,3,0,0,0,-1,inf\n"));
+    let want = text(&place, "trace m.obj --rays r.f32");
+    assert!(text(&place, "trace m.obj --rays more.csv").starts_with(&want));
+}
+
+#[test]
+fn a_number_beyond_f32_is_an_error_that_names_it_and_not_an_infinity() {
+    let place = Place::new();
+    place.put("m.obj", BINARY);
+    let ray = |x: f64| [0.25, 0.125, 0.0, 0.0, x, 0.0, 1.0, f64::INFINITY].map(f64::to_le_bytes);
+    place.put("r.f64", [ray(0.0), ray(-1e39), ray(1e40)].as_flattened().concat());
+    place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.125,0,0,0,1\n0.25,0.125,0,-1e39,0,1\n");
+    for engine in ["--scalar f32", "--engine certified"] {
+        let line = format!("trace m.obj --rays r.f64 {engine} -o a.csv");
+        place.fails(&line, 1, &["r.f64: ", "ray 1: dx: -1e39", "range of f32", "f64"]);
+        let line = format!("trace m.obj --rays r.csv {engine} -o a.csv");
+        place.fails(&line, 1, &["r.csv:3: ", "dx: -1e39", "range of f32", "f64"]);
+    }
+    place.fails("bench m.obj --size 8x6 --rays r.f64", 1, &["ray 1: dx: -1e39"]);
+    assert_eq!(text(&place, "trace m.obj --rays r.f64 --any"), "ray,hit\n0,1\n1,0\n2,0\n");
+}
