@@ -122,7 +122,10 @@ fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
     {
         let told = report(&format!("{} {scalar} --engine {engine}", trace(model)));
         let want = place.read("a.csv");
-        assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f32".into(), &18.into()));
+        assert_eq!(
+            (&told["scalar"], &told["rounded"]["model"]["numbers"]),
+            (&"f32".into(), &18.into())
+        );
         place.run(&format!("{} --scalar f32 --engine {engine}", trace("single.itri")));
         assert_eq!(place.read("a.csv"), want);
     }

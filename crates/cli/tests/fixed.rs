@@ -146,7 +146,8 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
     place.put("near.csv", format!("{header}{rays}"));
     place.put("far.csv", format!("{header}{rays}{far}{rays}"));
     for ask in ["", " --any", " --all"] {
-        let alone = place.ok(&format!("trace m.obj --rays near.csv --engine fixed --scalar f32{ask}"));
+        let alone =
+            place.ok(&format!("trace m.obj --rays near.csv --engine fixed --scalar f32{ask}"));
         let alone = String::from_utf8(alone).unwrap();
         let line = format!("trace m.obj --rays far.csv --engine fixed --scalar f32{ask}");
         // An error that names the ray; nothing is left of the file.
@@ -182,7 +183,8 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&report["outside"], &report["rays"]), (&1.into(), &20_001.into()));
     // A grid with room for it takes it.
-    let roomy = "trace m.obj --rays far.csv --engine fixed --scalar f32 --any --grid-bounds 0,0,0,1e8,0,0";
+    let roomy =
+        "trace m.obj --rays far.csv --engine fixed --scalar f32 --any --grid-bounds 0,0,0,1e8,0,0";
     assert_eq!(String::from_utf8(place.ok(roomy)).unwrap().lines().count(), 20_002);
 }
 

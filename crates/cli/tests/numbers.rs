@@ -34,6 +34,22 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
             .map(|scalar| place.ok(&format!("trace wall.obj --rays near.csv {query} {scalar}")));
         assert_eq!(default, double, "{query}");
     }
+    // Whatever an ascii PLY calls its decimals.
+    let lines =
+        |first| WALL.split_terminator('\n').filter_map(move |line| line.strip_prefix(first));
+    let vertices: String = lines("v ").map(|line| format!("{line}\n")).collect();
+    place.put(
+        "wall.ply",
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+             property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
+             {vertices}3 0 1 2\n3 0 2 3\n"
+        ),
+    );
+    assert_eq!(
+        text(&place, "trace wall.ply --rays near.csv"),
+        text(&place, "trace wall.obj --rays near.csv")
+    );
     // A hierarchy that is saved without a word about the scalar keeps the numbers, too.
     place.ok("build wall.obj -o wall.itri");
     assert_eq!(
@@ -74,7 +90,9 @@ fn f32_rounds_where_it_is_asked_for_and_is_counted() {
         assert!((rounded["by_up_to"].as_f64().unwrap() - by_up_to).abs() < 1e-20, "{told}");
     }
     let told = text(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
-    for words in ["9 coordinates of the model were rounded", "5 numbers of the rays", "up to 2.4e-8"] {
+    for words in
+        ["9 coordinates of the model were rounded", "5 numbers of the rays", "up to 2.4e-8"]
+    {
         assert!(told.contains(words), "{told}");
     }
     // Nothing is said where nothing is rounded.
@@ -96,7 +114,10 @@ fn engines_in_f32_say_what_they_round() {
         assert_eq!(place.ok(&format!("{line} --scalar f32")), output.stdout);
         let output = place.run(&format!("{line} -o a.csv --json"));
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f32".into(), &9.into()));
+        assert_eq!(
+            (&told["scalar"], &told["rounded"]["model"]["numbers"]),
+            (&"f32".into(), &9.into())
+        );
     }
     for line in ["render m.obj --size 8x6", "bench m.obj --size 8x6 --turns 1 --rays r.csv"] {
         let told = report(&place, line);
@@ -137,7 +158,8 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
             [origin[0], origin[1], origin[2], 0.0, dir[0], dir[1], dir[2], f32::INFINITY]
         })
         .collect();
-    place.put("r.f32", rays.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
+    place
+        .put("r.f32", rays.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
     let wide: Vec<f64> = rays.as_flattened().iter().map(|&x| f64::from(x)).collect();
     place.put("r.f64", wide.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>());
     let line = |ray: &[f64]| ray.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
@@ -148,7 +170,10 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
 
     let told = |rays: &str| report(&place, &format!("trace m.obj --rays {rays} -o a.csv"));
     assert_eq!(told("r.f32")["scalar"], "f32");
-    assert_eq!((&told("r.csv")["scalar"], &told("r.f64")["scalar"]), (&"f64".into(), &"f64".into()));
+    assert_eq!(
+        (&told("r.csv")["scalar"], &told("r.f64")["scalar"]),
+        (&"f64".into(), &"f64".into())
+    );
     assert!(told("r.f32")["hits"].as_u64() > Some(1500), "{}", told("r.f32"));
     for query in ["", "--any", "--all", "--crossings", "--raw"] {
         let want = place.ok(&format!("trace m.obj --rays r.f32 {query}"));
@@ -161,8 +186,21 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
             }
         }
     }
+    // One coordinate that is no f32 is not rounded for the sake of rays that are.
+    place.put("m.obj", model.replacen("v 0e0 0e0 ", "v 1e-50 0e0 ", 1));
+    let told = report(&place, "trace m.obj --rays r.f32 -o a.csv");
+    assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f64".into(), &0.into()));
+    let told = report(&place, "trace m.obj --rays r.f32 -o a.csv --scalar f32");
+    assert_eq!(told["rounded"]["model"], json!({"numbers": 1, "by_up_to": 1e-50}));
+    place.put("m.obj", DECIMALS);
+    let want = place.ok("trace m.obj --rays r.csv");
+    assert_eq!(place.ok("trace m.obj --rays r.f32"), want);
+    assert_ne!(place.ok("trace m.obj --rays r.f32 --scalar f32"), want);
+
     // A ray that is no f32 changes no other answer, nor how it is written.
-    place.put("more.csv", format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{lines}0.1,0.1,3,0,0,0,-1,inf\n"));
+    place
+        .put("more.csv", format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{lines}0.1,0.1,3,0,0,0,-1,inf\n"));
+    place.put("m.obj", &model);
     let want = text(&place, "trace m.obj --rays r.f32");
     assert!(text(&place, "trace m.obj --rays more.csv").starts_with(&want));
 }

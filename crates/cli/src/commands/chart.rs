@@ -109,7 +109,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.charts.json)
 }
 
-/// What is measured with, and what had to be rounded of it.
+/// The model to measure with, and how many of its coordinates were rounded.
 fn model(options: &Options) -> Result<(workloads::Model, Rounded)> {
     let Some(path) = &options.model else {
         return Ok((workloads::Model::built_in(), Rounded::default()));

@@ -239,10 +239,10 @@ fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result
     Ok(Traced { engine, triangles: count, grid: None, rounding })
 }
 
-/// What is traced of a model.
+/// The triangles of a model, the hierarchy over them if one was saved, and what was rounded.
 type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding);
 
-/// The corners of a model's triangles with what belongs to them; the mesh is dropped.
+/// Keeps of a model what is traced, and drops its mesh.
 fn corners<S: Coordinate + Given>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     Ok((triangles, model.bvh, model.rounding))

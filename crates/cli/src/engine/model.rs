@@ -111,7 +111,7 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     }
 }
 
-/// A saved hierarchy; of several meshes as one: what hits tell are then the numbers of its triangles.
+/// Loads a saved hierarchy, several meshes as one, so that hits have the numbers of its triangles.
 fn saved<S: Given>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())

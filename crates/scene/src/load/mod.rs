@@ -61,8 +61,8 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 /// [`load`], in f32 or f64, and which files beside the model were read for it: the buffers of a glTF.
 ///
 /// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and a glTF's
-/// transforms are not rounded to f32 behind. What a file has in f32 stays what it is: a `float` of a PLY,
-/// a binary STL, the positions of a glTF before they are moved.
+/// transforms are not rounded to f32 behind. What a file has in f32 stays what it is: a `float` of a binary
+/// PLY, a binary STL, the positions of a glTF before they are moved.
 ///
 /// # Errors
 /// As [`load`], in the scalar that is asked for.

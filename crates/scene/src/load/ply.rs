@@ -4,7 +4,8 @@ use std::io::{BufRead, ErrorKind};
 
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
+    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType,
+    ScalarType,
 };
 
 use super::builder::{MeshBuilder, push};
@@ -35,7 +36,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fa
     let header = parser.read_header(&mut reader);
     let line = reader.line() as u64;
     let input = reader.into_inner();
-    let header = header.map_err(|error| Fault {
+    let mut header = header.map_err(|error| Fault {
         line: error.line().map(|line| line as u64),
         cause: match input.limit() {
             0 => format!("the PLY header has more than {LONGEST_HEADER} bytes; is it a model?"),
@@ -43,6 +44,9 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fa
         },
     })?;
     let has_uvs = check(&header)?;
+    if matches!(header.encoding, Encoding::Ascii) {
+        keep_decimals(&mut header);
+    }
 
     // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
     let mut lines = Lines::after(line - 1, input.into_inner());
@@ -77,6 +81,16 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fa
         }
     }
     Ok(builder.mesh)
+}
+
+/// Reads the decimals of a text in f64, also where the header calls them `float`: exporters do that for numbers with
+/// more digits than f32 has, such as UTM coordinates.
+fn keep_decimals(header: &mut Header) {
+    for property in header.elements.values_mut().flat_map(|def| def.properties.values_mut()) {
+        if matches!(property.data_type, PropertyType::Scalar(ScalarType::Float)) {
+            property.data_type = PropertyType::Scalar(ScalarType::Double);
+        }
+    }
 }
 
 /// Whether the header announces what a mesh needs; says whether vertices have texture coordinates.
