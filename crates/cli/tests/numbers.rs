@@ -84,7 +84,7 @@ fn f32_rounds_where_it_is_asked_for_and_is_counted() {
     let told = report(&place, "trace m.obj --rays r.csv --scalar f32 -o a.csv");
     let moved = |x: f64| (f64::from(x as f32) - x).abs();
     assert_eq!(told["scalar"], "f32");
-    for (name, numbers, by_up_to) in [("model", 9, moved(1.1)), ("rays", 5, moved(0.7))] {
+    for (name, numbers, by_up_to) in [("model", 9, moved(1.1)), ("rays", 5, moved(0.3))] {
         let rounded = &told["rounded"][name];
         assert_eq!(rounded["numbers"], numbers, "{told}");
         assert!((rounded["by_up_to"].as_f64().unwrap() - by_up_to).abs() < 1e-20, "{told}");
@@ -191,7 +191,9 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
     let told = report(&place, "trace m.obj --rays r.f32 -o a.csv");
     assert_eq!((&told["scalar"], &told["rounded"]["model"]["numbers"]), (&"f64".into(), &0.into()));
     let told = report(&place, "trace m.obj --rays r.f32 -o a.csv --scalar f32");
-    assert_eq!(told["rounded"]["model"], json!({"numbers": 1, "by_up_to": 1e-50}));
+    let rounded = &told["rounded"]["model"];
+    assert_eq!(rounded["numbers"], 1);
+    assert!((rounded["by_up_to"].as_f64().unwrap() / 1e-50 - 1.0).abs() < 1e-9, "{told}");
     place.put("m.obj", DECIMALS);
     let want = place.ok("trace m.obj --rays r.csv");
     assert_eq!(place.ok("trace m.obj --rays r.f32"), want);

@@ -146,7 +146,7 @@ impl<'a> Rays<'a> {
 
     fn read_raw64<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         let (mut rounding, mut number, mut first) = (self.rounding, self.count, None);
-        self.read_raw::<RAW64, S>(rays, count, |bytes| {
+        let read = self.read_raw::<RAW64, S>(rays, count, |bytes| {
             let bits: [u64; 8] = bytemuck::pod_read_unaligned(bytes);
             let numbers = bits.map(|bits| f64::from_bits(u64::from_le(bits)));
             let ray = rounded(numbers, &mut rounding).unwrap_or_else(|cause| {
@@ -155,9 +155,10 @@ impl<'a> Rays<'a> {
             });
             number += 1;
             ray
-        })?;
+        });
         self.rounding = rounding;
-        first.map_or(Ok(()), |cause| Err(self.wrong(cause)))
+        // The first error counts, however many rays are read at a time.
+        first.map_or(read, |cause| Err(self.wrong(cause)))
     }
 
     /// How many rays a file of that size has: it must be a whole number.
