@@ -1,5 +1,7 @@
 //! Answers are for the numbers as the files have them, and what is rounded is counted.
 
+use std::fmt::Write;
+
 use serde_json::{Value, json};
 
 use crate::common::Place;
@@ -37,13 +39,13 @@ fn a_wall_in_utm_coordinates_is_where_the_file_says() {
     // Whatever an ascii PLY calls its decimals.
     let lines =
         |first| WALL.split_terminator('\n').filter_map(move |line| line.strip_prefix(first));
-    let vertices: String = lines("v ").map(|line| format!("{line}\n")).collect();
+    let vertices = lines("v ").collect::<Vec<_>>().join("\n");
     place.put(
         "wall.ply",
         format!(
             "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
              property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n\
-             {vertices}3 0 1 2\n3 0 2 3\n"
+             {vertices}\n3 0 1 2\n3 0 2 3\n"
         ),
     );
     assert_eq!(
@@ -141,12 +143,12 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
     let wave = |i: usize, k: f64| (i as f64 * k).sin() as f32;
     // A sheet whose corners are f32s, with rays at corners, edges and anywhere.
     let corner = |i: usize| [(i % 9) as f32 / 3.0, (i / 9) as f32 / 3.0, wave(i, 0.7) / 5.0];
-    let mut model: String = (0..81)
-        .map(|i| corner(i).map(|x| format!("{:e}", f64::from(x))).join(" "))
-        .map(|corner| format!("v {corner}\n"))
-        .collect();
+    let mut model = String::new();
+    for [x, y, z] in (0..81).map(|i| corner(i).map(f64::from)) {
+        writeln!(model, "v {x:e} {y:e} {z:e}").unwrap();
+    }
     for i in (0..72).filter(|i| i % 9 < 8) {
-        model += &format!("f {} {} {} {}\n", i + 1, i + 2, i + 11, i + 10);
+        writeln!(model, "f {} {} {} {}", i + 1, i + 2, i + 11, i + 10).unwrap();
     }
     place.put("m.obj", &model);
     let rays: Vec<[f32; 8]> = (0..2000)
