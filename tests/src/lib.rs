@@ -32,8 +32,8 @@ mod pages {
 use intertri::internal::{Filter, Test};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits, Prepared,
-    Ray, RayPacket, Threshold, Triangle, TriangleBlock,
+    Blocks, Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits,
+    Prepared, Ray, RayPacket, Threshold, Triangle, TriangleBlock,
 };
 
 /// Every pair of a scene through every mode, level, width and form of the kernel; how many pairs hit by the reference.
@@ -250,6 +250,7 @@ fn same<const N: usize>(
 /// The queries over slices: closest, any, all.
 fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
     let level = mode.level().name();
+    let blocks = Blocks::new(&scene.triangles);
     let mut hits = vec![Hit::MISS; scene.rays.len()];
     mode.closest_batch(&scene.triangles, &scene.rays, &mut hits);
     for (i, (ray, many)) in scene.rays.iter().zip(&hits).enumerate() {
@@ -271,6 +272,10 @@ fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> 
         let all: Vec<_> = all.iter().map(|h| (h.triangle as usize, h.t.to_bits())).collect();
         if all != answers.all {
             return Err(of("all", format!("{all:x?} is not {:x?}", answers.all)));
+        }
+        let prepared = (blocks.closest(mode, ray), blocks.any(mode, ray), blocks.all(mode, ray));
+        if prepared != (one, one.is_some(), mode.all(&scene.triangles, ray)) {
+            return Err(of("blocks", format!("{prepared:?} is not {one:?} and {all:x?}")));
         }
     }
     Ok(())

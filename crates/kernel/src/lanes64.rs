@@ -5,7 +5,7 @@ use crate::document::Tri;
 use crate::intersect::{Counts, Found, Test};
 use crate::packet::{RayLanes, RayPacket, TriangleBlock};
 use crate::resolve::Resolver;
-use crate::simd::{Lanes, Level, Mask};
+use crate::simd::{Lanes, Level, Mask, Vec3};
 use crate::{Ray, Threshold, Triangle};
 
 /// The document's operations in f64 lanes.
@@ -76,6 +76,15 @@ impl Test for Lanes64 {
     }
 
     #[inline(always)]
+    fn triangles_of_corners<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        [c1, c2, c3]: [Vec3<F>; 3],
+        _: Option<F>,
+    ) -> Tri<D> {
+        Tri::new([widened(c1), widened(c2), widened(c3)])
+    }
+
+    #[inline(always)]
     fn constants(&self, triangle: &Triangle) -> Tri<f64> {
         Tri::one(triangle)
     }
@@ -113,4 +122,12 @@ impl Test for Lanes64 {
         let found = Found { near: 0, exact, undecided: 0, t_lo: nothing, t_hi: nothing, t };
         (exact != 0).then_some(found)
     }
+}
+
+/// The same vectors in f64.
+#[inline(always)]
+fn widened<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(vectors: Vec3<F>) -> Vec3<D> {
+    let mut lanes = [[0.0; 16]; 3];
+    vectors.store(&mut lanes);
+    Vec3::load_f32(&lanes)
 }

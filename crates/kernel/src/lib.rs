@@ -48,7 +48,7 @@ pub use intersect::{
     ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
 };
 pub use packet::{PacketHits, RayPacket, TriangleBlock};
-pub use query::{Certified, Double, Exact, Mode};
+pub use query::{Blocks, Certified, Double, Exact, Mode};
 pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
 pub use types::{Hit, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};

@@ -18,6 +18,7 @@ use crate::{Ray, Threshold, Triangle, TriangleOf};
 
 use super::bound;
 use super::decided::Decided;
+use super::longest_edge::longest_edge;
 use super::room::Room;
 
 /// Triangles as lanes, with what the filter asks of them.
@@ -68,6 +69,13 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     #[inline(always)]
     pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
+    }
+
+    /// From the corners alone: the longest edge is measured in f32.
+    #[inline(always)]
+    pub(crate) fn of_corners([c1, c2, c3]: [Vec3<F>; 3]) -> Self {
+        let (minus_h4, h5) = (c1 - c2, c3 - c1);
+        Self::of_edges([c1, minus_h4, h5], longest_edge(c1, minus_h4, h5))
     }
 
     /// From a corner, the edges `-h4` and `h5`, and the longest edge.
@@ -364,20 +372,31 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let Self { den, least, .. } = *self;
         let sure = self.sure();
 
-        // Is the plane where hits count?
-        let plane = PlaneHit::new(tri, of, self, room);
-        let out_of_range = plane.out_of_range(of, far);
-
         // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
         // rounds to something of its own sign: the sign bit is the comparison.
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
-        let outside = (edge + bound).negative();
+        let nothing = Decided { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
+        let outside = if F::N == 1 {
+            // A single number is compared without a minimum, which WebAssembly takes by a branch, and most triangles
+            // need no plane. Of several side by side rarely all are outside.
+            let least = (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound);
+            let outside = least.negative();
+            if (sure & outside).any() {
+                return nothing;
+            }
+            outside
+        } else {
+            (edge + bound).negative()
+        };
+
+        // Is the plane where hits count?
+        let plane = PlaneHit::new(tri, of, self, room);
+        let out_of_range = plane.out_of_range(of, far);
         let maybe = (!(sure & (outside | out_of_range))).bits() & live;
         if maybe == 0 {
-            let nothing = splat(0.0);
-            return Decided { hit: 0, undecided: 0, t_lo: nothing, t_hi: nothing };
+            return nothing;
         }
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.

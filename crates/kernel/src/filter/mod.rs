@@ -18,6 +18,7 @@ mod bound;
 mod decided;
 mod edges;
 mod evidence;
+mod longest_edge;
 mod parallel_rays;
 mod precheck;
 pub(crate) mod projection;
@@ -37,7 +38,7 @@ pub use shared_origin::SharedOriginBlock;
 use crate::intersect::{ClosestHits, Counts, Found, PreparedPacket, Test, closest_of};
 use crate::packet::{RayPacket, TriangleBlock};
 use crate::resolve::{Originals, Resolver};
-use crate::simd::{Lane, Lanes, Level, Mask, Simd, Width};
+use crate::simd::{Lane, Lanes, Level, Mask, Simd, Vec3, Width};
 use crate::{Ray, Threshold, Triangle};
 
 use beam::Beam;
@@ -144,6 +145,18 @@ impl Test for Filter<'_> {
         block: &TriangleBlock<N>,
     ) -> Triangles<F> {
         Triangles::of_block(block, self.room)
+    }
+
+    #[inline(always)]
+    fn triangles_of_corners<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        corners: [Vec3<F>; 3],
+        longest_edges: Option<F>,
+    ) -> Triangles<F> {
+        match longest_edges {
+            Some(longest_edges) => Triangles::new(corners, longest_edges),
+            None => Triangles::of_corners(corners),
+        }
     }
 
     #[inline(always)]

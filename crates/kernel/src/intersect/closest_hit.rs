@@ -200,7 +200,24 @@ impl ClosestHit {
         }
         let (near, exact) = (found.near, found.exact);
         let lanes = OneByOne { lanes: found.lanes(), near, exact, t_lo, t_hi, t: &t };
-        self.offer_one_by_one(&lanes, indices, place, pairs);
+        self.offer_one_by_one(&lanes, |lane| (indices[lane], place + lane as u32), pairs);
+    }
+
+    /// Offers what was found in a row of triangles; the i-th has the index and the place `first + i`.
+    #[inline(always)]
+    pub(crate) fn offer_row<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &mut self,
+        found: &Found<F, D>,
+        first: u32,
+        pairs: &impl LanePairs,
+    ) {
+        let (mut t_lo, mut t_hi, mut t) = ([0.0; 16], [0.0; 16], [0.0; 16]);
+        found.t_lo.store(&mut t_lo);
+        found.t_hi.store(&mut t_hi);
+        found.t.store(&mut t);
+        let (near, exact) = (found.near, found.exact);
+        let lanes = OneByOne { lanes: found.lanes(), near, exact, t_lo: &t_lo, t_hi: &t_hi, t: &t };
+        self.offer_one_by_one(&lanes, |lane| (first + lane as u32, first + lane as u32), pairs);
     }
 
     /// [`ClosestHit::offer_block`] where the enclosures do not tell. Out of line, for that keeps registers
@@ -209,12 +226,11 @@ impl ClosestHit {
     fn offer_one_by_one(
         &mut self,
         found: &OneByOne<'_>,
-        indices: &[u32; 8],
-        place: u32,
+        index_and_place: impl Fn(usize) -> (u32, u32),
         pairs: &impl LanePairs,
     ) {
         for lane in lanes_of(found.lanes) {
-            let new = (indices[lane], place + lane as u32);
+            let new = index_and_place(lane);
             if found.near >> lane & 1 != 0 {
                 self.offer_near((found.t_lo[lane], found.t_hi[lane]), new, lane, pairs);
             } else if found.exact >> lane & 1 != 0 {
@@ -241,9 +257,9 @@ struct OneByOne<'a> {
     lanes: u32,
     near: u32,
     exact: u32,
-    t_lo: &'a [f32; 8],
-    t_hi: &'a [f32; 8],
-    t: &'a [f64; 8],
+    t_lo: &'a [f32],
+    t_hi: &'a [f32],
+    t: &'a [f64],
 }
 
 impl<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> Found<F, D> {

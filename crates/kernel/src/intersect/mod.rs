@@ -11,7 +11,7 @@ mod test;
 pub(crate) use candidates::{Candidates, closest_of};
 pub use closest_hit::ClosestHit;
 pub use closest_hits::ClosestHits;
-pub(crate) use pairs::RaysOnTriangle;
+pub(crate) use pairs::{LanePairs, RayOnRow, RaysOnTriangle};
 pub use prepared::{Prepared, PreparedPacket, PreparedRay};
 pub use queries::LaneQueries;
 pub use test::{Counts, Found, Test};

@@ -132,3 +132,35 @@ impl<P: Fn(u32) -> Triangle, const N: usize> LanePairs for RayOnBlock<'_, P, N> 
         (self.find)(place)
     }
 }
+
+/// The lanes of a row of triangles with one ray.
+pub(crate) struct RayOnRow<'a, P> {
+    pub(crate) resolver: Resolver<'a>,
+    pub(crate) ray: &'a Ray,
+    /// The place of its first triangle.
+    pub(crate) first: u32,
+    pub(crate) find: P,
+}
+
+impl<P: Fn(u32) -> Triangle> LanePairs for RayOnRow<'_, P> {
+    #[inline(always)]
+    fn resolver(&self) -> Resolver<'_> {
+        self.resolver
+    }
+    #[inline(always)]
+    fn ray(&self, _lane: usize) -> Ray {
+        *self.ray
+    }
+    #[inline(always)]
+    fn triangle(&self, lane: usize) -> Triangle {
+        (self.find)(self.first + lane as u32)
+    }
+    #[inline(always)]
+    fn numbers(&self, lane: usize) -> (u32, u32) {
+        (0, self.first + lane as u32)
+    }
+    #[inline(always)]
+    fn find(&self, place: u32) -> Triangle {
+        (self.find)(place)
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::packet::{RayPacket, TriangleBlock};
 use crate::resolve::Resolver;
-use crate::simd::{Lanes, Level};
+use crate::simd::{Lanes, Level, Vec3};
 use crate::{Ray, Triangle};
 
 /// How many tests were made, and how many of them the f32 bound left undecided.
@@ -103,6 +103,13 @@ pub trait Test: Copy + Send + Sync {
     fn triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
         &self,
         block: &TriangleBlock<N>,
+    ) -> Self::Triangles<F, D>;
+
+    /// Triangles whose corners are in lanes, and bounds of their longest edges if these are known.
+    fn triangles_of_corners<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+        &self,
+        corners: [Vec3<F>; 3],
+        longest_edges: Option<F>,
     ) -> Self::Triangles<F, D>;
 
     /// What is computed from a triangle once.

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use super::rows::Rows;
 use super::which::Which;
 use crate::intersect::{Counts, LaneQueries, Prepared, Test};
 use crate::packet::{PacketHits, RayPacket, TriangleBlock};
@@ -50,9 +51,7 @@ pub trait Mode: Copy + Send + Sync {
     /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (1, 2.5, 0.25, 0.25));
     /// ```
     fn closest(&self, triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
-        let mut hit = [Hit::MISS];
-        self.closest_batch(triangles, core::slice::from_ref(ray), &mut hit);
-        hit[0].some()
+        self.test().into().closest(Rows::Slice(triangles), ray)
     }
 
     /// Whether anything is hit.
@@ -66,7 +65,7 @@ pub trait Mode: Copy + Send + Sync {
     /// assert!(!Certified::default().any(&[wall], &ray.between(0.0, 5.0)));
     /// ```
     fn any(&self, triangles: &[Triangle], ray: &Ray) -> bool {
-        self.test().into().any(triangles, ray)
+        self.test().into().any(Rows::Slice(triangles), ray)
     }
 
     /// Every hit, in order of t; of equal t, of the index.
@@ -79,7 +78,7 @@ pub trait Mode: Copy + Send + Sync {
     /// assert!(hits.iter().map(|hit| hit.triangle).eq([2, 0]));
     /// ```
     fn all(&self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
-        self.test().into().all(triangles, ray)
+        self.test().into().all(Rows::Slice(triangles), ray)
     }
 
     /// [`Mode::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where

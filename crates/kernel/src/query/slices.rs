@@ -1,12 +1,15 @@
-//! Queries over slices: eight rays share each triangle, or eight triangles a ray.
+//! Queries over slices: eight rays share each triangle, or a row of triangles a ray.
 
 use alloc::vec::Vec;
 use core::array::from_fn;
 
+use super::rows::{D, F, Rows};
 use crate::filter::Filter;
-use crate::intersect::{ClosestHit, ClosestHits, Counts, LaneQueries, PreparedPacket};
+use crate::intersect::{
+    ClosestHit, ClosestHits, Counts, Found, LanePairs, LaneQueries, PreparedPacket, RayOnRow,
+};
 use crate::packet::{RayPacket, TriangleBlock};
-use crate::simd::{Simd, WithSimd, lanes_of};
+use crate::simd::{Lanes, Mask, Simd, WithSimd, lanes_of};
 use crate::{Hit, Ray, Triangle};
 
 /// From this many rays on, eight rays share each triangle.
@@ -43,11 +46,11 @@ impl<T: LaneQueries> WithSimd for ClosestBatch<'_, T> {
         let Self { test, triangles, rays, hits } = self;
         let find = |place: u32| triangles[place as usize];
         for (rays, hits) in rays.chunks(8 * PACKETS).zip(hits.chunks_mut(8 * PACKETS)) {
-            if rays.len() < FEW {
+            if rays.len() < FEW || F::<S>::N == 1 {
                 for (ray, hit) in rays.iter().zip(hits) {
-                    let mut closest = ClosestHit::new(ray.t_max);
-                    one_ray::<T, S>(&test, triangles, ray, &mut closest);
-                    *hit = test.hit(ray, &closest, find).unwrap_or(Hit::MISS);
+                    *hit = Closest { test, rows: Rows::Slice(triangles), ray }
+                        .run::<S>()
+                        .unwrap_or(Hit::MISS);
                 }
                 continue;
             }
@@ -147,28 +150,84 @@ fn write<T: LaneQueries, S: Simd>(
     }
 }
 
-/// One ray against all triangles, eight at a time.
+/// Tests a ray against all triangles, row by row, for hits up to `far`. Where a row may have hits, `visit` takes them
+/// with the index of the row's first triangle, and returns the new `far`, or nothing to end the loop.
 #[inline(always)]
-fn one_ray<T: LaneQueries, S: Simd>(
+fn each_row<T: LaneQueries, S: Simd>(
     test: &T,
-    triangles: &[Triangle],
+    rows: Rows<'_>,
     ray: &Ray,
-    closest: &mut ClosestHit,
+    mut visit: impl FnMut(&Found<F<S>, D<S>>, u32) -> Option<f32>,
 ) {
-    let find = |place: u32| triangles[place as usize];
-    let prepared = test.prepare_ray(ray);
-    for (k, chunk) in (0..).zip(triangles.chunks(8)) {
-        let indices = from_fn(|i| 8 * k + i as u32);
-        let block = TriangleBlock::new(chunk);
-        let counts = &mut Counts::default();
-        test.closest_in::<S>(&prepared, &block, &indices, 8 * k, find, closest, counts);
+    let lanes = test.one_ray::<F<S>, D<S>>(&test.ray(ray));
+    let (mut far, mut counts) = (ray.t_max, Counts::default());
+    for first in (0..rows.len()).step_by(F::<S>::N) {
+        let (corners, longest_edges) = rows.row::<S>(first);
+        let triangles = test.triangles_of_corners::<F<S>, D<S>>(corners, longest_edges);
+        let live = u32::MAX >> (32 - (rows.len() - first).min(F::<S>::N));
+        let found = test.test(&triangles, &lanes, Lanes::splat(far), live, &mut counts);
+        if let Some(found) = found
+            && found.lanes() != 0
+        {
+            match visit(&found, first as u32) {
+                Some(nearer) => far = nearer,
+                None => return,
+            }
+        }
+    }
+}
+
+/// The lanes of a row that are hits, a bit each.
+#[inline(always)]
+fn hits_in_row<S: Simd>(
+    found: &Found<F<S>, D<S>>,
+    t_max: f32,
+    pairs: &impl LanePairs,
+    enough: bool,
+) -> u32 {
+    let mut hits = found.exact | found.near & found.t_hi.lt(Lanes::splat(t_max)).bits();
+    for lane in lanes_of(found.lanes() & !hits) {
+        if enough && hits != 0 {
+            break;
+        }
+        hits |= u32::from(pairs.meets(lane)) << lane;
+    }
+    hits
+}
+
+/// The closest hit of a ray.
+pub(super) struct Closest<'a, T> {
+    pub(super) test: T,
+    pub(super) rows: Rows<'a>,
+    pub(super) ray: &'a Ray,
+}
+
+impl<T: LaneQueries> WithSimd for Closest<'_, T> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Hit> {
+        let Self { test, rows, ray } = self;
+        let (mut closest, find) = (ClosestHit::new(ray.t_max), |place| rows.triangle(place));
+        each_row::<T, S>(
+            &test,
+            rows,
+            ray,
+            #[inline(always)]
+            |found, first| {
+                let pairs = RayOnRow { resolver: test.resolver(), ray, first, find };
+                closest.offer_row(found, first, &pairs);
+                Some(closest.t_hi())
+            },
+        );
+        test.hit(ray, &closest, find)
     }
 }
 
 /// Whether a ray hits anything.
 pub(super) struct Any<'a, T> {
     pub(super) test: T,
-    pub(super) triangles: &'a [Triangle],
+    pub(super) rows: Rows<'a>,
     pub(super) ray: &'a Ray,
 }
 
@@ -177,22 +236,27 @@ impl<T: LaneQueries> WithSimd for Any<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> bool {
-        let Self { test, triangles, ray } = self;
-        let mut closest = ClosestHit::new(ray.t_max);
-        for chunk in triangles.chunks(8) {
-            one_ray::<T, S>(&test, chunk, ray, &mut closest);
-            if closest.is_hit() {
-                return true;
-            }
-        }
-        false
+        let Self { test, rows, ray } = self;
+        let (mut any, find) = (false, |place| rows.triangle(place));
+        each_row::<T, S>(
+            &test,
+            rows,
+            ray,
+            #[inline(always)]
+            |found, first| {
+                let pairs = RayOnRow { resolver: test.resolver(), ray, first, find };
+                any = hits_in_row::<S>(found, ray.t_max, &pairs, true) != 0;
+                (!any).then_some(ray.t_max)
+            },
+        );
+        any
     }
 }
 
 /// Every hit of a ray, in the order of the triangles.
 pub(super) struct All<'a, T> {
     pub(super) test: T,
-    pub(super) triangles: &'a [Triangle],
+    pub(super) rows: Rows<'a>,
     pub(super) ray: &'a Ray,
 }
 
@@ -201,16 +265,95 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<Hit> {
-        let Self { test, triangles, ray } = self;
-        let mut hits = Vec::new();
-        for (chunk, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            let block = TriangleBlock::<8>::new(chunk);
-            let found = test.block_in::<S, 8>(ray, &block, &mut Counts::default());
-            for lane in lanes_of(found.bits) {
-                let (triangle, index) = (&chunk[lane], first + lane as u32);
-                hits.push(test.resolver().hit_attributes(ray, triangle, index, (0, index)));
-            }
-        }
+        let Self { test, rows, ray } = self;
+        let (mut hits, find) = (Vec::new(), |place| rows.triangle(place));
+        each_row::<T, S>(
+            &test,
+            rows,
+            ray,
+            #[inline(always)]
+            |found, first| {
+                let pairs = RayOnRow { resolver: test.resolver(), ray, first, find };
+                for lane in lanes_of(hits_in_row::<S>(found, ray.t_max, &pairs, false)) {
+                    let (triangle, index) = (pairs.triangle(lane), first + lane as u32);
+                    hits.push(test.resolver().hit_attributes(ray, &triangle, index, (0, index)));
+                }
+                Some(ray.t_max)
+            },
+        );
         hits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Lane, Level};
+    use crate::{Certified, Double, Exact, Mode, Threshold};
+
+    /// A level of one lane a register, as WebAssembly without simd128 has it.
+    #[derive(Clone, Copy)]
+    struct OneLane<S>(S);
+
+    impl<S: Simd> Simd for OneLane<S> {
+        type F32x4 = S::F32x4;
+        type F32x8 = S::F32x8;
+        type F32x16 = S::F32x16;
+        type F64x4 = S::F64x4;
+        type F64x8 = S::F64x8;
+        type I64x4 = S::I64x4;
+        type I64x8 = S::I64x8;
+        type Register = Lane<1>;
+        const LEVEL: Level = S::LEVEL;
+    }
+
+    /// The closest hit, whether there is one, and all.
+    struct ByOneLane<'a, T>(T, &'a [Triangle], &'a Ray);
+
+    impl<T: LaneQueries> WithSimd for ByOneLane<'_, T> {
+        type Output = (Option<Hit>, bool, usize);
+
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let Self(test, triangles, ray) = self;
+            let rows = Rows::Slice(triangles);
+            let closest = Closest { test, rows, ray }.run::<OneLane<S>>();
+            let any = Any { test, rows, ray }.run::<OneLane<S>>();
+            (closest, any, All { test, rows, ray }.run::<OneLane<S>>().len())
+        }
+    }
+
+    /// Small whole numbers, so that rays often meet edges, corners and planes exactly.
+    fn number(state: &mut u64) -> f32 {
+        *state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+        ((*state >> 33) % 9) as f32 - 4.0
+    }
+
+    fn check<M: Mode>(mode: &M, triangles: &[Triangle], ray: &Ray) -> bool {
+        let want = mode.closest(triangles, ray);
+        let all = mode.all(triangles, ray).len();
+        for level in Level::all() {
+            let found = level.run(ByOneLane(mode.test(), triangles, ray));
+            assert_eq!(found, (want, want.is_some(), all), "{triangles:?} {ray:?}");
+        }
+        want.is_some()
+    }
+
+    #[test]
+    fn one_lane_answers_as_many_do() {
+        let (state, mut hits) = (&mut 7, 0);
+        for turn in 0..3000 {
+            let mut point = || {
+                let scale = if turn % 2 == 0 { 1.0 } else { 1.1 };
+                [0, 1, 2].map(|_| scale * number(state))
+            };
+            let triangles: Vec<_> =
+                (0..turn % 37).map(|_| Triangle([point(), point(), point()])).collect();
+            let ray = Ray::new(point(), point()).between(0.0, 0.5 * (turn % 16) as f32);
+            hits += usize::from(check(&Exact::default(), &triangles, &ray));
+            check(&Certified::new(Threshold::ZERO), &triangles, &ray);
+            check(&Double::default(), &triangles, &ray);
+        }
+        assert!(hits > 500, "{hits}");
     }
 }

@@ -5,7 +5,8 @@
 
 use alloc::vec::Vec;
 
-use super::slices::{All, Any, ClosestBatch, SharedOriginBatch, shares_origin};
+use super::rows::Rows;
+use super::slices::{All, Any, Closest, ClosestBatch, SharedOriginBatch, shares_origin};
 use crate::filter::Filter;
 use crate::intersect::Test;
 use crate::lanes64::Lanes64;
@@ -66,25 +67,31 @@ impl Which<'_> {
         }
     }
 
-    /// See [`Mode::any`](super::Mode::any).
-    pub(super) fn any(self, triangles: &[Triangle], ray: &Ray) -> bool {
+    /// See [`Mode::closest`](super::Mode::closest).
+    pub(super) fn closest(self, rows: Rows<'_>, ray: &Ray) -> Option<Hit> {
         match self {
-            Self::Filter(test) => test.level().run(Any { test, triangles, ray }),
-            Self::Lanes64(test) => test.level().run(Any { test, triangles, ray }),
+            Self::Filter(test) => test.level().run(Closest { test, rows, ray }),
+            Self::Lanes64(test) => test.level().run(Closest { test, rows, ray }),
+        }
+    }
+
+    /// See [`Mode::any`](super::Mode::any).
+    pub(super) fn any(self, rows: Rows<'_>, ray: &Ray) -> bool {
+        match self {
+            Self::Filter(test) => test.level().run(Any { test, rows, ray }),
+            Self::Lanes64(test) => test.level().run(Any { test, rows, ray }),
         }
     }
 
     /// See [`Mode::all`](super::Mode::all).
-    pub(super) fn all(self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
+    pub(super) fn all(self, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
         let (mut hits, resolver) = match self {
-            Self::Filter(test) => (test.level().run(All { test, triangles, ray }), test.resolver()),
-            Self::Lanes64(test) => {
-                (test.level().run(All { test, triangles, ray }), test.resolver())
-            }
+            Self::Filter(test) => (test.level().run(All { test, rows, ray }), test.resolver()),
+            Self::Lanes64(test) => (test.level().run(All { test, rows, ray }), test.resolver()),
         };
-        let found = |hit: &Hit| &triangles[hit.triangle as usize];
+        let found = |hit: &Hit| rows.triangle(hit.triangle);
         hits.sort_unstable_by(|a, b| {
-            resolver.first((ray, 0), (a, found(a), a.triangle), (b, found(b), b.triangle))
+            resolver.first((ray, 0), (a, &found(a), a.triangle), (b, &found(b), b.triangle))
         });
         hits
     }

@@ -70,7 +70,9 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn flip(self, of: Self) -> Self {
-                if of.is_sign_negative() { -self } else { self }
+                // Not by a choice, which WebAssembly makes by a branch.
+                let sign = of.to_bits() & (-0.0 as $t).to_bits();
+                Self::from_bits(self.to_bits() ^ sign)
             }
             #[inline(always)]
             fn or_sign(self, other: Self) -> Self {

@@ -18,6 +18,7 @@ use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
+use super::width::Lane;
 
 /// A register of f32 or of f64, and the mask of one.
 macro_rules! lanes {
@@ -272,6 +273,7 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
+    type Register = Lane<4>;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]
@@ -303,6 +305,11 @@ impl Simd for Baseline {
             Pair(Pair(c, g), Pair(k, o)),
             Pair(Pair(d, h), Pair(l, p)),
         ]
+    }
+    #[inline(always)]
+    fn register_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Singles; 4] {
+        let load = |i: usize| Singles::load(row(i));
+        Self::transpose([load(0), load(1), load(2), load(3)])
     }
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {

@@ -13,6 +13,7 @@ use super::lanes::Lanes;
 use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
+use super::width::Lane;
 use reg::Reg;
 use shuffle::{
     eight_as_columns, first_and_last, lane_of_least, permute, sixteen_as_columns, transpose,
@@ -46,6 +47,7 @@ impl Simd for Avx2 {
     type F64x8 = Pair<Reg<__m256d>>;
     type I64x4 = Reg<__m256i>;
     type I64x8 = Pair<Reg<__m256i>>;
+    type Register = Lane<8>;
     const LEVEL: Level = Level::AVX2;
 
     vectorize!("avx2,fma,bmi1,bmi2,lzcnt,popcnt");
@@ -67,6 +69,10 @@ impl Simd for Avx2 {
         let [a, b, c, d] = eight_as_columns(&row);
         let [e, f, g, h] = eight_as_columns(|i| row(8 + i));
         [Pair(a, e), Pair(b, f), Pair(c, g), Pair(d, h)]
+    }
+    #[inline(always)]
+    fn register_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x8; 4] {
+        eight_as_columns(row)
     }
     #[inline(always)]
     fn halves(first: &[f32; 8], last: &[f32; 8]) -> Self::F32x16 {
@@ -94,6 +100,7 @@ impl Simd for Avx512 {
     type F64x8 = Reg<__m512d>;
     type I64x4 = Reg<__m256i>;
     type I64x8 = Reg<__m512i>;
+    type Register = Lane<16>;
     const LEVEL: Level = Level::AVX512;
 
     vectorize!("avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
@@ -112,6 +119,10 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
+        sixteen_as_columns(row)
+    }
+    #[inline(always)]
+    fn register_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         sixteen_as_columns(row)
     }
     #[inline(always)]

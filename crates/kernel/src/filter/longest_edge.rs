@@ -1,0 +1,96 @@
+//! The longest edges of triangles, measured in f32.
+//!
+//! A block of triangles keeps them, computed in f64. A triangle that is tested once has no use for so much precision:
+//! any bound of its longest edge that is not too small will do. Proof: `docs/numerics/certified.md`, section 11.
+
+use crate::packet::SHORTEST;
+use crate::simd::{Lanes, Vec3};
+
+use super::bound;
+
+/// At least the longest edge and [`SHORTEST`]; NaN where a corner is so far out that f32 must not decide. Of the first
+/// corner and the edges `-h4` and `h5` from there.
+#[inline(always)]
+pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
+    c1: Vec3<F>,
+    minus_h4: Vec3<F>,
+    h5: Vec3<F>,
+) -> F {
+    let splat = F::splat;
+    let (length, sane) = if F::N == 1 {
+        // A single number is faster without a square root and without a choice of the largest.
+        let sum = minus_h4.norm1() + h5.norm1();
+        (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
+    } else {
+        let squares = |v: Vec3<F>| v.dot_fused(v);
+        let (a, b, c) = (squares(minus_h4), squares(h5), squares(h5 + minus_h4));
+        // The sum is too large, or a NaN, where any of its parts is.
+        let sum = squares(c1) + a + (b + c);
+        (a.max(b).max(c).sqrt(), sum.le(splat(bound::LARGEST * bound::LARGEST)))
+    };
+    let longest = length.mul_add(splat(bound::NORM_UP), splat(SHORTEST));
+    F::select(sane, longest, splat(f32::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{Level, Simd, Width, WithSimd};
+
+    /// The longest edge of one triangle, in the first lane of a width and in a single number.
+    struct Measured([[f32; 3]; 3]);
+
+    impl WithSimd for Measured {
+        type Output = [f32; 2];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> [f32; 2] {
+            let first = |lanes: <S::Register as Width>::F<S>| {
+                let mut numbers = [0.0; 16];
+                lanes.store(&mut numbers);
+                numbers[0]
+            };
+            let [c1, c2, c3] = self.0.map(Vec3::splat);
+            let [p1, p2, p3] = self.0.map(Vec3::<f32>::splat);
+            [first(longest_edge(c1, c1 - c2, c3 - c1)), longest_edge(p1, p1 - p2, p3 - p1)]
+        }
+    }
+
+    /// Numbers of every kind in every corner: a bound that holds, that is not much too large, and none where f32 must
+    /// not decide.
+    #[test]
+    fn no_edge_is_longer_than_its_bound() {
+        let numbers = [0.0, -0.0, 1e-45, 3e-20, 1.0, 1.000_000_1, -3.7, 1e9, 1e12, -1e12];
+        let wild = [2e12, 1e19, -1e30, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX];
+        let all: Vec<f32> = numbers.into_iter().chain(wild).collect();
+        for i in 0..9 * all.len() * all.len() {
+            let mut corners = [[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7_f32]];
+            if i % 2 == 0 {
+                // Differences that cancel.
+                corners = corners.map(|c| c.map(|x| 1.0 + 1e-7 * x));
+            }
+            corners.as_flattened_mut()[i % 9] = all[i / 9 % all.len()];
+            corners.as_flattened_mut()[(i + 4) % 9] = all[i / 9 / all.len()];
+
+            let edges = [0, 1, 2].map(|k| {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                let d = [0, 1, 2].map(|i| f64::from(a[i]) - f64::from(b[i]));
+                (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+            });
+            let longest = edges[0].max(edges[1]).max(edges[2]);
+            let sane = corners.as_flattened().iter().all(|x| x.abs() <= 1e12);
+            let far = corners.as_flattened().iter().any(|x| !(x.abs() < 1.2e12));
+            for level in Level::all() {
+                let [lanes, one] = level.run(Measured(corners));
+                for (h, most) in [(lanes, 1.000_01), (one, 3.5)] {
+                    let at = || format!("{h:e} of {corners:?}, {}", level.name());
+                    assert!(!far || h.is_nan(), "{}", at());
+                    assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());
+                    // The sum of all edges and the corner may be over the limit by itself.
+                    let near = corners.as_flattened().iter().all(|x| x.abs() <= 1e9);
+                    let limit = longest * most + 2.0 * f64::from(SHORTEST);
+                    assert!(!(sane && near) || f64::from(h) <= limit, "{}", at());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Triangles that were put side by side once, for many rays.
+
+use alloc::vec::Vec;
+
+use super::mode::Mode;
+use super::rows::Rows;
+use crate::packet::TriangleBlock;
+use crate::simd::{Lanes, Vec3};
+use crate::{Hit, Ray, Triangle};
+
+/// Triangles prepared for many rays.
+///
+/// The queries of [`Mode`] over plain slices bring the triangles into lanes anew for each ray. `Blocks` does it once,
+/// and keeps a copy of them. It answers as the slice does. For more than some hundred triangles a hierarchy is faster,
+/// such as `Bvh` of the crate `intertri-trace`.
+///
+/// ```
+/// use intertri::{Blocks, Exact, Mode, Ray, Triangle};
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let walls = [at(5.0), at(-1.0), at(3.0)];
+/// let blocks = Blocks::new(&walls);
+///
+/// let (mode, ray) = (Exact::default(), Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]));
+/// let hit = blocks.closest(&mode, &ray).unwrap();
+/// assert_eq!((hit.triangle, hit.t), (2, 3.0));
+/// assert_eq!(Some(hit), mode.closest(&walls, &ray));
+/// assert!(blocks.any(&mode, &ray));
+/// assert_eq!(blocks.all(&mode, &ray), mode.all(&walls, &ray));
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Blocks {
+    blocks: Vec<Aligned>,
+    len: usize,
+}
+
+/// A block each of whose rows of sixteen is a cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Aligned(TriangleBlock<16>);
+
+impl Blocks {
+    /// Prepares the triangles of a slice.
+    pub fn new(triangles: &[Triangle]) -> Self {
+        let block = |triangles| Aligned(TriangleBlock::new(triangles));
+        Self { blocks: triangles.chunks(16).map(block).collect(), len: triangles.len() }
+    }
+
+    /// How many triangles there are.
+    ///
+    /// ```
+    /// use intertri::{Blocks, Triangle};
+    /// let triangle = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    /// let blocks = Blocks::new(&[triangle; 20]);
+    /// assert_eq!((blocks.len(), blocks.is_empty(), blocks.triangle(19)), (20, false, triangle));
+    /// ```
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no triangles.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// A triangle.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    pub fn triangle(&self, index: usize) -> Triangle {
+        assert!(index < self.len, "there are {} triangles", self.len);
+        self.blocks[index / 16].0.triangle(index % 16)
+    }
+
+    /// [`Mode::closest`] of these triangles.
+    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
+        mode.test().into().closest(Rows::Blocks(self), ray)
+    }
+
+    /// [`Mode::any`] of these triangles.
+    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
+        mode.test().into().any(Rows::Blocks(self), ray)
+    }
+
+    /// [`Mode::all`] of these triangles.
+    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
+        mode.test().into().all(Rows::Blocks(self), ray)
+    }
+
+    /// The corners of as many triangles as there are lanes, and bounds of their longest edges.
+    #[inline(always)]
+    pub(super) fn row<F: Lanes<Scalar = f32>>(&self, first: usize) -> ([Vec3<F>; 3], F) {
+        let (Aligned(block), lane) = (&self.blocks[first / 16], first % 16);
+        let [c1, c2, c3] = block.corners();
+        let longest_edges = F::load(&block.longest_edges()[lane..]);
+        ([lanes_from(c1, lane), lanes_from(c2, lane), lanes_from(c3, lane)], longest_edges)
+    }
+}
+
+/// The lanes of three rows from one on.
+#[inline(always)]
+fn lanes_from<F: Lanes<Scalar = f32>>([x, y, z]: &[[f32; 16]; 3], lane: usize) -> Vec3<F> {
+    Vec3 { x: F::load(&x[lane..]), y: F::load(&y[lane..]), z: F::load(&z[lane..]) }
+}

@@ -1,0 +1,80 @@
+//! Rows of triangles: as many side by side as a register has lanes.
+
+use bytemuck::Zeroable;
+
+use super::Blocks;
+use crate::Triangle;
+use crate::simd::{Lanes, Simd, Vec3, Width};
+
+/// As many f32 as a register holds.
+pub(super) type F<S> = <<S as Simd>::Register as Width>::F<S>;
+
+/// As many f64.
+pub(super) type D<S> = <<S as Simd>::Register as Width>::D<S>;
+
+/// Triangles that can be read by rows.
+#[derive(Clone, Copy)]
+pub(super) enum Rows<'a> {
+    Slice(&'a [Triangle]),
+    Blocks(&'a Blocks),
+}
+
+impl Rows<'_> {
+    /// How many triangles there are.
+    #[inline(always)]
+    pub(super) fn len(self) -> usize {
+        match self {
+            Self::Slice(triangles) => triangles.len(),
+            Self::Blocks(blocks) => blocks.len(),
+        }
+    }
+
+    /// A triangle.
+    #[inline(always)]
+    pub(super) fn triangle(self, index: u32) -> Triangle {
+        match self {
+            Self::Slice(triangles) => triangles[index as usize],
+            Self::Blocks(blocks) => blocks.triangle(index as usize),
+        }
+    }
+
+    /// The corners of the row that begins at a triangle, and bounds of their longest edges if these are known. Lanes
+    /// beyond the last triangle hold any numbers.
+    #[inline(always)]
+    pub(super) fn row<S: Simd>(self, first: usize) -> ([Vec3<F<S>>; 3], Option<F<S>>) {
+        match self {
+            Self::Slice(triangles) => (transposed::<S>(&triangles[first..]), None),
+            Self::Blocks(blocks) => {
+                let (corners, longest_edges) = blocks.row::<F<S>>(first);
+                (corners, Some(longest_edges))
+            }
+        }
+    }
+}
+
+/// The corners of the first triangles of a slice.
+#[inline(always)]
+fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<F<S>>; 3] {
+    let mut padded = None;
+    let row = match triangles.get(..F::<S>::N) {
+        Some(row) => row,
+        None => &padded.insert(padded_row(triangles))[..F::<S>::N],
+    };
+    // The nine numbers of a triangle are three fours that overlap.
+    let four = |lane: usize, from: usize| {
+        row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
+    };
+    let [x1, y1, z1, _] = S::register_columns(|lane| four(lane, 0));
+    let [x2, y2, z2, _] = S::register_columns(|lane| four(lane, 3));
+    let [_, x3, y3, z3] = S::register_columns(|lane| four(lane, 5));
+    [Vec3 { x: x1, y: y1, z: z1 }, Vec3 { x: x2, y: y2, z: z2 }, Vec3 { x: x3, y: y3, z: z3 }]
+}
+
+/// The last row, which has fewer triangles than lanes.
+#[cold]
+#[inline(never)]
+fn padded_row(triangles: &[Triangle]) -> [Triangle; 16] {
+    let mut row = [Triangle::zeroed(); 16];
+    row[..triangles.len()].copy_from_slice(triangles);
+    row
+}
