@@ -11,12 +11,14 @@
 
 use core::cmp::Ordering;
 
+use bytemuck::cast;
+
 use super::float;
 use super::input::{is_finite, is_plain};
 use super::numbers::{Numbers, Pair, Scales};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
-use crate::{Hit, RayOf, Scalar, TriangleOf};
+use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
 /// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
 /// [`Exact`](crate::Exact), and whatever the direction.
@@ -39,6 +41,28 @@ use crate::{Hit, RayOf, Scalar, TriangleOf};
 /// }
 /// ```
 pub fn leave<S: Scalar>(
+    ray: &RayOf<S>,
+    hit: &Hit,
+    triangle: &TriangleOf<S>,
+    dir: [S; 3],
+) -> RayOf<S> {
+    // Either is compiled in this crate. What is generic would be compiled by the caller's profile.
+    if const { is_f64::<S>() } {
+        cast(leave_f64(&cast(*ray), hit, &cast(*triangle), cast(dir)))
+    } else {
+        cast(leave_f32(&cast(*ray), hit, &cast(*triangle), cast(dir)))
+    }
+}
+
+fn leave_f32(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
+    leaving(ray, hit, triangle, dir)
+}
+
+fn leave_f64(ray: &Ray64, hit: &Hit, triangle: &Triangle64, dir: [f64; 3]) -> Ray64 {
+    leaving(ray, hit, triangle, dir)
+}
+
+fn leaving<S: Scalar>(
     ray: &RayOf<S>,
     hit: &Hit,
     triangle: &TriangleOf<S>,
