@@ -3,7 +3,7 @@
 //! a branch.
 
 use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
-use intertri::{RayPacket, Triangle, TriangleOf};
+use intertri::{Ray, RayPacket, Triangle, TriangleOf};
 
 use crate::Answer;
 
@@ -72,4 +72,56 @@ impl WithSimd for MollerTrumbore<'_, 16> {
     fn run<S: Simd>(self) -> Answer {
         self.with_lanes::<S::F32x16>()
     }
+}
+
+/// t of one hit, in plain f32 numbers, with a branch as soon as a weight shows a miss: the loop that one would write.
+#[inline(always)]
+fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
+    let sub = |p: &[f32; 3], q: &[f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
+    let dot = |p: &[f32; 3], q: &[f32; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+    let cross = |p: &[f32; 3], q: &[f32; 3]| {
+        [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
+    };
+    let (e1, e2) = (sub(b, a), sub(c, a));
+    let p = cross(&ray.dir, &e2);
+    let det = dot(&e1, &p);
+    if det == 0.0 {
+        return None;
+    }
+    let inv = 1.0 / det;
+    let s = sub(&ray.origin, a);
+    let u = dot(&s, &p) * inv;
+    if !(0.0..=1.0).contains(&u) {
+        return None;
+    }
+    let q = cross(&s, &e1);
+    let v = dot(&ray.dir, &q) * inv;
+    if v < 0.0 || u + v > 1.0 {
+        return None;
+    }
+    let t = dot(&e2, &q) * inv;
+    (t > ray.t_min && t < t_max).then_some(t)
+}
+
+/// The closest hit of each ray among the triangles of a slice.
+pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
+    let mut answer = Answer::default();
+    for ray in rays {
+        let (mut t_max, mut closest) = (ray.t_max, None);
+        for (i, triangle) in triangles.iter().enumerate() {
+            if let Some(t) = hit(ray, triangle, t_max) {
+                (t_max, closest) = (t, Some(i as u64));
+            }
+        }
+        if let Some(i) = closest {
+            answer.add(i, f64::from(t_max));
+        }
+    }
+    answer
+}
+
+/// How many rays hit a triangle of a slice.
+pub fn scalar_any(rays: &[Ray], triangles: &[Triangle]) -> Answer {
+    let any = |ray: &&Ray| triangles.iter().any(|t| hit(ray, t, ray.t_max).is_some());
+    Answer { hits: rays.iter().filter(any).count() as u64, mixed: 0 }
 }

@@ -8,10 +8,10 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::internal::{Filter, Lanes64};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Certified, ClosestHit, ClosestHits, Counts, Double, LaneQueries, Mode, Prepared,
+    Blocks, Certified, ClosestHit, ClosestHits, Counts, Double, Exact, LaneQueries, Mode, Prepared,
     PreparedPacket, Ray, RayPacket, Triangle, TriangleBlock,
 };
-use intertri_benches::moller_trumbore::{MollerTrumbore, edges};
+use intertri_benches::moller_trumbore::{MollerTrumbore, edges, scalar_any, scalar_closest};
 use intertri_benches::{Answer, Contender, Workload, compare};
 use intertri_reference as reference;
 
@@ -89,12 +89,12 @@ where
 }
 
 /// One ray after another against blocks of eight triangles.
-struct Blocks<'a, T> {
+struct BlockLoop<'a, T> {
     test: T,
     data: &'a Data,
 }
 
-impl<T: LaneQueries> WithSimd for Blocks<'_, T> {
+impl<T: LaneQueries> WithSimd for BlockLoop<'_, T> {
     type Output = Answer;
     #[inline(always)]
     fn run<S: Simd>(self) -> Answer {
@@ -133,6 +133,7 @@ struct Data {
     packets: Vec<RayPacket<8>>,
     packets16: Vec<RayPacket<16>>,
     blocks: Vec<TriangleBlock<8>>,
+    prepared: Blocks,
     double: Vec<Prepared<Lanes64>>,
     certified: Vec<Prepared<Filter<'static>>>,
     plain: Vec<[[f32; 3]; 3]>,
@@ -148,6 +149,7 @@ impl Data {
             packets: rays.chunks(8).map(RayPacket::new).collect(),
             packets16: rays.chunks(16).map(RayPacket::new).collect(),
             blocks: triangles.chunks(8).map(TriangleBlock::new).collect(),
+            prepared: Blocks::new(&triangles),
             double: triangles.iter().map(|t| double.prepare(t)).collect(),
             certified: triangles.iter().map(|t| certified.prepare(t)).collect(),
             plain: triangles.iter().map(edges).collect(),
@@ -237,13 +239,69 @@ impl Data {
             let named = |what: &str| format!("{what}, {}", level.name());
             let (d, c) =
                 (Double::default().at(level).test(), Certified::default().at(level).test());
-            all.push(exact(named("double x8"), move || level.run(Blocks { test: d, data: self })));
+            all.push(exact(named("double x8"), move || {
+                level.run(BlockLoop { test: d, data: self })
+            }));
             all.push(exact(named("certified x8"), move || {
-                level.run(Blocks { test: c, data: self })
+                level.run(BlockLoop { test: c, data: self })
             }));
         }
         all
     }
+}
+
+/// Queries over a slice, a ray a call, each contender beside a plain loop in f32: first closest hits, then any.
+fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
+    let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
+    let plain = |run: fn(&[Ray], &[Triangle]) -> Answer| Contender {
+        name: "scalar f32 Moller-Trumbore".into(),
+        run: Box::new(move || run(rays, triangles)),
+        exact: false,
+    };
+    let (mut closest, mut any) = (vec![plain(scalar_closest)], vec![plain(scalar_any)]);
+    for level in Level::all() {
+        for blocks in [None, Some(&data.prepared)] {
+            let named = |mode: &str| {
+                let what = if blocks.is_some() { "blocks" } else { "slice" };
+                format!("{mode}, {what}, {}", level.name())
+            };
+            queries(&Exact::at(level), data, blocks, named("exact"), (&mut closest, &mut any));
+            let certified = Certified::default().at(level);
+            queries(&certified, data, blocks, named("certified"), (&mut closest, &mut any));
+        }
+    }
+    [closest, any]
+}
+
+/// Adds the queries of a mode over the slice, or over blocks made of it before.
+fn queries<'a, M: Mode + 'a>(
+    mode: &M,
+    data: &'a Data,
+    blocks: Option<&'a Blocks>,
+    name: String,
+    (closest, any): (&mut Vec<Contender<'a>>, &mut Vec<Contender<'a>>),
+) {
+    let (mode, rays, triangles) = (*mode, &data.rays[..], &data.triangles[..]);
+    let run = move || {
+        let mut answer = Answer::default();
+        for ray in rays {
+            let hit = match blocks {
+                Some(blocks) => blocks.closest(&mode, ray),
+                None => mode.closest(triangles, ray),
+            };
+            if let Some(hit) = hit {
+                answer.add(hit.triangle.into(), hit.t);
+            }
+        }
+        answer
+    };
+    closest.push(Contender { name: name.clone(), run: Box::new(run), exact: false });
+    let hits = move |ray: &&Ray| match blocks {
+        Some(blocks) => blocks.any(&mode, ray),
+        None => mode.any(triangles, ray),
+    };
+    let run = move || Answer { hits: rays.iter().filter(hits).count() as u64, mixed: 0 };
+    any.push(Contender { name, run: Box::new(run), exact: false });
 }
 
 /// A contender whose answer must be the reference's.
@@ -262,12 +320,17 @@ fn bench(criterion: &mut Criterion) {
     compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());
     compare("packets, a camera's: one origin", tests, turns, &mut one.packets());
     compare("one ray against blocks of triangles", tests, turns, &mut strewn.blocks());
+    let [mut closest, mut any] = slices(&strewn);
+    compare("closest of a slice, a ray a call", tests, turns, &mut closest);
+    compare("any of a slice, a ray a call", tests, turns, &mut any);
 
     let forms = [
         ("packets in all directions", strewn.packets()),
         ("packets alike", each.packets()),
         ("packets of one origin", one.packets()),
         ("blocks", strewn.blocks()),
+        ("closest of a slice", closest),
+        ("any of a slice", any),
     ];
     for (form, contenders) in forms {
         let mut group = criterion.benchmark_group(form);

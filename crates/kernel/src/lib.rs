@@ -18,6 +18,31 @@
 //!
 //! Who has a hierarchy of their own tests packets of rays and blocks of triangles: [`LaneQueries`].
 //!
+//! Triangles that many rays are sent at can be prepared once: [`Blocks`]. For more than some hundred of them take a
+//! hierarchy, such as `Bvh` of the crate `intertri-trace`.
+//!
+//! # Building it fast
+//!
+//! Build in release mode. In debug builds every operation on lanes is a function call. If your own crate has to stay
+//! unoptimized, optimize this one alone, in your workspace's `Cargo.toml`:
+//!
+//! ```toml
+//! [profile.dev.package.intertri]
+//! opt-level = 3
+//! [profile.dev.package.intertri-trace]   # if you use the hierarchy
+//! opt-level = 3
+//! ```
+//!
+//! The queries of [`Mode`], [`Exact`] and [`Blocks`] are compiled here and are then as fast as in release mode. What you
+//! build on [`LaneQueries`] or on the lanes of [`simd`] is compiled with your crate.
+//!
+//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if the build asks for it; without it a
+//! query over a slice takes more than twice as long:
+//!
+//! ```sh
+//! RUSTFLAGS="-C target-feature=+simd128" cargo build --release --target wasm32-unknown-unknown
+//! ```
+//!
 //! Without the feature `std` the crate is `no_std`, with `alloc`, and takes the instructions that the
 //! build was compiled for.
 #![cfg_attr(not(feature = "std"), no_std)]
