@@ -35,7 +35,7 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Level, Simd, Width, WithSimd};
+    use crate::simd::{Level, Simd, WithSimd};
 
     /// The longest edge of one triangle, in the first lane of a width and in a single number.
     struct Measured([[f32; 3]; 3]);
@@ -44,7 +44,7 @@ mod tests {
         type Output = [f32; 2];
         #[inline(always)]
         fn run<S: Simd>(self) -> [f32; 2] {
-            let first = |lanes: <S::Register as Width>::F<S>| {
+            let first = |lanes: S::F32s| {
                 let mut numbers = [0.0; 16];
                 lanes.store(&mut numbers);
                 numbers[0]

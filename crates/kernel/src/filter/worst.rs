@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use std::thread_local;
 
 use super::bound;
-use crate::simd::{Ints, Lane, Lanes, Level, Simd, Vec3};
+use crate::simd::{Ints, Lanes, Level, Simd, Vec3};
 
 /// Roundings of a case, at most.
 const SHARES: usize = 320;
@@ -221,7 +221,8 @@ impl Simd for Worsts {
     type F64x8 = f64;
     type I64x4 = NoInts;
     type I64x8 = NoInts;
-    type Register = Lane<4>;
+    type F32s = Worst;
+    type F64s = f64;
     const LEVEL: Level = Level::PORTABLE;
 }
 

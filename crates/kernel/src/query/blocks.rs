@@ -2,15 +2,13 @@
 
 use alloc::vec::Vec;
 
-use super::mode::Mode;
-use super::rows::Rows;
+use crate::Triangle;
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Vec3};
-use crate::{Hit, Ray, Triangle};
 
 /// Triangles prepared for many rays.
 ///
-/// The queries of [`Mode`] over plain slices bring the triangles into lanes anew for each ray. `Blocks` does it once,
+/// The queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes anew for each ray. `Blocks` does it once,
 /// and keeps a copy of them. It answers as the slice does. For more than some hundred triangles a hierarchy is faster,
 /// such as `Bvh` of the crate `intertri-trace`.
 ///
@@ -69,21 +67,6 @@ impl Blocks {
     pub fn triangle(&self, index: usize) -> Triangle {
         assert!(index < self.len, "there are {} triangles", self.len);
         self.blocks[index / 16].0.triangle(index % 16)
-    }
-
-    /// [`Mode::closest`] of these triangles.
-    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
-        mode.test().into().closest(Rows::Blocks(self), ray)
-    }
-
-    /// [`Mode::any`] of these triangles.
-    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
-        mode.test().into().any(Rows::Blocks(self), ray)
-    }
-
-    /// [`Mode::all`] of these triangles.
-    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
-        mode.test().into().all(Rows::Blocks(self), ray)
     }
 
     /// The corners of as many triangles as there are lanes, and bounds of their longest edges.

@@ -2,6 +2,7 @@
 
 use alloc::vec::Vec;
 
+use super::blocks::Blocks;
 use super::rows::Rows;
 use super::which::Which;
 use crate::intersect::{Counts, LaneQueries, Prepared, Test};
@@ -145,6 +146,23 @@ pub trait Mode: Copy + Send + Sync {
         Lane<N>: Width,
     {
         self.level().run(Block { test: self.test(), ray, block })
+    }
+}
+
+impl Blocks {
+    /// [`Mode::closest`] of these triangles.
+    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
+        mode.test().into().closest(Rows::Blocks(self), ray)
+    }
+
+    /// [`Mode::any`] of these triangles.
+    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
+        mode.test().into().any(Rows::Blocks(self), ray)
+    }
+
+    /// [`Mode::all`] of these triangles.
+    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
+        mode.test().into().all(Rows::Blocks(self), ray)
     }
 }
 

@@ -2,15 +2,9 @@
 
 use bytemuck::Zeroable;
 
-use super::Blocks;
+use super::blocks::Blocks;
 use crate::Triangle;
-use crate::simd::{Lanes, Simd, Vec3, Width};
-
-/// As many f32 as a register holds.
-pub(super) type F<S> = <<S as Simd>::Register as Width>::F<S>;
-
-/// As many f64.
-pub(super) type D<S> = <<S as Simd>::Register as Width>::D<S>;
+use crate::simd::{Lanes, Simd, Vec3};
 
 /// Triangles that can be read by rows.
 #[derive(Clone, Copy)]
@@ -41,11 +35,11 @@ impl Rows<'_> {
     /// The corners of the row that begins at a triangle, and bounds of their longest edges if these are known. Lanes
     /// beyond the last triangle hold any numbers.
     #[inline(always)]
-    pub(super) fn row<S: Simd>(self, first: usize) -> ([Vec3<F<S>>; 3], Option<F<S>>) {
+    pub(super) fn row<S: Simd>(self, first: usize) -> ([Vec3<S::F32s>; 3], Option<S::F32s>) {
         match self {
             Self::Slice(triangles) => (transposed::<S>(&triangles[first..]), None),
             Self::Blocks(blocks) => {
-                let (corners, longest_edges) = blocks.row::<F<S>>(first);
+                let (corners, longest_edges) = blocks.row::<S::F32s>(first);
                 (corners, Some(longest_edges))
             }
         }
@@ -54,11 +48,11 @@ impl Rows<'_> {
 
 /// The corners of the first triangles of a slice.
 #[inline(always)]
-fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<F<S>>; 3] {
+fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
     let mut padded = None;
-    let row = match triangles.get(..F::<S>::N) {
+    let row = match triangles.get(..S::F32s::N) {
         Some(row) => row,
-        None => &padded.insert(padded_row(triangles))[..F::<S>::N],
+        None => &padded.insert(padded_row(triangles))[..S::F32s::N],
     };
     // The nine numbers of a triangle are three fours that overlap.
     let four = |lane: usize, from: usize| {

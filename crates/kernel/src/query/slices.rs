@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 use core::array::from_fn;
 
-use super::rows::{D, F, Rows};
+use super::rows::Rows;
 use crate::filter::Filter;
 use crate::intersect::{
     ClosestHit, ClosestHits, Counts, Found, LanePairs, LaneQueries, PreparedPacket, RayOnRow,
@@ -46,7 +46,7 @@ impl<T: LaneQueries> WithSimd for ClosestBatch<'_, T> {
         let Self { test, triangles, rays, hits } = self;
         let find = |place: u32| triangles[place as usize];
         for (rays, hits) in rays.chunks(8 * PACKETS).zip(hits.chunks_mut(8 * PACKETS)) {
-            if rays.len() < FEW || F::<S>::N == 1 {
+            if rays.len() < FEW || S::F32s::N == 1 {
                 for (ray, hit) in rays.iter().zip(hits) {
                     *hit = Closest { test, rows: Rows::Slice(triangles), ray }
                         .run::<S>()
@@ -157,14 +157,14 @@ fn each_row<T: LaneQueries, S: Simd>(
     test: &T,
     rows: Rows<'_>,
     ray: &Ray,
-    mut visit: impl FnMut(&Found<F<S>, D<S>>, u32) -> Option<f32>,
+    mut visit: impl FnMut(&Found<S::F32s, S::F64s>, u32) -> Option<f32>,
 ) {
-    let lanes = test.one_ray::<F<S>, D<S>>(&test.ray(ray));
+    let lanes = test.one_ray::<S::F32s, S::F64s>(&test.ray(ray));
     let (mut far, mut counts) = (ray.t_max, Counts::default());
-    for first in (0..rows.len()).step_by(F::<S>::N) {
+    for first in (0..rows.len()).step_by(S::F32s::N) {
         let (corners, longest_edges) = rows.row::<S>(first);
-        let triangles = test.triangles_of_corners::<F<S>, D<S>>(corners, longest_edges);
-        let live = u32::MAX >> (32 - (rows.len() - first).min(F::<S>::N));
+        let triangles = test.triangles_of_corners::<S::F32s, S::F64s>(corners, longest_edges);
+        let live = u32::MAX >> (32 - (rows.len() - first).min(S::F32s::N));
         let found = test.test(&triangles, &lanes, Lanes::splat(far), live, &mut counts);
         if let Some(found) = found
             && found.lanes() != 0
@@ -180,7 +180,7 @@ fn each_row<T: LaneQueries, S: Simd>(
 /// The lanes of a row that are hits, a bit each.
 #[inline(always)]
 fn hits_in_row<S: Simd>(
-    found: &Found<F<S>, D<S>>,
+    found: &Found<S::F32s, S::F64s>,
     t_max: f32,
     pairs: &impl LanePairs,
     enough: bool,
@@ -288,7 +288,7 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::{Lane, Level};
+    use crate::simd::Level;
     use crate::{Certified, Double, Exact, Mode, Threshold};
 
     /// A level of one lane a register, as WebAssembly without simd128 has it.
@@ -303,7 +303,8 @@ mod tests {
         type F64x8 = S::F64x8;
         type I64x4 = S::I64x4;
         type I64x8 = S::I64x8;
-        type Register = Lane<1>;
+        type F32s = f32;
+        type F64s = f64;
         const LEVEL: Level = S::LEVEL;
     }
 

@@ -4,7 +4,6 @@ use super::int::Ints;
 use super::lanes::{Lanes, Mask};
 use super::level::Level;
 use super::vec3::Vec3;
-use super::width::Width;
 
 /// The lane types of one level of instructions.
 ///
@@ -38,8 +37,10 @@ pub trait Simd: Copy {
     type I64x4: Ints;
     /// Eight i64.
     type I64x8: Ints;
-    /// The width of one register of f32.
-    type Register: Width;
+    /// As many f32 as one register holds.
+    type F32s: Lanes<Scalar = f32>;
+    /// As many f64.
+    type F64s: Lanes<Scalar = f64>;
     /// Which level this is.
     const LEVEL: Level;
 
@@ -188,7 +189,7 @@ pub trait Simd: Copy {
     /// Rows of four numbers as columns, as many rows as a register has lanes, given by their places.
     ///
     /// ```
-    /// use intertri::simd::{Lanes, Simd, Width, WithSimd, dispatch};
+    /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
     ///
     /// struct Turn([[f32; 4]; 16]);
     /// impl WithSimd for Turn {
@@ -197,18 +198,16 @@ pub trait Simd: Copy {
     ///     fn run<S: Simd>(self) -> bool {
     ///         let mut second = [0.0; 16];
     ///         S::register_columns(|i| &self.0[i])[1].store(&mut second);
-    ///         let lanes = <<S::Register as Width>::F<S> as Lanes>::N;
+    ///         let lanes = S::F32s::N;
     ///         second[..lanes] == self.0.map(|row| row[1])[..lanes]
     ///     }
     /// }
     /// assert!(dispatch(Turn(core::array::from_fn(|i| [0.0, i as f32, 0.0, 0.0]))));
     /// ```
     #[inline(always)]
-    fn register_columns<'a>(
-        row: impl Fn(usize) -> &'a [f32; 4],
-    ) -> [<Self::Register as Width>::F<Self>; 4] {
+    fn register_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32s; 4] {
         let mut columns = [[0.0; 16]; 4];
-        for i in 0..<<Self::Register as Width>::F<Self> as Lanes>::N {
+        for i in 0..Self::F32s::N {
             for (column, number) in columns.iter_mut().zip(row(i)) {
                 column[i] = *number;
             }

@@ -5,7 +5,6 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
-use super::width::{Lane, Width};
 
 /// A vector of `wide`, or the mask that its comparisons give.
 #[derive(Clone, Copy)]
@@ -190,13 +189,12 @@ impl Simd for Baseline {
     type F64x8 = V<::wide::f64x8>;
     type I64x4 = ::wide::i64x4;
     type I64x8 = ::wide::i64x8;
-    type Register = registers::Width;
+    type F32s = registers::F32s;
+    type F64s = registers::F64s;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]
-    fn register_columns<'a>(
-        row: impl Fn(usize) -> &'a [f32; 4],
-    ) -> [<registers::Width as Width>::F<Self>; 4] {
+    fn register_columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32s; 4] {
         registers::columns(row)
     }
 }
@@ -206,10 +204,11 @@ impl Simd for Baseline {
 mod registers {
     use super::V;
 
-    pub(super) type Width = super::Lane<4>;
+    pub(super) type F32s = V<::wide::f32x4>;
+    pub(super) type F64s = V<::wide::f64x4>;
 
     #[inline(always)]
-    pub(super) fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [V<::wide::f32x4>; 4] {
+    pub(super) fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [F32s; 4] {
         let load = |i: usize| ::wide::f32x4::new(*row(i));
         let [a, b, c, d] = ::wide::f32x4::transpose([load(0), load(1), load(2), load(3)]);
         [V(a), V(b), V(c), V(d)]
@@ -219,10 +218,11 @@ mod registers {
 /// Where it has none, more lanes than one would only be moved to memory and back.
 #[cfg(not(any(target_feature = "sse2", target_feature = "neon", target_feature = "simd128")))]
 mod registers {
-    pub(super) type Width = super::Lane<1>;
+    pub(super) type F32s = f32;
+    pub(super) type F64s = f64;
 
     #[inline(always)]
-    pub(super) fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [f32; 4] {
+    pub(super) fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [F32s; 4] {
         *row(0)
     }
 }

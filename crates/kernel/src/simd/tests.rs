@@ -1,6 +1,6 @@
 //! Every operation of every lane type against plain numbers, bit for bit.
 
-use super::{Ints, Lanes, Level, Simd, Width, WithSimd};
+use super::{Ints, Lanes, Level, Simd, WithSimd};
 
 const NUMBERS: [f64; 16] = [
     0.0,
@@ -204,9 +204,6 @@ fn check_i64<L: Ints>(level: Level) {
     }
 }
 
-/// As many f32 as a register holds.
-type F<S> = <<S as Simd>::Register as Width>::F<S>;
-
 struct Check;
 
 impl WithSimd for Check {
@@ -245,7 +242,7 @@ impl WithSimd for Check {
             assert_eq!(numbers, rows.map(|row| row[k]), "{:?}", S::LEVEL);
         }
 
-        let lanes = <F<S> as Lanes>::N;
+        let lanes = S::F32s::N;
         for (k, column) in S::register_columns(|i| &rows[i]).into_iter().enumerate() {
             let mut numbers = [0.0; 16];
             column.store(&mut numbers);

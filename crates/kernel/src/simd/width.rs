@@ -44,10 +44,6 @@ pub trait Width {
 #[derive(Clone, Copy, Debug)]
 pub struct Lane<const N: usize>;
 
-impl Width for Lane<1> {
-    type F<S: Simd> = f32;
-    type D<S: Simd> = f64;
-}
 impl Width for Lane<4> {
     type F<S: Simd> = S::F32x4;
     type D<S: Simd> = S::F64x4;

@@ -18,7 +18,6 @@ use super::lanes::{Lanes, Mask, mul_error};
 use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
-use super::width::Lane;
 
 /// A register of f32 or of f64, and the mask of one.
 macro_rules! lanes {
@@ -273,7 +272,8 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
-    type Register = Lane<4>;
+    type F32s = Self::F32x4;
+    type F64s = Self::F64x4;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]

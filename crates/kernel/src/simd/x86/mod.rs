@@ -13,7 +13,6 @@ use super::lanes::Lanes;
 use super::level::Level;
 use super::level_lanes::Simd;
 use super::pair::Pair;
-use super::width::Lane;
 use reg::Reg;
 use shuffle::{
     eight_as_columns, first_and_last, lane_of_least, permute, sixteen_as_columns, transpose,
@@ -47,7 +46,8 @@ impl Simd for Avx2 {
     type F64x8 = Pair<Reg<__m256d>>;
     type I64x4 = Reg<__m256i>;
     type I64x8 = Pair<Reg<__m256i>>;
-    type Register = Lane<8>;
+    type F32s = Self::F32x8;
+    type F64s = Self::F64x8;
     const LEVEL: Level = Level::AVX2;
 
     vectorize!("avx2,fma,bmi1,bmi2,lzcnt,popcnt");
@@ -100,7 +100,8 @@ impl Simd for Avx512 {
     type F64x8 = Reg<__m512d>;
     type I64x4 = Reg<__m256i>;
     type I64x8 = Reg<__m512i>;
-    type Register = Lane<16>;
+    type F32s = Self::F32x16;
+    type F64s = Pair<Self::F64x8>;
     const LEVEL: Level = Level::AVX512;
 
     vectorize!("avx512f,avx512bw,avx512cd,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
