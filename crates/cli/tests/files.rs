@@ -238,3 +238,37 @@ fn answers_do_not_wait_for_the_next_rays() {
         assert_eq!(child.wait().unwrap().code(), Some(1));
     }
 }
+
+/// A limit on the size of files, and one on processor time, end a run as an error and as a signal do.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_that_reaches_a_limit_leaves_nothing() {
+    let place = place();
+    let rays = "0.25,0.25,0,0,0,1\n".repeat(20_000);
+    place.put("rays.csv", format!("ox,oy,oz,dx,dy,dz\n{rays}")).put("out.csv", "old");
+    let names = place.names();
+    let run = |line: &str| {
+        let mut shell = Command::new("sh");
+        shell.current_dir(place.path("")).arg("-c").arg(format!("ulimit -f 8; exec \"$0\" {line}"));
+        shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
+    };
+    for line in ["trace m.obj --rays rays.csv -o out.csv", "render --size 640x480 -o out.csv.png"] {
+        one_line(line, &run(line), 1, &["out.csv", "File too large"]);
+        assert_eq!(place.names(), names);
+        assert_eq!(place.read("out.csv"), b"old");
+    }
+    for (name, number) in [("QUIT", 3), ("XCPU", 24)] {
+        use std::os::unix::process::ExitStatusExt;
+        let mut command = place.command("trace m.obj --rays - -o out.csv");
+        let mut child = command.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+        let partial = format!(".out.csv.{}.partial", child.id());
+        child.stdin.as_mut().unwrap().write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
+        while !place.path(&partial).exists() {
+            std::thread::yield_now();
+        }
+        signal(name, child.id());
+        let status = child.wait_with_output().unwrap().status;
+        assert_eq!(status.signal(), Some(number));
+        assert_eq!(place.names(), names);
+    }
+}

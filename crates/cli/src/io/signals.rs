@@ -11,7 +11,7 @@ pub(crate) fn watch() -> Result<()> {
     use std::thread;
 
     use intertri_scene::PartialFile;
-    use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGABRT, SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ};
     use signal_hook::iterator::Signals;
     use signal_hook::{flag, low_level};
 
@@ -19,9 +19,11 @@ pub(crate) fn watch() -> Result<()> {
     let always = Arc::new(AtomicBool::new(true));
     let failed = |cause| Error::at("signals", format!("cannot be watched: {cause}"));
     flag::register_conditional_shutdown(SIGABRT, 1, always).map_err(failed)?;
+    // Heard, it ends nothing: writing beyond the largest file that is allowed is then an error as any other.
+    flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(failed)?;
 
     let ignored = ignored();
-    let watched = [SIGHUP, SIGINT, SIGTERM].into_iter();
+    let watched = [SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGXCPU].into_iter();
     let watched = watched.filter(|signal| ignored & (1 << (signal - 1)) == 0);
     let mut signals = Signals::new(watched).map_err(failed)?;
     let wait = move || {
