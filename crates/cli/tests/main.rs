@@ -13,6 +13,7 @@ mod formats;
 mod interrupts;
 mod light;
 mod memory;
+mod misread;
 mod models;
 mod numbers;
 mod raster;

@@ -184,13 +184,6 @@ fn what_is_refused_names_the_cause() {
     place.fails("render draco.glb", 1, &["draco.glb: ", "Draco", "export"]);
     place.fails("render meshopt.glb", 1, &["meshopt.glb: ", "meshopt", "export"]);
     place.fails("render odd.glb", 1, &["odd.glb: ", "EXT_odd", "not supported"]);
-    let sparse = whole.replace(
-        "\"count\":5",
-        "\"count\":5,\"sparse\":{\"count\":1,\"indices\":\
-        {\"bufferView\":0,\"componentType\":5123},\"values\":{\"bufferView\":0}}",
-    );
-    place.put("sparse.glb", glb(&sparse, &buffer()));
-    place.fails("render sparse.glb", 1, &["sparse.glb: ", "mesh 0, primitive 1", "sparse"]);
     place.put("old.gltf", whole.replace("2.0", "1.0"));
     place.fails("render old.gltf", 1, &["old.gltf: ", "glTF \"1.0\"", "version 2"]);
     place.put("lost.gltf", gltf("nowhere.bin"));

@@ -9,10 +9,10 @@ use intertri::Scalar;
 ///
 /// ```no_run
 /// use std::path::Path;
-/// use intertri_scene::{LoadError, Mesh, load_with_files};
+/// use intertri_scene::{LoadError, Mesh, load_model};
 /// /// A survey in UTM coordinates, not rounded to f32.
 /// fn survey(path: &Path) -> Result<Mesh<f64>, LoadError> {
-///     load_with_files(path).map(|(mesh, _)| mesh)
+///     load_model(path).map(|model| model.mesh)
 /// }
 /// ```
 pub trait Coordinate: Scalar + FromStr {

@@ -19,11 +19,12 @@ pub struct Part {
 /// An indexed triangle mesh.
 ///
 /// Triangles keep the order of the file, and a polygon becomes the triangle fan of its first corner
-/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. Positions keep their order and the numbers of the
+/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside of a concave polygon,
+/// it is cut by ear clipping into as many triangles. Positions keep their order and the numbers of the
 /// file, rounded once to f32 or, of a `Mesh<f64>`, to f64: none is welded, moved or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<S = f32> {
-    /// The positions of the vertices; all finite where [`crate::load`] made the mesh.
+    /// The positions of the vertices. Where [`crate::load`] made the mesh, all that triangles use are finite.
     pub positions: Vec<[S; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,

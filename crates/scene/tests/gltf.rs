@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use intertri_scene::{Mesh, load_with_files, read};
+use intertri_scene::{LoadedModel, Mesh, load_model, read};
 use tempfile::TempDir;
 
 /// Four points of the unit square, as f32, then as u8, then the indices 0, 1, 2, 3.
@@ -180,12 +180,12 @@ fn a_file_that_many_buffers_name_is_read_once() {
     let json = json.replace(r#"{"byteLength":68}"#, &buffers);
     let path = folder.path().join("m.gltf");
     std::fs::write(&path, &json).unwrap();
-    let (mesh, files): (Mesh, _) = load_with_files(&path).unwrap();
+    let LoadedModel::<f32> { mesh, files, .. } = load_model(&path).unwrap();
     assert_eq!((mesh.triangles.len(), files), (2, vec![folder.path().join("a.bin")]));
 
     // A buffer ends where it says, however much of the file others have.
     let short = json.replacen(r#""byteLength":68,"#, r#""byteLength":47,"#, 1);
     std::fs::write(&path, short).unwrap();
-    let error = load_with_files::<f32>(&path).unwrap_err().to_string();
+    let error = load_model::<f32>(&path).unwrap_err().to_string();
     assert!(error.contains("reaches beyond buffer 0, which has 47 bytes"), "{error}");
 }

@@ -1,17 +1,20 @@
 //! `intertri advise`: the coarsest grid or the arithmetic that a model needs.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
 use intertri::fixed::{Bits, Grid};
 use intertri::{Certified, Double, Hit, Ray, Threshold, Triangle};
 use intertri_lab::advise::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
+use intertri_scene::{Rounding, Scene};
+use intertri_trace::Bvh;
 
 use crate::commands::options::CameraOptions;
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::Model;
+use crate::engine::model::{Model, ModelNotes, ModelOptions};
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::raster::Raster;
@@ -54,6 +57,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
+    #[command(flatten)]
+    reading: ModelOptions,
+
     /// Print a report for programs, as JSON
     #[arg(long)]
     json: bool,
@@ -95,12 +101,7 @@ fn tolerance(text: &str) -> std::result::Result<Tolerance, String> {
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
-    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
-    let bvh = model.as_ref().and_then(|model| model.bvh.clone());
-    let scene = options
-        .camera
-        .scene(model.map(|model| model.mesh), f64::from(width) / f64::from(height))?;
+    let (scene, bvh, rounding, notes) = load(options)?;
     let triangles = triangles(&scene.mesh)?;
 
     // What is seen, whatever the threshold.
@@ -158,6 +159,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let take = choices.iter().find(|choice| choice.enough && choice.speed.is_some());
     let report = AdviseReport {
         model: options.model.clone(),
+        notes,
         rounded: Rounded::of_model(rounding),
         size: [width, height],
         tolerance,
@@ -171,6 +173,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     };
     print(&report, options.json)?;
     refuse_nothing(&report)
+}
+
+/// The model or the built-in scene, its hierarchy if one was saved, and what became of it when it was read.
+fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
+    let (width, height) = options.size;
+    let load = |path| Model::load(path, options.reading)?.in_f32();
+    let model = options.model.as_deref().map(load).transpose()?;
+    let (bvh, rounding, notes) = model
+        .as_ref()
+        .map(|model| (model.bvh.clone(), model.rounding, model.notes.clone()))
+        .unwrap_or_default();
+    let mesh = model.map(|model| model.mesh);
+    let scene = options.camera.scene(mesh, f64::from(width) / f64::from(height))?;
+    Ok((scene, bvh, rounding, notes))
 }
 
 /// That nothing is sure enough is an error.

@@ -12,7 +12,7 @@ use intertri_scene::{Rays, RaysFormat, Rounding, Scene, hit_point};
 use crate::commands::options::{CameraOptions, rays_format};
 use crate::engine::engines::Engines;
 use crate::engine::memory::{filled, room};
-use crate::engine::model::Model;
+use crate::engine::model::{Model, ModelOptions};
 use crate::engine::name::EngineName;
 use crate::engine::pixels::primary_rays;
 use crate::engine::ray_engine::RayEngine;
@@ -59,6 +59,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     turns: u32,
 
+    #[command(flatten)]
+    reading: ModelOptions,
+
     /// Print a report for programs, as JSON
     #[arg(long)]
     json: bool,
@@ -78,8 +81,13 @@ struct Kind {
 /// Measures all engines.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
-    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
+    let model = options
+        .model
+        .as_deref()
+        .map(|path| Model::load(path, options.reading)?.in_f32())
+        .transpose()?;
+    let (rounding, notes) =
+        model.as_ref().map(|model| (model.rounding, model.notes.clone())).unwrap_or_default();
     let mut rounded = Rounded::of_model(rounding);
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let scene = options
@@ -121,6 +129,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     drop(bar);
     let report = BenchReport {
         model: options.model.clone(),
+        notes,
         triangles: triangles.len(),
         threads: rayon::current_num_threads(),
         turns: options.turns,

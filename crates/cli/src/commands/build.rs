@@ -7,7 +7,7 @@ use clap::Args;
 use intertri_scene::Coordinate;
 use intertri_trace::{Bvh, Given};
 
-use crate::engine::model::{Model, ModelIn};
+use crate::engine::model::{Model, ModelIn, ModelOptions};
 use crate::engine::scalar_name::ScalarName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -39,6 +39,9 @@ pub(crate) struct Options {
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
+    #[command(flatten)]
+    reading: ModelOptions,
+
     /// Print a report for programs, as JSON
     #[arg(long)]
     json: bool,
@@ -50,7 +53,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut seconds = BuildSeconds::default();
     let model = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
-        Model::load(&options.model)
+        Model::load(&options.model, options.reading)
     })?;
     let files: Vec<&Path> = model.files.iter().map(PathBuf::as_path).collect();
     refuse_same_file(Some(&options.output), &files)?;
@@ -70,7 +73,8 @@ fn build<S: Coordinate + Given>(
     let triangles = timed(&mut seconds.load, || triangles(&model.mesh));
     let triangles = triangles.map_err(|error| error.of(&options.model))?;
     let rounded = Rounded::of_model(model.rounding);
-    drop(model);
+    let notes = model.notes;
+    drop((model.mesh, model.bvh));
     let bar = Progress::new("build", Some(triangles.len() as u64));
     let bvh = timed(&mut seconds.build, || {
         Bvh::with_progress(&triangles, &|done, total| bar.set(done, total))
@@ -91,6 +95,7 @@ fn build<S: Coordinate + Given>(
         model: options.model.clone(),
         output: options.output.clone(),
         triangles: triangles.len(),
+        notes,
         scalar: ScalarName::of::<S>(),
         rounded,
         bytes: output.bytes,

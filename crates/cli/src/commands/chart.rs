@@ -15,7 +15,7 @@ use intertri_lab::workloads::{self, Workload};
 use serde::Serialize;
 
 use crate::commands::options::ChartOptions;
-use crate::engine::model::Model;
+use crate::engine::model::{Model, ModelNotes, ModelOptions};
 use crate::error::{Error, Result};
 use crate::io::progress::Progress;
 use crate::report::charts::{ChartFolder, Written};
@@ -36,6 +36,9 @@ pub(crate) struct Options {
     seed: u64,
 
     #[command(flatten)]
+    reading: ModelOptions,
+
+    #[command(flatten)]
     charts: ChartOptions,
 }
 
@@ -45,6 +48,8 @@ struct Report {
     written: Written,
     model: Option<PathBuf>,
     rounded: Rounded,
+    /// What was left out, repaired or guessed while the model was read.
+    notes: ModelNotes,
     seed: u64,
     times: Vec<Time>,
     verdicts: Vec<ErrorCounts>,
@@ -54,7 +59,7 @@ struct Report {
 /// Measures speed and accuracy, and draws.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let mut charts = ChartFolder::new(&options.charts.output)?;
-    let (model, rounded) = model(options)?;
+    let (model, rounded, notes) = model(options)?;
     let seed = options.seed;
     let (turns, rays, cases) =
         if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
@@ -101,6 +106,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         written: charts.finish(),
         model: options.model.clone(),
         rounded,
+        notes,
         seed,
         times,
         verdicts,
@@ -110,14 +116,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// The model to measure with, and how many of its coordinates were rounded.
-fn model(options: &Options) -> Result<(workloads::Model, Rounded)> {
+fn model(options: &Options) -> Result<(workloads::Model, Rounded, ModelNotes)> {
     let Some(path) = &options.model else {
-        return Ok((workloads::Model::built_in(), Rounded::default()));
+        return Ok((workloads::Model::built_in(), Rounded::default(), ModelNotes::default()));
     };
-    let model = Model::load(path)?.in_f32()?;
+    let model = Model::load(path, options.reading)?.in_f32()?;
     let measured = workloads::Model::new(&model.mesh.to_triangles())
         .ok_or_else(|| Error::at(path.display(), "has no triangle to measure with"))?;
-    Ok((measured, Rounded::of_model(model.rounding)))
+    Ok((measured, Rounded::of_model(model.rounding), model.notes))
 }
 
 impl fmt::Display for Report {

@@ -3,6 +3,8 @@
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
+use crate::io::numbers::Decimal;
+
 /// Surfaces that a ray meets at a smaller sine are hardly lit, so nobody misses their shadows.
 const FLAT: f64 = 0.01;
 
@@ -50,17 +52,21 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
 /// Where neighbouring f32 are farther apart than this share of a model, rounding to them shows.
 const COARSE: f64 = 1e-5;
 
-/// What to say of a model that f32, in which it was read, has hardly digits for, because it lies far from 0.
+/// What to say of a model that f32, in which it was read, has hardly digits for, because it lies far from 0 or
+/// is as small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
+    // From there down, they are all equally far apart.
+    let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(
-            "the model lies so far from 0 that coordinates in f32 are {apart} apart there; add --scalar f64 \
-             to read and trace it in f64"
+            "the model {why} that coordinates in f32 are {} apart there; add --scalar f64 to read and \
+             trace it in f64",
+            Decimal(apart)
         )
     })
 }

@@ -14,7 +14,7 @@ use crate::engine::batch::{Batch, Question};
 use crate::engine::engine64::Engine64;
 use crate::engine::engines::Engines;
 use crate::engine::fixed::GridReport;
-use crate::engine::model::{Model, ModelIn};
+use crate::engine::model::{Model, ModelIn, ModelNotes, ModelOptions};
 use crate::engine::name::EngineName;
 use crate::engine::ray_engine::RayEngine;
 use crate::engine::scalar_name::ScalarName;
@@ -126,6 +126,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
+    #[command(flatten)]
+    reading: ModelOptions,
+
     /// Print a report for programs, as JSON, on the standard output
     #[arg(long, requires = "output")]
     json: bool,
@@ -179,7 +182,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let mut seconds = TraceSeconds::default();
     let model = timed(&mut seconds.load, || {
         let _bar = Progress::new("load", None);
-        Model::load(&options.model)
+        Model::load(&options.model, options.reading)
     })?;
     refuse_output(options, &model.files)?;
     match scalar(options, &model, &rays) {
@@ -209,6 +212,7 @@ struct Traced<T> {
     triangles: usize,
     grid: Option<GridReport>,
     rounding: Rounding,
+    notes: ModelNotes,
 }
 
 /// The model in f32, with any engine.
@@ -218,7 +222,7 @@ fn in_f32(
     model: Model,
     seconds: &mut TraceSeconds,
 ) -> Result<Traced<RayEngine>> {
-    let (triangles, bvh, rounding) =
+    let (triangles, bvh, rounding, notes) =
         timed(&mut seconds.load, || corners(options, model.in_f32()?))?;
     let room_for = options.grid_bounds.map_or(vec![], Vec::from);
     let mut engines = Engines::new(&triangles, threshold.unwrap_or_default())
@@ -226,26 +230,27 @@ fn in_f32(
         .with_bvh(bvh);
     let engine = engines.engine(options.engine).map_err(|error| error.of(&options.model))?;
     seconds.build = engines.seconds;
-    Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid(), rounding })
+    Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid(), rounding, notes })
 }
 
 /// The model in f64, with an engine that is exact.
 fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
-    let (triangles, bvh, rounding) =
+    let (triangles, bvh, rounding, notes) =
         timed(&mut seconds.load, || corners(options, model.in_f64()?))?;
     let count = triangles.len();
     let engine = timed(&mut seconds.build, || Engine64::new(options.engine, triangles, bvh))
         .map_err(|error| error.of(&options.model))?;
-    Ok(Traced { engine, triangles: count, grid: None, rounding })
+    Ok(Traced { engine, triangles: count, grid: None, rounding, notes })
 }
 
-/// The triangles of a model, the hierarchy over them if one was saved, and what was rounded.
-type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding);
+/// The triangles of a model, the hierarchy over them if one was saved, and what was rounded, and what else
+/// became of it.
+type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding, ModelNotes);
 
 /// Keeps of a model what is traced, and drops its mesh.
 fn corners<S: Coordinate + Given>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
-    Ok((triangles, model.bvh, model.rounding))
+    Ok((triangles, model.bvh, model.rounding, model.notes))
 }
 
 /// Refuses to write onto what was read beside the model.
@@ -286,6 +291,7 @@ fn answer<T: Tracer>(
         model: options.model.clone(),
         output: options.output.clone(),
         triangles: scene.triangles,
+        notes: scene.notes.clone(),
         engine: options.engine,
         scalar: ScalarName::of::<T::Scalar>(),
         rounded,

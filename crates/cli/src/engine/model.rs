@@ -10,12 +10,14 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use intertri_scene::{Coordinate, Mesh, Rounding, load_with_files};
+use clap::Args;
+use intertri_scene::{Coordinate, Mesh, Note, Notes, Rounding, load_model};
 use intertri_trace::{Bvh, Given, LoadError, SAVED_MAGIC};
+use serde::Serialize;
 
-use crate::engine::memory::room;
+use crate::engine::memory::{filled, room};
 use crate::engine::scalar_name::ScalarName;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, note};
 
 /// A model as its file has it.
 pub(crate) struct Model {
@@ -23,6 +25,8 @@ pub(crate) struct Model {
     content: Content,
     /// What was read beside the file.
     pub(crate) files: Vec<PathBuf>,
+    /// What was left out, repaired or guessed, as the standard error says, too.
+    notes: ModelNotes,
 }
 
 /// What a file has: f64 holds the numbers of every format.
@@ -39,20 +43,67 @@ pub(crate) struct ModelIn<S: Given> {
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
     /// Which of its coordinates the scalar does not hold.
     pub(crate) rounding: Rounding,
+    /// What was left out, repaired or guessed.
+    pub(crate) notes: ModelNotes,
+}
+
+/// How a model is read.
+#[derive(Args, Clone, Copy)]
+pub(crate) struct ModelOptions {
+    /// Refuse a model of which something is left out, repaired or guessed, instead of saying so on the
+    /// standard error
+    #[arg(long)]
+    strict: bool,
+}
+
+/// What was left out, repaired or guessed of a model, for reports: each kind with its count.
+#[derive(Clone, Default, Serialize)]
+#[serde(transparent)]
+pub(crate) struct ModelNotes(Vec<ModelNote>);
+
+#[derive(Clone, Serialize)]
+struct ModelNote {
+    what: String,
+    count: u64,
+    /// The line of the first; null in a file that has no lines.
+    line: Option<u64>,
+}
+
+impl ModelOptions {
+    /// Says what was left out, repaired or guessed, or refuses it.
+    fn report(self, path: &Path, notes: &Notes) -> Result<ModelNotes> {
+        let (name, notes) = (path.display(), notes.as_slice());
+        if self.strict && !notes.is_empty() {
+            let all = notes.iter().map(Note::to_string).collect::<Vec<_>>().join("; ");
+            return Err(Error::at(name, format_args!("{all}; repair it, or leave out --strict")));
+        }
+        for found in notes {
+            note(&format!("{name}: {found}"));
+        }
+        let of = |note: &Note| ModelNote {
+            what: note.what.clone().into_owned(),
+            count: note.count,
+            line: note.line,
+        };
+        Ok(ModelNotes(notes.iter().map(of).collect()))
+    }
 }
 
 impl Model {
     /// Reads a model of any format.
-    pub(crate) fn load(path: &Path) -> Result<Self> {
-        let (content, files) = match saved_in(path) {
+    pub(crate) fn load(path: &Path, options: ModelOptions) -> Result<Self> {
+        let (mut files, mut notes) = (vec![], ModelNotes::default());
+        let content = match saved_in(path) {
             None => {
-                let (mesh, files) = load_with_files(path)?;
-                (Content::Mesh(mesh), files)
+                let model = load_model(path)?;
+                notes = options.report(path, &model.notes)?;
+                files = model.files;
+                Content::Mesh(model.mesh)
             }
-            Some(ScalarName::F32) => (Content::SavedF32(saved(path)?), vec![]),
-            Some(ScalarName::F64) => (Content::SavedF64(saved(path)?), vec![]),
+            Some(ScalarName::F32) => Content::SavedF32(saved(path)?),
+            Some(ScalarName::F64) => Content::SavedF64(saved(path)?),
         };
-        Ok(Self { path: path.into(), content, files })
+        Ok(Self { path: path.into(), content, files, notes })
     }
 
     /// Whether f32 holds all of its numbers. What was saved in f64 has its hierarchy in f64, whatever its numbers.
@@ -60,8 +111,10 @@ impl Model {
         match &self.content {
             Content::Mesh(mesh) => {
                 let mut rounding = Rounding::default();
-                mesh.positions.as_flattened().iter().all(|&x| {
-                    rounding.round::<f32>(x);
+                mesh.points().all(|point| {
+                    for x in point {
+                        rounding.round::<f32>(x);
+                    }
                     rounding.numbers == 0
                 })
             }
@@ -77,17 +130,19 @@ impl Model {
             Content::SavedF32(bvh) => with_bvh(bvh),
             Content::SavedF64(bvh) => mesh(&bvh).and_then(in_scalar),
         };
-        model.map_err(|error| error.of(&self.path))
+        let notes = self.notes;
+        model.map(|model| ModelIn { notes, ..model }).map_err(|error| error.of(&self.path))
     }
 
     /// The model in f64.
     pub(crate) fn in_f64(self) -> Result<ModelIn<f64>> {
         let model = match self.content {
-            Content::Mesh(mesh) => Ok(ModelIn { mesh, bvh: None, rounding: Rounding::default() }),
+            Content::Mesh(mesh) => Ok(of_mesh(mesh, Rounding::default())),
             Content::SavedF32(bvh) => mesh(&bvh).and_then(in_scalar),
             Content::SavedF64(bvh) => with_bvh(bvh),
         };
-        model.map_err(|error| error.of(&self.path))
+        let notes = self.notes;
+        model.map(|model| ModelIn { notes, ..model }).map_err(|error| error.of(&self.path))
     }
 }
 
@@ -120,15 +175,27 @@ fn saved<S: Given>(path: &Path) -> Result<Bvh<S>> {
 /// The model of a hierarchy that was saved in the scalar that is asked for.
 fn with_bvh<S: Coordinate + Given>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
     let mesh = mesh(&bvh)?;
-    Ok(ModelIn { mesh, bvh: Some(Arc::new(bvh)), rounding: Rounding::default() })
+    Ok(ModelIn { bvh: Some(Arc::new(bvh)), ..of_mesh(mesh, Rounding::default()) })
+}
+
+/// The model of a mesh.
+fn of_mesh<S: Given>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
+    ModelIn { mesh, bvh: None, rounding, notes: ModelNotes::default() }
 }
 
 /// A mesh in another scalar.
 fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
+    // Vertices that no triangle has may be anything.
+    let mut is_used = filled(mesh.positions.len(), false, "vertices")?;
+    mesh.triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
     let mut rounding = Rounding::default();
     let mut positions = room(mesh.positions.len(), "vertices")?;
-    for position in mesh.positions {
+    for (position, is_used) in mesh.positions.into_iter().zip(is_used) {
         let position: [f64; 3] = position.map(Into::into);
+        if !is_used {
+            positions.push(position.map(T::nearest));
+            continue;
+        }
         positions.push(position.map(|x| rounding.round::<T>(x)));
         if rounding.by_up_to == f64::INFINITY {
             let [x, y, z] = position;
@@ -139,7 +206,7 @@ fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<Mode
         }
     }
     let Mesh { triangles, corner_uvs, parts, .. } = mesh;
-    Ok(ModelIn { mesh: Mesh { positions, triangles, corner_uvs, parts }, bvh: None, rounding })
+    Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
 /// The triangles of a hierarchy, each with positions of its own. One that can never be hit is not kept there: it

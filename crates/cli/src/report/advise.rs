@@ -8,6 +8,7 @@ use intertri_lab::advise::Needs;
 use intertri_lab::tables::grouped;
 use serde::Serialize;
 
+use crate::engine::model::ModelNotes;
 use crate::report::phrases::{model, significant};
 use crate::report::rounding::Rounded;
 
@@ -15,6 +16,8 @@ use crate::report::rounding::Rounded;
 #[derive(Serialize)]
 pub(crate) struct AdviseReport {
     pub(crate) model: Option<PathBuf>,
+    /// What was left out, repaired or guessed while the model was read.
+    pub(crate) notes: ModelNotes,
     pub(crate) rounded: Rounded,
     pub(crate) size: [u32; 2],
     /// Pixels that may be wrong.

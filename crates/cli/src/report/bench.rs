@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use crate::engine::model::ModelNotes;
 use crate::engine::name::EngineName;
 use crate::report::phrases::{model, significant};
 use crate::report::rounding::Rounded;
@@ -14,6 +15,8 @@ use crate::report::rounding::Rounded;
 pub(crate) struct BenchReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) triangles: usize,
+    /// What was left out, repaired or guessed while the model was read.
+    pub(crate) notes: ModelNotes,
     pub(crate) threads: usize,
     pub(crate) turns: u32,
     pub(crate) rounded: Rounded,

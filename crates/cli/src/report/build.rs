@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use intertri_lab::tables::grouped;
 use serde::Serialize;
 
+use crate::engine::model::ModelNotes;
 use crate::engine::scalar_name::ScalarName;
 use crate::report::rounding::Rounded;
 
@@ -15,6 +16,8 @@ pub(crate) struct BuildReport {
     pub(crate) model: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
+    /// What was left out, repaired or guessed while the model was read.
+    pub(crate) notes: ModelNotes,
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     /// The size of the file.

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::engine::fixed::GridReport;
 use crate::engine::frame::Shadows;
+use crate::engine::model::ModelNotes;
 use crate::engine::name::EngineName;
 use crate::engine::scalar_name::ScalarName;
 use crate::report::check::{Count, Difference};
@@ -21,6 +22,8 @@ pub(crate) struct RenderReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
+    /// What was left out, repaired or guessed while the model was read.
+    pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
     /// What the model was traced in.

@@ -7,6 +7,7 @@ use intertri_lab::tables::grouped;
 use serde::Serialize;
 
 use crate::engine::fixed::GridReport;
+use crate::engine::model::ModelNotes;
 use crate::engine::name::EngineName;
 use crate::engine::scalar_name::ScalarName;
 use crate::report::phrases::{rate, write_grid};
@@ -19,6 +20,8 @@ pub(crate) struct TraceReport {
     /// Null for the standard output.
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
+    /// What was left out, repaired or guessed while the model was read.
+    pub(crate) notes: ModelNotes,
     pub(crate) engine: EngineName,
     /// What the model and the rays were traced in.
     pub(crate) scalar: ScalarName,

@@ -1,8 +1,10 @@
 //! The mesh in the making, and the checks that all formats share.
 
+use super::cut::{Cut, Cutter};
 use super::error::{Fault, fault};
+use super::notes::Notes;
 use crate::coordinate::Coordinate;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, double};
 
 /// Adds an entry, if there is memory for it: tables grow with the file.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
@@ -11,77 +13,241 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     Ok(())
 }
 
-/// A mesh that grows by the vertices and polygons of a file.
-#[derive(Default)]
+/// The texture coordinates of a corner that names none which there could be.
+pub(super) const NO_UV: u32 = u32::MAX;
+
+/// The triangles of a strip, by places among its corners: each corner from the third on makes one with the
+/// two before it, and every other triangle is turned, so that all are wound alike. A triangle that names a
+/// vertex twice only leads the strip elsewhere and is left out.
+pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
+    let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
+    (2..corners.len()).map(triangle).filter(|places| {
+        let [a, b, c] = places.map(|place| corners[place]);
+        a != b && b != c && c != a
+    })
+}
+
+/// What becomes of faces that are not as they should be.
+const SHORT: &str = "faces of fewer than three corners, left out";
+const UNCLEAR: &str =
+    "concave faces that cross themselves or have more than 16384 corners, filled as fans";
+const NO_UVS: &str =
+    "faces whose texture coordinates are missing or not finite, read without these";
+
+/// A mesh that grows by the vertices and faces of a file.
 pub(super) struct MeshBuilder<S> {
-    pub(super) mesh: Mesh<S>,
+    mesh: Mesh<S>,
+    /// The texture coordinates that faces name.
+    uvs: Vec<[f32; 2]>,
+    pub(super) notes: Notes,
+    /// The line that is being read, in a file of text.
+    pub(super) line: Option<u64>,
+    /// The number of a file's first vertex, for messages.
+    numbered_from: u64,
+    waiting: WaitingFaces,
+    unusable: Vec<UnusableVertex>,
+    cutter: Cutter,
+    /// The texture coordinates of the face at hand, kept here to spare allocations.
+    face_uvs: Vec<[f32; 2]>,
+}
+
+/// Faces of which a vertex, or a texture coordinate, may come later in the file, and all faces behind the
+/// first of these.
+#[derive(Default)]
+struct WaitingFaces {
+    /// The vertices of all of them.
+    corners: Vec<u32>,
+    /// Their texture coordinates.
+    uvs: Vec<u32>,
+    /// Of each, its line, and where its corners and texture coordinates end.
+    faces: Vec<(Option<u64>, usize, usize)>,
+}
+
+/// A vertex that no triangle may use.
+struct UnusableVertex {
+    index: u32,
+    line: Option<u64>,
+    /// Why, if its numbers do not say it.
+    cause: Option<String>,
 }
 
 impl<S: Coordinate> MeshBuilder<S> {
-    /// Adds the position of a vertex.
-    pub(super) fn position(&mut self, position: [S; 3]) -> Result<(), Fault> {
-        if position.iter().any(|x| !x.is_finite()) {
-            let [x, y, z] = position;
-            return fault(format!(
-                "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",
-                S::NAME
-            ));
+    /// An empty mesh of a file whose first vertex has that number.
+    pub(super) fn numbered_from(first: u64) -> Self {
+        Self {
+            mesh: Mesh::default(),
+            uvs: vec![],
+            notes: Notes::default(),
+            line: None,
+            numbered_from: first,
+            waiting: WaitingFaces::default(),
+            unusable: vec![],
+            cutter: Cutter::default(),
+            face_uvs: vec![],
         }
-        if self.mesh.positions.len() >= u32::MAX as usize {
+    }
+
+    /// How many vertices there are.
+    pub(super) fn vertices(&self) -> usize {
+        self.mesh.positions.len()
+    }
+
+    /// How many texture coordinates there are.
+    pub(super) fn uvs(&self) -> usize {
+        self.uvs.len()
+    }
+
+    /// Adds the position of a vertex. If it is not finite, no triangle may use it.
+    pub(super) fn position(&mut self, position: [S; 3]) -> Result<(), Fault> {
+        if self.vertices() >= u32::MAX as usize {
             return fault("more than 4294967295 vertices; cut the model into parts");
+        }
+        if position.iter().any(|x| !x.is_finite()) {
+            self.add_unusable(None)?;
         }
         push(&mut self.mesh.positions, position)
     }
 
-    /// Adds a polygon of at least three corners as a triangle fan. `uvs` is empty or has one per corner.
-    pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
-        if corners.len() < 3 {
-            return fault(format!("a face of {} corners; a face needs three", corners.len()));
+    /// Adds a vertex whose numbers are none, which is an error if a triangle uses it.
+    pub(super) fn broken_position(&mut self, cause: String) -> Result<(), Fault> {
+        self.add_unusable(Some(cause))?;
+        push(&mut self.mesh.positions, [S::nearest(f64::NAN); 3])
+    }
+
+    fn add_unusable(&mut self, cause: Option<String>) -> Result<(), Fault> {
+        let index = self.vertices() as u32;
+        push(&mut self.unusable, UnusableVertex { index, line: self.line, cause })
+    }
+
+    /// Adds a texture coordinate. A face that has one which is not finite is read without any.
+    pub(super) fn uv(&mut self, uv: [f32; 2]) -> Result<(), Fault> {
+        push(&mut self.uvs, uv)
+    }
+
+    /// Adds a face by its vertices and, if `uvs` is not empty, the texture coordinates of these, some of
+    /// which may be [`NO_UV`]. What it names may come later in the file.
+    pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
+        let is_there = corners.iter().all(|&corner| (corner as usize) < self.vertices())
+            && uvs.iter().all(|&uv| uv == NO_UV || (uv as usize) < self.uvs());
+        if self.waiting.faces.is_empty() && is_there {
+            return self.add(corners, uvs);
         }
-        let count = self.mesh.positions.len();
-        if let Some(corner) = corners.iter().find(|&&corner| corner as usize >= count) {
+        let waiting = &mut self.waiting;
+        waiting.corners.try_reserve(corners.len())?;
+        waiting.corners.extend_from_slice(corners);
+        waiting.uvs.try_reserve(uvs.len())?;
+        waiting.uvs.extend_from_slice(uvs);
+        let ends = (self.line, waiting.corners.len(), waiting.uvs.len());
+        push(&mut waiting.faces, ends)
+    }
+
+    /// Adds a face whose vertices have all been read, if they ever will.
+    fn add(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
+        let count = self.vertices();
+        if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= count) {
+            let (number, from) = (u64::from(corner) + self.numbered_from, self.numbered_from);
             return fault(format!(
-                "a face names vertex {corner}, but there are {count}, from 0 on"
+                "a face names vertex {number}, but there are {count}, from {from} on"
             ));
         }
-        if uvs.as_flattened().iter().any(|x| !x.is_finite()) {
-            return fault("a face has a texture coordinate that is not finite in f32");
+        if corners.len() < 3 {
+            self.notes.add(SHORT, 1, self.line);
+            return Ok(());
         }
         let first = self.mesh.triangles.len();
         self.mesh.triangles.try_reserve(corners.len() - 2)?;
-        self.mesh
-            .triangles
-            .extend((2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]]));
+        let positions = &self.mesh.positions;
+        let cut = if corners.len() == 3 {
+            Cut::Fan
+        } else {
+            self.cutter.cut(corners.iter().map(|&corner| double(positions[corner as usize])))?
+        };
+        if matches!(cut, Cut::Unclear) {
+            self.notes.add(UNCLEAR, 1, self.line);
+        }
+        self.mesh.triangles.extend(cut.triangles(corners));
         if self.mesh.triangles.len() > u32::MAX as usize {
             return fault("more than 4294967295 triangles; cut the model into parts");
         }
 
-        // Texture coordinates are kept from the first face that has some; what came before has zeros.
-        if !uvs.is_empty() || self.mesh.corner_uvs.is_some() {
+        self.face_uvs.clear();
+        self.face_uvs.try_reserve(uvs.len())?;
+        let found = uvs.iter().filter_map(|&uv| self.uvs.get(uv as usize));
+        self.face_uvs.extend(found.filter(|uv| uv.iter().all(|x| x.is_finite())));
+        if self.face_uvs.len() < uvs.len() {
+            self.notes.add(NO_UVS, 1, self.line);
+            self.face_uvs.clear();
+        }
+        // They are kept from the first face that has some; what came before has zeros.
+        if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;
             kept.resize(first, [[0.0; 2]; 3]);
-            kept.extend((2..uvs.len()).map(|i| [uvs[0], uvs[i - 1], uvs[i]]));
+            if !self.face_uvs.is_empty() {
+                kept.extend(cut.triangles(&self.face_uvs));
+            }
             kept.resize(self.mesh.triangles.len(), [[0.0; 2]; 3]);
         }
         Ok(())
     }
 
-    /// Adds a strip: each corner from the third on makes a triangle with the two before it, and every
-    /// other triangle is turned, so that all are wound alike. A triangle that names a vertex twice
-    /// only leads the strip elsewhere and is left out.
-    pub(super) fn strip(&mut self, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
-        for last in 2..corners.len() {
-            let turn = last % 2;
-            let places = [last - 2 + turn, last - 1 - turn, last];
-            let [a, b, c] = places.map(|place| corners[place]);
-            if a == b || b == c || c == a {
-                continue;
-            }
-            // A corner out of range has no texture coordinate: the polygon tells of it.
-            let uvs = if uvs.len() == corners.len() { &places.map(|i| uvs[i])[..] } else { &[] };
-            self.polygon(&[a, b, c], uvs)?;
+    /// Adds the triangles of a [`strip`].
+    pub(super) fn strip(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
+        strip(corners).try_for_each(|places| {
+            let uvs = if uvs.is_empty() { &[] } else { &places.map(|i| uvs[i])[..] };
+            self.polygon(&places.map(|i| corners[i]), uvs)
+        })
+    }
+
+    /// The mesh, once all of the file has been read.
+    pub(super) fn finish(mut self) -> Result<(Mesh<S>, Notes), Fault> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let (mut corners, mut uvs) = (0, 0);
+        for &(line, corners_end, uvs_end) in &waiting.faces {
+            self.line = line;
+            self.add(&waiting.corners[corners..corners_end], &waiting.uvs[uvs..uvs_end])
+                .map_err(|fault| Fault { line, ..fault })?;
+            (corners, uvs) = (corners_end, uvs_end);
         }
-        Ok(())
+        self.check_vertices()?;
+        Ok((self.mesh, self.notes))
+    }
+
+    /// Refuses triangles that use a vertex which is not finite.
+    fn check_vertices(&mut self) -> Result<(), Fault> {
+        if self.unusable.is_empty() {
+            return Ok(());
+        }
+        let Self { mesh: Mesh { positions, triangles, .. }, unusable, .. } = self;
+        let is_broken = |&&corner: &&u32| positions[corner as usize].iter().any(|x| !x.is_finite());
+        let Some(&first) = triangles.as_flattened().iter().filter(is_broken).min() else {
+            return Ok(());
+        };
+        // In the order of the vertices, as they were added.
+        let Ok(place) = unusable.binary_search_by_key(&first, |vertex| vertex.index) else {
+            return Ok(());
+        };
+        let UnusableVertex { line, ref mut cause, .. } = unusable[place];
+        let [x, y, z] = positions[first as usize];
+        let cause = cause.take().unwrap_or_else(|| {
+            format!(
+                "the vertex ({x}, {y}, {z}) is not finite in {}; repair the model or scale it down",
+                S::NAME
+            )
+        });
+        Err(Fault { line, cause })
+    }
+}
+
+impl Cut<'_> {
+    /// The triangles of a polygon of which each corner has such a value, in three of these each.
+    fn triangles<T: Copy>(&self, corners: &[T]) -> impl Iterator<Item = [T; 3]> {
+        let ears = match self {
+            Self::Ears(ears) => ears.as_chunks::<3>().0,
+            _ => &[],
+        };
+        let fan = if ears.is_empty() { corners.len() } else { 0 };
+        let fan = (2..fan).map(|i| [0, i as u32 - 1, i as u32]);
+        fan.chain(ears.iter().copied()).map(|places| places.map(|place| corners[place as usize]))
     }
 }

@@ -1,11 +1,12 @@
 //! Files in gzip, whatever model is in them.
 
-use std::io::{BufRead, ErrorKind, Read};
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 
 use super::error::{Fault, fault};
+use super::notes::Notes;
 
 /// How a file in gzip begins.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
@@ -16,21 +17,37 @@ const SURE: u64 = 64 << 20;
 const RATIO: u64 = 100;
 
 /// Unpacks a file of that size. Memory is linear in the size: a bomb ends in an error.
-pub(super) fn unpack(input: impl BufRead, size: u64) -> Result<Vec<u8>, Fault> {
+///
+/// A gzip may have several members, one behind the other. What else follows them is left out, as `gunzip`
+/// does: zeros, with which tapes are filled, without a note.
+pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
-    let mut bytes = Vec::new();
-    let read = MultiGzDecoder::new(input).take(most + 1).read_to_end(&mut bytes);
-    match read {
-        Ok(_) if bytes.len() as u64 > most => fault(format!(
-            "the gzip unpacks to more than {RATIO} times its {size} bytes; if you trust it, unpack it \
-             first (gunzip)"
-        )),
-        Ok(_) => Ok(bytes),
-        Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
-            fault("the gzip is cut off; copy the file again")
+    let (mut packed, mut bytes) = (Vec::new(), Vec::new());
+    input.read_to_end(&mut packed)?;
+    let mut rest = packed.as_slice();
+    loop {
+        let left = most + 1 - bytes.len() as u64;
+        match GzDecoder::new(&mut rest).take(left).read_to_end(&mut bytes) {
+            Ok(_) if bytes.len() as u64 > most => {
+                return fault(format!(
+                    "the gzip unpacks to more than {RATIO} times its {size} bytes; if you trust it, \
+                     unpack it first (gunzip)"
+                ));
+            }
+            Ok(_) if rest.starts_with(MAGIC) => {}
+            Ok(_) => break,
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
+                return fault("the gzip is cut off; copy the file again");
+            }
+            Err(error) => {
+                return fault(format!("the gzip is damaged ({error}); copy the file again"));
+            }
         }
-        Err(error) => fault(format!("the gzip is damaged ({error}); copy the file again")),
     }
+    if rest.iter().any(|&byte| byte != 0) {
+        notes.add("bytes behind the end of the gzip, left out", rest.len() as u64, None);
+    }
+    Ok(bytes)
 }
 
 /// The name of what is in a file of that name: `a.obj` for `a.obj.gz`.

@@ -1,9 +1,10 @@
 //! Lines of text, numbered and of bounded length.
 
 use std::borrow::Cow;
-use std::io::{self, BufRead};
+use std::io::BufRead;
 
 use super::error::{Fault, fault};
+use crate::line_end::{LineEnd, read_line};
 
 /// No line is longer: a face of a million corners takes half of it.
 const LONGEST: usize = 1 << 24;
@@ -12,19 +13,27 @@ const LONGEST: usize = 1 << 24;
 pub(super) struct Lines<R> {
     input: R,
     line: Vec<u8>,
+    end: LineEnd,
     /// The number of the line last read, from 1.
     pub(super) number: u64,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// The lines that follow line `number`.
-    pub(super) fn after(number: u64, input: R) -> Self {
-        Self { input, line: Vec::new(), number }
+    /// The lines of a text.
+    pub(super) fn new(input: R) -> Self {
+        Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
+    }
+
+    /// The lines of a text whose lines all end in a carriage return: a line feed behind one is no part
+    /// of the line's end.
+    pub(super) fn of_returns(input: R) -> Self {
+        Self { end: LineEnd::Return, ..Self::new(input) }
     }
 
     /// The input behind the lines that were read.
-    pub(super) fn input(&mut self) -> &mut R {
-        &mut self.input
+    pub(super) fn input(&mut self) -> Result<&mut R, Fault> {
+        self.end.pass(&mut self.input)?;
+        Ok(&mut self.input)
     }
 
     /// Reads the next line; false at the end of the file.
@@ -33,17 +42,27 @@ impl<R: BufRead> Lines<R> {
         self.append()
     }
 
-    /// Reads the next line, those that end in a backslash joined with their next.
-    pub(super) fn advance_joined(&mut self) -> Result<bool, Fault> {
-        self.line.clear();
-        while self.append()? {
-            match self.line.last_mut() {
-                Some(end) if *end == b'\\' => *end = b' ',
-                _ => return Ok(true),
+    /// Reads the next line that is not blank.
+    pub(super) fn advance_to_text(&mut self) -> Result<bool, Fault> {
+        while self.advance()? {
+            if !self.line.is_empty() {
+                return Ok(true);
             }
         }
-        // The file may end in a backslash: then what was joined so far is its last line.
-        Ok(!self.line.is_empty())
+        Ok(false)
+    }
+
+    /// Replaces the last byte of the line by a blank and the next line; false if there is none.
+    pub(super) fn join(&mut self) -> Result<bool, Fault> {
+        if let Some(last) = self.line.last_mut() {
+            *last = b' ';
+        }
+        self.append()
+    }
+
+    /// The line without blanks at its end.
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.line
     }
 
     /// The line without blanks at its end. What is read of a model is ASCII, but names may be in any
@@ -52,45 +71,18 @@ impl<R: BufRead> Lines<R> {
         String::from_utf8_lossy(&self.line)
     }
 
-    /// Reads up to the next line end: a line feed, a carriage return, or both.
+    /// Reads up to the next line end.
     fn append(&mut self) -> Result<bool, Fault> {
-        let (mut any, mut end) = (false, None);
-        while end.is_none() {
-            let bytes = fill(&mut self.input)?;
-            if bytes.is_empty() {
-                break;
-            }
-            any = true;
-            end =
-                bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r')).map(|i| (i, bytes[i]));
-            let (taken, used) = end.map_or((bytes.len(), bytes.len()), |(i, _)| (i, i + 1));
-            self.line.extend_from_slice(&bytes[..taken]);
-            self.input.consume(used);
-            if self.line.len() > LONGEST {
-                self.number += 1;
-                let cause = format!("a line of more than {LONGEST} bytes; is it a model?");
-                return fault(cause).map_err(|fault: Fault| fault.at(self.number));
-            }
-        }
-        if !any {
+        let read = read_line(&mut self.input, &mut self.line, &mut self.end, LONGEST)?;
+        if !read {
             return Ok(false);
         }
-        if matches!(end, Some((_, b'\r'))) && fill(&mut self.input)?.first() == Some(&b'\n') {
-            self.input.consume(1);
-        }
         self.number += 1;
+        if self.line.len() > LONGEST {
+            let cause = format!("a line of more than {LONGEST} bytes; is it a model?");
+            return fault(cause).map_err(|fault: Fault| fault.at(self.number));
+        }
         self.line.truncate(self.line.trim_ascii_end().len());
         Ok(true)
     }
-}
-
-/// What has come of the input and is not yet read.
-fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
-    // Asked for twice, because a loop could not give away what it has borrowed.
-    while let Err(error) = input.fill_buf() {
-        if error.kind() != io::ErrorKind::Interrupted {
-            return Err(error);
-        }
-    }
-    input.fill_buf()
 }

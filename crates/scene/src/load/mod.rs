@@ -1,11 +1,13 @@
 //! Models from files: Wavefront OBJ, PLY, STL and glTF, also in gzip.
 
 mod builder;
+mod cut;
 mod error;
 mod file;
 mod gltf;
 mod gzip;
 mod lines;
+mod notes;
 mod obj;
 mod ply;
 mod stl;
@@ -17,6 +19,7 @@ use std::path::{Path, PathBuf};
 pub use self::error::LoadError;
 use self::error::{Fault, fault};
 use self::file::{Beside, open};
+pub use self::notes::{Note, Notes};
 use self::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
@@ -27,8 +30,9 @@ use crate::mesh::Mesh;
 /// lower case) and, for any other ending, that which the file's beginning looks like. A file that is
 /// in gzip, whatever its name, is unpacked first; an ending `.gz` does not count.
 ///
-/// - Polygons become triangle fans in their own order, [`Mesh`] says how. A fan fills a concave polygon
-///   wrongly; there is no ear clipping, so that triangle indices follow from the file.
+/// - A polygon of n corners becomes n - 2 triangles, wound as it is, one behind the other: as
+///   [`Mesh`] says, the fan of its first corner, or by ear clipping if that would reach outside. Faces of
+///   fewer than three corners are left out.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points and lines are skipped,
 ///   materials not looked for, a fourth coordinate and colors ignored. Lines end in a line feed, a
@@ -45,20 +49,35 @@ use crate::mesh::Mesh;
 ///   and lines skipped; sparse accessors and compressed meshes are refused.
 ///
 /// In a strip, every other triangle is turned, so that all are wound alike, and those that name a
-/// vertex twice are left out. A byte order mark may stand before any text.
+/// vertex twice are left out. A byte order mark may stand before any text. Vertices, texture coordinates
+/// and other numbers that no triangle needs may be anything, such as NaN.
 ///
-/// Time and memory are linear in the size of the file; what a file promises sizes nothing. A gzip may
+/// What is left out, repaired or guessed is counted in the [`Notes`] of [`load_model`].
+///
+/// Time and memory are linear in the size of the file, but for faces that are cut by ear clipping, whose
+/// time may grow with the square of their corners; what a file promises sizes nothing. A gzip may
 /// unpack to a hundred times its size, a glTF may repeat its meshes up to some sixteen million
 /// triangles.
 ///
 /// # Errors
 /// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a
-/// coordinate that is not finite in f32, or has no triangle at all.
+/// triangle with a coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
-    load_with_files(path).map(|(mesh, _)| mesh)
+    load_model(path).map(|model| model.mesh)
 }
 
-/// [`load`], in f32 or f64, and which files beside the model were read for it: the buffers of a glTF.
+/// A model as [`load_model`] reads it.
+#[derive(Clone, Debug)]
+pub struct LoadedModel<S = f32> {
+    /// Its triangles.
+    pub mesh: Mesh<S>,
+    /// The files beside the model that were read for it: the buffers of a glTF.
+    pub files: Vec<PathBuf>,
+    /// What was left out, repaired or guessed; empty for most models.
+    pub notes: Notes,
+}
+
+/// [`load`], in f32 or f64, with what else there is to know.
 ///
 /// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and a glTF's
 /// transforms are not rounded to f32 behind. What a file has in f32 stays what it is: a `float` of a binary
@@ -66,11 +85,12 @@ pub fn load(path: &Path) -> Result<Mesh, LoadError> {
 ///
 /// # Errors
 /// As [`load`], in the scalar that is asked for.
-pub fn load_with_files<S: Coordinate>(path: &Path) -> Result<(Mesh<S>, Vec<PathBuf>), LoadError> {
+pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
-    let mesh = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
-    mesh.map(|mesh| (mesh, beside.read)).map_err(|fault| fault.of(path))
+    let read = open(path).and_then(|file| unpacked(path, BufReader::new(file), Some(&mut beside)));
+    let (mesh, notes) = read.map_err(|fault| fault.of(path))?;
+    Ok(LoadedModel { mesh, files: beside.read, notes })
 }
 
 /// [`load`] of bytes that are in memory: a file of that name would hold them.
@@ -84,7 +104,7 @@ pub fn load_with_files<S: Coordinate>(path: &Path) -> Result<(Mesh<S>, Vec<PathB
 /// # Ok::<_, intertri_scene::LoadError>(())
 /// ```
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
-    unpacked(path, Cursor::new(bytes), None).map_err(|fault| fault.of(path))
+    unpacked(path, Cursor::new(bytes), None).map(|(mesh, _)| mesh).map_err(|fault| fault.of(path))
 }
 
 /// The model in a file of that name, which may be in gzip.
@@ -92,16 +112,19 @@ fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
     beside: Option<&mut Beside<'_>>,
-) -> Result<Mesh<S>, Fault> {
+) -> Result<(Mesh<S>, Notes), Fault> {
     let size = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
     if input.fill_buf()?.starts_with(gzip::MAGIC) {
-        let bytes = gzip::unpack(input, size)?;
+        let mut notes = Notes::default();
+        let bytes = gzip::unpack(input, size, &mut notes)?;
         if bytes.starts_with(gzip::MAGIC) {
             return fault("is a gzip in a gzip; unpack it first (gunzip)");
         }
         let size = bytes.len() as u64;
-        return model(&gzip::inner(path), Cursor::new(bytes), size, beside);
+        let (mesh, more) = model(&gzip::inner(path), Cursor::new(bytes), size, beside)?;
+        notes.extend(more);
+        return Ok((mesh, notes));
     }
     model(path, input, size, beside)
 }
@@ -112,7 +135,7 @@ fn model<S: Coordinate>(
     mut input: impl BufRead + Seek,
     size: u64,
     beside: Option<&mut Beside<'_>>,
-) -> Result<Mesh<S>, Fault> {
+) -> Result<(Mesh<S>, Notes), Fault> {
     if size == 0 {
         return fault("the file is empty");
     }
@@ -120,7 +143,7 @@ fn model<S: Coordinate>(
     if !matches!(format, Format::Stl) {
         skip_mark(&mut input)?;
     }
-    let mesh = match format {
+    let (mesh, notes) = match format {
         Format::Obj => obj::read(input)?,
         Format::Ply => ply::read(input)?,
         Format::Stl => stl::read(input, size)?,
@@ -129,7 +152,7 @@ fn model<S: Coordinate>(
     if mesh.triangles.is_empty() {
         return fault("there is no triangle in it; is it really a model?");
     }
-    Ok(mesh)
+    Ok((mesh, notes))
 }
 
 enum Format {

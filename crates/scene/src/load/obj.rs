@@ -6,25 +6,65 @@
 //! takes a wrong texture index for none, and keeps no line to name once the check is made outside.
 
 use std::io::BufRead;
-use std::str::FromStr;
+use std::str::{FromStr, SplitAsciiWhitespace};
 
-use super::builder::{MeshBuilder, push};
+use super::builder::{MeshBuilder, NO_UV};
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
+/// Statements that make curves and surfaces without triangles, in the present form and that of version
+/// 2.11. The ones that only describe them are among [`OTHERS`].
+const SURFACES: [&str; 8] = ["curv", "curv2", "surf", "bsp", "bzp", "cdc", "cdp", "res"];
+
+/// Statements that read or run another file.
+const CALLS: [&str; 2] = ["call", "csh"];
+
+/// Statements that end with names, which may end in a backslash as Windows' folders do.
+const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
+
+/// Statements of which no triangle is made.
+const OTHERS: [&str; 24] = [
+    "vn",
+    "vp",
+    "p",
+    "l",
+    "s",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+];
+
 /// Reads all objects and groups into one mesh, faces in the order of the file.
-pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<Mesh<S>, Fault> {
-    let mut lines = Lines::after(0, input);
-    let mut model = Model::default();
-    loop {
-        let first = lines.number + 1;
-        if !lines.advance_joined()? {
-            return Ok(model.builder.mesh);
-        }
+pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<(Mesh<S>, Notes), Fault> {
+    let mut lines = Lines::new(input);
+    let mut model =
+        Model { builder: MeshBuilder::numbered_from(1), corners: vec![], corner_uvs: vec![] };
+    while lines.advance()? {
+        let first = lines.number;
+        model.builder.line = Some(first);
+        join_continued(&mut lines)?;
         model.statement(&lines.text()).map_err(|fault| fault.at(first))?;
     }
+    model.builder.finish()
 }
 
 /// Whether some line of a file's beginning is a vertex.
@@ -32,37 +72,79 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }
 
-/// What was read so far. The tables grow with the file, because a negative index counts back from
-/// where it stands.
-#[derive(Default)]
+/// Joins a line that ends in a backslash with the next. A backslash at the end of a comment or of a name
+/// is a part of it.
+fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
+    let word = lines.bytes().trim_ascii_start();
+    let word = word.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+    if NAMES.iter().any(|name| name.as_bytes() == word) {
+        return Ok(());
+    }
+    let mut from = 0;
+    loop {
+        // Blanks at its end are gone, and with blank lines behind it those before them.
+        let piece = lines.bytes().get(from..).unwrap_or_default();
+        if !piece.ends_with(b"\\") || comment(piece).is_some() {
+            return Ok(());
+        }
+        from = lines.bytes().len();
+        if !lines.join()? {
+            return Ok(());
+        }
+    }
+}
+
+/// Where the comment begins that may follow a statement. A `#` behind a point is none: `1.#INF` and
+/// `-1.#IND` are how some programs write what is no number.
+fn comment(text: &[u8]) -> Option<usize> {
+    (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
+}
+
+/// What was read so far.
 struct Model<S> {
     builder: MeshBuilder<S>,
-    uvs: Vec<[f32; 2]>,
     /// The corners of the current face, kept here to spare allocations.
     corners: Vec<u32>,
-    corner_uvs: Vec<[f32; 2]>,
+    corner_uvs: Vec<u32>,
 }
 
 impl<S: Coordinate> Model<S> {
-    /// One statement; all but vertices, texture coordinates and faces is skipped.
+    /// One statement.
     fn statement(&mut self, text: &str) -> Result<(), Fault> {
-        // A comment may follow a statement.
-        let text = text.split('#').next().unwrap_or_default();
+        let text = &text[..comment(text.as_bytes()).unwrap_or(text.len())];
         let mut words = text.split_ascii_whitespace();
         match words.next() {
-            Some("v") => {
-                let position = [number(&mut words)?, number(&mut words)?, number(&mut words)?];
-                self.builder.position(position)
-            }
+            Some("v") => self.vertex(words),
             Some("vt") => {
                 // The second coordinate may be missing: it is 0 then, says the format.
-                let u = number(&mut words)?;
-                let mut rest = words.peekable();
-                let v = if rest.peek().is_some() { number(&mut rest)? } else { 0.0 };
-                push(&mut self.uvs, [u, v])
+                let mut words = words.peekable();
+                let u = number(words.next());
+                let v = if words.peek().is_some() { number(words.next()) } else { Ok(0.0) };
+                // Triangles need none of them, so what is no number is no error.
+                self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
-            Some("f") => self.face(words),
-            _ => Ok(()),
+            // What `f` was called once.
+            Some("f" | "fo") => self.face(words),
+            Some(word) => {
+                self.pass(word);
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// A vertex: its first three numbers. Behind them may be a weight, or colors.
+    fn vertex(&mut self, mut words: SplitAsciiWhitespace<'_>) -> Result<(), Fault> {
+        let words = [words.next(), words.next(), words.next()];
+        if words.contains(&None) {
+            return fault("a number is missing; v needs three");
+        }
+        match words.map(number) {
+            [Ok(x), Ok(y), Ok(z)] => self.builder.position([x, y, z]),
+            numbers => {
+                let cause = numbers.into_iter().find_map(Result::err).unwrap_or_default();
+                self.builder.broken_position(cause)
+            }
         }
     }
 
@@ -70,44 +152,62 @@ impl<S: Coordinate> Model<S> {
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
         self.corners.clear();
         self.corner_uvs.clear();
+        let mut has_uvs = false;
         for word in words {
             let mut fields = word.split('/');
             let vertex = fields.next().unwrap_or_default();
-            self.corners.push(index(vertex, self.builder.mesh.positions.len(), "vertex")? as u32);
-            if let Some(uv) = fields.next().filter(|field| !field.is_empty()) {
-                self.corner_uvs.push(self.uvs[index(uv, self.uvs.len(), "texture coordinate")?]);
-            }
+            let index = place(vertex, self.builder.vertices(), "vertex")?;
+            self.corners.push(index.map_err(|count| Fault {
+                line: None,
+                cause: format!(
+                    "a face names vertex {vertex}, but there are {count} so far, from 1 on"
+                ),
+            })?);
+            let uv = fields.next().filter(|field| !field.is_empty());
+            has_uvs |= uv.is_some();
+            let uv = uv.map(|uv| place(uv, self.builder.uvs(), "texture coordinate"));
+            self.corner_uvs.push(uv.transpose()?.and_then(Result::ok).unwrap_or(NO_UV));
             let normal = fields.next().filter(|field| !field.is_empty());
             if normal.is_some_and(|field| field.parse::<i64>().is_err()) || fields.next().is_some()
             {
                 return fault(format!("a face has the corner {}, not v/vt/vn", quote(word)));
             }
         }
-        // A face has texture coordinates at all of its corners or at none.
-        if self.corner_uvs.len() != self.corners.len() {
+        if !has_uvs {
             self.corner_uvs.clear();
         }
         self.builder.polygon(&self.corners, &self.corner_uvs)
     }
-}
 
-/// The next word as a number.
-fn number<'a, N: FromStr>(words: &mut impl Iterator<Item = &'a str>) -> Result<N, Fault> {
-    match words.next().map(|word| (word, word.parse())) {
-        Some((_, Ok(number))) => Ok(number),
-        Some((word, Err(_))) => fault(format!("{} is not a number", quote(word))),
-        None => fault("a number is missing; v needs three, vt one"),
+    /// Passes over a statement, and counts it if it may have held a surface.
+    fn pass(&mut self, word: &str) {
+        let what = if SURFACES.contains(&word) {
+            "statements of free-form curves and surfaces, left out"
+        } else if CALLS.contains(&word) {
+            "statements that call other files, left out"
+        } else if NAMES.contains(&word) || OTHERS.contains(&word) {
+            return;
+        } else {
+            "statements that are not known, left out"
+        };
+        self.builder.notes.add(what, 1, self.builder.line);
     }
 }
 
-/// An index into a table of `count` entries so far: from 1 up, or from -1 down for the last.
-fn index(word: &str, count: usize, what: &str) -> Result<usize, Fault> {
+/// A word as a number, or what is wrong with it.
+fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
+    let word = word.unwrap_or_default();
+    word.parse().map_err(|_| format!("{} is not a number", quote(word)))
+}
+
+/// The place, from 0 on, that an index names in a table of `count` entries so far: it counts from 1 up, or
+/// from -1 down for the last. Places behind the last may be filled later. What can never be one is `Err`
+/// within, with the count.
+fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));
     };
     let place = if index < 0 { index.checked_add(count as i64) } else { index.checked_sub(1) };
-    match place.and_then(|place| usize::try_from(place).ok()) {
-        Some(place) if place < count => Ok(place),
-        _ => fault(format!("a face names {what} {index}, but there are {count} so far, from 1 on")),
-    }
+    let place = place.and_then(|place| u32::try_from(place).ok()).filter(|&place| place != NO_UV);
+    Ok(place.ok_or(count))
 }

@@ -1,4 +1,5 @@
-//! PLY, ascii and binary, by the crate `ply-rs-bw`, element by element.
+//! PLY, ascii and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements;
+//! of ascii ones it wants finite numbers in properties that nobody needs.
 
 use std::io::{BufRead, ErrorKind};
 
@@ -8,9 +9,10 @@ use ply_rs_bw::ply::{
     ScalarType,
 };
 
-use super::builder::{MeshBuilder, push};
+use super::builder::MeshBuilder;
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
@@ -23,55 +25,37 @@ const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 const FACES: [&str; 2] = ["face", "tristrips"];
 
 /// No header is longer; the usual ones have some hundred bytes.
-const LONGEST_HEADER: u64 = 1 << 20;
+const LONGEST_HEADER: usize = 1 << 20;
 
 /// Reads vertices and faces; other elements are skipped.
-pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fault> {
+pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, Notes), Fault> {
     let beginning = input.fill_buf()?;
-    if beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n") {
-        return fault("its lines end in carriage returns alone; save it with line feeds");
-    }
-    let parser = Parser::<Element>::new();
-    let mut reader = Reader::new(input.take(LONGEST_HEADER));
-    let header = parser.read_header(&mut reader);
-    let line = reader.line() as u64;
-    let input = reader.into_inner();
-    let mut header = header.map_err(|error| Fault {
-        line: error.line().map(|line| line as u64),
-        cause: match input.limit() {
-            0 => format!("the PLY header has more than {LONGEST_HEADER} bytes; is it a model?"),
-            _ => format!("the PLY header is damaged: {}", first_line(&error)),
-        },
-    })?;
+    let has_returns = beginning.starts_with(b"ply\r") && !beginning.starts_with(b"ply\r\n");
+    let mut lines = if has_returns { Lines::of_returns(input) } else { Lines::new(input) };
+    let header = header(&mut lines)?;
     let has_uvs = check(&header)?;
-    if matches!(header.encoding, Encoding::Ascii) {
-        keep_decimals(&mut header);
-    }
 
     // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
-    let mut lines = Lines::after(line - 1, input.into_inner());
-    let mut builder = MeshBuilder::default();
-    let mut uvs = Vec::new();
+    let parser = Parser::<Element>::new();
+    let mut builder = MeshBuilder::numbered_from(0);
     for def in header.elements.values() {
         for i in 0..def.count {
             let element = match header.encoding {
-                Encoding::Ascii => ascii(&parser, &mut lines, def, i),
+                Encoding::Ascii => ascii(&mut lines, def, i),
                 Encoding::BinaryLittleEndian => parser
-                    .read_little_endian_element(lines.input(), def)
+                    .read_little_endian_element(lines.input()?, def)
                     .map_err(|error| damaged(&error, def, i)),
                 Encoding::BinaryBigEndian => parser
-                    .read_big_endian_element(lines.input(), def)
+                    .read_big_endian_element(lines.input()?, def)
                     .map_err(|error| damaged(&error, def, i)),
             };
+            if matches!(header.encoding, Encoding::Ascii) {
+                builder.line = Some(lines.number);
+            }
             let added = element.and_then(|element| match def.name.as_str() {
-                "vertex" => {
-                    if has_uvs {
-                        push(&mut uvs, element.uv.map(|x| x as f32))?;
-                    }
-                    builder.position(element.position.map(S::nearest))
-                }
-                "face" => face(&mut builder, &element, &uvs),
-                "tristrips" => strips(&mut builder, &element, &uvs),
+                "vertex" => vertex(&mut builder, element, has_uvs),
+                "face" => face(&mut builder, &element, has_uvs),
+                "tristrips" => strips(&mut builder, &element, has_uvs),
                 _ => Ok(()),
             });
             added.map_err(|fault| match header.encoding {
@@ -80,17 +64,31 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<Mesh<S>, Fa
             })?;
         }
     }
-    Ok(builder.mesh)
+    builder.finish()
 }
 
-/// Reads the decimals of a text in f64, also where the header calls them `float`: exporters do that for numbers with
-/// more digits than f32 has, such as UTM coordinates.
-fn keep_decimals(header: &mut Header) {
-    for property in header.elements.values_mut().flat_map(|def| def.properties.values_mut()) {
-        if matches!(property.data_type, PropertyType::Scalar(ScalarType::Float)) {
-            property.data_type = PropertyType::Scalar(ScalarType::Double);
+/// Reads the header. Its lines may end in any way, and some may be blank.
+fn header(lines: &mut Lines<impl BufRead>) -> Result<Header, Fault> {
+    let mut text = String::new();
+    while lines.advance()? {
+        // A blank line is as good as an empty comment, and keeps the lines' numbers.
+        let line = if lines.bytes().is_empty() { "comment".into() } else { lines.text() };
+        text.push_str(&line);
+        text.push('\n');
+        if text.len() > LONGEST_HEADER {
+            return fault(format!(
+                "the PLY header has more than {LONGEST_HEADER} bytes; is it a model?"
+            ));
+        }
+        if line == "end_header" || lines.number == 1 && line != "ply" {
+            break;
         }
     }
+    let header = Parser::<Element>::new().read_header(&mut Reader::new(text.as_bytes()));
+    header.map_err(|error| Fault {
+        line: error.line().map(|line| line as u64),
+        cause: format!("the PLY header is damaged: {}", first_line(&error)),
+    })
 }
 
 /// Whether the header announces what a mesh needs; says whether vertices have texture coordinates.
@@ -117,20 +115,60 @@ fn check(header: &Header) -> Result<bool, Fault> {
     Ok(UVS.iter().any(|names| names.iter().all(|name| has("vertex", name))))
 }
 
-/// The next line as an element.
-fn ascii(
-    parser: &Parser<Element>,
-    lines: &mut Lines<impl BufRead>,
-    def: &ElementDef,
-    i: usize,
-) -> Result<Element, Fault> {
-    if !lines.advance()? {
+/// The next line that is not blank as an element.
+fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<Element, Fault> {
+    if !lines.advance_to_text()? {
         return cut_off(def, i);
     }
     let text = lines.text();
-    parser.read_ascii_element(&text, def).or_else(|_| {
-        fault(format!("{} is not what the header announces for a {}", quote(&text), def.name))
-    })
+    element(&text, def).map_or_else(
+        || fault(format!("{} is not what the header announces for a {}", quote(&text), def.name)),
+        Ok,
+    )
+}
+
+/// An element from its words: those of properties that are not used may be anything, such as `nan`.
+fn element(text: &str, def: &ElementDef) -> Option<Element> {
+    let mut words = text.split_ascii_whitespace();
+    let mut element = Element::new();
+    for property in def.properties.values() {
+        match &property.data_type {
+            PropertyType::Scalar(kind) => {
+                let word = words.next()?;
+                if let Some(place) = element.place(&property.name) {
+                    let number = scalar(word, kind);
+                    *place = number.unwrap_or(f64::NAN);
+                    if number.is_none() {
+                        element.broken = Some(format!("{} is not a number", quote(word)));
+                    }
+                }
+            }
+            PropertyType::List(..) => {
+                let count: usize = words.next()?.parse().ok()?;
+                let is_used = CORNERS.contains(&&*property.name);
+                let mut corners = Vec::new();
+                for _ in 0..count {
+                    let word = words.next()?;
+                    if is_used {
+                        corners.push(word.parse().ok()?);
+                    }
+                }
+                if is_used {
+                    element.corners = Some(corners);
+                }
+            }
+        }
+    }
+    words.next().is_none().then_some(element)
+}
+
+/// A word as a number of that type. Decimals are read in f64, also where the header calls them `float`:
+/// exporters do that for numbers with more digits than f32 has, such as UTM coordinates.
+fn scalar(word: &str, kind: &ScalarType) -> Option<f64> {
+    match kind {
+        ScalarType::Float | ScalarType::Double => word.parse().ok(),
+        _ => word.parse::<i64>().ok().map(|x| x as f64),
+    }
 }
 
 fn damaged(error: &ParseError, def: &ElementDef, i: usize) -> Fault {
@@ -156,25 +194,41 @@ fn first_line(error: &ParseError) -> String {
     quote(message.lines().next().unwrap_or_default().trim_end_matches('.'))
 }
 
-/// A polygon.
+fn vertex<S: Coordinate>(
+    builder: &mut MeshBuilder<S>,
+    element: Element,
+    has_uvs: bool,
+) -> Result<(), Fault> {
+    if has_uvs {
+        builder.uv(element.uv.map(|x| x as f32))?;
+    }
+    match element.broken {
+        Some(cause) if element.position.iter().any(|x| x.is_nan()) => {
+            builder.broken_position(cause)
+        }
+        _ => builder.position(element.position.map(S::nearest)),
+    }
+}
+
+/// A polygon. Its vertices may come later in the file.
 fn face<S: Coordinate>(
     builder: &mut MeshBuilder<S>,
     element: &Element,
-    uvs: &[[f32; 2]],
+    has_uvs: bool,
 ) -> Result<(), Fault> {
     let corners = element.corners.iter().flatten().map(|&corner| u32::try_from(corner));
     let corners = corners.collect::<Result<Vec<u32>, _>>();
     let (Some(_), Ok(corners)) = (&element.corners, corners) else {
         return fault("a face has an index that is negative or no whole number");
     };
-    builder.polygon(&corners, &uvs_of(&corners, uvs))
+    builder.polygon(&corners, if has_uvs { &corners } else { &[] })
 }
 
 /// Strips of triangles, -1 between them: Stanford's scans have them.
 fn strips<S: Coordinate>(
     builder: &mut MeshBuilder<S>,
     element: &Element,
-    uvs: &[[f32; 2]],
+    has_uvs: bool,
 ) -> Result<(), Fault> {
     let Some(corners) = &element.corners else {
         return fault("a strip has an index that is no whole number");
@@ -185,14 +239,9 @@ fn strips<S: Coordinate>(
         let Ok(strip) = strip else {
             return fault("a strip has an index that is negative, and not -1, which ends a strip");
         };
-        builder.strip(&strip, &uvs_of(&strip, uvs))?;
+        builder.strip(&strip, if has_uvs { &strip } else { &[] })?;
     }
     Ok(())
-}
-
-/// The texture coordinates of corners. An index out of range has none; the builder tells of it.
-fn uvs_of(corners: &[u32], uvs: &[[f32; 2]]) -> Vec<[f32; 2]> {
-    corners.iter().filter_map(|&corner| uvs.get(corner as usize).copied()).collect()
 }
 
 /// A list of whole numbers.
@@ -231,29 +280,36 @@ struct Element {
     position: [f64; 3],
     uv: [f64; 2],
     corners: Option<Vec<i64>>,
+    /// What is wrong with a number that is none.
+    broken: Option<String>,
 }
 
-impl PropertyAccess for Element {
-    fn new() -> Self {
-        Self { position: [0.0; 3], uv: [0.0; 2], corners: Some(Vec::new()) }
-    }
-
-    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
-        let place = match name {
+impl Element {
+    /// Where the number of a property goes, if it is wanted.
+    fn place(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
             "x" => &mut self.position[0],
             "y" => &mut self.position[1],
             "z" => &mut self.position[2],
             _ if UVS.iter().any(|names| names[0] == name) => &mut self.uv[0],
             _ if UVS.iter().any(|names| names[1] == name) => &mut self.uv[1],
-            _ if CORNERS.contains(&name) => {
-                self.corners = whole(&value);
-                return PropertyAccessResult::Set;
-            }
-            _ => return PropertyAccessResult::Ignored,
-        };
-        let Some(number) = number(&value) else {
-            return PropertyAccessResult::UnsupportedType;
-        };
+            _ => return None,
+        })
+    }
+}
+
+impl PropertyAccess for Element {
+    fn new() -> Self {
+        Self { position: [0.0; 3], uv: [0.0; 2], corners: Some(Vec::new()), broken: None }
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        if CORNERS.contains(&name) {
+            self.corners = whole(&value);
+            return PropertyAccessResult::Set;
+        }
+        let Some(place) = self.place(name) else { return PropertyAccessResult::Ignored };
+        let Some(number) = number(&value) else { return PropertyAccessResult::UnsupportedType };
         *place = number;
         PropertyAccessResult::Set
     }

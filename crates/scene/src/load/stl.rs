@@ -9,6 +9,7 @@ use std::io::{BufRead, Read, Seek};
 use super::builder::MeshBuilder;
 use super::error::{Fault, fault, quote};
 use super::lines::Lines;
+use super::notes::Notes;
 use super::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
@@ -18,39 +19,66 @@ const HEADER: usize = 84;
 /// Bytes of one triangle: a normal, three corners, and two bytes that mean nothing.
 const TRIANGLE: usize = 50;
 
+/// How an ascii file begins, in upper or lower case.
+const SOLID: &[u8] = b"solid";
+
 /// Reads all solids of a file of that size.
 pub(super) fn read<S: Coordinate>(
     mut input: impl BufRead + Seek,
     size: u64,
-) -> Result<Mesh<S>, Fault> {
+) -> Result<(Mesh<S>, Notes), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(HEADER as u64).read_to_end(&mut start)?;
-    let mut builder = MeshBuilder::default();
+    let mut builder = MeshBuilder::numbered_from(0);
     if is_ascii(&start, size) {
         input.rewind()?;
         skip_mark(&mut input)?;
-        ascii(Lines::after(0, input), &mut builder)?;
+        ascii(Lines::new(input), &mut builder)?;
     } else {
-        let Some(promised) = promised(&start) else {
-            return fault("is neither an ascii nor a binary STL");
-        };
-        let triangles = (promised - HEADER as u64) / TRIANGLE as u64;
-        if promised > size {
-            return fault(format!(
-                "its header promises {triangles} triangles, which take {promised} bytes, but the file \
-                 has {size}; it is cut off or no STL"
-            ));
-        }
-        for _ in 0..triangles {
-            let mut record = [0; TRIANGLE];
-            input.read_exact(&mut record)?;
-            let (numbers, _) = record.as_chunks::<4>();
-            let number = |i: usize| S::from(f32::from_le_bytes(numbers[i]));
-            let corner = |i: usize| [number(i), number(i + 1), number(i + 2)];
-            add([corner(3), corner(6), corner(9)], &mut builder)?;
-        }
+        binary(&start, input, size, &mut builder)?;
     }
-    Ok(builder.mesh)
+    builder.finish()
+}
+
+/// The triangles behind the header of a binary file of that size.
+fn binary<S: Coordinate>(
+    header: &[u8],
+    mut input: impl Read,
+    size: u64,
+    builder: &mut MeshBuilder<S>,
+) -> Result<(), Fault> {
+    let Some(promised) = promised(header) else {
+        return fault("is neither an ascii nor a binary STL");
+    };
+    let mut triangles = (promised - HEADER as u64) / TRIANGLE as u64;
+    if promised > size {
+        return fault(format!(
+            "its header promises {triangles} triangles, which take {promised} bytes, but the file \
+             has {size}; it is cut off or no STL"
+        ));
+    }
+    // A program that did not know the number of triangles when it began wrote too small a one. It is
+    // wrong where whole triangles fill the file, and where it is 0.
+    let behind = size - promised;
+    if behind >= TRIANGLE as u64 && (triangles == 0 || behind.is_multiple_of(TRIANGLE as u64)) {
+        let more = behind / TRIANGLE as u64;
+        let what = format!("triangles beyond the {triangles} that the header promises, read, too");
+        builder.notes.add(what, more, None);
+        triangles += more;
+    }
+    let over = size - HEADER as u64 - triangles * TRIANGLE as u64;
+    if over > 0 {
+        builder.notes.add("bytes behind the last triangle, left out", over, None);
+    }
+    for _ in 0..triangles {
+        let mut record = [0; TRIANGLE];
+        input.read_exact(&mut record)?;
+        let (numbers, _) = record.as_chunks::<4>();
+        let number = |i: usize| S::from(f32::from_le_bytes(numbers[i]));
+        let corner = |i: usize| [number(i), number(i + 1), number(i + 2)];
+        add([corner(3), corner(6), corner(9)], builder)?;
+    }
+    Ok(())
 }
 
 /// Whether a file of that beginning and size is an STL.
@@ -61,7 +89,8 @@ pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
 /// Whether it is an ascii file: it begins with `solid`, and is not a binary one whose free text does.
 /// That has the promised size or, when it is damaged, at least a zero byte in its free text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
-    without_mark(start).trim_ascii_start().starts_with(b"solid")
+    let text = without_mark(start).trim_ascii_start();
+    text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))
         && promised(start) != Some(size)
         && start.iter().take(HEADER).all(|&byte| byte != 0)
 }
@@ -87,6 +116,7 @@ fn ascii<S: Coordinate>(
         let text = lines.text();
         let mut words = text.split_ascii_whitespace();
         let Some(word) = words.next().map(str::to_ascii_lowercase) else { continue };
+        builder.line = Some(lines.number);
         let wrong = |cause: String| Err(Fault { line: Some(lines.number), cause });
         next = match next {
             None if word.starts_with("solid") => Some(0),
@@ -112,13 +142,18 @@ fn ascii<S: Coordinate>(
     }
     match next {
         None => Ok(()),
-        Some(_) => fault("the file is cut off: endsolid is missing")
+        // Between two facets, nothing that has begun is lost.
+        Some(0) => {
+            builder.notes.add("solids without endsolid, read as far as they go", 1, builder.line);
+            Ok(())
+        }
+        Some(_) => fault("the file is cut off in the middle of a facet")
             .map_err(|fault: Fault| fault.at(lines.number)),
     }
 }
 
 fn add<S: Coordinate>(corners: [[S; 3]; 3], builder: &mut MeshBuilder<S>) -> Result<(), Fault> {
-    let first = builder.mesh.positions.len() as u32;
+    let first = builder.vertices() as u32;
     for corner in corners {
         builder.position(corner)?;
     }

@@ -13,6 +13,7 @@ use self::csv::{COLUMNS, Columns, quote};
 pub use self::format::RaysFormat;
 use crate::LoadError;
 use crate::coordinate::Coordinate;
+use crate::line_end::{LineEnd, read_line};
 use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
@@ -43,8 +44,9 @@ pub struct Rays<'a> {
     name: PathBuf,
     input: BufReader<Box<dyn Read + Send + 'a>>,
     format: Format,
-    /// The number of the last line read, in a text.
+    /// The number of the last line read, in a text, and how it ended.
     line: u64,
+    end: LineEnd,
     /// How many rays were read.
     count: u64,
     total: Option<u64>,
@@ -94,9 +96,16 @@ impl<'a> Rays<'a> {
         let name = name.into();
         let format = format.or_else(|| RaysFormat::of_name(&name));
         let input = BufReader::with_capacity(PIECE, Box::new(input) as Box<dyn Read + Send + 'a>);
-        let (rounding, total) = (Rounding::default(), None);
-        let mut rays =
-            Self { name, input, format: Format::Raw, line: 0, count: 0, total, rounding };
+        let mut rays = Self {
+            name,
+            input,
+            format: Format::Raw,
+            line: 0,
+            end: LineEnd::default(),
+            count: 0,
+            total: None,
+            rounding: Rounding::default(),
+        };
         match format {
             Some(RaysFormat::Raw) => rays.expect(size, RAW)?,
             Some(RaysFormat::Raw64) => {
@@ -211,7 +220,7 @@ impl<'a> Rays<'a> {
 
     fn read_csv<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         let mut line = String::new();
-        while rays.len() < count && (rays.is_empty() || self.input.buffer().contains(&b'\n')) {
+        while rays.len() < count && (rays.is_empty() || self.end.has_line(self.input.buffer())) {
             if !self.next_line(&mut line)? {
                 break;
             }
@@ -263,21 +272,21 @@ impl<'a> Rays<'a> {
 
     /// The next line; false at the end of the file.
     fn next_line(&mut self, text: &mut String) -> Result<bool> {
-        text.clear();
-        let read = self.input.by_ref().take(MAX_LINE as u64 + 1).read_line(text);
+        let mut line = std::mem::take(text).into_bytes();
+        line.clear();
+        let read = read_line(&mut self.input, &mut line, &mut self.end, MAX_LINE);
         self.line += 1;
         match read {
-            Ok(0) => return Ok(false),
-            Ok(length) if length > MAX_LINE => {
+            Ok(false) => return Ok(false),
+            Ok(true) if line.len() > MAX_LINE => {
                 let cause = format!("a line of more than {MAX_LINE} bytes; is it CSV?");
                 return Err(self.wrong(cause));
             }
-            Ok(_) => {}
-            Err(cause) if cause.kind() == ErrorKind::InvalidData => {
-                return Err(self.wrong("is not text; is it CSV?".to_owned()));
-            }
+            Ok(true) => {}
             Err(cause) => return Err(self.unreadable(&cause)),
         }
+        *text = String::from_utf8(line)
+            .map_err(|_| self.wrong("is not text; is it CSV?".to_owned()))?;
         // Some editors put a byte order mark at the beginning.
         if self.line == 1 && text.starts_with('\u{feff}') {
             text.remove(0);

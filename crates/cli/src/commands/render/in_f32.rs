@@ -14,7 +14,7 @@ use super::outcome::{refuse_differences, report};
 use crate::commands::notes;
 use crate::engine::engines::Engines;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::Model;
+use crate::engine::model::{Model, ModelNotes};
 use crate::engine::name::EngineName;
 use crate::engine::raster::Raster;
 use crate::engine::triangles::triangles;
@@ -28,10 +28,10 @@ use crate::report::rounding::Rounded;
 /// Draws the picture, and checks it if asked.
 pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
     let mut seconds = RenderSeconds::default();
-    let (scene, triangles, bvh, rounding) = timed(&mut seconds.load, || -> Result<_> {
-        let (scene, bvh, rounding) = load_scene(options)?;
+    let (scene, triangles, bvh, (rounding, notes)) = timed(&mut seconds.load, || -> Result<_> {
+        let (scene, bvh, changes) = load_scene(options)?;
         let triangles = triangles(&scene.mesh)?;
-        Ok((scene, triangles, bvh, rounding))
+        Ok((scene, triangles, bvh, changes))
     })?;
 
     // What is seen, and what is lit.
@@ -70,7 +70,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     seconds.total = start.elapsed().as_secs_f64();
     let report = report(
         options,
-        &scene,
+        (&scene, notes),
         &frame,
         Rounded::of_model(rounding),
         engines.grid(),
@@ -81,20 +81,25 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
+/// What became of a model when it was read: what was rounded, left out, repaired or guessed.
+type Changes = (Rounding, ModelNotes);
+
 /// The model or the built-in scene, with its camera and texture.
-fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding)> {
+fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f32()).transpose()?;
-    let rounding = model.as_ref().map(|model| model.rounding).unwrap_or_default();
+    let load = |path| Model::load(path, options.reading)?.in_f32();
+    let model = options.model.as_deref().map(load).transpose()?;
+    let changes = model.as_ref().map(|model| (model.rounding, model.notes.clone()));
+    let changes = changes.unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let model = model.map(|model| model.mesh);
-    if let (Some(note), 1..) = (model.as_ref().and_then(notes::coarse), rounding.numbers) {
+    if let (Some(note), 1..) = (model.as_ref().and_then(notes::coarse), changes.0.numbers) {
         tell(&note);
     }
     let mut scene = options.camera.scene(model, f64::from(width) / f64::from(height))?;
     cover(options, &mut scene)?;
-    Ok((scene, bvh, rounding))
+    Ok((scene, bvh, changes))
 }
 
 /// Says what the picture may lose to tolerances that nobody chose.

@@ -11,7 +11,7 @@ use super::options::Options;
 use super::outcome::{refuse_differences, report};
 use crate::engine::engine64::Engine64;
 use crate::engine::frame::{Frame, Shadows};
-use crate::engine::model::Model;
+use crate::engine::model::{Model, ModelNotes};
 use crate::engine::name::EngineName;
 use crate::engine::triangles::triangles;
 use crate::error::{Error, Result};
@@ -25,7 +25,7 @@ use crate::report::rounding::Rounded;
 pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     check(options)?;
     let (size, mut seconds) = (options.size, RenderSeconds::default());
-    let (scene, bvh) = timed(&mut seconds.load, || load_scene(options))?;
+    let (scene, bvh, notes) = timed(&mut seconds.load, || load_scene(options))?;
     let engine = |name| Engine64::new(name, triangles(&scene.mesh)?, bvh.clone());
     let draw =
         |engine: &Engine64| Frame::traced(&scene, size, engine, options.shadows == Shadows::Rays);
@@ -48,7 +48,7 @@ pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     };
     let check = options.check.map(|name| timed(&mut seconds.check, || second(name))).transpose()?;
     seconds.total = start.elapsed().as_secs_f64();
-    let report = report(options, &scene, &frame, Rounded::default(), None, seconds, check);
+    let report = report(options, (&scene, notes), &frame, Rounded::default(), None, seconds, check);
     print(&report, options.json)?;
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
@@ -72,14 +72,16 @@ fn check(options: &Options) -> Result<()> {
 type Saved = Option<Arc<Bvh<f64>>>;
 
 /// The model or the built-in house, with its camera, light and texture.
-fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved)> {
+fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
     // No file beside a model is a picture, so none can be the output.
-    let model = options.model.as_deref().map(|path| Model::load(path)?.in_f64()).transpose()?;
+    let load = |path| Model::load(path, options.reading)?.in_f64();
+    let model = options.model.as_deref().map(load).transpose()?;
+    let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();
     let bvh = model.as_ref().and_then(|model| model.bvh.clone());
     let aspect = f64::from(width) / f64::from(height);
     let mut scene = options.camera.scene_or(model.map(|model| model.mesh), Scene::house, aspect)?;
     cover(options, &mut scene)?;
-    Ok((scene, bvh))
+    Ok((scene, bvh, notes))
 }

@@ -8,6 +8,7 @@ use intertri::fixed::Bits;
 
 use crate::commands::options::{CameraOptions, LightOptions, grid_bits};
 use crate::engine::frame::Shadows;
+use crate::engine::model::ModelOptions;
 use crate::engine::name::EngineName;
 use crate::engine::raster::Wire;
 use crate::engine::scalar_name::ScalarName;
@@ -73,6 +74,9 @@ pub(crate) struct Options {
     /// engines certified, double, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
+
+    #[command(flatten)]
+    pub(super) reading: ModelOptions,
 
     /// Print a report for programs, as JSON
     #[arg(long)]

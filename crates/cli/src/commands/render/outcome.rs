@@ -6,6 +6,7 @@ use intertri_scene::{Coordinate, Scene};
 use super::options::Options;
 use crate::engine::fixed::GridReport;
 use crate::engine::frame::Frame;
+use crate::engine::model::ModelNotes;
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
@@ -14,7 +15,7 @@ use crate::report::rounding::Rounded;
 /// What was done.
 pub(super) fn report<S: Coordinate>(
     options: &Options,
-    scene: &Scene<S>,
+    (scene, notes): (&Scene<S>, ModelNotes),
     frame: &Frame,
     rounded: Rounded,
     grid: Option<GridReport>,
@@ -27,6 +28,7 @@ pub(super) fn report<S: Coordinate>(
         model: options.model.clone(),
         output: options.output.clone(),
         triangles: scene.mesh.triangles.len(),
+        notes,
         size: options.size.into(),
         engine: options.engine,
         scalar: ScalarName::of::<S>(),

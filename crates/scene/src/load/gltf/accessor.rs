@@ -1,77 +1,152 @@
 //! Accessors: tables of numbers in a buffer.
 
-use gltf::json::Root;
+use gltf::json::accessor::sparse::Sparse as SparseJson;
 use gltf::json::accessor::{ComponentType, Type};
-use gltf::json::validation::Checked;
+use gltf::json::validation::{Checked, USize64};
+use gltf::json::{Index, Root, accessor, buffer};
 
 use super::buffers::Buffers;
 use crate::load::error::{Fault, fault};
 
 /// A table whose rows all lie within its bytes.
 pub(super) struct Accessor<'a> {
+    /// The rows, one every `stride` bytes; of a sparse table without a buffer view, none: it has zeros.
     bytes: &'a [u8],
     stride: usize,
     /// How many rows it has.
     pub(super) count: usize,
     component: ComponentType,
     normalized: bool,
+    replaced: Replaced<'a>,
 }
 
-impl<'a> Accessor<'a> {
-    /// The accessor of that number, for `what`, whose rows must be of that type.
-    pub(super) fn new(
-        root: &Root,
-        buffers: &'a Buffers<'_>,
-        index: usize,
+/// The rows of a sparse table that have other numbers.
+#[derive(Default)]
+struct Replaced<'a> {
+    /// Which rows, in ascending order.
+    rows: Vec<u32>,
+    /// Their numbers, one row behind the other.
+    bytes: &'a [u8],
+}
+
+/// What looks up a file's tables.
+#[derive(Clone, Copy)]
+pub(super) struct Tables<'a> {
+    pub(super) root: &'a Root,
+    pub(super) buffers: &'a Buffers<'a>,
+}
+
+impl<'a> Tables<'a> {
+    /// The table of that number, for `what`, whose rows must be of that type.
+    pub(super) fn get(
+        self,
+        index: Index<accessor::Accessor>,
         (what, wanted): (&str, Type),
-    ) -> Result<Self, Fault> {
-        let wrong = |cause: &str| fault(format!("accessor {index}, for {what}, {cause}"));
-        let Some(accessor) = root.accessors.get(index) else { return wrong("is not there") };
-        if accessor.sparse.is_some() {
-            return wrong("is sparse, which is not supported; export the model without that");
-        }
-        let Some(view) = accessor.buffer_view else {
-            return wrong("has no data of its own; is the mesh compressed? export it without that");
+    ) -> Result<Accessor<'a>, Fault> {
+        let index = index.value();
+        let of = |fault: Fault| Fault {
+            cause: format!("accessor {index}, for {what}, {}", fault.cause),
+            ..fault
         };
+        let Some(accessor) = self.root.accessors.get(index) else {
+            return fault("is not there").map_err(of);
+        };
+        self.read(accessor, wanted).map_err(of)
+    }
+
+    fn read(self, accessor: &'a accessor::Accessor, wanted: Type) -> Result<Accessor<'a>, Fault> {
         let (Checked::Valid(component), Checked::Valid(kind)) =
             (accessor.component_type, accessor.type_)
         else {
-            return wrong("has a type that glTF does not know");
+            return fault("has a type that glTF does not know");
         };
         if kind != wanted {
-            return wrong(&format!("has rows of type {kind:?} and not {wanted:?}"));
+            return fault(format!("has rows of type {kind:?} and not {wanted:?}"));
         }
+        let (component, row) = (component.0, component.0.size() * kind.multiplicity());
+        let count = accessor.count.0;
+        let (bytes, stride) = match accessor.buffer_view {
+            Some(view) => {
+                let stride = self.root.buffer_views.get(view.value());
+                let stride = stride.and_then(|view| view.byte_stride).map_or(0, |stride| stride.0);
+                let stride = if stride == 0 { row } else { stride };
+                let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+                (self.rows(view, offset, count, (row, stride))?, stride)
+            }
+            None if accessor.sparse.is_some() => (&[][..], row),
+            None => {
+                return fault(
+                    "has no data of its own; is the mesh compressed? export it without that",
+                );
+            }
+        };
+        let replaced = match &accessor.sparse {
+            Some(sparse) => self.replaced(sparse, row, count)?,
+            None => Replaced::default(),
+        };
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        let normalized = accessor.normalized;
+        Ok(Accessor { bytes, stride, count, component, normalized, replaced })
+    }
 
+    /// The bytes of so many rows, each of so many bytes and with that stride.
+    fn rows(
+        self,
+        view: Index<buffer::View>,
+        offset: u64,
+        count: u64,
+        (row, stride): (usize, usize),
+    ) -> Result<&'a [u8], Fault> {
         // From where to where, in numbers that cannot overflow.
-        let row = component.0.size() * kind.multiplicity();
-        let stride = root.buffer_views.get(view.value()).and_then(|view| view.byte_stride);
-        let stride = stride.map_or(row, |stride| if stride.0 == 0 { row } else { stride.0 });
-        let from = u128::from(accessor.byte_offset.map_or(0, |offset| offset.0));
-        let count = u128::from(accessor.count.0);
-        let to = match count.checked_sub(1) {
+        let from = u128::from(offset);
+        let to = match u128::from(count).checked_sub(1) {
             Some(last) => from + last * stride as u128 + row as u128,
             None => from,
         };
-        let bytes = buffers.view(root, view.value())?;
+        let bytes = self.buffers.view(self.root, view.value())?;
         if to > bytes.len() as u128 || (stride < row && count > 1) {
-            return wrong("reaches beyond its buffer view; is a file cut off?");
+            return fault("reaches beyond its buffer view; is a file cut off?");
         }
-        Ok(Self {
-            bytes: &bytes[from as usize..to as usize],
-            stride,
-            count: count as usize,
-            component: component.0,
-            normalized: accessor.normalized,
-        })
+        Ok(&bytes[from as usize..to as usize])
     }
 
-    /// One row's numbers.
-    fn row<const N: usize>(&self, row: usize) -> [f64; N] {
+    /// The rows that a sparse table of `count` rows replaces.
+    fn replaced(self, sparse: &SparseJson, row: usize, count: u64) -> Result<Replaced<'a>, Fault> {
+        let Checked::Valid(kind) = sparse.indices.component_type else {
+            return fault("has sparse indices of a type that glTF does not know");
+        };
+        let size = kind.0.size();
+        let USize64(replaced) = sparse.count;
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let places =
+            self.rows(indices.buffer_view, indices.byte_offset.0, replaced, (size, size))?;
+        let bytes = self.rows(values.buffer_view, values.byte_offset.0, replaced, (row, row))?;
+        let mut rows = Vec::new();
+        rows.try_reserve(places.len() / size)?;
+        rows.extend(places.chunks_exact(size).map(|bytes| {
+            bytes.iter().rev().fold(0_u32, |number, &byte| number << 8 | u32::from(byte))
+        }));
+        let ascend = rows.windows(2).all(|pair| pair[0] < pair[1]);
+        if !ascend || rows.last().is_some_and(|&last| u64::from(last) >= count) {
+            return fault("has sparse indices that do not ascend, or that it has no rows for");
+        }
+        Ok(Replaced { rows, bytes })
+    }
+}
+
+impl Accessor<'_> {
+    /// One row's numbers. Integers that are normalized stand for 0 to 1, or -1 to 1.
+    pub(super) fn row<const N: usize>(&self, row: usize) -> [f64; N] {
         let size = self.component.size();
-        std::array::from_fn(|i| self.number(&self.bytes[row * self.stride + i * size..][..size]))
+        let bytes = match self.replaced.rows.binary_search(&(row as u32)) {
+            Ok(place) => &self.replaced.bytes[place * N * size..],
+            Err(_) if self.bytes.is_empty() => return [0.0; N],
+            Err(_) => &self.bytes[row * self.stride..],
+        };
+        std::array::from_fn(|i| self.number(&bytes[i * size..][..size]))
     }
 
-    /// All rows. Integers that are normalized stand for 0 to 1, or -1 to 1.
+    /// All rows.
     pub(super) fn rows<const N: usize>(&self) -> impl Iterator<Item = [f64; N]> {
         (0..self.count).map(|row| self.row(row))
     }
@@ -80,7 +155,10 @@ impl<'a> Accessor<'a> {
     pub(super) fn indices(&self) -> Result<Vec<u32>, Fault> {
         match self.component {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => {
-                Ok(self.rows().map(|[index]| index as u32).collect())
+                let mut indices = Vec::new();
+                indices.try_reserve(self.count)?;
+                indices.extend(self.rows().map(|[index]| index as u32));
+                Ok(indices)
             }
             _ => fault("the indices of a mesh are no whole numbers without a sign"),
         }

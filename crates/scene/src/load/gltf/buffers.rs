@@ -34,7 +34,7 @@ impl<'a> Buffers<'a> {
         mut beside: Option<&mut Beside<'_>>,
     ) -> Result<Self, Fault> {
         let find = |(i, buffer): (usize, &Buffer)| match &buffer.uri {
-            Some(uri) if uri.starts_with("data:") => inline(i, uri),
+            Some(uri) if is_data(uri) => inline(i, uri),
             Some(uri) => {
                 let path = external(i, uri, beside.as_deref())?;
                 Ok(Bytes::File(path, buffer.byte_length.0))
@@ -129,19 +129,45 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// The file that a buffer names.
+/// Whether a URI has its data in itself; schemes are in any case.
+fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+}
+
+/// The file that a buffer names, which is in the model's folder or in one below it.
 fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
         let cause = "give the model as a file, with that beside it, or as GLB";
         return fault(wrong(i, &name, cause));
     };
-    let path = PathBuf::from(&*name);
-    let is_beside = path.components().all(|part| matches!(part, Component::Normal(_)));
-    if uri.contains(':') || !is_beside {
-        return fault(wrong(i, &name, "only files in the model's own folder are read"));
+    let within = if uri.contains(':') { None } else { within(Path::new(&*name)) };
+    let path =
+        within.map(|path| beside.folder.join(path)).filter(|path| !leaves(beside.folder, path));
+    path.map_or_else(|| fault(wrong(i, &name, "only files in the model's own folder are read")), Ok)
+}
+
+/// A path without `.` and `..`, if it stays below where it begins.
+fn within(path: &Path) -> Option<PathBuf> {
+    let mut within = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::Normal(name) => within.push(name),
+            Component::CurDir => {}
+            Component::ParentDir if within.pop() => {}
+            _ => return None,
+        }
     }
-    Ok(beside.folder.join(path))
+    Some(within).filter(|path| !path.as_os_str().is_empty())
+}
+
+/// Whether a symbolic link leads out of the folder. What is not there is for others to say.
+fn leaves(folder: &Path, path: &Path) -> bool {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (folder.canonicalize(), path.canonicalize()) {
+        (Ok(folder), Ok(path)) => !path.starts_with(folder),
+        _ => false,
+    }
 }
 
 fn wrong(i: usize, name: &str, cause: &str) -> String {

@@ -6,17 +6,22 @@
 
 mod accessor;
 mod buffers;
+mod extensions;
+mod nodes;
 mod primitive;
+mod transform;
 
 use std::io::Read;
 
-use glam::{DMat4, DQuat, DVec3};
-use gltf::json::{Index, Root, scene};
+use gltf::json::Root;
 
+use self::accessor::Tables;
 use self::buffers::Buffers;
 use self::primitive::Primitives;
+use super::builder::MeshBuilder;
 use super::error::{Fault, fault, quote};
 use super::file::Beside;
+use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
@@ -24,16 +29,6 @@ use crate::mesh::Mesh;
 const MAGIC: &[u8] = b"glTF";
 /// The bytes of a GLB's header.
 const HEADER: usize = 12;
-
-/// Extensions that change nothing of a mesh's shape, by the beginnings of their names.
-const HARMLESS: [&str; 6] = [
-    "KHR_materials_",
-    "KHR_texture_",
-    "EXT_texture_",
-    "KHR_lights_",
-    "KHR_mesh_quantization",
-    "MSFT_texture_",
-];
 
 /// Whether a file of that beginning is a glTF.
 pub(super) fn looks_like(start: &[u8]) -> bool {
@@ -44,7 +39,7 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
 pub(super) fn read<S: Coordinate>(
     mut input: impl Read,
     beside: Option<&mut Beside<'_>>,
-) -> Result<Mesh<S>, Fault> {
+) -> Result<(Mesh<S>, Notes), Fault> {
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
@@ -55,11 +50,17 @@ pub(super) fn read<S: Coordinate>(
         let line = Some(error.line() as u64).filter(|&line| line > 0 && blob.is_none());
         Fault { line, cause: format!("its JSON is no glTF 2.0: {text}") }
     })?;
-    check(&root)?;
+    let version = &root.asset.version;
+    if !version.starts_with("2.") {
+        return fault(format!("is glTF {}; only version 2 is read", quote(version)));
+    }
+    let mut builder = MeshBuilder::numbered_from(0);
+    extensions::check(&root, &mut builder.notes)?;
     let buffers = Buffers::read(&root, blob.as_deref(), beside)?;
-    let mut primitives = Primitives::new(&root, &buffers, bytes.len());
-    walk(&root, &mut primitives)?;
-    Ok(primitives.builder.mesh)
+    let tables = Tables { root: &root, buffers: &buffers };
+    let mut primitives = Primitives::new(tables, bytes.len(), builder);
+    nodes::walk(&mut primitives)?;
+    primitives.builder.finish()
 }
 
 /// The JSON of a file and, of a GLB, its binary chunk.
@@ -80,83 +81,3 @@ fn split(bytes: &[u8]) -> Result<(Chunk<'_>, Option<Chunk<'_>>), Fault> {
 }
 
 type Chunk<'a> = std::borrow::Cow<'a, [u8]>;
-
-/// Whether all that the file requires is known here.
-fn check(root: &Root) -> Result<(), Fault> {
-    let version = &root.asset.version;
-    if !version.starts_with("2.") {
-        return fault(format!("is glTF {}; only version 2 is read", quote(version)));
-    }
-    let known = |name: &str| HARMLESS.iter().any(|harmless| name.starts_with(harmless));
-    let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) else {
-        return Ok(());
-    };
-    let what = match unknown.as_str() {
-        "KHR_draco_mesh_compression" => "its meshes are compressed by Draco",
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "its buffers are compressed by meshopt"
-        }
-        _ => "it needs an extension that is not supported",
-    };
-    fault(format!("{what} ({}); export the model without that", quote(unknown)))
-}
-
-/// Adds the meshes of all nodes, each before its children.
-fn walk<S: Coordinate>(root: &Root, primitives: &mut Primitives<'_, S>) -> Result<(), Fault> {
-    let mut reached = vec![false; root.nodes.len()];
-    let mut next: Vec<(usize, DMat4)> = Vec::new();
-    next.extend(roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)));
-    while let Some((index, above)) = next.pop() {
-        let Some(node) = root.nodes.get(index) else {
-            return fault(format!("node {index} is named, but there are {}", root.nodes.len()));
-        };
-        if std::mem::replace(&mut reached[index], true) {
-            return fault(format!("node {index} is reached twice; nodes must form a tree"));
-        }
-        let transform = above * transform(node);
-        if let Some(mesh) = node.mesh {
-            primitives.add(mesh.value(), &transform)?;
-        }
-        let children = node.children.iter().flatten().rev();
-        next.extend(children.map(|child| (child.value(), transform)));
-    }
-    Ok(())
-}
-
-/// The nodes at the top of the scene; without a scene, all that are nobody's child.
-fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
-    let index = root.scene.map_or(0, |scene| scene.value());
-    match root.scenes.get(index) {
-        Some(scene) => Ok(scene.nodes.iter().map(Index::value).collect()),
-        None if root.scene.is_some() => {
-            fault(format!("scene {index} is named, but there are {}", root.scenes.len()))
-        }
-        None => {
-            let mut top = vec![true; root.nodes.len()];
-            for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
-                if let Some(top) = top.get_mut(child.value()) {
-                    *top = false;
-                }
-            }
-            Ok((0..top.len()).filter(|&node| top[node]).collect())
-        }
-    }
-}
-
-/// From a node's space to that of its parent.
-fn transform(node: &scene::Node) -> DMat4 {
-    if let Some(matrix) = &node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
-    }
-    let vector = |v: Option<[f32; 3]>, or| v.map_or(or, |v| DVec3::from(v.map(f64::from)));
-    let rotation = node.rotation.unwrap_or_default().0.map(f64::from);
-    // It should have unit length, and has it up to f32.
-    let rotation = DQuat::from_array(rotation);
-    let length = rotation.length();
-    let rotation = if length > 0.0 { rotation / length } else { DQuat::IDENTITY };
-    DMat4::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
-        rotation,
-        vector(node.translation, DVec3::ZERO),
-    )
-}

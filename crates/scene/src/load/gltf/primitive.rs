@@ -2,14 +2,14 @@
 
 use glam::{DMat4, DVec3};
 use gltf::json::accessor::Type;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::mesh::{Mesh, Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Root, accessor};
+use gltf::json::{Index, accessor};
 
-use super::accessor::Accessor;
-use super::buffers::Buffers;
+use super::accessor::{Accessor, Tables};
+use super::transform::mirrors;
 use crate::coordinate::Coordinate;
-use crate::load::builder::MeshBuilder;
+use crate::load::builder::{MeshBuilder, NO_UV, push, strip};
 use crate::load::error::{Fault, fault};
 use crate::mesh::rounded;
 
@@ -19,31 +19,43 @@ const REPEATS: u64 = 1 << 24;
 
 /// The primitives of all meshes, as they are added.
 pub(super) struct Primitives<'a, S> {
-    root: &'a Root,
-    buffers: &'a Buffers<'a>,
+    pub(super) tables: Tables<'a>,
     /// How many vertices and triangles may still come.
     left: u64,
     pub(super) builder: MeshBuilder<S>,
 }
 
+/// Where a mesh is.
+pub(super) struct Placement {
+    /// From the mesh's space to that of the scene.
+    pub(super) transform: DMat4,
+    /// The same by the joints of its skin, each of which moves its share of a vertex.
+    pub(super) joints: Vec<DMat4>,
+}
+
 impl<'a, S: Coordinate> Primitives<'a, S> {
     /// None so far, of a file of that size.
-    pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, size: usize) -> Self {
-        let left = REPEATS + size as u64 + buffers.size() as u64;
-        Self { root, buffers, left, builder: MeshBuilder::default() }
+    pub(super) fn new(tables: Tables<'a>, size: usize, builder: MeshBuilder<S>) -> Self {
+        let left = REPEATS + size as u64 + tables.buffers.size() as u64;
+        Self { tables, left, builder }
     }
 
-    /// Adds a mesh where `transform` puts it.
-    pub(super) fn add(&mut self, mesh: usize, transform: &DMat4) -> Result<(), Fault> {
-        let Some(found) = self.root.meshes.get(mesh) else {
-            return fault(format!(
-                "mesh {mesh} is named, but there are {}",
-                self.root.meshes.len()
-            ));
+    /// Adds a mesh where it is placed, its morph targets by `weights` or, if there are none, its own.
+    pub(super) fn add(
+        &mut self,
+        index: usize,
+        weights: Option<&[f32]>,
+        placement: &Placement,
+    ) -> Result<(), Fault> {
+        let meshes = &self.tables.root.meshes;
+        let Some(mesh) = meshes.get(index) else {
+            return fault(format!("mesh {index} is named, but there are {}", meshes.len()));
         };
-        for (i, primitive) in found.primitives.iter().enumerate() {
-            self.primitive(primitive, transform).map_err(|fault| Fault {
-                cause: format!("mesh {mesh}, primitive {i}: {}", fault.cause),
+        let Mesh { primitives, weights: own, .. } = mesh;
+        let weights = weights.or(own.as_deref()).unwrap_or_default();
+        for (i, primitive) in primitives.iter().enumerate() {
+            self.primitive(primitive, weights, placement).map_err(|fault| Fault {
+                cause: format!("mesh {index}, primitive {i}: {}", fault.cause),
                 ..fault
             })?;
         }
@@ -51,7 +63,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
     }
 
     /// Counts what is to come.
-    fn spend(&mut self, count: usize) -> Result<(), Fault> {
+    pub(super) fn spend(&mut self, count: usize) -> Result<(), Fault> {
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
             None => {
@@ -64,7 +76,12 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         Ok(())
     }
 
-    fn primitive(&mut self, primitive: &Primitive, transform: &DMat4) -> Result<(), Fault> {
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        weights: &[f32],
+        placement: &Placement,
+    ) -> Result<(), Fault> {
         self.spend(1)?;
         let mode = match primitive.mode {
             Checked::Valid(mode) => mode,
@@ -73,55 +90,172 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(());
         }
-        let Some(positions) = attribute(primitive, Semantic::Positions) else {
-            return fault("it has no POSITION");
-        };
-        let (root, buffers) = (self.root, self.buffers);
-        let table = |index: Index<accessor::Accessor>, what| {
-            Accessor::new(root, buffers, index.value(), what)
-        };
-        let positions = table(positions, ("positions", Type::Vec3))?;
+        let tables = self.tables;
+        let vertices = Vertices::new(tables, primitive, weights, placement)?;
+        let count = vertices.positions.count;
         let uvs = attribute(primitive, Semantic::TexCoords(0));
-        let uvs = uvs.map(|uvs| table(uvs, ("texture coordinates", Type::Vec2))).transpose()?;
-        let indices = primitive.indices.map(|i| table(i, ("indices", Type::Scalar))).transpose()?;
-        self.spend(positions.count)?;
-        self.spend(indices.as_ref().map_or(positions.count, |indices| indices.count))?;
+        let uvs =
+            uvs.map(|uvs| tables.get(uvs, ("texture coordinates", Type::Vec2))).transpose()?;
+        let indices = primitive.indices.map(|i| tables.get(i, ("indices", Type::Scalar)));
+        let indices = indices.transpose()?;
+        self.spend(count)?;
+        self.spend(vertices.layers() * count)?;
+        self.spend(indices.as_ref().map_or(count, |indices| indices.count))?;
 
-        let first = self.builder.mesh.positions.len() as u32;
-        for position in positions.rows() {
-            self.builder
-                .position(rounded(transform.transform_point3(DVec3::from_array(position))))?;
+        let first = self.builder.vertices() as u32;
+        if vertices.lacks_joints {
+            let what = "skinned primitives without joints and weights, placed by their nodes";
+            self.builder.notes.add(what, 1, None);
         }
-        let count = positions.count as u32;
+        // Of a skin, each vertex may be mirrored or not.
+        let mut mirrored = Vec::new();
+        for vertex in 0..count {
+            let (position, transform) = vertices.place(vertex)?;
+            self.builder.position(rounded(position))?;
+            if !vertices.skin.is_empty() {
+                push(&mut mirrored, mirrors(&transform))?;
+            }
+        }
+        let all_mirrored = mirrors(&placement.transform);
+        let first_uv = self.builder.uvs() as u32;
+        let uv_count = uvs.as_ref().map_or(0, |uvs| uvs.count.min(count)) as u32;
+        // The first row of a glTF's image is at 0, and at 1 here.
+        for [u, v] in uvs.iter().flat_map(Accessor::rows).take(uv_count as usize) {
+            self.builder.uv([u as f32, (1.0 - v) as f32])?;
+        }
+        let count = count as u32;
         let indices = indices.map_or_else(|| Ok((0..count).collect()), |table| table.indices())?;
         if let Some(index) = indices.iter().find(|&&index| index >= count) {
             return fault(format!(
                 "its indices name vertex {index}, but there are {count}, from 0 on"
             ));
         }
-        let corners: Vec<u32> = indices.iter().map(|index| first + index).collect();
-        // The first row of a glTF's image is at 0, and at 1 here.
-        let uvs = uvs.map(|uvs| uvs.rows().map(|[u, v]| [u as f32, (1.0 - v) as f32]).collect());
-        let uvs: Vec<[f32; 2]> = uvs.unwrap_or_default();
-        let uvs: Vec<[f32; 2]> =
-            indices.iter().filter_map(|&index| uvs.get(index as usize).copied()).collect();
-        self.triangles(mode, &corners, &uvs)
+        let place = |index: u32| if index < uv_count { first_uv + index } else { NO_UV };
+        let add = |mut corners: [u32; 3]| {
+            if mirrored.get(corners[0] as usize).copied().unwrap_or(all_mirrored) {
+                corners.swap(1, 2);
+            }
+            let corner_uvs = if uvs.is_some() { &corners.map(place)[..] } else { &[] };
+            self.builder.polygon(&corners.map(|corner| first + corner), corner_uvs)
+        };
+        let over = each_triangle(mode, &indices, add)?;
+        if over > 0 {
+            let what = "corners that make no whole triangle, left out";
+            self.builder.notes.add(what, over as u64, None);
+        }
+        Ok(())
     }
+}
 
-    /// Adds triangles by their corners. Corners that stand over make none, says the format.
-    fn triangles(&mut self, mode: Mode, corners: &[u32], uvs: &[[f32; 2]]) -> Result<(), Fault> {
-        let uvs = if uvs.len() == corners.len() { uvs } else { &[] };
-        match mode {
-            Mode::TriangleStrip => self.builder.strip(corners, uvs),
-            Mode::TriangleFan if corners.len() >= 3 => self.builder.polygon(corners, uvs),
-            Mode::TriangleFan => Ok(()),
-            _ => {
-                for (i, corners) in corners.chunks_exact(3).enumerate() {
-                    self.builder.polygon(corners, uvs.get(3 * i..3 * i + 3).unwrap_or_default())?;
-                }
-                Ok(())
+/// Hands on the triangles of a primitive, and says how many corners are left over.
+fn each_triangle(
+    mode: Mode,
+    indices: &[u32],
+    mut add: impl FnMut([u32; 3]) -> Result<(), Fault>,
+) -> Result<usize, Fault> {
+    let lone = if indices.len() < 3 { indices.len() } else { 0 };
+    match mode {
+        Mode::TriangleStrip => {
+            strip(indices).try_for_each(|places| add(places.map(|place| indices[place])))?;
+            Ok(lone)
+        }
+        Mode::TriangleFan => {
+            (2..indices.len()).try_for_each(|i| add([indices[0], indices[i - 1], indices[i]]))?;
+            Ok(lone)
+        }
+        _ => {
+            let (triangles, over) = indices.as_chunks::<3>();
+            triangles.iter().try_for_each(|&corners| add(corners))?;
+            Ok(over.len())
+        }
+    }
+}
+
+/// The vertices of a primitive.
+struct Vertices<'a> {
+    positions: Accessor<'a>,
+    /// Ways of all vertices, and how far they go.
+    morphs: Vec<(f64, Accessor<'a>)>,
+    /// Of each set, four joints of a vertex and their shares.
+    skin: Vec<(Accessor<'a>, Accessor<'a>)>,
+    lacks_joints: bool,
+    placement: &'a Placement,
+}
+
+impl<'a> Vertices<'a> {
+    fn new(
+        tables: Tables<'a>,
+        primitive: &Primitive,
+        weights: &[f32],
+        placement: &'a Placement,
+    ) -> Result<Self, Fault> {
+        let Some(positions) = attribute(primitive, Semantic::Positions) else {
+            return fault("it has no POSITION");
+        };
+        let positions = tables.get(positions, ("positions", Type::Vec3))?;
+        let mut morphs = vec![];
+        for (target, &weight) in primitive.targets.iter().flatten().zip(weights) {
+            if let (Some(ways), true) = (target.positions, weight != 0.0) {
+                morphs.push((weight.into(), tables.get(ways, ("morph targets", Type::Vec3))?));
             }
         }
+        let mut skin = vec![];
+        if !placement.joints.is_empty() {
+            let set = |i| {
+                attribute(primitive, Semantic::Joints(i))
+                    .zip(attribute(primitive, Semantic::Weights(i)))
+            };
+            for (joints, shares) in (0..).map_while(set) {
+                let joints = tables.get(joints, ("joints", Type::Vec4))?;
+                skin.push((joints, tables.get(shares, ("weights", Type::Vec4))?));
+            }
+        }
+        let lacks_joints = !placement.joints.is_empty() && skin.is_empty();
+        let all = morphs.iter().map(|(_, table)| table);
+        if all
+            .chain(skin.iter().flat_map(|(a, b)| [a, b]))
+            .any(|table| table.count < positions.count)
+        {
+            return fault("it has fewer morph targets, joints or weights than positions");
+        }
+        Ok(Self { positions, morphs, skin, lacks_joints, placement })
+    }
+
+    /// How many tables there are besides the positions.
+    fn layers(&self) -> usize {
+        self.morphs.len() + self.skin.len()
+    }
+
+    /// Where a vertex is in the scene, and by which transform.
+    fn place(&self, vertex: usize) -> Result<(DVec3, DMat4), Fault> {
+        let mut position = DVec3::from_array(self.positions.row(vertex));
+        for (weight, ways) in &self.morphs {
+            position += DVec3::from_array(ways.row(vertex)) * *weight;
+        }
+        let transform =
+            if self.skin.is_empty() { self.placement.transform } else { self.blend(vertex)? };
+        Ok((transform.transform_point3(position), transform))
+    }
+
+    /// The joints' transforms by their shares in a vertex.
+    fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
+        let (mut sum, mut all) = (DMat4::ZERO, 0.0);
+        for (joints, shares) in &self.skin {
+            for (joint, share) in joints.row::<4>(vertex).into_iter().zip(shares.row::<4>(vertex)) {
+                if share == 0.0 {
+                    continue;
+                }
+                let Some(transform) = self.placement.joints.get(joint as usize) else {
+                    return fault(format!(
+                        "vertex {vertex} names joint {joint}, which its skin lacks"
+                    ));
+                };
+                sum += *transform * share;
+                all += share;
+            }
+        }
+        // They sum up to 1, but for roundings. A vertex without joints is where it was bound.
+        Ok(if all > 0.0 { sum * (1.0 / all) } else { DMat4::IDENTITY })
     }
 }
 

@@ -1,0 +1,130 @@
+//! What a glTF's extensions say that matters to triangles.
+
+use glam::DMat4;
+use gltf::json::accessor::Type;
+use gltf::json::{Index, Root, Value, accessor, scene};
+
+use super::accessor::{Accessor, Tables};
+use super::transform::of_parts;
+use crate::load::error::{Fault, fault, quote};
+use crate::load::notes::Notes;
+
+/// Extensions that are read, or change nothing of a mesh's shape, by the beginnings of their names.
+const KNOWN: [&str; 28] = [
+    INSTANCES,
+    VISIBILITY,
+    "ADOBE_materials_",
+    "CESIUM_primitive_outline",
+    "EXT_feature_metadata",
+    "EXT_instance_features",
+    "EXT_lights_",
+    "EXT_mesh_features",
+    "EXT_mesh_manifold",
+    "EXT_structural_metadata",
+    "EXT_texture_",
+    "FB_geometry_metadata",
+    "KHR_animation_pointer",
+    "KHR_audio",
+    "KHR_interactivity",
+    "KHR_lights_",
+    "KHR_materials_",
+    "KHR_mesh_quantization",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_techniques_webgl",
+    "KHR_texture_",
+    "KHR_xmp",
+    "MSFT_lod",
+    "MSFT_packing_",
+    "MSFT_texture_",
+    "NV_materials_",
+    "VRM",
+];
+
+/// Compressions, and what they compress. Where a file does not require one, it has the same without.
+const COMPRESSIONS: [(&str, &str); 3] = [
+    ("KHR_draco_mesh_compression", "its meshes are compressed by Draco"),
+    ("EXT_meshopt_compression", "its buffers are compressed by meshopt"),
+    ("KHR_meshopt_compression", "its buffers are compressed by meshopt"),
+];
+
+const INSTANCES: &str = "EXT_mesh_gpu_instancing";
+const VISIBILITY: &str = "KHR_node_visibility";
+
+/// How many names a note has, at most.
+const NAMED: usize = 4;
+
+/// Refuses extensions that the file requires and that are not known, and counts those that it only uses.
+pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
+    let known = |name: &str| KNOWN.iter().any(|known| name.starts_with(known));
+    if let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) {
+        let compression = COMPRESSIONS.iter().find(|(name, _)| name == unknown);
+        let what =
+            compression.map_or("it needs an extension that is not supported", |(_, what)| what);
+        return fault(format!("{what} ({}); export the model without that", quote(unknown)));
+    }
+    let is_unknown = |name: &&String| {
+        !known(name) && !COMPRESSIONS.iter().any(|(compression, _)| compression == name)
+    };
+    let unknown: Vec<&String> = root.extensions_used.iter().filter(is_unknown).collect();
+    if !unknown.is_empty() {
+        let mut names: Vec<String> = unknown.iter().take(NAMED).map(|name| quote(name)).collect();
+        if unknown.len() > NAMED {
+            names.push("...".to_owned());
+        }
+        let names = names.join(", ");
+        let what = format!("extensions that may change shapes, ignored ({names})");
+        notes.add(what, unknown.len() as u64, None);
+    }
+    Ok(())
+}
+
+/// What an extension says of a node.
+fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
+    node.extensions.as_ref()?.others.get(name)
+}
+
+/// Whether a node, and all below it, is hidden.
+pub(super) fn is_hidden(node: &scene::Node) -> bool {
+    of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
+}
+
+/// Where the copies of a node's mesh are, in the node's space; `None` if it is there once.
+pub(super) fn instances(
+    tables: Tables<'_>,
+    node: &scene::Node,
+    mut spend: impl FnMut(usize) -> Result<(), Fault>,
+) -> Result<Option<Vec<DMat4>>, Fault> {
+    let Some(attributes) = of(node, INSTANCES) else { return Ok(None) };
+    let Some(attributes) = attributes.get("attributes").and_then(Value::as_object) else {
+        return fault(format!("{INSTANCES} has no attributes"));
+    };
+    let table = |name: &str, kind| {
+        let Some(value) = attributes.get(name) else { return Ok(None) };
+        let index = value.as_u64().and_then(|index| u32::try_from(index).ok());
+        let Some(index) = index else {
+            return fault(format!("{INSTANCES} has a {name} that is no accessor"));
+        };
+        tables.get(Index::<accessor::Accessor>::new(index), ("instances", kind)).map(Some)
+    };
+    let places = table("TRANSLATION", Type::Vec3)?;
+    let turns = table("ROTATION", Type::Vec4)?;
+    let sizes = table("SCALE", Type::Vec3)?;
+    let counts = [&places, &turns, &sizes].map(|table| table.as_ref().map(|table| table.count));
+    let mut counts = counts.into_iter().flatten();
+    let Some(count) = counts.next() else { return Ok(None) };
+    if counts.any(|other| other != count) {
+        return fault(format!("{INSTANCES} has attributes of different lengths"));
+    }
+    spend(count)?;
+    let mut copies = Vec::new();
+    copies.try_reserve(count)?;
+    copies.extend((0..count).map(|i| {
+        let row = |table: &Option<Accessor<'_>>, or: f64| {
+            table.as_ref().map_or([or; 3], |table| table.row(i))
+        };
+        let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns.row(i));
+        of_parts(row(&sizes, 1.0), turn, row(&places, 0.0))
+    }));
+    Ok(Some(copies))
+}

@@ -1,0 +1,135 @@
+//! The tree of nodes: where meshes are.
+
+use glam::DMat4;
+use gltf::json::accessor::Type;
+use gltf::json::{Index, Root, scene, skin};
+
+use super::extensions::{instances, is_hidden};
+use super::primitive::{Placement, Primitives};
+use super::transform::transform;
+use crate::coordinate::Coordinate;
+use crate::load::error::{Fault, fault};
+
+/// Adds the meshes of all nodes, each before its children.
+pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<(), Fault> {
+    let root = primitives.tables.root;
+    let joints = if root.skins.is_empty() { vec![] } else { all_transforms(root)? };
+    let mut reached = vec![false; root.nodes.len()];
+    let mut next: Vec<(usize, DMat4)> = Vec::new();
+    next.extend(roots(root)?.into_iter().rev().map(|node| (node, DMat4::IDENTITY)));
+    while let Some((index, above)) = next.pop() {
+        let Some(node) = root.nodes.get(index) else {
+            return fault(format!("node {index} is named, but there are {}", root.nodes.len()));
+        };
+        if std::mem::replace(&mut reached[index], true) {
+            return fault(format!("node {index} is reached twice; nodes must form a tree"));
+        }
+        if is_hidden(node) {
+            continue;
+        }
+        let transform = above * transform(node);
+        add(primitives, node, transform, &joints).map_err(|fault| match node.skin {
+            // A mesh names itself.
+            None => fault,
+            Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
+        })?;
+        let children = node.children.iter().flatten().rev();
+        next.extend(children.map(|child| (child.value(), transform)));
+    }
+    Ok(())
+}
+
+/// Adds the mesh of a node, if it has one.
+fn add<S: Coordinate>(
+    primitives: &mut Primitives<'_, S>,
+    node: &scene::Node,
+    transform: DMat4,
+    joints: &[DMat4],
+) -> Result<(), Fault> {
+    let Some(mesh) = node.mesh else { return Ok(()) };
+    let tables = primitives.tables;
+    let weights = node.weights.as_deref();
+    let copies = instances(tables, node, |count| primitives.spend(count))?;
+    if let Some(skin) = node.skin {
+        // Its joints place a mesh, wherever its node is, and so there is one copy of it.
+        if copies.is_some_and(|copies| copies.len() != 1) {
+            primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
+        }
+        let joints = skin_of(primitives, skin, joints)?;
+        return primitives.add(mesh.value(), weights, &Placement { transform, joints });
+    }
+    for copy in copies.unwrap_or_else(|| vec![DMat4::IDENTITY]) {
+        let placement = Placement { transform: transform * copy, joints: vec![] };
+        primitives.add(mesh.value(), weights, &placement)?;
+    }
+    Ok(())
+}
+
+/// The matrices by which the joints of a skin place vertices, from the pose in which the mesh was bound to
+/// that in which the joints are.
+fn skin_of<S: Coordinate>(
+    primitives: &mut Primitives<'_, S>,
+    index: Index<skin::Skin>,
+    transforms: &[DMat4],
+) -> Result<Vec<DMat4>, Fault> {
+    let tables = primitives.tables;
+    let Some(skin) = tables.root.skins.get(index.value()) else { return fault("is not there") };
+    primitives.spend(skin.joints.len())?;
+    let inverse = skin.inverse_bind_matrices;
+    let inverse = inverse.map(|i| tables.get(i, ("joints", Type::Mat4))).transpose()?;
+    if inverse.as_ref().is_some_and(|inverse| inverse.count < skin.joints.len()) {
+        return fault("has fewer inverse bind matrices than joints");
+    }
+    let joint = |(i, joint): (usize, &Index<scene::Node>)| {
+        let Some(transform) = transforms.get(joint.value()) else {
+            return fault(format!("joint {joint} is not there"));
+        };
+        let inverse = inverse.as_ref();
+        let inverse =
+            inverse.map_or(DMat4::IDENTITY, |inverse| DMat4::from_cols_array(&inverse.row(i)));
+        Ok(*transform * inverse)
+    };
+    skin.joints.iter().enumerate().map(joint).collect()
+}
+
+/// From each node's space to that of the scene. Nodes that go round have none of them.
+fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
+    let mut transforms = vec![DMat4::NAN; root.nodes.len()];
+    let mut reached = vec![false; root.nodes.len()];
+    let mut next: Vec<(usize, DMat4)> =
+        tops(root).into_iter().map(|node| (node, DMat4::IDENTITY)).collect();
+    while let Some((index, above)) = next.pop() {
+        let Some(node) = root.nodes.get(index) else {
+            return fault(format!("node {index} is named, but there are {}", root.nodes.len()));
+        };
+        if std::mem::replace(&mut reached[index], true) {
+            return fault(format!("node {index} is reached twice; nodes must form a tree"));
+        }
+        transforms[index] = above * transform(node);
+        next.extend(node.children.iter().flatten().map(|child| (child.value(), transforms[index])));
+    }
+    Ok(transforms)
+}
+
+/// The nodes at the top of the scene; without a scene, all that are nobody's child.
+fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
+    let index = root.scene.map_or(0, |scene| scene.value());
+    match root.scenes.get(index) {
+        Some(scene) => Ok(scene.nodes.iter().map(Index::value).collect()),
+        None if root.scene.is_some() => {
+            fault(format!("scene {index} is named, but there are {}", root.scenes.len()))
+        }
+        None => Ok(tops(root)),
+    }
+}
+
+/// The nodes that are nobody's child.
+fn tops(root: &Root) -> Vec<usize> {
+    let mut top = vec![true; root.nodes.len()];
+    for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
+        if let Some(top) = top.get_mut(child.value()) {
+            *top = false;
+        }
+    }
+    (0..top.len()).filter(|&node| top[node]).collect()
+}

@@ -1,0 +1,30 @@
+//! Transforms from their parts.
+
+use glam::{DMat4, DQuat, DVec3};
+use gltf::json::scene;
+
+/// From a node's space to that of its parent.
+pub(super) fn transform(node: &scene::Node) -> DMat4 {
+    if let Some(matrix) = &node.matrix {
+        return DMat4::from_cols_array(&matrix.map(f64::from));
+    }
+    let vector = |v: Option<[f32; 3]>, or: f64| v.map_or([or; 3], |v| v.map(f64::from));
+    let rotation = node.rotation.unwrap_or_default().0.map(f64::from);
+    of_parts(vector(node.scale, 1.0), rotation, vector(node.translation, 0.0))
+}
+
+/// The transform that scales, then turns, then moves.
+pub(super) fn of_parts(scale: [f64; 3], rotation: [f64; 4], translation: [f64; 3]) -> DMat4 {
+    let rotation = DQuat::from_array(rotation);
+    // It should have unit length, and has it up to f32.
+    let length = rotation.length();
+    let rotation = if length > 0.0 { rotation / length } else { DQuat::IDENTITY };
+    DMat4::from_scale_rotation_translation(DVec3::from(scale), rotation, DVec3::from(translation))
+}
+
+/// Whether a transform mirrors: what runs counter-clockwise then runs clockwise.
+pub(super) fn mirrors(transform: &DMat4) -> bool {
+    let axes = [transform.x_axis, transform.y_axis, transform.z_axis];
+    let [x, y, z] = axes.map(|axis| axis.truncate().normalize_or_zero());
+    x.cross(y).dot(z) < 0.0
+}

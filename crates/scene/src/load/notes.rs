@@ -1,0 +1,62 @@
+//! What whoever reads a model should know about what became of it.
+
+use std::borrow::Cow;
+use std::fmt;
+
+/// One kind of things in a file that were left out, repaired or guessed, counted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    /// What these things are and what became of them: `faces of fewer than three corners, left out`.
+    pub what: Cow<'static, str>,
+    /// How many of them there are.
+    pub count: u64,
+    /// The line of the first, counted from 1, in a file of text.
+    pub line: Option<u64>,
+}
+
+/// `faces of fewer than three corners, left out: 2 (the first in line 5)`.
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.what, self.count)?;
+        match self.line {
+            Some(line) if self.count > 1 => write!(f, " (the first in line {line})"),
+            Some(line) => write!(f, " (in line {line})"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The notes about a model: one of each kind, in the order in which they came up.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Notes(Vec<Note>);
+
+impl Notes {
+    /// Adds `count` things of a kind, the first of which is in `line`.
+    ///
+    /// ```
+    /// let mut notes = intertri_scene::Notes::default();
+    /// notes.add("faces of fewer than three corners, left out", 1, Some(5));
+    /// notes.add("faces of fewer than three corners, left out", 1, Some(9));
+    /// let [note] = notes.as_slice() else { panic!() };
+    /// assert_eq!(note.to_string(), "faces of fewer than three corners, left out: 2 (the first in line 5)");
+    /// ```
+    pub fn add(&mut self, what: impl Into<Cow<'static, str>>, count: u64, line: Option<u64>) {
+        let what = what.into();
+        match self.0.iter_mut().find(|note| note.what == what) {
+            Some(note) => note.count += count,
+            None => self.0.push(Note { what, count, line }),
+        }
+    }
+
+    /// The notes.
+    pub fn as_slice(&self) -> &[Note] {
+        &self.0
+    }
+
+    /// Adds all notes of another list.
+    pub(super) fn extend(&mut self, others: Self) {
+        for Note { what, count, line } in others.0 {
+            self.add(what, count, line);
+        }
+    }
+}
