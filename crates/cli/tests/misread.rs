@@ -1,5 +1,5 @@
 //! Files that are not as they should be: read where nothing has to be guessed, and never misread in
-//! silence. What is left out, repaired or guessed is one counted line a kind.
+//! silence: each kind of things that are left out, repaired or guessed is one counted line.
 
 use crate::common::{Place, one_line};
 
@@ -250,7 +250,7 @@ fn stl_words_are_in_any_case_and_the_last_end_may_be_missing() {
     notes("m.stl", format!("solid Q\n{FACETS}"), "0,1,", said);
     refuses(
         "m.stl",
-        format!("solid Q\n{}", &FACETS[..FACETS.len() - 20]),
+        format!("solid Q\n{}", FACETS.trim_end_matches("endloop\nendfacet\n")),
         &["m.stl:", "cut off in the middle"],
     );
     let broken =
@@ -266,7 +266,7 @@ fn stl_headers_that_promise_too_few_triangles() {
     };
     notes("m.stl", stl(0), "0,1,", &said(0, 2));
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
-    // What is no whole triangle is none.
+    // Bytes that are not a whole triangle stay out.
     let over = |bytes: &[u8], more| [bytes, &vec![b'x'; more][..]].concat();
     notes("m.stl", over(&stl(2), 7), "0,1,", "bytes behind the last triangle, left out: 7");
     notes("m.stl", over(&stl(1), 7), "0,,", "bytes behind the last triangle, left out: 57");

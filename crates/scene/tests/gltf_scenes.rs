@@ -314,7 +314,7 @@ fn extensions_are_known_or_named() {
         file.json["extensionsRequired"] = json!([name]);
         file.refused(&format!("{words} ({name:?}); export the model without that"));
     }
-    // What is used and not required can be ignored; a compressed mesh is there uncompressed, too.
+    // A file that only uses an extension works without it; a compressed mesh is there uncompressed, too.
     file.json["extensionsRequired"] = json!([]);
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
     assert_eq!(file.triangles(), [TRIANGLE]);

@@ -48,7 +48,7 @@ struct Report {
     written: Written,
     model: Option<PathBuf>,
     rounded: Rounded,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     notes: ModelNotes,
     seed: u64,
     times: Vec<Time>,

@@ -50,7 +50,7 @@ const CHUNKS: usize = 4;
 /// than exact and oracle take f32 alone: what they round is counted on the standard error and in the report.
 ///
 /// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
-/// polygon as a fan; u and v are the weights of the second and third corner. Numbers are the shortest
+/// polygon's one behind the other; u and v are the weights of the second and third corner. Numbers are the shortest
 /// decimals that read back to the same bits, in scientific notation below 1e-5 and from 1e16 on. A miss
 /// has empty cells. Or raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
 #[derive(Args)]

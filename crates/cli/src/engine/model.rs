@@ -25,7 +25,7 @@ pub(crate) struct Model {
     content: Content,
     /// What was read beside the file.
     pub(crate) files: Vec<PathBuf>,
-    /// What was left out, repaired or guessed, as the standard error says, too.
+    /// Things that were left out, repaired or guessed; the standard error has them, too.
     notes: ModelNotes,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct ModelIn<S: Given> {
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
     /// Which of its coordinates the scalar does not hold.
     pub(crate) rounding: Rounding,
-    /// What was left out, repaired or guessed.
+    /// Things that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct ModelOptions {
     strict: bool,
 }
 
-/// What was left out, repaired or guessed of a model, for reports: each kind with its count.
+/// Things in a model that were left out, repaired or guessed, for reports: each kind with its count.
 #[derive(Clone, Default, Serialize)]
 #[serde(transparent)]
 pub(crate) struct ModelNotes(Vec<ModelNote>);

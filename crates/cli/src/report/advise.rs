@@ -16,7 +16,7 @@ use crate::report::rounding::Rounded;
 #[derive(Serialize)]
 pub(crate) struct AdviseReport {
     pub(crate) model: Option<PathBuf>,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) rounded: Rounded,
     pub(crate) size: [u32; 2],

@@ -15,7 +15,7 @@ use crate::report::rounding::Rounded;
 pub(crate) struct BenchReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) triangles: usize,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) threads: usize,
     pub(crate) turns: u32,

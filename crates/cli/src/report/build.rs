@@ -16,7 +16,7 @@ pub(crate) struct BuildReport {
     pub(crate) model: PathBuf,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,

@@ -22,7 +22,7 @@ pub(crate) struct RenderReport {
     pub(crate) model: Option<PathBuf>,
     pub(crate) output: PathBuf,
     pub(crate) triangles: usize,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,

@@ -20,7 +20,7 @@ pub(crate) struct TraceReport {
     /// Null for the standard output.
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
-    /// What was left out, repaired or guessed while the model was read.
+    /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) engine: EngineName,
     /// What the model and the rays were traced in.

@@ -67,7 +67,7 @@ struct WaitingFaces {
 struct UnusableVertex {
     index: u32,
     line: Option<u64>,
-    /// Why, if its numbers do not say it.
+    /// Why, if its numbers do not show it.
     cause: Option<String>,
 }
 

@@ -43,16 +43,17 @@ use crate::mesh::Mesh;
 /// - STL: ascii (all its solids) and binary, told apart by the size that a binary header promises.
 ///   Every triangle has three positions of its own.
 /// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first where none is named, all
-///   nodes where there is no scene), node by node, each before its children, where their transforms
-///   put them; triangles, strips and fans; the first texture coordinates. Buffers are within the
-///   file, in data URIs, or in files beside it. Skins, morph targets and materials are ignored, points
-///   and lines skipped; sparse accessors and compressed meshes are refused.
+///   nodes where there is no scene), node by node, each before its children, where their transforms,
+///   instances or joints put them; triangles, strips and fans; morph targets by their weights; the first
+///   texture coordinates. A transform that mirrors turns the triangles. Hidden nodes are left out. Buffers
+///   are within the file, in data URIs, or in files in the model's folder. Materials and animations are
+///   ignored, points and lines skipped, compressed meshes refused.
 ///
 /// In a strip, every other triangle is turned, so that all are wound alike, and those that name a
 /// vertex twice are left out. A byte order mark may stand before any text. Vertices, texture coordinates
 /// and other numbers that no triangle needs may be anything, such as NaN.
 ///
-/// What is left out, repaired or guessed is counted in the [`Notes`] of [`load_model`].
+/// The [`Notes`] of [`load_model`] count everything that is left out, repaired or guessed.
 ///
 /// Time and memory are linear in the size of the file, but for faces that are cut by ear clipping, whose
 /// time may grow with the square of their corners; what a file promises sizes nothing. A gzip may

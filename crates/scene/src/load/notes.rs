@@ -1,4 +1,4 @@
-//! What whoever reads a model should know about what became of it.
+//! Notes about a model: the things in its file that were not read as they stand.
 
 use std::borrow::Cow;
 use std::fmt;

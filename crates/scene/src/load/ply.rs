@@ -280,7 +280,7 @@ struct Element {
     position: [f64; 3],
     uv: [f64; 2],
     corners: Option<Vec<i64>>,
-    /// What is wrong with a number that is none.
+    /// The error about a number that cannot be parsed.
     broken: Option<String>,
 }
 

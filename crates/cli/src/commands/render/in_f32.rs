@@ -81,7 +81,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// What became of a model when it was read: what was rounded, left out, repaired or guessed.
+/// How a model differs from its file: numbers that were rounded, and notes.
 type Changes = (Rounding, ModelNotes);
 
 /// The model or the built-in scene, with its camera and texture.

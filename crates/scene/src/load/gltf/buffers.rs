@@ -161,7 +161,7 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Whether a symbolic link leads out of the folder. What is not there is for others to say.
+/// Whether a symbolic link leads out of the folder. Opening a file that is missing fails later.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {
