@@ -1,0 +1,165 @@
+//! Runs an ordinary query so many times, for whoever counts instructions (`.ci/instructions`):
+//!
+//!     cases NAME TIMES
+//!
+//! The difference of two counts is what the queries cost. Without a name it prints all names.
+
+use std::hint::black_box;
+
+use intertri::{Exact, Hit, Mode, Ray, Triangle};
+use intertri_lab::rng::Rng;
+use intertri_scene::Scene;
+use intertri_trace::Bvh;
+
+/// A case runs 256 queries so many times.
+type Case = (&'static str, fn(times: u64));
+
+const CASES: [Case; 10] = [
+    ("slice closest", |times| slice(times, |mode, some, ray| mode.closest(some, ray).is_some())),
+    ("slice any", |times| slice(times, Exact::any)),
+    ("closest", |times| single(&built_in(), &camera(), times)),
+    ("closest of a batch", |times| {
+        let (mode, bvh, rays) = (Exact::default(), built_in(), tile());
+        let mut hits = vec![Hit::MISS; rays.len()];
+        for _ in 0..times {
+            bvh.closest_batch(&mode, black_box(&rays), &mut hits);
+            black_box(&hits);
+        }
+    }),
+    ("any", |times| {
+        let (mode, bvh, rays) = (Exact::default(), built_in(), scattered());
+        for _ in 0..times {
+            for ray in &rays {
+                black_box(bvh.any(&mode, black_box(ray)));
+            }
+        }
+    }),
+    ("with a far triangle", |times| {
+        let mut triangles = Scene::built_in().mesh.to_triangles();
+        let far = 1e5;
+        triangles.push(Triangle([[far, 0.0, 0.0], [far + 1.0, 0.0, 0.0], [far, 1.0, 0.0]]));
+        single(&Bvh::new(&triangles).expect("few triangles"), &scattered(), times);
+    }),
+    ("poles of quads", |times| single(&ball(), &around(), times)),
+    ("from far away", |times| {
+        let far = |ray: Ray| {
+            let origin = [0, 1, 2].map(|k| ray.origin[k] - 1e4 * ray.dir[k]);
+            Ray::new(origin, ray.dir)
+        };
+        single(&built_in(), &camera().into_iter().map(far).collect::<Vec<_>>(), times);
+    }),
+    ("without a direction", |times| {
+        let still = |(i, ray): (usize, Ray)| match i % 16 {
+            0 => Ray { dir: [0.0; 3], ..ray },
+            _ => ray,
+        };
+        let rays: Vec<_> = scattered().into_iter().enumerate().map(still).collect();
+        single(&built_in(), &rays, times);
+    }),
+    ("closest point", |times| {
+        let (bvh, rays) = (built_in(), scattered());
+        for _ in 0..times {
+            for ray in &rays {
+                black_box(bvh.closest_point(black_box(ray.origin), f64::INFINITY));
+            }
+        }
+    }),
+];
+
+fn main() {
+    let args: Vec<String> = std::env::args().collect();
+    let Some(name) = args.get(1) else {
+        for (name, _) in CASES {
+            println!("{name}");
+        }
+        return;
+    };
+    let times = args.get(2).and_then(|times| times.parse().ok());
+    let case = CASES.iter().find(|(known, _)| known == name);
+    let (Some((_, run)), Some(times)) = (case, times) else { panic!("give NAME TIMES") };
+    run(times);
+}
+
+/// 256 rays, one after another, against a slice of 256 triangles.
+fn slice(times: u64, query: fn(&Exact, &[Triangle], &Ray) -> bool) {
+    let mut rng = Rng::new(3);
+    let mut point = |size: f64| rng.cube().map(|x| (size * x) as f32);
+    let triangle = |point: &mut dyn FnMut(f64) -> [f32; 3]| {
+        let (middle, mut corner) = (point(1.0), || point(0.4));
+        let corners = [corner(), corner(), corner()];
+        Triangle(corners.map(|c| [0, 1, 2].map(|k| middle[k] + c[k])))
+    };
+    let triangles: Vec<_> = (0..256).map(|_| triangle(&mut point)).collect();
+    let (mode, rays) = (Exact::default(), scattered());
+    for _ in 0..times {
+        for ray in &rays {
+            black_box(query(&mode, black_box(&triangles), ray));
+        }
+    }
+}
+
+/// One ray after another, the closest hit by a hierarchy.
+fn single(bvh: &Bvh, rays: &[Ray], times: u64) {
+    let mode = Exact::default();
+    for _ in 0..times {
+        for ray in rays {
+            black_box(bvh.closest(&mode, black_box(ray)));
+        }
+    }
+}
+
+fn built_in() -> Bvh {
+    Bvh::new(&Scene::built_in().mesh.to_triangles()).expect("few triangles")
+}
+
+/// A camera's rays at the built-in scene, 16 by 16.
+fn camera() -> Vec<Ray> {
+    let camera = Scene::built_in().camera;
+    (0..256).map(|i| camera.ray(i % 16, i / 16, 16, 16)).collect()
+}
+
+/// The rays of 16 by 16 neighbouring pixels.
+fn tile() -> Vec<Ray> {
+    let camera = Scene::built_in().camera;
+    (0..256).map(|i| camera.ray(180 + i % 16, 180 + i / 16, 400, 400)).collect()
+}
+
+/// Rays from around the middle of the built-in scene in all directions.
+fn scattered() -> Vec<Ray> {
+    let mut rng = Rng::new(5);
+    let mut ray = || {
+        let [x, y, z] = rng.cube().map(|x| x as f32);
+        Ray::new([x, 1.0 + 0.8 * y, z], rng.direction().map(|x| x as f32))
+    };
+    (0..256).map(|_| ray()).collect()
+}
+
+/// A ball of rings of quads, also at its poles, where half of their triangles are thin.
+fn ball() -> Bvh {
+    let (around, rings) = (64, 32);
+    let point = |i: usize, j: usize| {
+        let turn = std::f64::consts::TAU * i as f64 / f64::from(around);
+        let tilt = std::f64::consts::PI * (0.5 - j as f64 / f64::from(rings));
+        [tilt.cos() * turn.sin(), tilt.sin(), tilt.cos() * turn.cos()].map(|x| x as f32)
+    };
+    let mut triangles = Vec::new();
+    for j in 0..rings as usize {
+        for i in 0..around as usize {
+            let [a, b] = [point(i, j), point(i + 1, j)];
+            let [c, d] = [point(i, j + 1), point(i + 1, j + 1)];
+            triangles.extend([Triangle([a, c, b]), Triangle([b, c, d])]);
+        }
+    }
+    Bvh::new(&triangles).expect("few triangles")
+}
+
+/// Rays from outside of that ball to its inside.
+fn around() -> Vec<Ray> {
+    let mut rng = Rng::new(9);
+    let mut ray = || {
+        let from = rng.direction().map(|x| 3.0 * x as f32);
+        let to = rng.cube().map(|x| 0.8 * x as f32);
+        Ray::new(from, [0, 1, 2].map(|k| to[k] - from[k]))
+    };
+    (0..256).map(|_| ray()).collect()
+}
