@@ -3,8 +3,9 @@
 pub(crate) mod truth;
 
 use dashu_ratio::RBig;
-use intertri::Triangle;
-use intertri::internal::exact::{Tier, closer_from, closest, squares};
+use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
+use intertri::internal::Bits;
+use intertri::{Scalar, Triangle};
 use intertri::simd::Vec3;
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint};
@@ -39,10 +40,12 @@ impl Numbers {
         [self.number(), self.number(), self.number()]
     }
 
-    /// A needle now and then.
+    /// A needle or one without an area now and then.
     fn triangle(&mut self) -> Triangle {
         let mut t = Triangle([self.point(), self.point(), self.point()]);
-        if self.unit() < 0.2 {
+        if self.unit() < 0.25 {
+            flatten(&mut t.0, self.unit());
+        } else if self.unit() < 0.2 {
             let share = self.unit() as f32;
             let at = |k: usize| t.0[0][k] * (1.0 - share) + t.0[1][k] * share;
             t.0[2] = [at(0), at(1), at(2)];
@@ -66,11 +69,29 @@ impl Numbers {
     }
 }
 
+/// Takes the area from a triangle: two corners alike, all of them, or all on a line in an order of their own. The line is
+/// exact where coordinates have bits to spare.
+pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
+    let which = (unit * 12.0) as usize;
+    let [i, j] = [[0, 1], [1, 2], [2, 0]][which % 3];
+    match which / 3 {
+        0 => corners[i] = corners[j],
+        1 => *corners = [corners[which % 3]; 3],
+        // A third corner at the middle of the others, or as far beyond one of them.
+        shape => {
+            let (a, b, k) = (corners[i], corners[j], 3 - i - j);
+            let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));
+            let at = |x: usize| if shape == 2 { 0.5 * a[x] + 0.5 * b[x] } else { 2.0 * b[x] - a[x] };
+            corners[k] = [0, 1, 2].map(|x| S::nearest(at(x)));
+        }
+    }
+}
+
 const KINDS: usize = 7;
 
 #[test]
 fn every_tier_is_right_of_every_pair() {
-    let (mut pairs, mut ties) = (0, 0);
+    let (mut pairs, mut ties, mut flat) = (0, 0, 0);
     for i in 0..14_000 {
         let mut numbers = Numbers { rng: Rng::new(i), kind: i as usize % KINDS };
         let (one, other) = (numbers.triangle(), numbers.triangle());
@@ -81,13 +102,13 @@ fn every_tier_is_right_of_every_pair() {
             other.0[1] = if i % 2 == 0 { one.0[0] } else { other.0[1] };
         }
         let point = numbers.point_near(&one);
-        if !point.iter().all(|x| x.is_finite()) {
+        let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
+        if !point.iter().all(|x| x.is_finite()) || !finite(&one) || !finite(&other) {
             continue;
         }
-        let (Some(first), Some(second)) = (truth(point, &one), truth(point, &other)) else {
-            continue;
-        };
+        let (first, second) = (truth(point, &one), truth(point, &other));
         pairs += 1;
+        flat += usize::from(!has_area(&one));
         ties += usize::from(first.0 == second.0);
         for tier in Tier::ALL {
             let order = closer_from(tier, point, &one, &other);
@@ -117,7 +138,8 @@ fn every_tier_is_right_of_every_pair() {
             bounds.most
         );
     }
-    assert!(pairs > 9000 && ties > 1000, "{pairs} pairs, {ties} ties");
+    let counts = format!("{pairs} pairs, {ties} ties, {flat} without an area");
+    assert!(pairs > 9000 && ties > 1000 && flat > 1500, "{counts}");
 }
 
 #[test]
@@ -148,10 +170,8 @@ fn meshes_are_asked_as_a_plain_loop() {
         bvh.closest_point_batch(&points, f64::INFINITY, &mut answers);
         for (&point, answer) in points.iter().zip(&answers) {
             let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
-            let of =
-                |i: usize| finite(&triangles[i]).then(|| truth(point, &triangles[i])).flatten();
-            let all = (0..triangles.len()).filter_map(|i| of(i).map(|(square, _)| (square, i)));
-            let best = all.min();
+            let there = (0..triangles.len()).filter(|&i| finite(&triangles[i]));
+            let best = there.map(|i| (truth(point, &triangles[i]).0, i)).min();
             let found = answer.some().map(|closest| closest.triangle as usize);
             assert_eq!(found, best.as_ref().map(|best| best.1), "{point:?}");
             if let Some((square, _)) = best {

@@ -52,6 +52,21 @@ def test_nearest_points_are_right(dtype, rng, moved):
     assert np.isnan(mesh.signed_distance([math.nan, 0, 0])) and not np.signbit(signed[:10]).any()
 
 
+def test_triangles_without_area_are_segments_and_points(dtype):
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5], [7, 5, 5], [6, 5, 5]], dtype)
+    mesh = intertri.Mesh(corners, [[0, 1, 2], [3, 4, 5], [3, 3, 3]])
+    near = mesh.closest_point(np.array([[6, 5, 6], [4, 5, 5]], dtype))
+    assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
+    assert near["point"].tolist() == [[6, 5, 5], [5, 5, 5]]
+    assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
+    # As saved, and as it moves: the triangle becomes flat, and another none.
+    assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
+    corners[5], corners[1] = [6, 7, 5], [0, 2, 0]
+    mesh.refit(corners)
+    near = mesh.closest_point(np.array([[6, 6, 6], [0, 1.5, 3]], dtype))
+    assert near["distance"].tolist() == [1, 3] and near["triangle"].tolist() == [1, 0]
+
+
 def test_radius_and_shapes(dtype):
     mesh = intertri.Mesh(np.array([[[0, 0, 5], [1, 0, 5], [0, 1, 5]]], dtype))
     ask = lambda **radius: int(mesh.closest_point([0.25, 0.25, 7], **radius)["triangle"])

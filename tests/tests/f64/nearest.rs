@@ -1,6 +1,7 @@
 //! The closest point of what is given in f64, held against rationals: every tier of a pair, the bounds of the lanes,
 //! meshes anywhere and of any size, and the sign.
 
+use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
 use intertri::simd::Vec3;
 use intertri::{Triangle64, TriangleOf};
@@ -8,6 +9,7 @@ use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint, Place, Solid};
 
 use super::hierarchy::soup;
+use crate::nearest::flatten;
 use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
@@ -32,10 +34,12 @@ fn point(kind: usize, rng: &mut Rng) -> [f64; 3] {
     [(); 3].map(|()| number(kind, rng))
 }
 
-/// A needle now and then.
+/// A needle or one without an area now and then.
 fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     let mut t = TriangleOf([(); 3].map(|()| point(kind, rng)));
-    if rng.unit() < 0.2 {
+    if rng.unit() < 0.25 {
+        flatten(&mut t.0, rng.unit());
+    } else if rng.unit() < 0.2 {
         let share = rng.unit();
         t.0[2] = [0, 1, 2].map(|k| t.0[0][k] * (1.0 - share) + t.0[1][k] * share);
         let k = rng.below(3);
@@ -59,7 +63,7 @@ fn point_near(kind: usize, t: &Triangle64, rng: &mut Rng) -> [f64; 3] {
 
 #[test]
 fn every_tier_is_right_of_every_pair() {
-    let (mut pairs, mut ties, mut ends) = (0, 0, 0);
+    let (mut pairs, mut ties, mut ends, mut flat) = (0, 0, 0, 0);
     for i in 0..9_000_u64 {
         let (mut rng, kind) = (Rng::new(i), i as usize % KINDS);
         let (one, mut other) = (triangle(kind, &mut rng), triangle(kind, &mut rng));
@@ -73,10 +77,9 @@ fn every_tier_is_right_of_every_pair() {
         if !(point.iter().all(|x| x.is_finite()) && finite(&one) && finite(&other)) {
             continue;
         }
-        let (Some(first), Some(second)) = (truth(point, &one), truth(point, &other)) else {
-            continue;
-        };
+        let (first, second) = (truth(point, &one), truth(point, &other));
         pairs += 1;
+        flat += usize::from(!has_area(&one));
         ties += usize::from(first.0 == second.0);
         let mut answers = vec![];
         for tier in Tier::ALL {
@@ -97,13 +100,30 @@ fn every_tier_is_right_of_every_pair() {
         // The bounds of the lanes, where the search has such numbers: within 2^400 of triangles of about 1.
         if matches!(kind, 0..=2 | 6 | 8) {
             let bounds = squares(one.0.map(Vec3::<f64>::splat), Vec3::splat(point));
-            let bound = |x: f64| dashu_ratio::RBig::try_from(x).unwrap();
+            let bound = |x: f64| RBig::try_from(x).unwrap();
             assert!(bound(bounds.least) <= first.0, "{point:?}, {one:?}: {}", bounds.least);
             let above = bounds.most.is_infinite() || bound(bounds.most) >= first.0;
             assert!(above, "{point:?}, {one:?}: {}", bounds.most);
         }
     }
-    assert!(pairs > 6000 && ties > 600 && ends > 100, "{pairs} pairs, {ties} ties, {ends} ends");
+    let counts = format!("{pairs} pairs, {ties} ties, {ends} ends, {flat} without an area");
+    assert!(pairs > 6000 && ties > 600 && ends > 100 && flat > 1000, "{counts}");
+}
+
+/// Where it is, too: within `2^-50` of the largest coordinate and `2^-1073`, and in the box.
+fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, name: &str) {
+    let exact = |x: f64| RBig::try_from(x).unwrap();
+    let (_, [u, v]) = truth(point, triangle);
+    let largest = triangle.0.as_flattened().iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let off = exact(largest) * exact(2.0_f64.powi(-50)) + exact(2.0_f64.powi(-1073));
+    for axis in 0..3 {
+        let [a, b, c] = triangle.0.map(|corner| corner[axis]);
+        let at = exact(a) * (RBig::ONE - &u - &v) + exact(b) * &u + exact(c) * &v;
+        let found = answer.point[axis];
+        let near = exact(found) - &at <= off && at - exact(found) <= off;
+        let is_in = a.min(b).min(c) <= found && found <= a.max(b).max(c);
+        assert!(near && is_in, "{name}: {answer:?} of {triangle:?}");
+    }
 }
 
 /// Against the least of all, in rationals.
@@ -113,13 +133,13 @@ fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     bvh.closest_point_batch(points, f64::INFINITY, &mut answers);
     let finite = |t: &Triangle64| t.0.as_flattened().iter().all(|x| x.is_finite());
     for (&point, answer) in points.iter().zip(&answers) {
-        let of = |i: usize| finite(&triangles[i]).then(|| truth(point, &triangles[i])).flatten();
-        let all = (0..triangles.len()).filter_map(|i| of(i).map(|(square, _)| (square, i)));
-        let best = all.min();
+        let there = (0..triangles.len()).filter(|&i| finite(&triangles[i]));
+        let best = there.map(|i| (truth(point, &triangles[i]).0, i)).min();
         let found = answer.some().map(|closest| closest.triangle as usize);
         assert_eq!(found, best.as_ref().map(|best| best.1), "{name}: {point:?}");
-        if let Some((square, _)) = best {
+        if let Some((square, i)) = best {
             assert!(is_within_one_ulp(answer.distance, &square), "{name}: {answer:?}");
+            check_point(point, &triangles[i], answer, name);
         }
         assert_eq!(bvh.closest_point(point, f64::INFINITY), answer.some());
         // Within the distance itself, and not below.

@@ -1,5 +1,5 @@
 //! The closest point of a triangle in rationals: the plane and Cramer's rule for the face, a parameter that is cut off
-//! for each edge, and the least of all. Nothing of the kernel's is used.
+//! for each edge, and the least of all. Without an area the face is left out. Nothing of the kernel's is used.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};
@@ -18,44 +18,47 @@ fn dot(a: &V, b: &V) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// The exact square of the distance, and the weights of the second and third corner; none for a line.
-pub(crate) fn truth<S: Scalar>(
-    point: [S; 3],
-    triangle: &TriangleOf<S>,
-) -> Option<(RBig, [RBig; 2])> {
+/// The exact square of the distance, and the weights of the second and third corner: of the first corner, else the first
+/// edge of ab, ca and bc, that holds the closest point.
+pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
     let (ab, ac, ap) = (minus(&b, &a), minus(&c, &a), minus(&p, &a));
     let [x, y, z] = [dot(&ab, &ab), dot(&ab, &ac), dot(&ac, &ac)];
     let det = &x * &z - &y * &y;
-    if det == RBig::ZERO {
-        return None;
-    }
-
     // The foot on the plane, by the normal equations.
     let (r, s) = (dot(&ab, &ap), dot(&ac, &ap));
-    let u = (&r * &z - &s * &y) / &det;
-    let v = (&s * &x - &r * &y) / &det;
     let square_at = |u: &RBig, v: &RBig| {
         let at = |k: usize| &ap[k] - &ab[k] * u - &ac[k] * v;
         let d = [at(0), at(1), at(2)];
         dot(&d, &d)
     };
-    if u >= RBig::ZERO && v >= RBig::ZERO && &u + &v <= RBig::ONE {
-        return Some((square_at(&u, &v), [u, v]));
+    if det != RBig::ZERO {
+        let u = (&r * &z - &s * &y) / &det;
+        let v = (&s * &x - &r * &y) / &det;
+        if u >= RBig::ZERO && v >= RBig::ZERO && &u + &v <= RBig::ONE {
+            return (square_at(&u, &v), [u, v]);
+        }
     }
 
-    // Else the nearest of the edges.
-    let clamped = |x: RBig| x.clamp(RBig::ZERO, RBig::ONE);
+    // Else the nearest of the corners and edges, the corners first. The foot on an edge without a length is its end.
+    let along = |product: RBig, square: RBig| {
+        let share = if square == RBig::ZERO { RBig::ZERO } else { product / square };
+        share.clamp(RBig::ZERO, RBig::ONE)
+    };
     let (bc, bp) = (minus(&c, &b), minus(&p, &b));
-    let along_bc = clamped(dot(&bc, &bp) / dot(&bc, &bc));
-    let ends = [
-        [clamped(r / x), RBig::ZERO],
-        [RBig::ZERO, clamped(s / z)],
+    let along_bc = along(dot(&bc, &bp), dot(&bc, &bc));
+    let (zero, one) = (|| RBig::ZERO, || RBig::ONE);
+    let all = [
+        [zero(), zero()],
+        [one(), zero()],
+        [zero(), one()],
+        [along(r, x), zero()],
+        [zero(), along(s, z)],
         [RBig::ONE - &along_bc, along_bc],
     ];
-    let all = ends.into_iter().map(|[u, v]| (square_at(&u, &v), [u, v]));
-    all.min_by(|a, b| a.0.cmp(&b.0))
+    let all = all.map(|[u, v]| (square_at(&u, &v), [u, v]));
+    all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
 }
 
 /// Whether a float is a number rounded once: nothing is nearer.

@@ -382,7 +382,7 @@ mod tests {
         };
         let triangles: Vec<_> = (-120..120).flat_map(|i| [at(i); 40]).collect();
         let depth_from = |start| {
-            let (mut refs, _) = prim_refs::collect(&triangles[..]).unwrap();
+            let mut refs = prim_refs::collect(&triangles[..]).unwrap().refs;
             let mut inner = zeros(refs.len() - 1).unwrap();
             let builder = Builder::new(&refs, Level::best(), &|_, _| ());
             let centres = builder.centres(&refs);

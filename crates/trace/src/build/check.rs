@@ -18,7 +18,7 @@ impl Layout {
             depth: 0,
         };
         walk.node(0, 1)?;
-        let expected = |t: &Triangle| u32::from(matches!(hit_bounds(t), HitBounds::Box(_)));
+        let expected = |t: &Triangle| u32::from(matches!(hit_bounds(t), HitBounds::Box(_) | HitBounds::Degenerate(_)));
         for (i, (&seen, t)) in walk.seen.iter().zip(triangles).enumerate() {
             if seen != expected(t) {
                 return Err(format!("triangle {i} is in {seen} blocks"));
@@ -85,7 +85,9 @@ impl Walk<'_> {
         let mut all = Aabb::EMPTY;
         for &i in &block[..full] {
             self.seen[i as usize] += 1;
-            if let HitBounds::Box(bounds) = hit_bounds(&self.triangles[i as usize]) {
+            if let HitBounds::Box(bounds) | HitBounds::Degenerate(bounds) =
+                hit_bounds(&self.triangles[i as usize])
+            {
                 all.join(&bounds);
             }
         }

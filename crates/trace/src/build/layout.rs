@@ -11,7 +11,7 @@ use {
 pub(crate) const MAX_DEPTH: usize = 64;
 
 /// The hierarchy over a slice of triangles; it keeps their indices, not the triangles.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Layout {
     /// The root is the first. The node children of a node lie side by side.
     pub nodes: Vec<Node>,
@@ -21,6 +21,8 @@ pub(crate) struct Layout {
     pub depth: usize,
     /// The triangles that may be hit outside of any box, ascending.
     pub unbounded: Vec<u32>,
+    /// Whether some of the triangles in blocks have no area.
+    pub has_degenerate: bool,
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── reinsert, wide ──> nodes of 8, blocks of 8
 //! ```
 //!
-//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); those that are never hit are
+//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); those that are not finite are
 //!    left out.
 //! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`]
 //!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`collapse`]
@@ -41,6 +41,7 @@ use crate::memory::NoMemory;
 use crate::threads;
 use crate::tree::{Geometries, LEAF, Leaf, MOST_LEAVES, NONE, Node, Tree};
 use layout::Layout;
+use prim_refs::Prims;
 pub(crate) use layout::MAX_DEPTH;
 pub(crate) use triangles::Triangles;
 
@@ -65,7 +66,7 @@ impl Tree {
         triangles: &(impl Triangles + ?Sized),
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, NoMemory> {
-        let Layout { nodes, mut blocks, depth, unbounded } =
+        let Layout { nodes, mut blocks, depth, unbounded, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
         let boxed = blocks.len();
 
@@ -86,6 +87,7 @@ impl Tree {
         };
         let mut tree = Self {
             leaves: threads::each(blocks.len(), leaf)?,
+            degenerate: Vec::new(),
             nodes,
             boxed,
             reach: 0.0,
@@ -94,6 +96,11 @@ impl Tree {
             geometries: Geometries::one(),
             cost_as_built: None,
         };
+        if has_degenerate {
+            // Rays must not see them.
+            let bounds = tree.fit_leaves(triangles)?;
+            tree.note_degenerate(&bounds)?;
+        }
         tree.reach = tree.find_reach();
         Ok(tree)
     }
@@ -105,11 +112,12 @@ fn layout_at(
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Layout, NoMemory> {
-    let (refs, unbounded) = prim_refs::collect(triangles)?;
+    let Prims { refs, unbounded, has_degenerate } = prim_refs::collect(triangles)?;
     if refs.is_empty() {
-        return Ok(Layout { nodes: vec![Node::NO_CHILDREN], blocks: vec![], depth: 1, unbounded });
+        let nodes = vec![Node::NO_CHILDREN];
+        return Ok(Layout { nodes, depth: 1, unbounded, ..Layout::default() });
     }
     let mut binary = binary::build(refs, level, progress)?;
     reinsert::reinsert(&mut binary);
-    Ok(Layout { unbounded, ..wide::write(&binary)? })
+    Ok(Layout { unbounded, has_degenerate, ..wide::write(&binary)? })
 }

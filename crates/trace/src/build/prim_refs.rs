@@ -21,15 +21,26 @@ impl PrimRef {
     }
 }
 
-/// The boxes of all triangles that have one, in order; and the triangles that may be hit outside of any
-/// box.
-pub(super) fn collect(
-    triangles: &(impl Triangles + ?Sized),
-) -> Result<(Vec<PrimRef>, Vec<u32>), NoMemory> {
-    let rare = AtomicBool::new(false);
+/// What is to be sorted, and what is not.
+pub(super) struct Prims {
+    /// The boxes of all triangles that have one, in order.
+    pub refs: Vec<PrimRef>,
+    /// The triangles that may be hit outside of any box.
+    pub unbounded: Vec<u32>,
+    /// Whether some of those with a box have no area.
+    pub has_degenerate: bool,
+}
+
+/// Looks at all triangles.
+pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, NoMemory> {
+    let (rare, degenerate) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box(bounds) => (SimdAabb::of(&bounds), i as u32),
+            HitBounds::Degenerate(bounds) => {
+                degenerate.store(true, Ordering::Relaxed);
+                (SimdAabb::of(&bounds), i as u32)
+            }
             HitBounds::Nowhere | HitBounds::Unbounded => {
                 rare.store(true, Ordering::Relaxed);
                 (SimdAabb::EMPTY, NONE)
@@ -48,5 +59,5 @@ pub(super) fn collect(
         }
         refs.retain(|r| r.index() != NONE);
     }
-    Ok((refs, unbounded))
+    Ok(Prims { refs, unbounded, has_degenerate: degenerate.into_inner() })
 }

@@ -287,7 +287,7 @@ mod tests {
             Triangle([(); 3].map(|()| [0, 1, 2].map(|k| at[k] + size[k] * random())))
         };
         let triangles: Vec<_> = (0..count).map(triangle).collect();
-        let (refs, _) = prim_refs::collect(&triangles[..]).unwrap();
+        let refs = prim_refs::collect(&triangles[..]).unwrap().refs;
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 

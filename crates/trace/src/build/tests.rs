@@ -137,7 +137,7 @@ fn triangles_on_a_line() {
 fn large_triangles_are_put_where_they_cost_less() {
     for count in [20_000, 30_000, 100_000] {
         let triangles = room(count);
-        let (refs, _) = prim_refs::collect(&triangles[..]).expect("few enough");
+        let refs = prim_refs::collect(&triangles[..]).expect("few enough").refs;
         let plain = binary::build(refs, Level::best(), &|_, _| ()).expect("few enough");
         let plain = wide::write(&plain).expect("few enough");
         plain.check(&triangles).expect("a tree");

@@ -14,8 +14,8 @@ pub(crate) trait Triangles: Sync {
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// Those of a leaf side by side.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The same where some may have moved to where they cannot be hit, whose lanes are dead; and the box around the
-    /// others.
+    /// The same where some cannot be hit in a box, whose lanes are dead; and the box around the others and those without
+    /// an area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -87,15 +87,23 @@ impl WithSimd for Moved<'_> {
         }
         let bounds = LaneBounds { corners: &corners, lanes }.run::<S>();
 
-        // Dead lanes repeat one that is not.
-        let dead = 0xff & !bounds.boxed;
-        if dead != 0 {
-            let live = bounds.boxed.trailing_zeros() as usize;
-            for row in corners.as_flattened_mut() {
-                let x = row.get(live).copied().unwrap_or(0.0);
-                lanes_of(dead).for_each(|lane| row[lane] = x);
-            }
-        }
+        fill_absent(&mut corners, bounds.present(), bounds.boxed);
         (TriangleBlock::of_lanes_in::<S>(corners, bounds.boxed), bounds)
+    }
+}
+
+/// Fills the lanes that have no triangle of their own with one that can be hit, or with any that has an area: a saved
+/// hierarchy takes one that has none for a triangle of its own.
+fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
+    let absent = 0xff & !present;
+    if absent == 0 {
+        return;
+    }
+    let from = lanes_of(live).next();
+    for (k, rows) in corners.iter_mut().enumerate() {
+        for (axis, row) in rows.iter_mut().enumerate() {
+            let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
+            lanes_of(absent).for_each(|lane| row[lane] = x);
+        }
     }
 }

@@ -216,13 +216,13 @@ impl<S: Given> Bvh<S> {
 }
 
 impl<S: Given> Bvh<S> {
-    /// The triangles, in the order in which they were given. Those that can never be hit, which have no area or a
-    /// corner that is not finite, are not kept: all their coordinates are NaN here.
+    /// The triangles, in the order in which they were given. Those with a corner that is not finite are not kept: all
+    /// their coordinates are NaN here.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
     /// let floor = Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-    /// let bvh = Bvh::new(&[floor, Triangle([[7.0; 3]; 3])])?;
+    /// let bvh = Bvh::new(&[floor, Triangle([[f32::INFINITY; 3]; 3])])?;
     /// let triangles = bvh.to_triangles();
     /// assert!(triangles[0] == floor && triangles[1].0[0][0].is_nan());
     /// # Ok::<(), intertri_trace::BuildError>(())
@@ -230,9 +230,9 @@ impl<S: Given> Bvh<S> {
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
         let nothing = TriangleOf([[S::from(f32::NAN); 3]; 3]);
         let mut triangles = vec![nothing; self.tree.triangles];
-        for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
-            for lane in lanes_of(leaf.block.live()) {
-                triangles[leaf.indices[lane] as usize] = self.triangle(first + lane as u32);
+        for (i, leaf) in self.tree.leaves.iter().enumerate() {
+            for lane in lanes_of(self.tree.present(i)) {
+                triangles[leaf.indices[lane] as usize] = self.triangle((8 * i + lane) as u32);
             }
         }
         triangles

@@ -13,7 +13,7 @@ use crate::save::{LoadError, Slice, Stream};
 impl<S: Given> Bvh<S> {
     /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
     ///
-    /// They hold the triangles that can be hit, their numbers, and the tree: 60 to 90 bytes a triangle in f32.
+    /// They hold the triangles that are finite, their numbers, and the tree: 60 to 90 bytes a triangle in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;

@@ -203,41 +203,46 @@ impl Triangles for Copies<'_> {
     fn hit_bounds(&self, i: usize) -> HitBounds {
         let triangle = &self.triangles[i];
         let Some(bounds) = self.frame.bounds(triangle) else { return HitBounds::Nowhere };
+        let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
+        let bounds = Aabb { lo, hi };
         // What f64 sees no area of may have one.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
-            return HitBounds::Nowhere;
+            return HitBounds::Degenerate(bounds);
         }
-        let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
-        HitBounds::Box(Aabb { lo, hi })
+        HitBounds::Box(bounds)
     }
 
     #[inline]
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8> {
         let count = indices.iter().take_while(|&&i| i != NONE).count();
-        self.copied(indices, ((1_u64 << count) - 1) as u32)
+        let all = ((1_u64 << count) - 1) as u32;
+        self.copied(indices, all, all)
     }
 
     #[inline]
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds) {
-        let mut leaf = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, unbounded: 0 };
+        let mut leaf = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, degenerate: 0, unbounded: 0 };
         for (lane, &i) in indices.iter().enumerate().take_while(|(_, i)| **i != NONE) {
-            if let HitBounds::Box(bounds) = self.hit_bounds(i as usize) {
-                leaf.bounds.join(&bounds);
-                leaf.boxed |= 1 << lane;
-            }
+            let (bounds, lanes) = match self.hit_bounds(i as usize) {
+                HitBounds::Nowhere | HitBounds::Unbounded => continue,
+                HitBounds::Box(bounds) => (bounds, &mut leaf.boxed),
+                HitBounds::Degenerate(bounds) => (bounds, &mut leaf.degenerate),
+            };
+            leaf.bounds.join(&bounds);
+            *lanes |= 1 << lane;
         }
-        (self.copied(indices, leaf.boxed), leaf)
+        (self.copied(indices, leaf.present(), leaf.boxed), leaf)
     }
 }
 
 impl Copies<'_> {
-    /// The copies of some triangles; dead lanes repeat one of them.
+    /// The copies of the triangles in some lanes, some of which are live; other lanes repeat one of them.
     #[inline]
-    fn copied(&self, indices: &[u32; BLOCK], live: u32) -> TriangleBlock<8> {
-        let Some(first) = lanes_of(live).next() else { return TriangleBlock::of_copies(&[]) };
+    fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
+        let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
         for lane in 0..BLOCK {
-            let some = if live >> lane & 1 != 0 { lane } else { first };
+            let some = if present >> lane & 1 != 0 { lane } else { first };
             let triangle = &self.triangles[indices[some] as usize];
             for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
                 for (row, x) in rows.iter_mut().zip(corner) {

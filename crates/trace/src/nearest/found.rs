@@ -12,7 +12,8 @@ pub struct ClosestPoint {
     /// How far it is: the true distance within 0.86 units in the last place, 0 only where that is 0. Of coordinates in
     /// f64, within 0.93 where it is subnormal, and infinite where it is beyond f64.
     pub distance: f64,
-    /// Where it is: each coordinate within `2^-51` of the triangle's largest.
+    /// Where it is: each coordinate within `2^-50` of the triangle's largest, and `2^-1073` more where that is subnormal in
+    /// f64; never outside of the triangle's box.
     pub point: [f64; 3],
     /// The weight of the triangle's second corner, rounded once.
     pub u: f64,
@@ -71,8 +72,9 @@ pub(super) fn closest_of<M: Mesh>(
     let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
-        let [a, b, c] = triangle.0.map(|corner| corner[axis].into());
-        (first * a + u * b) + v * c
+        let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
+        // Rounding may lead out of the box, or beyond f64.
+        ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
     };
     let point = [at(0), at(1), at(2)];
     let triangle = mesh.tree().index_of(place);

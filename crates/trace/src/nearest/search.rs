@@ -1,6 +1,6 @@
 //! The walk: the nearest box first, and no box that is surely farther than something found.
 
-use intertri::internal::exact::{has_area, squares};
+use intertri::internal::exact::squares;
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 
 use super::boxes;
@@ -70,23 +70,15 @@ impl<M: Mesh> Search<'_, M> {
         let within = at.in_leaves.map(Vec3::<S::F32x8>::splat);
         let far = boxes::far_for(self.most);
         let near = boxes::may_be_near(mesh.near_corners(leaf), within, far);
-        let near = near.bits() & mesh.tree().leaves[leaf].block.live();
+        let near = near.bits() & mesh.tree().present(leaf);
         if near == 0 {
             return false;
         }
         let found = squares(mesh.corners::<S>(leaf, near), Vec3::splat(at.point));
-        let mut near = found.least.le(Lanes::splat(self.most)).bits() & near;
+        let near = found.least.le(Lanes::splat(self.most)).bits() & near;
         if near == 0 {
             return false;
         }
-        // What may be a line is asked for its area before it can stand in another's way.
-        let doubtful = near & !found.has_area.bits();
-        if doubtful != 0 {
-            let is_line = |lane: &usize| !has_area(&mesh.triangle((8 * leaf + lane) as u32));
-            let lines = lanes_of(doubtful).filter(is_line);
-            near &= !lines.fold(0, |lines, lane| lines | 1 << lane);
-        }
-
         let (mut least, mut most) = ([0.0; 8], [0.0; 8]);
         found.least.store(&mut least);
         found.most.store(&mut most);

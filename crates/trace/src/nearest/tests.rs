@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
 use intertri::Triangle;
-use intertri::internal::exact::{Tier, closer_from, closest, has_area};
+use intertri::internal::exact::{Tier, closer_from, closest};
 
 use crate::test_numbers::random;
 use crate::{Bvh, ClosestPoint, Place, Solid};
@@ -10,7 +10,7 @@ use crate::{Bvh, ClosestPoint, Place, Solid};
 fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f64, [f64; 2])> {
     let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
     let mut best: Option<usize> = None;
-    for (i, t) in triangles.iter().enumerate().filter(|(_, t)| finite(t) && has_area(t)) {
+    for (i, t) in triangles.iter().enumerate().filter(|(_, t)| finite(t)) {
         let is_closer = best.is_none_or(|best| {
             closer_from(Tier::Widest, point, t, &triangles[best]) == Ordering::Less
         });
@@ -53,6 +53,11 @@ fn it_is_the_plain_loop() {
         let mut point = || [coordinate(), coordinate(), coordinate()];
         let mut triangles: Vec<Triangle> =
             (0..40).map(|_| Triangle([point(), point(), point()])).collect();
+        // Points and segments, alone and among others.
+        for t in triangles.iter_mut().step_by([1, 3, 7][round % 3]) {
+            t.0[2] = t.0[round % 2];
+            t.0[1] = if round % 4 == 0 { t.0[0] } else { t.0[1] };
+        }
         if round % 4 == 0 {
             triangles[3].0[0][0] = f32::NAN;
         }
@@ -113,10 +118,35 @@ fn balls_far_and_near() {
     assert!(solid.signed_distance([f32::NAN, 0.0, 0.0]).is_nan());
 }
 
+/// A segment that is a triangle, and a point.
+#[test]
+fn triangles_without_an_area_are_segments_and_points() {
+    let floor = Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let segment = Triangle([[5.0; 3], [7.0, 5.0, 5.0], [6.0, 5.0, 5.0]]);
+    let bvh = Bvh::new(&[floor, segment, Triangle([[9.0; 3]; 3])]).unwrap();
+    let near = |point| bvh.closest_point(point, f64::INFINITY).unwrap();
+    let found = near([6.5, 5.0, 6.0]);
+    assert_eq!((found.triangle, found.distance, found.point), (1, 1.0, [6.5, 5.0, 5.0]));
+    assert_eq!([found.u, found.v], [0.75, 0.0]);
+    // The corner within the segment.
+    assert_eq!(near([6.0, 5.0, 6.0]), ClosestPoint { point: [6.0, 5.0, 5.0], u: 0.0, v: 1.0, ..found });
+    let found = near([9.0, 9.0, 11.0]);
+    assert_eq!((found.triangle, found.distance, found.point), (2, 2.0, [9.0; 3]));
+
+    // Rays do not hit them, and they are all a mesh may have.
+    let ray = intertri::Ray::new([6.0, 5.0, 9.0], [0.0, 0.0, -1.0]);
+    assert_eq!(bvh.closest(&intertri::Exact::default(), &ray), None);
+    assert_eq!(bvh.bounds(), Some([[0.0; 3], [1.0, 1.0, 0.0]]));
+    assert_eq!(bvh.to_triangles()[1..], [segment, Triangle([[9.0; 3]; 3])]);
+    let alone = Bvh::new(&[segment]).unwrap();
+    assert_eq!(alone.closest_point([6.0, 5.0, 6.0], 1.0).map(|c| c.distance), Some(1.0));
+    assert_eq!(alone.bounds(), None);
+}
+
 #[test]
 fn what_has_no_answer() {
     let floor = Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]);
-    let bvh = Bvh::new(&[Triangle([[0.0; 3]; 3]), floor]).unwrap();
+    let bvh = Bvh::new(&[Triangle([[f32::NAN; 3]; 3]), floor]).unwrap();
     let up = [0.25, 3.0, 0.25];
     assert_eq!(bvh.closest_point(up, 3.0).map(|c| (c.triangle, c.distance)), Some((1, 3.0)));
     for radius in [3.0_f64.next_down(), 0.0, -1.0, f64::NAN] {

@@ -13,8 +13,8 @@ impl<S: Given> Bvh<S> {
     /// there is none. Masks of geometries do not matter.
     ///
     /// The triangle is truly the closest; of those that are exactly as close, which neighbours often are, the
-    /// lowest index. Triangles without an area, or with a corner that is not finite, are not there. A point that
-    /// is not finite has no closest one.
+    /// lowest index. A triangle without an area is the segment or the point that its corners span; one with a corner
+    /// that is not finite is not there. A point that is not finite has no closest one.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};

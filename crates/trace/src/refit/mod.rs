@@ -6,7 +6,8 @@
 //!   the rest triangles that no box can hold, or that the build had left out
 //! ```
 //!
-//! A triangle keeps its place in a leaf, also while it can not be hit: its lane is dead until it can again.
+//! A triangle keeps its place in a leaf, also while it can not be hit: its lane is dead until it can again. One without an
+//! area keeps its corners there, for closest points.
 
 mod error;
 #[cfg(test)]
@@ -67,6 +68,7 @@ impl Tree {
     /// Holds no triangle any more.
     pub(crate) fn clear(&mut self) {
         (self.nodes, self.leaves) = (vec![Node::NO_CHILDREN], Vec::new());
+        self.degenerate = Vec::new();
         (self.boxed, self.reach) = (0, 0.0);
     }
 
@@ -80,16 +82,24 @@ impl Tree {
         // Who has no place in the tree is known before it changes.
         let left_out = self.left_out()?;
         self.leaves.truncate(self.boxed);
-        let fit = |leaf: &mut Leaf| {
-            let around;
-            (leaf.block, around) = triangles.moved(&leaf.indices);
-            around
-        };
-        let bounds = threads::update(&mut self.leaves, fit)?;
+        let bounds = self.fit_leaves(triangles)?;
+        self.note_degenerate(&bounds)?;
         self.fit_nodes(&bounds)?;
         self.add_unboxed(triangles, &bounds, &left_out)?;
         self.reach = self.find_reach();
         Ok(Refit { cost: self.cost()?, cost_as_built })
+    }
+
+    /// Fits the leaves of the tree to their triangles, and finds their boxes.
+    pub(crate) fn fit_leaves(
+        &mut self,
+        triangles: &(impl Triangles + ?Sized),
+    ) -> Result<Vec<LeafBounds>, NoMemory> {
+        threads::update(&mut self.leaves[..self.boxed], |leaf| {
+            let around;
+            (leaf.block, around) = triangles.moved(&leaf.indices);
+            around
+        })
     }
 
     /// Fits the boxes of all nodes to those of the leaves.
@@ -134,17 +144,43 @@ impl Tree {
                 unboxed.push(leaf.indices[lane]);
             }
         }
-        unboxed.try_reserve(left_out.len())?;
-        let can_be_hit = |&index: &u32| triangles.hit_bounds(index as usize) != HitBounds::Nowhere;
-        unboxed.extend(left_out.iter().copied().filter(can_be_hit));
+        let mut degenerate = Vec::new();
+        for &index in left_out {
+            let to = match triangles.hit_bounds(index as usize) {
+                HitBounds::Nowhere => continue,
+                HitBounds::Degenerate(_) => &mut degenerate,
+                HitBounds::Box(_) | HitBounds::Unbounded => &mut unboxed,
+            };
+            to.try_reserve(1)?;
+            to.push(index);
+        }
         unboxed.sort_unstable();
 
-        self.leaves.try_reserve(unboxed.len().div_ceil(8))?;
-        self.leaves.extend(unboxed.chunks(8).map(|some| {
-            let mut indices = [NONE; 8];
-            indices[..some.len()].copy_from_slice(some);
-            Leaf { block: triangles.block(&indices), indices }
+        let extra = unboxed.len().div_ceil(8) + degenerate.len().div_ceil(8);
+        self.leaves.try_reserve(extra)?;
+        self.leaves.extend(in_eights(&unboxed).map(|indices| {
+            let block = triangles.block(&indices);
+            Leaf { block, indices }
         }));
+        if degenerate.is_empty() {
+            return Ok(());
+        }
+        self.degenerate.try_reserve(self.leaves.len() + extra - self.degenerate.len())?;
+        self.degenerate.resize(self.leaves.len(), 0);
+        for indices in in_eights(&degenerate) {
+            let (block, bounds) = triangles.moved(&indices);
+            self.leaves.push(Leaf { block, indices });
+            self.degenerate.push(bounds.degenerate as u8);
+        }
         Ok(())
     }
+}
+
+/// Indices of triangles, eight by eight.
+fn in_eights(all: &[u32]) -> impl Iterator<Item = [u32; 8]> + '_ {
+    all.chunks(8).map(|some| {
+        let mut indices = [NONE; 8];
+        indices[..some.len()].copy_from_slice(some);
+        indices
+    })
 }

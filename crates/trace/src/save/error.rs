@@ -15,6 +15,8 @@ pub enum LoadError {
         /// What this one does not know.
         what: String,
     },
+    /// An earlier version of this crate has written it, and left out triangles that closest points count.
+    Older,
     /// Its coordinates are given in another scalar: it is a `Bvh<f64>`, or a `Bvh<f32>`.
     Scalar {
         /// `f32` or `f64`.
@@ -62,6 +64,9 @@ impl fmt::Display for LoadError {
             Self::Newer { what } => {
                 write!(f, "a later version has saved it ({what}); save it again by this one")
             }
+            Self::Older => f.write_str(
+                "the saved hierarchy is of version 1, which left out triangles without an area; build it again",
+            ),
             Self::Scalar { found } => {
                 write!(f, "the coordinates of the saved hierarchy are {found}: load it as such")
             }

@@ -28,7 +28,8 @@ use crate::tree::LEAF;
 /// ```
 pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
-pub(super) const VERSION: u32 = 1;
+/// Version 1 left out triangles without an area.
+pub(super) const VERSION: u32 = 2;
 
 /// The size of the header, and of an entry of the table.
 pub(super) const HEADER: usize = 64;
@@ -127,6 +128,9 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
     if version > VERSION {
         return Err(LoadError::Newer { what: format!("version {version}") });
+    }
+    if version == 1 {
+        return Err(LoadError::Older);
     }
     if version == 0 || sections > SECTIONS {
         return LoadError::damaged("the header makes no sense");

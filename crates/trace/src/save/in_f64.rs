@@ -20,7 +20,9 @@ pub(crate) fn write64(
     output: &mut dyn Write,
 ) -> io::Result<()> {
     let write_frame = |_: usize, to: &mut [u8]| write_frame(frame, to);
-    let write_leaf = |i: usize, to: &mut [u8]| write_leaf64(&tree.leaves[i], &triangles[i], to);
+    let write_leaf = |i: usize, to: &mut [u8]| {
+        write_leaf64(&tree.leaves[i], tree.present(i), &triangles[i], to);
+    };
     let count = tree.leaves.len();
     let sections = vec![
         Section { kind: FRAME, record: FRAME_SIZE, count: 1, write: &write_frame },

@@ -172,6 +172,7 @@ impl Parts {
         };
         let cost = header.cost;
         let mut bvh = Tree {
+            degenerate: Vec::new(),
             nodes,
             leaves,
             boxed,
@@ -181,6 +182,7 @@ impl Parts {
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
         };
+        bvh.note_degenerate(&self.bounds)?;
         bvh.reach = bvh.find_reach();
         Ok(bvh)
     }

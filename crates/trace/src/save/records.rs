@@ -5,8 +5,9 @@
 //!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
 //! ```
 //!
-//! A number with its highest bit set belongs to a triangle that can not be hit at present, in a hierarchy that
-//! was refitted; all bits set are no triangle.
+//! A number with its highest bit set belongs to a triangle that cannot be hit: one without an area, whose corners these
+//! are; or, in a hierarchy that was refitted, one that is not here at present, with corners of any triangle that has an
+//! area. All bits set are no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -59,6 +60,13 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
         next = (*index + 1).max(next);
     }
     sound.then_some((indices, live))
+}
+
+/// The lanes that have a number but are not live.
+#[inline(always)]
+pub(super) fn silent_lanes(indices: &[u32; 8], live: u32) -> u32 {
+    let numbered = indices.iter().take_while(|&&index| index != NONE).count();
+    ((1_u32 << numbered) - 1) & !live
 }
 
 /// The words of a record.
@@ -122,6 +130,7 @@ impl WithSimd for ReadLeaves<'_> {
             }
             *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
             *bounds = LaneBounds::of(&leaf.block).run::<S>();
+            bounds.add_degenerate(&corners, silent_lanes(&indices, live));
         }
         true
     }

@@ -8,12 +8,13 @@
 //! Copies are not written down: they are computed from the corners as a build computes them.
 
 use intertri::internal::LocalFrame;
+use intertri::internal::exact::has_area;
 use intertri::simd::{Simd, WithSimd};
 use intertri::{Triangle64, TriangleOf};
 
 use super::error::LoadError;
 use super::format::{LEAF64_SIZE, u32_at};
-use super::records::{numbers_to_write, read_numbers};
+use super::records::{numbers_to_write, read_numbers, silent_lanes};
 use crate::across::lanes_of;
 use crate::tree::{Aabb, Leaf, LeafBounds};
 
@@ -29,15 +30,21 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     to[24..28].copy_from_slice(&up.to_le_bytes());
 }
 
-/// Writes a leaf down. Lanes without a triangle repeat one, or are zeros.
-pub(super) fn write_leaf64(leaf: &Leaf, triangles: &EightTriangles, to: &mut [u8]) {
-    let live = leaf.block.live();
-    let first = lanes_of(live).next();
+/// Writes a leaf down, where some lanes are of triangles without an area. Lanes without a triangle repeat one that is live,
+/// or any that has an area.
+pub(super) fn write_leaf64(
+    leaf: &Leaf,
+    present: u32,
+    triangles: &EightTriangles,
+    to: &mut [u8],
+) {
+    let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
     let (rows, numbers) = to.split_at_mut(9 * 64);
     for (to, (corner, axis, lane)) in rows.chunks_exact_mut(8).zip(corners) {
-        let some = if live >> lane & 1 != 0 { Some(lane) } else { first };
-        let x = some.map_or(0.0, |lane| triangles[lane].0[corner][axis]);
+        let some = if present >> lane & 1 != 0 { Some(lane) } else { first };
+        let any = if corner == axis { 1.0_f64 } else { 0.0 };
+        let x = some.map_or(any, |lane| triangles[lane].0[corner][axis]);
         to.copy_from_slice(&x.to_bits().to_le_bytes());
     }
     for (to, number) in numbers.chunks_exact_mut(4).zip(numbers_to_write(leaf)) {
@@ -95,10 +102,11 @@ impl WithSimd for ReadLeaves64<'_> {
             if !finite {
                 return false;
             }
+            let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
-            let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live);
+            let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
             let around = Aabb { lo: [a, b, c, 0.0], hi: [x, y, z, 0.0] };
-            *bounds = LeafBounds { bounds: around, boxed: live, unbounded: 0 };
+            *bounds = LeafBounds { bounds: around, boxed: live, degenerate, unbounded: 0 };
             for (lane, TriangleOf(triangle)) in originals.iter_mut().enumerate() {
                 for (to, from) in triangle.iter_mut().zip(&corners) {
                     *to = [from[0][lane], from[1][lane], from[2][lane]];
@@ -107,4 +115,12 @@ impl WithSimd for ReadLeaves64<'_> {
         }
         true
     }
+}
+
+/// Which of some lanes have no area.
+fn degenerate(corners: &[[[f64; 8]; 3]; 3], lanes: u32) -> u32 {
+    let corner = |k: usize, lane: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
+    let triangle = |lane: usize| TriangleOf([0, 1, 2].map(|k| corner(k, lane)));
+    let flat = lanes_of(lanes).filter(|&lane| !has_area(&triangle(lane)));
+    flat.fold(0, |flat, lane| flat | 1 << lane)
 }

@@ -15,8 +15,8 @@ where
     Exact: ModeFor<S>,
 {
     /// How far a point is from the mesh: below 0 where the mesh winds around it, 0 on a triangle, above 0 outside.
-    /// The sign is exact, and the distance is that of [`ClosestPoint::distance`]. NaN where the point is not
-    /// finite, infinite where no triangle has an area.
+    /// The sign is exact, and the distance is that of [`ClosestPoint::distance`], to which triangles without an area
+    /// count. NaN where the point is not finite, infinite where there is no triangle.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -51,7 +51,7 @@ where
                 let far = closest[i].distance;
                 *distance = if !points[i].iter().all(|x| Bits::is_finite(*x)) {
                     f64::NAN
-                } else if inside[i] {
+                } else if inside[i] && far > 0.0 {
                     -far
                 } else {
                     far

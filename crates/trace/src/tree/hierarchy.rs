@@ -4,6 +4,7 @@ use bytemuck::Zeroable;
 use intertri::{Triangle, TriangleBlock};
 
 use super::geometries::Geometries;
+use super::leaf_bounds::LeafBounds;
 use super::node::{NONE, Node};
 use crate::memory::{NoMemory, room};
 
@@ -25,6 +26,9 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// The triangles, eight by eight.
     pub(crate) leaves: Vec<Leaf>,
+    /// By leaf, the lanes of triangles without an area: their lanes are dead to rays, but closest points count them. Empty
+    /// where there are none.
+    pub(crate) degenerate: Vec<u8>,
     /// How many leaves, from the first, are in the nodes; the others are tested with every ray.
     pub(crate) boxed: usize,
     /// No coordinate of a triangle is larger.
@@ -39,7 +43,7 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// The triangles that have no place in the tree, ascending: they could not be hit when it was built, or had no
+    /// The triangles that have no place in the tree, ascending: they were not finite when it was built, or had no
     /// box.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
@@ -55,6 +59,23 @@ impl Tree {
         let mut left_out = room(is_in.iter().filter(|&&is_in| !is_in).count())?;
         left_out.extend((0..self.triangles as u32).filter(|&index| !is_in[index as usize]));
         Ok(left_out)
+    }
+
+    /// The lanes of a leaf that have a triangle of their own, which is finite.
+    #[inline(always)]
+    pub(crate) fn present(&self, leaf: usize) -> u32 {
+        let degenerate = self.degenerate.get(leaf).map_or(0, |&lanes| u32::from(lanes));
+        self.leaves[leaf].block.live() | degenerate
+    }
+
+    /// Notes which lanes have no area; told by leaf, from the first.
+    pub(crate) fn note_degenerate(&mut self, bounds: &[LeafBounds]) -> Result<(), NoMemory> {
+        self.degenerate = Vec::new();
+        if bounds.iter().any(|leaf| leaf.degenerate != 0) {
+            self.degenerate = room(bounds.len())?;
+            self.degenerate.extend(bounds.iter().map(|leaf| leaf.degenerate as u8));
+        }
+        Ok(())
     }
 
     /// The stack for a tree of so many nodes on its longest path.

@@ -1,4 +1,5 @@
-//! Where a triangle can be hit: in its box; and by the reference, if it is one of the thinnest, around it.
+//! Where a triangle can be hit: in its box; and by the reference, if it is one of the thinnest, around it. One without an
+//! area is never hit, but has a place in the tree for closest points.
 //!
 //! The reference computes the normal in f64, relative to the product of two edges. The thinner the
 //! triangle, the further that normal can lean, and the further outside of the triangle a point can
@@ -12,8 +13,10 @@ use super::aabb::Aabb;
 /// Where a triangle can be hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
-    /// Nowhere: it is not finite, or has no area.
+    /// Nowhere: it is not finite.
     Nowhere,
+    /// Nowhere: it has no area. For closest points it is a segment or a point in this box.
+    Degenerate(Aabb),
     /// In its box; the walk's own padding covers the rest.
     Box(Aabb),
     /// The normal is not known well enough to say.
@@ -48,7 +51,7 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
 
     if n == [0.0; 3] {
         // Nowhere by the reference; and exactly, where f64 loses an area, in its box.
-        if has_area(triangle) { HitBounds::Box(bounds) } else { HitBounds::Nowhere }
+        if has_area(triangle) { HitBounds::Box(bounds) } else { HitBounds::Degenerate(bounds) }
     } else if thinness <= THIN {
         HitBounds::Box(bounds)
     } else {

@@ -22,10 +22,12 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 /// Where triangles side by side can be hit.
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
-    /// The box around those that have one.
+    /// The box around those that have one, without an area or not.
     pub bounds: Aabb,
-    /// Which have one.
+    /// Which can be hit, in the box.
     pub boxed: u32,
+    /// Which have no area.
+    pub degenerate: u32,
     /// Which have none, but may be hit.
     pub unbounded: u32,
 }
@@ -72,7 +74,7 @@ impl WithSimd for LaneBounds<'_> {
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
-        let mut leaf = LeafBounds { bounds, boxed, unbounded: 0 };
+        let mut leaf = LeafBounds { bounds, boxed, degenerate: 0, unbounded: 0 };
         let others = self.lanes & !boxed;
         if others != 0 {
             leaf.add(self.corners, others);
@@ -82,13 +84,31 @@ impl WithSimd for LaneBounds<'_> {
 }
 
 impl LeafBounds {
+    /// The lanes that have a box.
+    pub(crate) fn present(&self) -> u32 {
+        self.boxed | self.degenerate
+    }
+
+    /// Adds those of some lanes that have no area, and no others.
+    pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
+        for lane in lanes_of(lanes) {
+            if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {
+                self.bounds.join(&bounds);
+                self.degenerate |= 1 << lane;
+            }
+        }
+    }
+
     /// The lanes that are not plain.
     #[inline(never)]
     fn add(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
-            let corner = |k: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
-            match hit_bounds(&Triangle([corner(0), corner(1), corner(2)])) {
+            match hit_bounds(&in_lane(corners, lane)) {
                 HitBounds::Nowhere => {}
+                HitBounds::Degenerate(bounds) => {
+                    self.bounds.join(&bounds);
+                    self.degenerate |= 1 << lane;
+                }
                 HitBounds::Box(bounds) => {
                     self.bounds.join(&bounds);
                     self.boxed |= 1 << lane;
@@ -97,6 +117,12 @@ impl LeafBounds {
             }
         }
     }
+}
+
+/// The triangle in a lane.
+fn in_lane(corners: &[[[f32; 8]; 3]; 3], lane: usize) -> Triangle {
+    let corner = |k: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
+    Triangle([corner(0), corner(1), corner(2)])
 }
 
 #[cfg(test)]
@@ -113,7 +139,7 @@ mod tests {
         // Needles, up to those of which nothing is known.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
-        let (mut seen, mut needles) = ([0; 3], 0);
+        let (mut seen, mut needles) = ([0; 4], 0);
         for i in 0..9 * wild.len() * thin.len() {
             let mut triangles = [plain; 8];
             triangles[i % 8].0.as_flattened_mut()[i % 9] = wild[i / 9 % wild.len()];
@@ -121,7 +147,8 @@ mod tests {
             triangles[(i + 3) % 8] = Triangle([[0.0; 3], [1.0, y, 0.0], [2.0, y * 3.0, 0.0]]);
             triangles[(i + 5) % 8].0[2] = triangles[(i + 5) % 8].0[1];
             let block = TriangleBlock::<8>::new(&triangles);
-            let mut expected = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, unbounded: 0 };
+            let mut expected =
+                LeafBounds { bounds: Aabb::EMPTY, boxed: 0, degenerate: 0, unbounded: 0 };
             let lanes = 0xff >> (i % 3);
             expected.add(block.corners(), lanes);
             for level in Level::all() {
@@ -131,12 +158,13 @@ mod tests {
                         && found.bounds.hi[k] == expected.bounds.hi[k]
                 });
                 assert!(same, "{triangles:?}: {found:?}, not {expected:?}");
-                let masks = (found.boxed, found.unbounded);
-                assert_eq!(masks, (expected.boxed, expected.unbounded), "{triangles:?}");
+                let masks = |of: &LeafBounds| (of.boxed, of.degenerate, of.unbounded);
+                assert_eq!(masks(&found), masks(&expected), "{triangles:?}");
             }
             seen[0] += expected.boxed.count_ones();
             seen[1] += expected.unbounded.count_ones();
-            seen[2] += (lanes & !expected.boxed & !expected.unbounded).count_ones();
+            seen[2] += (lanes & !expected.present() & !expected.unbounded).count_ones();
+            seen[3] += expected.degenerate.count_ones();
             let padded = |t: &Triangle| matches!(hit_bounds(t), HitBounds::Box(bounds) if Aabb::of(t) != Some(bounds));
             needles += triangles.iter().filter(|t| padded(t)).count();
         }

@@ -11,7 +11,7 @@ use super::order::square;
 use super::rounded;
 use crate::{Scalar, TriangleOf};
 
-/// The point of a finite triangle with an area that is closest to a finite one; by a tier or one behind it.
+/// The point of a finite triangle that is closest to a finite one; by a tier or one behind it.
 pub fn closest<S: Scalar>(from: Tier, point: [S; 3], triangle: &TriangleOf<S>) -> Closest {
     let feature = feature_from(from, point, triangle);
     if from == Tier::Float

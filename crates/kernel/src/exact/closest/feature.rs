@@ -33,7 +33,8 @@ pub(super) fn is_tame<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> boo
     is_plain(&RayOf::new(point, [S::ONE, S::ZERO, S::ZERO]), triangle)
 }
 
-/// Where on a finite triangle with an area the point closest to a finite one lies.
+/// Where on a finite triangle the point closest to a finite one lies. The triangle may be a segment or a point: then it is
+/// a corner or within an edge that has a length.
 pub fn feature<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Feature {
     feature_from(Tier::Float, point, triangle)
 }
@@ -129,14 +130,14 @@ fn find(
         return Some(Feature::Corner(2));
     }
 
-    // The edges: outside of them, between their ends.
-    if signs[0].is_le() && signs[2].is_ge() && area([0, 3, 2, 1])?.is_le() {
+    // The edges: outside of them, strictly between their ends, so that no edge without a length is taken.
+    if signs[0].is_lt() && signs[2].is_gt() && area([0, 3, 2, 1])?.is_le() {
         return Some(Feature::Edge(0));
     }
-    if signs[1].is_le() && signs[5].is_ge() && area([4, 1, 0, 5])?.is_le() {
+    if signs[1].is_lt() && signs[5].is_gt() && area([4, 1, 0, 5])?.is_le() {
         return Some(Feature::Edge(2));
     }
-    if area([2, 5, 4, 3])?.is_le() && minus(2, 3)?.is_ge() && minus(5, 4)?.is_ge() {
+    if area([2, 5, 4, 3])?.is_le() && minus(2, 3)?.is_gt() && minus(5, 4)?.is_gt() {
         return Some(Feature::Edge(1));
     }
     Some(Feature::Face)

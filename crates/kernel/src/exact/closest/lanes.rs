@@ -15,8 +15,6 @@ pub struct Squares<D: Lanes> {
     pub least: D,
     /// None is farther.
     pub most: D,
-    /// Which surely have an area.
-    pub has_area: D::Mask,
 }
 
 /// `2^-29`: squares are within this of themselves, and within [`PLACE`] besides.
@@ -34,11 +32,11 @@ const SIDE: f64 = 1.0 / (1_u64 << 48) as f64;
 /// `2^-60`: of triangles that are no longer than this only the distance to edges is taken, from above.
 const SHORTEST: f64 = 1.0 / (1_u64 << 60) as f64;
 
-/// `2^-90`: a normal whose square is a larger share of the longest edge's fourth power is none of a line.
-const AREA: f64 = f64::from_bits((1023 - 90) << 52);
+/// `2^-104`: a triangle whose normal's square is no larger a share of the longest edge's fourth power is as near as its
+/// edges.
+const FLAT: f64 = f64::from_bits((1023 - 104) << 52);
 
-/// Bounds the squared distances of a point to finite triangles. They need no area, but only where they have one
-/// is the square that of the triangle; else it is that of a line.
+/// Bounds the squared distances of a point to finite triangles, which may be segments or points.
 #[inline(always)]
 pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) -> Squares<D> {
     let [a, b, c] = [corners[0] - point, corners[1] - point, corners[2] - point];
@@ -71,11 +69,14 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
-    let least = D::select(outside, edge * less - edge_doubt, plane * less - plane_doubt);
-    let least = D::select(known & least.ge(none), least, none);
+    let beside = outside | square.le(fourth * D::splat(FLAT));
+    let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
+    // A point is as near as its edges, too.
+    let bounded = known | length.le(none);
+    let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
     let most = D::select(inside & above.lt(most), above, most);
-    Squares { least, most, has_area: known & square.gt(fourth * D::splat(AREA)) }
+    Squares { least, most }
 }
 
 /// The squared distance to the points of an edge, from a corner on.

@@ -9,7 +9,7 @@ use super::feature::{Feature, feature_from};
 use super::offsets::{Offsets, at_widths, tier};
 use crate::{Scalar, TriangleOf};
 
-/// Which of two finite triangles with an area is closer to a finite point.
+/// Which of two finite triangles is closer to a finite point.
 pub fn closer<S: Scalar>(point: [S; 3], one: &TriangleOf<S>, other: &TriangleOf<S>) -> Ordering {
     closer_from(Tier::Float, point, one, other)
 }
