@@ -4,9 +4,8 @@ pub(crate) mod truth;
 
 use dashu_ratio::RBig;
 use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
-use intertri::internal::Bits;
-use intertri::{Scalar, Triangle};
 use intertri::simd::Vec3;
+use intertri::{Scalar, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, ClosestPoint};
 
@@ -81,7 +80,8 @@ pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
         shape => {
             let (a, b, k) = (corners[i], corners[j], 3 - i - j);
             let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));
-            let at = |x: usize| if shape == 2 { 0.5 * a[x] + 0.5 * b[x] } else { 2.0 * b[x] - a[x] };
+            let at =
+                |x: usize| if shape == 2 { 0.5 * a[x] + 0.5 * b[x] } else { 2.0 * b[x] - a[x] };
             corners[k] = [0, 1, 2].map(|x| S::nearest(at(x)));
         }
     }

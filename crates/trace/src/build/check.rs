@@ -18,7 +18,9 @@ impl Layout {
             depth: 0,
         };
         walk.node(0, 1)?;
-        let expected = |t: &Triangle| u32::from(matches!(hit_bounds(t), HitBounds::Box(_) | HitBounds::Degenerate(_)));
+        let expected = |t: &Triangle| {
+            u32::from(matches!(hit_bounds(t), HitBounds::Box(_) | HitBounds::Degenerate(_)))
+        };
         for (i, (&seen, t)) in walk.seen.iter().zip(triangles).enumerate() {
             if seen != expected(t) {
                 return Err(format!("triangle {i} is in {seen} blocks"));

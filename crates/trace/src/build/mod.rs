@@ -41,8 +41,8 @@ use crate::memory::NoMemory;
 use crate::threads;
 use crate::tree::{Geometries, LEAF, Leaf, MOST_LEAVES, NONE, Node, Tree};
 use layout::Layout;
-use prim_refs::Prims;
 pub(crate) use layout::MAX_DEPTH;
+use prim_refs::Prims;
 pub(crate) use triangles::Triangles;
 
 impl Tree {

@@ -129,7 +129,10 @@ fn triangles_without_an_area_are_segments_and_points() {
     assert_eq!((found.triangle, found.distance, found.point), (1, 1.0, [6.5, 5.0, 5.0]));
     assert_eq!([found.u, found.v], [0.75, 0.0]);
     // The corner within the segment.
-    assert_eq!(near([6.0, 5.0, 6.0]), ClosestPoint { point: [6.0, 5.0, 5.0], u: 0.0, v: 1.0, ..found });
+    assert_eq!(
+        near([6.0, 5.0, 6.0]),
+        ClosestPoint { point: [6.0, 5.0, 5.0], u: 0.0, v: 1.0, ..found }
+    );
     let found = near([9.0, 9.0, 11.0]);
     assert_eq!((found.triangle, found.distance, found.point), (2, 2.0, [9.0; 3]));
 

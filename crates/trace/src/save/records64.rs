@@ -32,12 +32,7 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
 
 /// Writes a leaf down, where some lanes are of triangles without an area. Lanes without a triangle repeat one that is live,
 /// or any that has an area.
-pub(super) fn write_leaf64(
-    leaf: &Leaf,
-    present: u32,
-    triangles: &EightTriangles,
-    to: &mut [u8],
-) {
+pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
     let (rows, numbers) = to.split_at_mut(9 * 64);
