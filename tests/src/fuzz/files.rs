@@ -20,8 +20,11 @@ pub fn models(bytes: &[u8]) {
         // Neither the kind of line ends nor the last of them matters.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
-            assert_eq!(model(name, &lines.join(&b"\r\n"[..])), result);
-            assert_eq!(model(name, &lines.join(&b"\r"[..])), result);
+            // As text, in which a NaN is a NaN: vertices that no triangle has may be any.
+            let result = format!("{result:?}");
+            for end in [&b"\r\n"[..], b"\r"] {
+                assert_eq!(format!("{:?}", model(name, &lines.join(end))), result);
+            }
         }
         assert_eq!(model(name, &[file, b"\n"].concat()).is_ok(), result.is_ok());
     }
@@ -36,11 +39,12 @@ fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
             let most = bytes.len() + if name.starts_with("a.gl") { 1 << 24 } else { 0 };
             assert!(!mesh.triangles.is_empty() && mesh.triangles.len() <= most);
             assert!(mesh.positions.len() <= most);
-            assert!(mesh.positions.as_flattened().iter().all(|x| x.is_finite()));
+            assert!(mesh.points().all(|point| point.iter().all(|x| x.is_finite())));
             assert_eq!(mesh.to_triangles().len(), mesh.triangles.len());
             let uvs = mesh.corner_uvs.as_ref();
             assert!(uvs.is_none_or(|uvs| uvs.len() == mesh.triangles.len()));
-            if mesh.triangles.len() + mesh.positions.len() < 200 {
+            let is_finite = mesh.positions.as_flattened().iter().all(|x| x.is_finite());
+            if is_finite && mesh.triangles.len() + mesh.positions.len() < 200 {
                 again(mesh);
             }
         }
