@@ -4,9 +4,9 @@
 mod bound;
 mod cases;
 mod hierarchy;
-mod leave;
 mod meshes;
 mod nearest;
 mod pairs;
 mod saved;
+mod spawn;
 mod utm;

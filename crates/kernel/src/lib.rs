@@ -68,7 +68,7 @@ mod threshold;
 mod types;
 
 pub use crossings::{Crossing, Crossings};
-pub use exact::leave;
+pub use exact::{spawn_ray, spawn_ray_to};
 pub use intersect::{
     ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
 };

@@ -1,7 +1,7 @@
 //! One light, at a place or in a direction, and its shadow rays.
 
 use glam::DVec3;
-use intertri::{Hit, RayOf, Scalar, TriangleOf, leave};
+use intertri::{Hit, RayOf, Scalar, TriangleOf, spawn_ray, spawn_ray_to};
 
 use crate::camera::Camera;
 use crate::coordinate::Coordinate;
@@ -81,18 +81,12 @@ impl<S: Coordinate> Light<S> {
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray of what `ray` hit on a triangle by the mode [`Exact`](intertri::Exact), from there to the
-    /// light: any hit occludes it. It never meets that triangle ([`leave`]), and needs no share of the way to be
-    /// left out.
-    pub fn shadow_ray_of(&self, ray: &RayOf<S>, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
+    /// The shadow ray of a hit on a triangle by the mode [`Exact`](intertri::Exact), from there to the light: any
+    /// hit occludes it. It never meets that triangle ([`spawn_ray`]), so no share of the way is left out.
+    pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
-            Self::Point { position } => {
-                let toward = double(position) - DVec3::from(hit_point(ray, hit));
-                let next = leave(ray, hit, triangle, rounded(toward));
-                // To the light from where it starts: by less than the rounding of its direction another way.
-                next.between(S::ZERO, S::ONE)
-            }
-            Self::Directional { toward } => leave(ray, hit, triangle, toward),
+            Self::Point { position } => spawn_ray_to(hit, triangle, position),
+            Self::Directional { toward } => spawn_ray(hit, triangle, toward),
         }
     }
 
@@ -186,7 +180,7 @@ mod tests {
             let wall = [near - side - other, near + side * 2.0, near + other * 2.0].map(rounded);
             let far = [wall, wall.map(|p| rounded(double(p) + toward * 1.1))].map(Triangle);
             for light in lights {
-                let next = light.shadow_ray_of(&ray, &hit, &triangle);
+                let next = light.shadow_ray_of(&hit, &triangle);
                 assert!(!exact.any(&[triangle], &next), "{i}: {next:?}");
                 assert!(exact.any(&far[..1], &next), "{i}: {next:?}");
                 blocked += u32::from(!exact.any(&[far[0]], &light.shadow_ray(point.to_array())));

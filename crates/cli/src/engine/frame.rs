@@ -162,12 +162,12 @@ impl Frame {
             let seen: Vec<(u32, u32)> =
                 pixels.filter(|&pixel| hits[index(pixel)].is_hit()).collect();
             let ray = |&(x, y): &(u32, u32)| {
-                let ray = scene.camera.ray(x, y, width, height);
                 let hit = &hits[index((x, y))];
                 if engine.is_exact() {
                     let triangle = TriangleOf(scene.mesh.corners(hit.triangle as usize));
-                    return scene.light.shadow_ray_of(&ray, hit, &triangle);
+                    return scene.light.shadow_ray_of(hit, &triangle);
                 }
+                let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
                 // A ray from an origin that is not snapped would miss the surface of its point.

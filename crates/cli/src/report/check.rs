@@ -61,13 +61,13 @@ impl Difference {
             settle(oracle::closest(triangles, &ray).triangle == hit.triangle)
         });
         let shadows = (0..exact.lit.len()).into_par_iter().map(|i| {
-            let (ray, hit) = pixel(i);
+            let (_, hit) = pixel(i);
             // Where nothing is seen, there is no shadow to compare.
             if exact.lit[i] == other.lit[i] || !hit.is_hit() {
                 return Verdict::Same;
             }
             let triangle = &triangles[hit.triangle as usize];
-            let shadow_ray = scene.light.shadow_ray_of(&ray, hit, triangle);
+            let shadow_ray = scene.light.shadow_ray_of(hit, triangle);
             settle(oracle::any(triangles, &shadow_ray) != exact.lit[i])
         });
         Self { hits: hits.collect(), shadows: shadows.collect() }
@@ -143,7 +143,7 @@ fn left_out(
         return false;
     }
     let ray = scene.camera.ray(i as u32 % width, i as u32 / width, width, height);
-    let whole = scene.light.shadow_ray_of(&ray, hit, &triangles[hit.triangle as usize]);
+    let whole = scene.light.shadow_ray_of(hit, &triangles[hit.triangle as usize]);
     let from_the_light = scene.light.shadow_ray(hit_point(&ray, hit));
     oracle::any(triangles, &whole) && !oracle::any(triangles, &from_the_light)
 }

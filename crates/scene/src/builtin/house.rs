@@ -199,7 +199,7 @@ mod tests {
             let Some(hit) = closest(&ray) else { continue };
             seen += 1;
             let triangle = triangles[hit.triangle as usize];
-            let next = scene.light.shadow_ray_of(&ray, &hit, &triangle);
+            let next = scene.light.shadow_ray_of(&hit, &triangle);
             let off = DVec3::from(next.origin) - DVec3::from(hit_point(&ray, &hit));
             assert!(off.length() < 1e-8, "{off}");
             lit += u32::from(closest(&next).is_none());

@@ -1,4 +1,4 @@
-//! A ray that leaves a triangle where another ray hit it, without an epsilon by feel.
+//! Rays that start where another ray hit a triangle, without a tuned epsilon.
 //!
 //! ```text
 //!            ╱ dir                 the hit, rounded to its scalar, may lie on either side of the triangle's
@@ -20,59 +20,53 @@ use super::tier::{Tier, at_tier, is_f64};
 use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
-/// A ray in direction `dir` from where `ray` hit a triangle, which it never hits itself: in the mode
-/// [`Exact`](crate::Exact), and whatever the direction.
+/// A ray in direction `dir` from where another ray hit a triangle. It never hits that triangle in the mode
+/// [`Exact`](crate::Exact), whatever the direction.
 ///
-/// It starts at the hit rounded to the scalar, or beside it on the side to which `dir` goes: no farther from the
-/// true point, along each axis, than six units in the last place of its largest coordinate, or `2^-48` of the way
-/// from the world's origin to the ray's and on to the point, if that is more. What is nearer than that it may
-/// miss. It may be moved farther for a hit whose t is not that of [`Exact`](crate::Exact), and for a triangle whose
-/// normal f64 cannot tell. Its interval is all of `t > 0`; empty, if no such start was found.
+/// It starts at the point with the hit's weights, rounded to the scalar, or beside it on the side to which `dir` goes:
+/// along each axis no farther from the true point than six units in the last place of its largest coordinate, or
+/// `2^-46` of the triangle's largest coordinate if that is more. It may miss what is nearer than that, and it may start
+/// farther away if the weights are not those of [`Exact`](crate::Exact). Its interval is all of `t > 0`. Near an edge it
+/// may hit the triangle on the other side of it: to ask whether two points see each other, take `Bvh::visible` of
+/// `intertri-trace`.
+///
+/// If the hit is a miss, or no start can be found, the origin is NaN: the ray hits nothing, whatever its interval.
 ///
 /// ```
-/// use intertri::{Exact, Mode, Ray, Triangle, leave};
+/// use intertri::{Exact, Mode, Ray, Triangle, spawn_ray};
 /// let slope = Triangle::new([0.0, 0.1, 0.3], [7.0, 0.2, 0.4], [0.3, 6.0, 1.7]);
 /// let ray = Ray::new([1.3, 1.1, 9.0], [0.1, 0.07, -1.0]);
 /// let hit = Exact::default().closest(&[slope], &ray).unwrap();
 /// for dir in [[0.0, 0.3, 1.0], [0.0, 0.3, -1.0]] {
-///     let next = leave(&ray, &hit, &slope, dir);
+///     let next = spawn_ray(&hit, &slope, dir);
 ///     assert!(!Exact::default().any(&[slope], &next));
 ///     assert!((0..3).all(|k| (f64::from(next.origin[k]) - hit.point(&ray)[k]).abs() < 1e-6));
 /// }
 /// ```
-pub fn leave<S: Scalar>(
-    ray: &RayOf<S>,
-    hit: &Hit,
-    triangle: &TriangleOf<S>,
-    dir: [S; 3],
-) -> RayOf<S> {
+pub fn spawn_ray<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S> {
     // Either is compiled in this crate. What is generic would be compiled by the caller's profile.
     if const { is_f64::<S>() } {
-        cast(leave_f64(&cast(*ray), hit, &cast(*triangle), cast(dir)))
+        cast(spawn_f64(hit, &cast(*triangle), cast(dir)))
     } else {
-        cast(leave_f32(&cast(*ray), hit, &cast(*triangle), cast(dir)))
+        cast(spawn_f32(hit, &cast(*triangle), cast(dir)))
     }
 }
 
-fn leave_f32(ray: &Ray, hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
-    leaving(ray, hit, triangle, dir)
+fn spawn_f32(hit: &Hit, triangle: &Triangle, dir: [f32; 3]) -> Ray {
+    spawn(hit, triangle, dir)
 }
 
-fn leave_f64(ray: &Ray64, hit: &Hit, triangle: &Triangle64, dir: [f64; 3]) -> Ray64 {
-    leaving(ray, hit, triangle, dir)
+fn spawn_f64(hit: &Hit, triangle: &Triangle64, dir: [f64; 3]) -> Ray64 {
+    spawn(hit, triangle, dir)
 }
 
-fn leaving<S: Scalar>(
-    ray: &RayOf<S>,
-    hit: &Hit,
-    triangle: &TriangleOf<S>,
-    dir: [S; 3],
-) -> RayOf<S> {
-    let point = hit.point(ray);
+fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S> {
+    let point = point_of(hit, triangle);
     let start = RayOf::new(point.map(S::nearest), dir);
+    let nowhere = RayOf::new([S::nearest(f64::NAN); 3], dir);
 
-    if !is_finite(&start, triangle) {
-        return start;
+    if !hit.is_hit() || !is_finite(&start, triangle) {
+        return nowhere;
     }
     let (plane, side) = signs(&start, triangle);
     if goes_away(plane, side) {
@@ -81,9 +75,9 @@ fn leaving<S: Scalar>(
 
     // More than any coordinate is off.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
+    let corners = triangle.0.map(|corner| largest(corner.map(Into::into)));
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
-    let along = hit.t.abs() * largest(ray.dir.map(Into::into));
-    let unit = last_place.max((largest(ray.origin.map(Into::into)) + along) / (1_u64 << 50) as f64);
+    let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
     // Along the axis nearest to the normal, to the side of the direction. Where f64 cannot tell the normal,
     // along another, or the other way.
@@ -98,8 +92,36 @@ fn leaving<S: Scalar>(
             }
         }
     }
-    // Not seen so far; but it shall not meet the triangle.
-    RayOf { t_max: start.t_min, ..start }
+    nowhere
+}
+
+/// A ray from where another ray hit a triangle to a target, which is at `t = 1`: [`spawn_ray`] with the interval
+/// `0 < t < 1`, for shadow rays to a light.
+///
+/// It ends as far from the target as it starts from the hit, and by the rounding of its direction.
+///
+/// ```
+/// use intertri::{Exact, Mode, Ray, Triangle, spawn_ray_to};
+/// let floor = Triangle::new([-9.0, 0.1, -9.0], [9.0, 0.2, -9.0], [0.0, 0.3, 9.0]);
+/// let hit = Exact::default().closest(&[floor], &Ray::new([0.3, 5.0, 0.1], [0.1, -1.0, 0.2])).unwrap();
+/// let to_light = spawn_ray_to(&hit, &floor, [3.0, 7.0, 1.0]);
+/// assert!(!Exact::default().any(&[floor], &to_light));
+/// // What is behind the light casts no shadow.
+/// assert_eq!(to_light.t_max, 1.0);
+/// ```
+pub fn spawn_ray_to<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, target: [S; 3]) -> RayOf<S> {
+    let point = point_of(hit, triangle);
+    let toward = [0, 1, 2].map(|k| S::nearest(target[k].into() - point[k]));
+    spawn_ray(hit, triangle, toward).between(S::ZERO, S::ONE)
+}
+
+/// The point with a hit's weights.
+fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
+    let first = (1.0 - hit.u) - hit.v;
+    [0, 1, 2].map(|k| {
+        let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[k].into());
+        (first * a + hit.u * b) + hit.v * c
+    })
 }
 
 /// The ray moved along an axis by so many steps that it goes away from a triangle: four always do, for a t that
