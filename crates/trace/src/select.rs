@@ -1,5 +1,7 @@
 //! Which triangles count: asked where lanes that may be hits are offered, so that the walk knows nothing of it.
 
+use std::fmt;
+
 use intertri::internal::Resolver;
 use intertri::internal::exact::Side;
 use intertri::simd::Simd;
@@ -67,20 +69,52 @@ impl Default for Select<'_> {
 }
 
 /// What is left of the choice in a walk: nothing, where all triangles count.
-pub(crate) type Choice<'a> = Option<Select<'a>>;
+pub(crate) type Choice<'a> = Option<Filtered<'a>>;
+
+/// Whether a triangle counts for a ray, by the ray's number in the query and the triangle's place in the leaves.
+pub(crate) type Predicate<'a> = &'a (dyn Fn(usize, u32) -> bool + Sync);
+
+/// A choice, and a predicate that triangles have to meet besides.
+#[derive(Clone, Copy)]
+pub(crate) struct Filtered<'a> {
+    select: Select<'a>,
+    predicate: Option<Predicate<'a>>,
+    /// The number in the query of the first ray of the walk.
+    first: usize,
+}
+
+impl fmt::Debug for Filtered<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.select.fmt(f)
+    }
+}
 
 impl<'a> Select<'a> {
     /// What a walk has to ask about.
     #[inline(always)]
     pub(crate) fn of(self, bvh: &Tree) -> Choice<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
-        if all && bvh.geometries.all_have(self.mask) { None } else { Some(self) }
+        if all && bvh.geometries.all_have(self.mask) {
+            None
+        } else {
+            Some(Filtered { select: self, predicate: None, first: 0 })
+        }
     }
 
+    /// The choice with a predicate.
+    pub(crate) fn filtered(self, predicate: Predicate<'a>) -> Filtered<'a> {
+        Filtered { select: self, predicate: Some(predicate), first: 0 }
+    }
+}
+
+impl Filtered<'_> {
     /// The choice for some of the query's rays.
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
-        let skip = if self.skip.is_empty() { self.skip } else { &self.skip[from..to] };
-        Self { skip, ..self }
+        let Self { mut select, first, .. } = self;
+        if !select.skip.is_empty() {
+            select.skip = &select.skip[from..to];
+        }
+        Self { select, first: first + from, ..self }
     }
 
     /// Offers the triangles of a leaf that count to the closest hit of a ray. In a frame of its own, so that
@@ -118,12 +152,14 @@ impl<'a> Select<'a> {
         lanes: u32,
         resolver: Resolver<'_>,
     ) -> u32 {
-        let skipped = self.skip.get(number).copied().unwrap_or(&[]);
+        let skipped = self.select.skip.get(number).copied().unwrap_or(&[]);
         let counts = |lane: &u32| {
             let position = bvh.leaves[leaf].indices[*lane as usize];
-            bvh.geometries.mask_of(position) & self.mask != 0
+            let place = 8 * leaf as u32 + lane;
+            bvh.geometries.mask_of(position) & self.select.mask != 0
                 && !is_among(bvh, skipped, position)
-                && self.faces_count(resolver, bvh, (ray, number as u32), 8 * leaf as u32 + lane)
+                && self.faces_count(resolver, bvh, (ray, number as u32), place)
+                && self.predicate.is_none_or(|predicate| predicate(self.first + number, place))
         };
         let listed = (0..8_u32).filter(|lane| lanes >> lane & 1 != 0);
         listed.filter(counts).map(|lane| 1 << lane).sum()
@@ -137,7 +173,7 @@ impl<'a> Select<'a> {
         (ray, number): (&Ray, u32),
         place: u32,
     ) -> bool {
-        let side = match self.faces {
+        let side = match self.select.faces {
             Faces::Both => return true,
             Faces::Front => Side::Enters,
             Faces::Back => Side::Leaves,

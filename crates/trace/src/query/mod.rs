@@ -10,6 +10,7 @@ mod lists;
 mod one;
 mod only;
 mod places;
+mod visible;
 
 #[cfg(feature = "fixed")]
 pub use fixed::FixedBvh;
@@ -84,7 +85,8 @@ impl<S: Given> Bvh<S> {
     /// [`Bvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
     ///
     /// Fastest where neighbours share their origin, or end at one point but for rounding, at t = 1 or at
-    /// `t_max`, and do not look beyond it: as shadow rays to a light.
+    /// `t_max`, and do not look beyond it. For shadows ask [`Bvh::visible_batch`]: a ray that starts on a surface
+    /// may hit it, because the point is rounded.
     ///
     /// # Panics
     /// If the slices differ in length.

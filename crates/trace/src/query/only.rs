@@ -16,7 +16,7 @@ use crate::single::Kept;
 #[derive(Clone, Copy, Debug)]
 pub struct Only<'a, S: Given = f32> {
     pub(super) bvh: &'a Bvh<S>,
-    select: &'a Select<'a>,
+    pub(super) select: &'a Select<'a>,
 }
 
 impl<'a, S: Given> Only<'a, S> {
@@ -63,7 +63,7 @@ impl<'a, S: Given> Only<'a, S> {
     }
 
     /// Rays with a choice.
-    fn asked<M: ModeFor<S>, A>(
+    pub(super) fn asked<M: ModeFor<S>, A>(
         &self,
         mode: &M,
         rays: &[RayOf<S>],
