@@ -2,13 +2,12 @@
 
 use intertri::RayOf;
 use pyo3::prelude::*;
-use rayon::ThreadPool;
-use rayon::prelude::*;
 
 use crate::picture::{Band, row_width};
+use crate::pool::{Workers, chunks};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
-use crate::source::Source;
+use crate::source::{Skip, Source};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 8192;
@@ -16,23 +15,21 @@ const CHUNK: usize = 8192;
 /// Asks for one answer a ray; `none` is any.
 pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
-    pool: &ThreadPool,
+    workers: &Workers,
     rays: &Source<'_, S>,
     width: usize,
     (answers, none): (&mut [A], A),
-    ask: impl Fn(&[RayOf<S>], &mut [A]) + Sync,
+    ask: impl Fn(&[RayOf<S>], Skip<'_>, &mut [A]) + Sync,
 ) -> PyResult<()> {
-    run(py, pool, rays.count, |stop| match row_width(rays, width) {
+    run(py, workers, |stop| match row_width(rays, width) {
         Some(width) => by_tiles(rays, width, (answers, none), &ask, stop),
-        None => answers.par_chunks_mut(CHUNK).enumerate().for_each_init(
-            Vec::new,
-            |gathered, (number, answers)| {
-                if !stop.is_set() {
-                    let first = number * CHUNK;
-                    ask(rays.rays(first..first + answers.len(), gathered), answers);
-                }
-            },
-        ),
+        None => chunks(answers, CHUNK, Vec::new, |gathered, number, answers| {
+            if !stop.is_set() {
+                let first = number * CHUNK;
+                let range = first..first + answers.len();
+                ask(rays.rays(range.clone(), gathered), rays.skip(range), answers);
+            }
+        }),
     })
 }
 
@@ -41,13 +38,15 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     rays: &Source<'_, S>,
     width: usize,
     (answers, none): (&mut [A], A),
-    ask: &(impl Fn(&[RayOf<S>], &mut [A]) + Sync),
+    ask: &(impl Fn(&[RayOf<S>], Skip<'_>, &mut [A]) + Sync),
     stop: &Stop,
 ) {
     let whole = Band::new(width, rays.count);
-    answers.par_chunks_mut(whole.len()).enumerate().for_each_init(
+    chunks(
+        answers,
+        whole.len(),
         || (Vec::new(), Vec::new()),
-        |(gathered, found), (number, answers)| {
+        |(gathered, found), number, answers| {
             let (first, band) = (number * whole.len(), whole.within(answers.len()));
             for block in band.blocks() {
                 if stop.is_set() {
@@ -56,11 +55,11 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
                 block.gather((rays, first), gathered);
                 block.prefetch_next((rays, first));
                 found.resize(gathered.len(), none);
-                ask(gathered, found);
+                ask(gathered, Skip::NONE, found);
                 block.scatter(found, answers);
             }
             let cut = first + band.len()..first + answers.len();
-            ask(rays.rays(cut, gathered), &mut answers[band.len()..]);
+            ask(rays.rays(cut, gathered), Skip::NONE, &mut answers[band.len()..]);
         },
     );
 }

@@ -16,15 +16,15 @@ use intertri::RayOf;
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
-use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use crate::joined::Joined;
 use crate::part::{Part, too_many};
 use crate::picture::{Band, row_width};
+use crate::pool::{Workers, is_caller};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
-use crate::source::Source;
+use crate::source::{Skip, Source};
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -35,10 +35,10 @@ pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64
 /// Asks for a list a ray.
 pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     py: Python<'py>,
-    pool: &ThreadPool,
+    workers: &Workers,
     rays: &Source<'_, S>,
     width: usize,
-    ask: impl Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
+    ask: impl Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
     // Room for an answer a ray, as far as there is memory: what is not needed is never touched.
     let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
@@ -47,7 +47,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     let (put, more) = {
         let (mut offsets, mut words) = (offsets.readwrite(), words.readwrite());
         let joined = Joined::new(&mut offsets.as_slice_mut()?[1..], words.as_slice_mut()?);
-        run(py, pool, rays.count.saturating_mul(8), |stop| {
+        run(py, workers, |stop| {
             let asking = Asking { rays, ask: &ask, stop };
             asking.all(row_width(rays, width), &joined)
         })??;
@@ -73,7 +73,12 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         });
         let pieces: Vec<_> = pieces.collect();
         let copy = |(to, words): (&mut [u64], &[u64])| to.copy_from_slice(words);
-        py.detach(|| pool.install(|| pieces.into_par_iter().for_each(copy)));
+        py.detach(|| {
+            workers.install(|| match is_caller() {
+                true => pieces.into_iter().for_each(copy),
+                false => pieces.into_par_iter().for_each(copy),
+            });
+        });
     }
     Ok((offsets, together))
 }
@@ -88,7 +93,7 @@ struct Asking<'a, S, F> {
 impl<S, F, A> Asking<'_, S, F>
 where
     S: Scalar,
-    F: Fn(&[RayOf<S>]) -> PyResult<Part<A>> + Sync,
+    F: Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
     A: Pod + Send + Sync,
 {
     /// Asks about all, of a picture with rows of so many pixels or not, on all threads.
@@ -96,7 +101,7 @@ where
         let band = width.map(|width| Band::new(width, self.rays.count));
         let size = band.as_ref().map_or(CHUNK, Band::len);
         let (next, has_failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-        let results = rayon::broadcast(|_| {
+        let work = || {
             let mut gathered = Vec::new();
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
@@ -116,8 +121,8 @@ where
                 }
                 joined.put(number, part);
             }
-        });
-        results.into_iter().collect()
+        };
+        if is_caller() { work() } else { rayon::broadcast(|_| work()).into_iter().collect() }
     }
 
     /// Adds the lists of the rays of a range, as far as it goes.
@@ -129,7 +134,8 @@ where
     ) -> PyResult<()> {
         let end = end.min(self.rays.count);
         if start < end && !self.stop.is_set() {
-            let found = (self.ask)(self.rays.rays(start..end, gathered))?;
+            let rays = self.rays.rays(start..end, gathered);
+            let found = (self.ask)(rays, self.rays.skip(start..end))?;
             part.reserve(found.rays(), found.answers.len())?;
             part.add(&found, (0, found.rays()));
         }
@@ -151,7 +157,7 @@ where
                 return Ok(());
             }
             block.gather((self.rays, first), gathered);
-            blocks.push((block, (self.ask)(gathered)?));
+            blocks.push((block, (self.ask)(gathered, Skip::NONE)?));
         }
         let answers = blocks.iter().map(|(_, found)| found.answers.len()).sum();
         part.reserve(band.len(), answers)?;

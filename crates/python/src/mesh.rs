@@ -9,7 +9,8 @@ use intertri_trace::{Bvh, LoadError, ModeFor, RefitError, Solid};
 use pyo3::PyResult;
 
 use crate::part::Part;
-use crate::scalar::{Mode, Scalar, no_memory, wrong};
+use crate::scalar::{Mode, Scalar, no_memory, without, wrong};
+use crate::source::Skip;
 
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 #[derive(Clone)]
@@ -64,9 +65,13 @@ where
 
     /// Where rays cross, in order of t. What counts once, counts among the hits of closed triangles, too; those are
     /// found in batches.
-    pub(crate) fn crossings(&self, rays: &[RayOf<S>]) -> PyResult<Part<CrossingRow>> {
+    pub(crate) fn crossings(
+        &self,
+        rays: &[RayOf<S>],
+        skip: Skip<'_>,
+    ) -> PyResult<Part<CrossingRow>> {
         let triangles = self.triangles.get_or_init(|| self.solid.bvh().to_triangles());
-        let hits = S::all(self.solid.bvh(), Mode::Exact, rays, None)?;
+        let hits = without(self.solid.bvh(), skip, |bvh| S::all(bvh, Mode::Exact, rays, None))?;
         let mut part = Part::new();
         part.reserve(rays.len(), hits.answers.len()).map_err(no_memory)?;
         for (ray, ends) in rays.iter().zip(hits.offsets.windows(2)) {

@@ -16,6 +16,7 @@ use std::borrow::Cow;
 
 use intertri::RayOf;
 
+use crate::pool::workers;
 use crate::scalar::Scalar;
 use crate::source::Source;
 
@@ -69,7 +70,7 @@ impl Band {
     /// Of a picture of so many pixels in rows of so many: as high as a tile, but where that made too few bands for
     /// the threads of this pool.
     pub(crate) fn new(width: usize, pixels: usize) -> Self {
-        let least = BANDS * rayon::current_num_threads();
+        let least = BANDS * workers();
         let mut rows = TILE;
         while rows > ROWS && pixels / (width * rows) < least {
             rows /= 2;
@@ -194,9 +195,10 @@ impl Block<'_> {
 }
 
 /// How many pixels the rows of a picture have: as the caller's shape says, or as the directions show.
-/// `None` where rays are not of one origin or come in no rows.
+/// `None` where rays are not of one origin, come in no rows, or skip triangles.
 pub(crate) fn row_width<S: Scalar>(rays: &Source<'_, S>, width: usize) -> Option<usize> {
-    if rays.count < PICTURE {
+    // Tiles are made of rays alone.
+    if rays.count < PICTURE || rays.skips() {
         return None;
     }
     let [origin, _] = rays.line(0);

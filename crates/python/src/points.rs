@@ -1,10 +1,10 @@
 //! Many points: in the order of a curve that fills space, so that neighbours are asked one after the other.
 
 use pyo3::prelude::*;
-use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use crate::run::{Stop, run};
+use crate::pool::{Workers, chunks, is_caller};
+use crate::run::{Stop, pieces, run};
 use crate::scalar::Scalar;
 
 /// Points a thread takes at a time.
@@ -22,15 +22,15 @@ const MANY: usize = 1 << 22;
 /// Asks for one answer a point; `none` is any. No answer depends on the order.
 pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
-    pool: &ThreadPool,
+    workers: &Workers,
     points: &[S],
     (answers, none): (&mut [A], A),
     ask: impl Fn(&[[S; 3]], &mut [A]) + Sync,
 ) -> PyResult<()> {
     let points: &[[S; 3]] = bytemuck::cast_slice(points);
-    run(py, pool, points.len().saturating_mul(64), |stop| {
+    run(py, workers, |stop| {
         if points.len() < FEW {
-            ask(points, answers);
+            pieces(points.len(), stop, |range| ask(&points[range.clone()], &mut answers[range]));
             return;
         }
         for (points, answers) in points.chunks(MANY).zip(answers.chunks_mut(MANY)) {
@@ -48,13 +48,11 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
 ) {
     let order = order(points);
     let mut found = vec![none; points.len()];
-    let chunks = order.par_chunks(CHUNK).zip(found.par_chunks_mut(CHUNK));
-    chunks.for_each_init(Vec::new, |gathered, (order, found)| {
-        if !stop.is_set() {
-            gathered.clear();
-            gathered.extend(order.iter().map(|&(_, i)| points[i as usize]));
-            ask(gathered, found);
-        }
+    chunks(&mut found, CHUNK, Vec::new, |gathered, number, found| {
+        let order = &order[number * CHUNK..][..found.len()];
+        gathered.clear();
+        gathered.extend(order.iter().map(|&(_, i)| points[i as usize]));
+        pieces(found.len(), stop, |range| ask(&gathered[range.clone()], &mut found[range]));
     });
     for (&(_, i), found) in order.iter().zip(found) {
         answers[i as usize] = found;
@@ -64,13 +62,13 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
 /// Asks for one answer a point of who puts points in order by itself: as many at a time as may keep Ctrl-C waiting.
 pub(crate) fn by_slabs<S: Scalar, A: Send>(
     py: Python<'_>,
-    pool: &ThreadPool,
+    workers: &Workers,
     points: &[S],
     answers: &mut [A],
     mut ask: impl FnMut(&[[S; 3]], &mut [A]) + Send,
 ) -> PyResult<()> {
     let points: &[[S; 3]] = bytemuck::cast_slice(points);
-    run(py, pool, points.len().saturating_mul(64), |stop| {
+    run(py, workers, |stop| {
         for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
             if !stop.is_set() {
                 ask(points, answers);
@@ -99,6 +97,11 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Vec<(u32, u32)> {
         };
         (along(0) << 2 | along(1) << 1 | along(2), i as u32)
     };
+    if is_caller() {
+        let mut order: Vec<_> = points.iter().enumerate().map(place).collect();
+        order.sort_unstable();
+        return order;
+    }
     let mut order: Vec<_> = points.par_iter().enumerate().map(place).collect();
     order.par_sort_unstable();
     order

@@ -1,12 +1,14 @@
-//! The threads that answer: a pool for each number of threads that was asked for.
+//! The threads that answer: the caller's, or a pool for each number of threads that was asked for.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::available_parallelism;
 
+use intertri_trace::internal::on_this_thread;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// The pools of a process by their number of threads. A process that was forked has none of the threads of
@@ -18,9 +20,67 @@ struct Pools {
     by_threads: HashMap<usize, Arc<ThreadPool>>,
 }
 
-/// The pool of so many threads; of all that the process may use where none are named.
-pub(crate) fn pool(threads: Option<NonZeroUsize>) -> PyResult<Arc<ThreadPool>> {
-    let threads = threads.or_else(|| available_parallelism().ok()).map_or(1, NonZeroUsize::get);
+/// Who does the work of a call.
+pub(crate) enum Workers {
+    /// The thread that calls, so that a small call wakes nobody, and callers of one thread each run side by side.
+    Caller,
+    /// The threads of a pool.
+    Pool(Arc<ThreadPool>),
+}
+
+impl Workers {
+    /// So many threads, all that the process may use where no number is given; the caller if the work is small.
+    pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
+        let one = NonZeroUsize::MIN;
+        if is_small || threads == Some(one) {
+            return Ok(Self::Caller);
+        }
+        // More threads than the process may use at a time only take turns.
+        let most = available_parallelism().unwrap_or(one);
+        match threads.map_or(most, |threads| threads.min(most)) {
+            threads if threads == one => Ok(Self::Caller),
+            threads => Ok(Self::Pool(pool(threads.get())?)),
+        }
+    }
+
+    /// Does work on these threads.
+    pub(crate) fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match self {
+            Self::Caller => on_this_thread(work),
+            Self::Pool(pool) => pool.install(work),
+        }
+    }
+}
+
+/// Whether the caller works.
+pub(crate) fn is_caller() -> bool {
+    rayon::current_thread_index().is_none()
+}
+
+/// How many threads work.
+pub(crate) fn workers() -> usize {
+    if is_caller() { 1 } else { rayon::current_num_threads() }
+}
+
+/// Does chunks of answers, whose numbers are told, on all threads that work, each with a state of its own.
+pub(crate) fn chunks<A: Send, T>(
+    answers: &mut [A],
+    size: usize,
+    state: impl Fn() -> T + Sync + Send,
+    each: impl Fn(&mut T, usize, &mut [A]) + Sync + Send,
+) {
+    if is_caller() {
+        let mut state = state();
+        let chunks = answers.chunks_mut(size).enumerate();
+        chunks.for_each(|(number, answers)| each(&mut state, number, answers));
+    } else {
+        let chunks = answers.par_chunks_mut(size).enumerate();
+        chunks.for_each_init(state, |state, (number, answers)| each(state, number, answers));
+    }
+}
+
+/// The pool of so many threads.
+fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     if pools.as_ref().is_none_or(|pools| pools.process != process) {

@@ -1,59 +1,101 @@
-//! Work on all threads without the interpreter's lock, and an ear for Ctrl-C.
+//! Work without the interpreter's lock that heeds Ctrl-C.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::Duration;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
+use intertri_trace::internal::on_this_thread;
 use pyo3::prelude::*;
-use rayon::ThreadPool;
 
-/// Work of fewer items is over before anyone could press a key.
-const SHORT: usize = 1 << 16;
+use crate::pool::Workers;
 
 /// How often the interpreter is asked whether a signal came.
-const EAR: Duration = Duration::from_millis(20);
+const INTERVAL: Duration = Duration::from_millis(20);
 
 /// Whether work should end early.
-#[derive(Default)]
-pub(crate) struct Stop(AtomicBool);
+pub(crate) struct Stop {
+    is_set: AtomicBool,
+    raised: Mutex<Option<PyErr>>,
+    /// When the interpreter was asked last, if the thread that works is the one that asks.
+    asked: Option<Mutex<Instant>>,
+}
 
 impl Stop {
+    fn new(is_caller: bool) -> Self {
+        let asked = is_caller.then(|| Mutex::new(Instant::now()));
+        Self { is_set: AtomicBool::new(false), raised: Mutex::new(None), asked }
+    }
+
     pub(crate) fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        if let Some(asked) = &self.asked {
+            let mut asked = asked.lock().unwrap_or_else(PoisonError::into_inner);
+            if asked.elapsed() > INTERVAL {
+                self.check_signals();
+                *asked = Instant::now();
+            }
+        }
+        self.is_set.load(Ordering::Relaxed)
+    }
+
+    /// Runs the handlers of signals that came. What one raises ends the work.
+    fn check_signals(&self) {
+        if self.is_set.load(Ordering::Relaxed) {
+            return;
+        }
+        if let Err(error) = Python::attach(|py| py.check_signals()) {
+            *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            self.is_set.store(true, Ordering::Relaxed);
+        }
     }
 }
 
-/// Does work over so many items on the threads of a pool. Where it is long, signals are heeded: what their
-/// handler raises, `KeyboardInterrupt` for Ctrl-C, is the error, and the work is told to stop.
+/// Does work on some threads. Signals are heeded: what their handler raises, `KeyboardInterrupt` for Ctrl-C, is the
+/// error, and the work is told to stop.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
-    pool: &ThreadPool,
-    items: usize,
+    workers: &Workers,
     work: impl FnOnce(&Stop) -> T + Send,
 ) -> PyResult<T> {
-    let stop = Stop::default();
-    if items <= SHORT {
-        return Ok(py.detach(|| pool.install(|| work(&stop))));
-    }
-    py.detach(|| {
-        thread::scope(|scope| {
+    let stop = Stop::new(matches!(workers, Workers::Caller));
+    let result = match workers {
+        Workers::Caller => py.detach(|| Some(on_this_thread(|| work(&stop)))),
+        Workers::Pool(pool) => py.detach(|| {
             let (done, is_done) = channel::<()>();
-            let stop = &stop;
-            let worker = scope.spawn(move || {
-                // Dropped, however the work ends.
-                let _done = done;
-                pool.install(|| work(stop))
-            });
-            let mut raised = Ok(());
-            while is_done.recv_timeout(EAR) == Err(RecvTimeoutError::Timeout) {
-                if raised.is_ok() {
-                    raised = Python::attach(|py| py.check_signals());
-                    stop.0.store(raised.is_err(), Ordering::Relaxed);
+            let (mut result, stop) = (None, &stop);
+            pool.in_place_scope(|scope| {
+                scope.spawn(|_| {
+                    // Dropped, however the work ends.
+                    let _done = done;
+                    result = Some(work(stop));
+                });
+                while is_done.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
+                    stop.check_signals();
                 }
-            }
-            let result = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            raised.map(|()| result)
-        })
-    })
+            });
+            result
+        }),
+    };
+    match (stop.raised.into_inner().unwrap_or_else(PoisonError::into_inner), result) {
+        (Some(error), _) => Err(error),
+        (None, Some(result)) => Ok(result),
+        (None, None) => unreachable!("the scope passes panics on"),
+    }
+}
+
+/// Pieces of many items, until work should end: of so many that each takes some milliseconds.
+pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
+    let (mut begin, mut size) = (0, 8);
+    while begin < count && !stop.is_set() {
+        let end = count.min(begin + size);
+        let began = Instant::now();
+        each(begin..end);
+        begin = end;
+        size = match began.elapsed().as_millis() {
+            0..=1 => 4 * size,
+            2..=20 => size,
+            _ => (size / 4).max(1),
+        };
+    }
 }

@@ -1,12 +1,13 @@
 //! The scalars that coordinates come in, and what is asked in a mode that Python names.
 
 use intertri::{Certified, Exact, Hit, RayOf};
-use intertri_trace::{Bvh, Given};
+use intertri_trace::{Bvh, Given, Only, Select};
 use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
 use crate::part::Part;
+use crate::source::Skip;
 
 /// What answers promise.
 #[derive(Clone, Copy)]
@@ -35,11 +36,11 @@ impl Mode {
 pub(crate) trait Scalar: Element + Given {
     /// Whether a mode answers.
     fn has(mode: Mode) -> bool;
-    fn closest(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]);
-    fn triangles(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]);
-    fn any(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]);
+    fn closest(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]);
+    fn triangles(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]);
+    fn any(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]);
     fn all(
-        bvh: &Bvh<Self>,
+        bvh: &Only<'_, Self>,
         mode: Mode,
         rays: &[RayOf<Self>],
         limit: Option<usize>,
@@ -49,20 +50,34 @@ pub(crate) trait Scalar: Element + Given {
 /// The queries of a scalar: `$by_mode` says which modes there are.
 macro_rules! queries {
     ($by_mode:ident) => {
-        fn closest(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]) {
-            $by_mode!(mode, mode => bvh.closest_batch(mode, rays, hits));
+        fn closest(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]) {
+            // A ray alone needs nothing of what a batch prepares.
+            if let ([ray], [to]) = (rays, &mut *hits) {
+                *to = $by_mode!(mode, mode => bvh.closest(mode, ray)).unwrap_or(Hit::MISS);
+            } else {
+                $by_mode!(mode, mode => bvh.closest_batch(mode, rays, hits));
+            }
         }
 
-        fn triangles(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]) {
-            $by_mode!(mode, mode => bvh.triangles_batch(mode, rays, triangles));
+        fn triangles(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]) {
+            if let ([ray], [to]) = (rays, &mut *triangles) {
+                let hit = $by_mode!(mode, mode => bvh.closest(mode, ray));
+                *to = hit.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle);
+            } else {
+                $by_mode!(mode, mode => bvh.triangles_batch(mode, rays, triangles));
+            }
         }
 
-        fn any(bvh: &Bvh<Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]) {
-            $by_mode!(mode, mode => bvh.any_batch(mode, rays, any));
+        fn any(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]) {
+            if let ([ray], [to]) = (rays, &mut *any) {
+                *to = $by_mode!(mode, mode => bvh.any(mode, ray));
+            } else {
+                $by_mode!(mode, mode => bvh.any_batch(mode, rays, any));
+            }
         }
 
         fn all(
-            bvh: &Bvh<Self>,
+            bvh: &Only<'_, Self>,
             mode: Mode,
             rays: &[RayOf<Self>],
             limit: Option<usize>,
@@ -72,6 +87,21 @@ macro_rules! queries {
             Ok(Part { offsets: lists.offsets, answers: lists.hits })
         }
     };
+}
+
+/// Asks without the triangles that rays skip.
+pub(crate) fn without<S: Scalar, A>(
+    bvh: &Bvh<S>,
+    skip: Skip<'_>,
+    ask: impl FnOnce(&Only<'_, S>) -> A,
+) -> A {
+    if skip.numbers.iter().all(|&number| number < 0) {
+        return ask(&bvh.only(&Select::ALL));
+    }
+    let hits = skip.numbers.iter().map(|&number| Hit { triangle: number as u32, ..Hit::MISS });
+    let hits: Vec<Hit> = hits.collect();
+    let lists: Vec<&[Hit]> = hits.chunks(skip.each).collect();
+    ask(&bvh.only(&Select { skip: &lists, ..Select::ALL }))
 }
 
 pub(crate) fn no_memory(error: impl ToString) -> PyErr {

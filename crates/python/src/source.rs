@@ -21,6 +21,19 @@ pub(crate) struct Arrays<'py, S: Element> {
     directions: Option<PyReadonlyArray1<'py, S>>,
     t_min: PyReadonlyArray1<'py, S>,
     t_max: PyReadonlyArray1<'py, S>,
+    skip: Option<PyReadonlyArray1<'py, i32>>,
+}
+
+/// The triangles that rays skip: as many numbers for each, -1 for none.
+#[derive(Clone, Copy)]
+pub(crate) struct Skip<'a> {
+    pub(crate) numbers: &'a [i32],
+    pub(crate) each: usize,
+}
+
+impl Skip<'_> {
+    /// Nothing is skipped.
+    pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
 /// A row a ray, or one for all, which is there four times.
@@ -64,6 +77,7 @@ impl<'a, T: Copy> Rows<'a, T> {
 pub(crate) struct Source<'a, S> {
     pub(crate) count: usize,
     layout: Layout<'a, S>,
+    skip: Skip<'a>,
 }
 
 enum Layout<'a, S> {
@@ -108,7 +122,12 @@ impl<S: Scalar> Arrays<'_, S> {
             (None, 8) => Layout::Eight { rays: Rows::new(first.as_chunks().0, count)? },
             _ => return Err(PyValueError::new_err("rays have 3, 6 or 8 columns")),
         };
-        Ok(Source { count, layout })
+        let numbers = self.skip.as_ref().map_or(Ok(&[][..]), |skip| skip.as_slice())?;
+        let each = numbers.len() / count.max(1);
+        if numbers.len() != each * count {
+            return Err(PyValueError::new_err("skip has another length"));
+        }
+        Ok(Source { count, layout, skip: Skip { numbers, each } })
     }
 }
 
@@ -117,6 +136,17 @@ impl<S: Scalar> Source<'_, S> {
     pub(crate) fn line(&self, i: usize) -> [[f64; 3]; 2] {
         let RayOf { origin, dir, .. } = self.ray(i);
         [origin.map(Into::into), dir.map(Into::into)]
+    }
+
+    /// Whether rays skip triangles.
+    pub(crate) fn skips(&self) -> bool {
+        self.skip.each > 0
+    }
+
+    /// What the rays of a range skip.
+    pub(crate) fn skip(&self, range: Range<usize>) -> Skip<'_> {
+        let Skip { numbers, each } = self.skip;
+        Skip { numbers: &numbers[each * range.start..each * range.end], each }
     }
 
     /// Puts so many rays, from the first on, four at a time: where each four begin is told.

@@ -6,29 +6,39 @@ use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use intertri::{Crossings, Exact, Hit, TriangleOf};
-use intertri_trace::{ClosestPoint, ModeFor, Place, RefitError, Solid};
+use intertri::{Crossings, Exact, Hit, RayOf, TriangleOf, spawn_ray};
+use intertri_trace::{ClosestPoint, ModeFor, Place, RefitError, Select, Solid};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rayon::ThreadPool;
 
 use crate::batch::answers;
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
 use crate::picture::tiled;
 use crate::points::{by_slabs, of_points};
-use crate::pool::pool;
+use crate::pool::{Workers, chunks};
 use crate::run::run;
-use crate::scalar::{Mode, Scalar, no_memory, wrong};
-use crate::source::Arrays;
+use crate::scalar::{Mode, Scalar, no_memory, without, wrong};
+use crate::source::{Arrays, Source};
 
 /// What stands for a point on the mesh among winding numbers.
 pub(crate) const SURFACE: i32 = i32::MIN;
 
 type Threads = Option<NonZeroUsize>;
 type Bytes<'py> = PyReadwriteArray1<'py, u8>;
+
+/// So many rays, or triangles, are done faster by one thread than others are woken.
+const SMALL: usize = 4096;
+
+/// The same of the coordinates of points.
+const FEW: usize = 3 * 32;
+
+/// The threads that answer rays.
+fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
+    Workers::new(threads, rays.count <= SMALL)
+}
 
 /// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
 /// began with.
@@ -58,11 +68,11 @@ where
 
     /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
     /// they have.
-    fn refit(&self, pool: &ThreadPool, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
+    fn refit(&self, workers: &Workers, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
         // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
         let mut place = self.lock();
         let mesh = Arc::unwrap_or_clone(place.take().ok_or_else(lost)?);
-        let (mesh, ratio) = pool.install(|| mesh.refit(triangles));
+        let (mesh, ratio) = workers.install(|| mesh.refit(triangles));
         if ratio != Err(RefitError::OutOfMemory) {
             *place = Some(Arc::new(mesh));
         }
@@ -139,9 +149,9 @@ macro_rules! tree {
                 threads: Threads,
             ) -> PyResult<Self> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
-                let pool = pool(threads)?;
+                let workers = Workers::new(threads, faces.len() < 3 * SMALL)?;
                 let build = |_: &_| Mesh::new(&gather(vertices, faces)?);
-                Ok(Self { mesh: Shared::new(run(py, &pool, faces.len(), build)??) })
+                Ok(Self { mesh: Shared::new(run(py, &workers, build)??) })
             }
 
             /// Which edge is open, if one is.
@@ -152,8 +162,8 @@ macro_rules! tree {
                 faces: PyReadonlyArray1<'_, u32>,
             ) -> PyResult<Option<String>> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
-                let pool = pool(None)?;
-                run(py, &pool, faces.len(), |_| {
+                let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
+                run(py, &workers, |_| {
                     let closed = Solid::check_closed(&gather::<$scalar>(vertices, faces)?);
                     Ok(closed.err().map(|error| error.to_string()))
                 })?
@@ -172,9 +182,18 @@ macro_rules! tree {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [Hit] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py)?;
-                answers(py, &*pool(threads)?, &rays, width, (out, Hit::MISS), |rays, hits| {
-                    <$scalar>::closest(mesh.solid.bvh(), mode, rays, hits);
-                })
+                answers(
+                    py,
+                    &small_or(threads, &rays)?,
+                    &rays,
+                    width,
+                    (out, Hit::MISS),
+                    |rays, skip, hits| {
+                        without(mesh.solid.bvh(), skip, |bvh| {
+                            <$scalar>::closest(bvh, mode, rays, hits)
+                        });
+                    },
+                )
             }
 
             /// Fills `out` with the triangles of the closest hits.
@@ -190,9 +209,18 @@ macro_rules! tree {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [u32] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py)?;
-                answers(py, &*pool(threads)?, &rays, width, (out, 0), |rays, triangles| {
-                    <$scalar>::triangles(mesh.solid.bvh(), mode, rays, triangles);
-                })
+                answers(
+                    py,
+                    &small_or(threads, &rays)?,
+                    &rays,
+                    width,
+                    (out, 0),
+                    |rays, skip, triangles| {
+                        without(mesh.solid.bvh(), skip, |bvh| {
+                            <$scalar>::triangles(bvh, mode, rays, triangles)
+                        });
+                    },
+                )
             }
 
             /// Fills `out` with whether anything is hit.
@@ -211,8 +239,81 @@ macro_rules! tree {
                     return Err(PyValueError::new_err("out has another length"));
                 }
                 let mesh = self.mesh.get(py)?;
-                answers(py, &*pool(threads)?, &rays, width, (out, false), |rays, any| {
-                    <$scalar>::any(mesh.solid.bvh(), mode, rays, any);
+                answers(
+                    py,
+                    &small_or(threads, &rays)?,
+                    &rays,
+                    width,
+                    (out, false),
+                    |rays, skip, any| {
+                        without(mesh.solid.bvh(), skip, |bvh| <$scalar>::any(bvh, mode, rays, any));
+                    },
+                )
+            }
+
+            /// Fills `out` with whether segments, whose ends come in place of origins and directions, hit nothing on
+            /// the way; their ends were rounded to so many bits behind the first.
+            fn visible(
+                &self,
+                py: Python<'_>,
+                segments: Arrays<'_, $scalar>,
+                threads: Threads,
+                width: usize,
+                bits: u32,
+                mut out: PyReadwriteArray1<'_, bool>,
+            ) -> PyResult<()> {
+                let (segments, out) = (segments.source()?, out.as_slice_mut()?);
+                if out.len() != segments.count {
+                    return Err(PyValueError::new_err("out has another length"));
+                }
+                let (workers, mesh) = (small_or(threads, &segments)?, self.mesh.get(py)?);
+                answers(py, &workers, &segments, width, (out, false), |rays, skip, visible| {
+                    let ends = |ray: &RayOf<$scalar>| [ray.origin, ray.dir];
+                    let segments: Vec<_> = rays.iter().map(ends).collect();
+                    without(mesh.solid.bvh(), skip, |bvh| {
+                        bvh.visible_within(&Exact::default(), &segments, bits.min(52), visible);
+                    });
+                })
+            }
+
+            /// Fills `out` with rays that start where others hit, and never hit the same triangles.
+            #[staticmethod]
+            fn spawn_rays(
+                py: Python<'_>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+                hits: PyReadonlyArray1<'_, u8>,
+                directions: PyReadonlyArray1<'_, $scalar>,
+                threads: Threads,
+                mut out: PyReadwriteArray1<'_, $scalar>,
+            ) -> PyResult<()> {
+                let hits: &[Hit] = bytemuck::try_cast_slice(hits.as_slice()?).map_err(wrong)?;
+                let vertices: &[[$scalar; 3]] = vertices.as_slice()?.as_chunks().0;
+                let faces: &[[u32; 3]] = faces.as_slice()?.as_chunks().0;
+                let directions: &[[$scalar; 3]] = directions.as_slice()?.as_chunks().0;
+                let out: &mut [[$scalar; 6]] = out.as_slice_mut()?.as_chunks_mut().0;
+                if out.len() != hits.len() || directions.len() != hits.len() {
+                    return Err(PyValueError::new_err("out has another length"));
+                }
+                let spawned = |hit: &Hit, dir: [$scalar; 3]| {
+                    let face = faces.get(hit.triangle as usize)?;
+                    let corner = |k: usize| vertices.get(face[k] as usize).copied();
+                    let triangle = TriangleOf([corner(0)?, corner(1)?, corner(2)?]);
+                    Some(spawn_ray(hit, &triangle, dir).origin)
+                };
+                run(py, &Workers::new(threads, hits.len() <= SMALL)?, |_| {
+                    chunks(
+                        out,
+                        SMALL,
+                        || (),
+                        |(), number, out| {
+                            let asked = hits.iter().zip(directions).skip(number * SMALL);
+                            for (to, (hit, &dir)) in out.iter_mut().zip(asked) {
+                                let [x, y, z] = spawned(hit, dir).unwrap_or([<$scalar>::NAN; 3]);
+                                *to = [x, y, z, dir[0], dir[1], dir[2]];
+                            }
+                        },
+                    );
                 })
             }
 
@@ -228,8 +329,8 @@ macro_rules! tree {
             ) -> PyResult<Lists<'py>> {
                 let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
                 let mesh = self.mesh.get(py)?;
-                lists(py, &*pool(threads)?, &rays, width, |rays| {
-                    <$scalar>::all(mesh.solid.bvh(), mode, rays, limit)
+                lists(py, &small_or(threads, &rays)?, &rays, width, |rays, skip| {
+                    without(mesh.solid.bvh(), skip, |bvh| <$scalar>::all(bvh, mode, rays, limit))
                 })
             }
 
@@ -243,7 +344,9 @@ macro_rules! tree {
             ) -> PyResult<Lists<'py>> {
                 let rays = rays.source()?;
                 let mesh = self.mesh.get(py)?;
-                lists(py, &*pool(threads)?, &rays, width, |rays| mesh.crossings(rays))
+                lists(py, &small_or(threads, &rays)?, &rays, width, |rays, skip| {
+                    mesh.crossings(rays, skip)
+                })
             }
 
             /// Fills `out` with how often each ray crosses: signed and unsigned.
@@ -258,13 +361,22 @@ macro_rules! tree {
                 let rays = rays.source()?;
                 let out: &mut [[i64; 2]] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py)?;
-                answers(py, &*pool(threads)?, &rays, width, (out, [0; 2]), |rays, out| {
-                    let mut counts = vec![Crossings::default(); rays.len()];
-                    mesh.solid.bvh().crossings_batch(&Exact::default(), rays, &mut counts);
-                    for (out, count) in out.iter_mut().zip(counts) {
-                        *out = [count.signed, count.unsigned as i64];
-                    }
-                })
+                answers(
+                    py,
+                    &small_or(threads, &rays)?,
+                    &rays,
+                    width,
+                    (out, [0; 2]),
+                    |rays, skip, out| {
+                        let mut counts = vec![Crossings::default(); rays.len()];
+                        without(mesh.solid.bvh(), skip, |bvh| {
+                            bvh.crossings_batch(&Exact::default(), rays, &mut counts);
+                        });
+                        for (out, count) in out.iter_mut().zip(counts) {
+                            *out = [count.signed, count.unsigned as i64];
+                        }
+                    },
+                )
             }
 
             /// Fills `out` with the winding numbers of points, `SURFACE` on the mesh.
@@ -279,12 +391,18 @@ macro_rules! tree {
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
                 let mut places = Vec::new();
-                by_slabs(py, &*pool(threads)?, points, out, |points, out| {
-                    places.resize(points.len(), Place::Outside);
-                    mesh.solid.place_batch(points, &mut places);
-                    let all = out.iter_mut().zip(&places);
-                    all.for_each(|(out, &place)| *out = winding(place));
-                })
+                by_slabs(
+                    py,
+                    &Workers::new(threads, points.len() < FEW)?,
+                    points,
+                    out,
+                    |points, out| {
+                        places.resize(points.len(), Place::Outside);
+                        mesh.solid.place_batch(points, &mut places);
+                        let all = out.iter_mut().zip(&places);
+                        all.for_each(|(out, &place)| *out = winding(place));
+                    },
+                )
             }
 
             /// Fills `out` with the points of the mesh that are nearest to points.
@@ -299,9 +417,15 @@ macro_rules! tree {
                 let points = points.as_slice()?;
                 let out: &mut [ClosestPoint] = rows(&mut out, points.len() / 3)?;
                 let (mesh, none) = (self.mesh.get(py)?, ClosestPoint::NONE);
-                of_points(py, &*pool(threads)?, points, (out, none), |points, out| {
-                    mesh.solid.bvh().closest_point_batch(points, radius, out);
-                })
+                of_points(
+                    py,
+                    &Workers::new(threads, points.len() < FEW)?,
+                    points,
+                    (out, none),
+                    |points, out| {
+                        mesh.solid.bvh().closest_point_batch(points, radius, out);
+                    },
+                )
             }
 
             /// Fills `out` with the distances of points, negative inside.
@@ -315,9 +439,15 @@ macro_rules! tree {
                 let points = points.as_slice()?;
                 let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
-                of_points(py, &*pool(threads)?, points, (out, 0.0), |points, out| {
-                    mesh.solid.signed_distance_batch(points, out);
-                })
+                of_points(
+                    py,
+                    &Workers::new(threads, points.len() < FEW)?,
+                    points,
+                    (out, 0.0),
+                    |points, out| {
+                        mesh.solid.signed_distance_batch(points, out);
+                    },
+                )
             }
 
             /// Moves the triangles, and tells how worn the tree is.
@@ -329,10 +459,10 @@ macro_rules! tree {
                 threads: Threads,
             ) -> PyResult<f64> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
-                let pool = pool(threads)?;
+                let workers = Workers::new(threads, faces.len() < 3 * SMALL)?;
                 py.detach(|| {
                     let triangles = gather::<$scalar>(vertices, faces)?;
-                    self.mesh.refit(&pool, &triangles)
+                    self.mesh.refit(&workers, &triangles)
                 })
             }
 
@@ -344,7 +474,8 @@ macro_rules! tree {
                     let mut bytes = Vec::new();
                     bvh.write_to(&mut bytes).map(|()| bytes)
                 };
-                let bytes = run(py, &*pool(None)?, bvh.len(), write)?.map_err(no_memory)?;
+                let workers = Workers::new(None, bvh.len() < SMALL)?;
+                let bytes = run(py, &workers, write)?.map_err(no_memory)?;
                 PyBytes::new_with(py, bytes.len(), |to| {
                     to.copy_from_slice(&bytes);
                     Ok(())
@@ -355,7 +486,7 @@ macro_rules! tree {
             #[staticmethod]
             fn from_bytes(py: Python<'_>, bytes: &[u8], triangles: usize) -> PyResult<Self> {
                 let read = |_: &_| Mesh::from_bytes(bytes, triangles);
-                let mesh = run(py, &*pool(None)?, triangles, read)??;
+                let mesh = run(py, &Workers::new(None, triangles < SMALL)?, read)??;
                 Ok(Self { mesh: Shared::new(mesh) })
             }
 
@@ -374,12 +505,13 @@ macro_rules! tree {
                 let in_rows = rays.rays(0..rays.count, &mut in_rows).to_vec();
                 let by_tiles = tiled(&rays);
                 let mut hits = vec![Hit::MISS; rays.count];
-                run(py, &*pool(threads)?, rays.count, |_| {
+                run(py, &Workers::new(threads, false)?, |_| {
                     let (mut a, mut b) = (f64::INFINITY, f64::INFINITY);
                     for _ in 0..times {
                         for (rays, least) in [(&in_rows, &mut a), (&by_tiles, &mut b)] {
                             let began = Instant::now();
-                            <$scalar>::closest(mesh.solid.bvh(), Mode::Exact, rays, &mut hits);
+                            let bvh = mesh.solid.bvh().only(&Select::ALL);
+                            <$scalar>::closest(&bvh, Mode::Exact, rays, &mut hits);
                             *least = least.min(began.elapsed().as_secs_f64());
                         }
                     }

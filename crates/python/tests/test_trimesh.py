@@ -126,8 +126,16 @@ def test_max_hits_and_order():
         [[0.1, 0.2, 20], [9, 9, 9], [0.1, 0.2, -20]], [[0, 0, -1], [0, 0, -1], [0, 0, 1]], return_locations=True)
     assert rays.tolist() == [0] * 10 + [2] * 10
     assert (np.diff(places[:10, 2]) < 0).all() and (np.diff(places[10:, 2]) > 0).all()
-    triangles, rays = mesh.ray.intersects_id([[0.1, 0.2, 20]], [[0, 0, -1]], max_hits=3)
+    with pytest.warns(UserWarning, match="1 of 2 rays cross the mesh more than max_hits=3 times.*max_hits=10"):
+        triangles, rays = mesh.ray.intersects_id([[0.1, 0.2, 20], [9, 9, 9]], [[0, 0, -1]] * 2, max_hits=3)
     assert rays.tolist() == [0] * 3
+
+
+def test_unknown_options_are_refused():
+    mesh = install(trimesh.creation.box())
+    for ask in (mesh.ray.intersects_first, mesh.ray.intersects_any, mesh.ray.intersects_location):
+        with pytest.raises(TypeError, match="nonsense"):
+            ask([[0, 0, 5]], [[0, 0, -1]], nonsense=1)
 
 
 def test_dtypes_shapes_and_errors():

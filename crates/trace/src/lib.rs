@@ -47,4 +47,5 @@ pub use solid::{Solid, SolidError};
 #[doc(hidden)]
 pub mod internal {
     pub use crate::save::{checksum, seal};
+    pub use crate::threads::on_this_thread;
 }

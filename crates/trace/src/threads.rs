@@ -7,6 +7,7 @@
 //!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
 //! ```
 
+use std::cell::Cell;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,14 +18,31 @@ use crate::memory::{NoMemory, zeros};
 /// So many pieces a thread, that all are done at about the same time.
 const PIECES: usize = 8;
 
+std::thread_local! {
+    /// Whether this thread is to do all by itself.
+    static IS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does work on this thread alone, whatever pools of threads there are: none is started or woken.
+pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            IS_ALONE.set(self.0);
+        }
+    }
+    let _before = Before(IS_ALONE.replace(true));
+    work()
+}
+
 /// Does 0 to `count`, on all threads where there are threads.
 fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
-    {
+    if !IS_ALONE.get() {
         use rayon::prelude::*;
         (0..count).into_par_iter().for_each(each);
+        return;
     }
-    #[cfg(not(feature = "parallel"))]
     (0..count).for_each(each);
 }
 
@@ -125,21 +143,20 @@ pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool 
 /// How many threads there are.
 pub(crate) fn count() -> usize {
     #[cfg(feature = "parallel")]
-    return rayon::current_num_threads();
-    #[cfg(not(feature = "parallel"))]
+    if !IS_ALONE.get() {
+        return rayon::current_num_threads();
+    }
     1
 }
 
 /// Runs both, side by side where there are threads.
-#[cfg(feature = "parallel")]
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
 ) -> (A, B) {
-    rayon::join(a, b)
-}
-
-#[cfg(not(feature = "parallel"))]
-pub(crate) fn join<A, B>(a: impl FnOnce() -> A, b: impl FnOnce() -> B) -> (A, B) {
+    #[cfg(feature = "parallel")]
+    if !IS_ALONE.get() {
+        return rayon::join(a, b);
+    }
     (a(), b())
 }

@@ -15,11 +15,12 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arrays
+from . import _arrays, _inputs
 from ._arrays import F32, F64
 from ._intertri import Tree32, Tree64, checksum
 from ._triangles import native
 
+NOT_OURS = "it is damaged, or not a file that Mesh.save wrote"
 MEMBERS = ("vertices", "faces", "tree", "binding")
 
 Saved = tuple[NDArray[np.floating[Any]], NDArray[np.uint32], bytes, int]
@@ -82,13 +83,13 @@ def read(path: str | os.PathLike[str]) -> tuple[Any, ...]:
             # Positions that a damaged file names may not be there; other errors are the disk's.
             if error.errno not in (None, errno.EINVAL):
                 raise
-            raise ValueError("it is damaged, or not a file that Mesh.save wrote") from None
+            raise ValueError(f"{NOT_OURS}; {_inputs.READ_IT}") from None
         except (ValueError, MemoryError):
             raise
         except Exception as error:
             # The readers of zip and of numpy's headers raise whatever their code runs into.
             why = (str(error).splitlines() or [type(error).__name__])[0]
-            raise ValueError(f"it is damaged, or not a file that Mesh.save wrote ({why})") from None
+            raise ValueError(f"{NOT_OURS} ({why}); {_inputs.READ_IT}") from None
 
 
 def _members(file: BinaryIO) -> tuple[Any, ...]:

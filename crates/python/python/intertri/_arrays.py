@@ -9,6 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _inputs
+
 F32 = np.dtype(np.float32)
 F64 = np.dtype(np.float64)
 
@@ -26,6 +28,7 @@ class Rays:
     t_min: Floats
     t_max: Floats
     shape: tuple[int, ...]
+    skip: NDArray[np.int32] | None = None
 
     @property
     def parts(self) -> tuple[Floats | None, ...]:
@@ -44,7 +47,7 @@ class Rays:
 
 def floats(values: ArrayLike, name: str) -> Floats:
     """An array of f32 or f64 with the same values."""
-    array = np.asarray(values)
+    array = _inputs.array(values, name)
     native = array.dtype.newbyteorder("=")
     if native in (F32, F64):
         return array.astype(native, copy=False)
@@ -113,7 +116,7 @@ def vertices_and_faces(
 
 def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
     """Faces (m, 3) of so many vertices."""
-    rows = np.asarray(faces)
+    rows = _inputs.array(faces, "faces")
     if rows.size == 0:
         return np.zeros((0, 3), np.uint32)
     if rows.ndim != 2 or rows.shape[1] != 3:
@@ -133,7 +136,7 @@ def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
     return rows.astype(np.uint32)
 
 
-def _broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tuple[int, ...]:
+def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(shape, other)
     except ValueError:
@@ -153,15 +156,63 @@ def _column(value: ArrayLike, name: str, shape: tuple[int, ...]) -> tuple[Floats
     return array, is_weak
 
 
+def _plain_rays(
+    origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike, mesh: np.dtype[Any]
+) -> Rays | None:
+    """Rays that need no conversion, soon: arrays as the native part reads them, of the dtype of the mesh."""
+    low, high = _plain_end(t_min, mesh), _plain_end(t_max, mesh)
+    if low is None or high is None or not _is_plain(origins, mesh):
+        return None
+    assert isinstance(origins, np.ndarray)
+    shape = origins.shape
+    if directions is None:
+        if shape[-1] != 6:
+            return None
+        return Rays(origins.size // 6, 6, origins.reshape(-1), None, low, high, shape[:-1])
+    if not _is_plain(directions, mesh):
+        return None
+    assert isinstance(directions, np.ndarray)
+    if shape != directions.shape:
+        # One for all.
+        if len(shape) == 1:
+            shape = directions.shape
+        elif directions.ndim != 1:
+            return None
+    if origins.shape[-1] != 3 or directions.shape[-1] != 3 or 0 in shape:
+        return None
+    return Rays(math.prod(shape[:-1]), 3, origins.reshape(-1), directions.reshape(-1), low, high, shape[:-1])
+
+
+def _is_plain(array: object, mesh: np.dtype[Any]) -> bool:
+    return type(array) is np.ndarray and array.dtype is mesh and array.ndim > 0 and array.flags.c_contiguous and array.flags.aligned
+
+
+_ENDS = {
+    (dtype, end): np.array([end], dtype) for dtype in (F32, F64) for end in (0.0, 1.0, math.inf)
+}
+
+for _end in _ENDS.values():
+    _end.flags.writeable = False
+
+
+def _plain_end(end: object, mesh: np.dtype[Any]) -> Floats | None:
+    """An end of rays that is one number of Python, which takes the dtype of the rays."""
+    return _ENDS.get((mesh, end)) if type(end) in (float, int) else None
+
+
 def rays(
     origins: ArrayLike,
     directions: ArrayLike | None,
     t_min: ArrayLike,
     t_max: ArrayLike,
     mesh: np.dtype[Any],
+    names: tuple[str, str] = ("origins", "directions"),
 ) -> Rays:
     """Rays for a mesh over a scalar: f32 where that loses nothing and the mesh is f32, else f64."""
-    first = floats(origins, "origins" if directions is not None else "rays")
+    plain = _plain_rays(origins, directions, t_min, t_max, mesh)
+    if plain is not None:
+        return plain
+    first = floats(origins, names[0] if directions is not None else "rays")
     if directions is None:
         if first.size == 0 and first.ndim == 1:
             first = first.reshape(0, 6)
@@ -170,8 +221,8 @@ def rays(
         columns, shape, second = first.shape[-1], first.shape[:-1], None
     else:
         columns = 3
-        first, second = points(first, "origins"), points(directions, "directions")
-        shape = _broadcast(first.shape[:-1], second.shape[:-1], "origins and directions")
+        first, second = points(first, names[0]), points(directions, names[1])
+        shape = broadcast(first.shape[:-1], second.shape[:-1], " and ".join(names))
     (low, low_is_weak), (high, high_is_weak) = _column(t_min, "t_min", shape), _column(t_max, "t_max", shape)
     if columns == 8 and not (low.ndim == high.ndim == 0 and low == 0 and high == math.inf):
         raise ValueError("rays of shape (..., 8) have their own t_min and t_max")
@@ -198,6 +249,22 @@ def rays(
         numbers(high, ()),
         shape,
     )
+
+
+def numbers_of_faces(skip: ArrayLike, name: str, shape: tuple[int, ...], faces: int) -> NDArray[np.int32]:
+    """The triangles that rays of this shape skip: one number for all, or one a ray."""
+    numbers = _inputs.array(skip, name)
+    if numbers.dtype.kind not in "iu" and numbers.size:
+        raise TypeError(f"{name} has dtype {numbers.dtype}; it must be integer, such as hits['triangle']")
+    try:
+        numbers = np.broadcast_to(numbers, shape)
+    except ValueError:
+        raise ValueError(f"{name} has shape {numbers.shape}, but the rays have {shape}") from None
+    wrong = (numbers < -1) | (numbers >= faces)
+    if wrong.any():
+        number = int(numbers[wrong].reshape(-1)[0])
+        raise IndexError(f"{name} has {number}, but there are {faces} faces; -1 skips none")
+    return np.ascontiguousarray(numbers, np.int32)
 
 
 def answers(

@@ -22,6 +22,18 @@ class _Tree:
     def any(
         self, rays: Rays, mode: str, threads: int | None, width: int, out: NDArray[np.bool_]
     ) -> None: ...
+    def visible(
+        self, rays: Rays, threads: int | None, width: int, bits: int, out: NDArray[np.bool_]
+    ) -> None: ...
+    @staticmethod
+    def spawn_rays(
+        vertices: NDArray[Any],
+        faces: NDArray[np.uint32],
+        hits: NDArray[np.uint8],
+        directions: NDArray[Any],
+        threads: int | None,
+        out: NDArray[Any],
+    ) -> None: ...
     def all(
         self, rays: Rays, mode: str, threads: int | None, width: int, limit: int | None
     ) -> tuple[NDArray[np.int64], NDArray[np.uint64]]: ...

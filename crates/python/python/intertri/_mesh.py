@@ -17,7 +17,8 @@ class Mesh(RayQueries, PointQueries):
     ----------
     vertices : (n, 3) float32 or float64
         Corners, kept as they are: float32 stays float32, float64 stays float64. Integers become float64.
-        Without ``faces``, triangles of shape (m, 3, 3).
+        Without ``faces``, triangles of shape (m, 3, 3), or a mesh of trimesh, Open3D, pyvista or meshio.
+        Arrays and tensors of other packages are taken as they are, by DLPack where they have it.
     faces : (m, 3) integer, optional
         Rows of ``vertices``. Both sides of a face can be hit.
     threads : int, optional

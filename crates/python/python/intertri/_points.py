@@ -129,6 +129,8 @@ class PointQueries(Triangles):
         (array([2., 2.]), array([1., 0., 5.]))
         """
         at = self._points(points)
+        if np.ndim(radius) != 0:
+            raise TypeError("radius must be one number for all points; to have one a point, compare the distances")
         if not radius >= 0:
             raise ValueError(f"radius is {radius}; it must not be negative")
         nearest, threads = _arrays.answers(at.shape[:-1], NEAREST, out, at), _arrays.threads_of(threads)

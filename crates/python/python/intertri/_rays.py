@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._arrays import Rays
+from ._arrays import F32, Rays
 from ._dtypes import CROSSING, CROSSINGS, HIT, HitLists
-from ._triangles import Triangles
+from ._triangles import Triangles, native
 
 Mode: TypeAlias = Literal["exact", "certified"]
 
@@ -22,9 +22,17 @@ class RayQueries(Triangles):
     __slots__ = ()
 
     def _rays(
-        self, origins: ArrayLike, directions: ArrayLike | None, t_min: ArrayLike, t_max: ArrayLike
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike | None,
+        t_min: ArrayLike,
+        t_max: ArrayLike,
+        skip: ArrayLike | None = None,
     ) -> Rays:
-        return _arrays.rays(origins, directions, t_min, t_max, self.dtype)
+        rays = _arrays.rays(origins, directions, t_min, t_max, self.dtype)
+        if skip is not None:
+            rays.skip = _arrays.numbers_of_faces(skip, "skip", rays.shape, len(self)).reshape(-1)
+        return rays
 
     def closest(
         self,
@@ -33,6 +41,7 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         mode: Mode = "exact",
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
@@ -49,6 +58,8 @@ class RayQueries(Triangles):
         t_min, t_max : float or (...)
             A hit counts where t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain number
             of Python takes the rays' dtype; numpy's scalars and arrays keep theirs.
+        skip : integer or (...), optional
+            A triangle that each ray ignores, such as the one that it starts on; -1 for none.
         mode : "exact" or "certified"
         threads : int, optional
             Threads that answer, all by default.
@@ -76,7 +87,7 @@ class RayQueries(Triangles):
         >>> hits["triangle"]
         array([ 0,  0, -1], dtype=int32)
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         hits = _arrays.answers(rays.shape, HIT, out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         tree.closest(rays, mode, threads, rays.width, _arrays.as_bytes(hits))
@@ -89,6 +100,7 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         mode: Mode = "exact",
         threads: int | None = None,
         out: NDArray[np.int32] | None = None,
@@ -102,7 +114,7 @@ class RayQueries(Triangles):
         >>> mesh.closest_triangle([0, 0, 0], [[0, 0, 1], [1, 0, 0]])
         array([ 0, -1], dtype=int32)
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         triangles = _arrays.answers(rays.shape, np.dtype(np.int32), out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         tree.triangles(rays, mode, threads, rays.width, _arrays.as_bytes(triangles))
@@ -115,25 +127,123 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         mode: Mode = "exact",
         threads: int | None = None,
         out: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything: (...) bool.
 
-        Parameters are those of `closest`. For shadows let directions run from the surface to the light, and
-        ``t_max`` be 1.
+        Parameters are those of `closest`. To ask whether a point is in shadow, take `visible`: a ray that starts on a
+        surface may hit it, because the point is rounded.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
         >>> mesh.any([0, 0, 0], [[0, 0, 10], [0, 0, 1]], t_max=1)
         array([ True, False])
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         any_hit = _arrays.answers(rays.shape, np.dtype(np.bool_), out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         tree.any(rays, mode, threads, rays.width, any_hit.reshape(-1))
         return any_hit if rays.shape or out is not None else any_hit[()]
+
+    def visible(
+        self,
+        a: ArrayLike,
+        b: ArrayLike,
+        *,
+        skip_a: ArrayLike | None = None,
+        skip_b: ArrayLike | None = None,
+        threads: int | None = None,
+        out: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.bool_]:
+        """Whether points see each other: (...) bool. The surfaces on which they lie do not hide them. Always exact.
+
+        A point lies on a triangle if it is no farther from it than 16 units of rounding: ``2**-52`` of the largest
+        coordinate of both points and the triangle, ``2**-23`` for points of float32. So nothing shades itself because
+        a point was rounded, also beside an edge. Any other triangle hides ``b`` if the ray from ``a`` in direction
+        ``b - a`` hits it where 0 < t < 1.
+
+        Parameters
+        ----------
+        a, b : (..., 3)
+            Points of shapes that broadcast: one light may serve all. It is fastest if all ``a`` or all ``b`` are the
+            same. Points that are not finite see nothing.
+        skip_a, skip_b : integer or (...), optional
+            The triangles on which the points lie, -1 for none, if they are known: for points that are less accurate.
+        threads, out
+            As for `any`.
+
+        Examples
+        --------
+        >>> import numpy as np, intertri
+        >>> mesh = intertri.Mesh([[0.1, 0.2, 0.3], [1.3, 0.1, 0.7], [0.4, 1.1, 0.2]], [[0, 1, 2]])
+        >>> light = [3, 1, 4]
+        >>> mesh.visible([mesh.vertices.mean(axis=0), mesh.vertices[0], [0, 0, -1]], light)
+        array([ True,  True, False])
+        """
+        a, b = np.asarray(a), np.asarray(b)
+        rays = _arrays.rays(a, b, 0.0, math.inf, self.dtype, ("a", "b"))
+        if skip_a is not None or skip_b is not None:
+            skips = [(skip_a, "skip_a"), (skip_b, "skip_b")]
+            faces = [
+                _arrays.numbers_of_faces(-1 if skip is None else skip, name, rays.shape, len(self))
+                for skip, name in skips
+            ]
+            rays.skip = np.stack(faces, axis=-1).reshape(-1)
+        is_single = rays.dtype == F32 or any(np.dtype(x.dtype).itemsize <= 4 and x.dtype.kind == "f" for x in (a, b))
+        visible = _arrays.answers(rays.shape, np.dtype(np.bool_), out, *rays.parts)
+        tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
+        tree.visible(rays, threads, rays.width, 23 if is_single else 52, visible.reshape(-1))
+        return visible if rays.shape or out is not None else visible[()]
+
+    def spawn_rays(
+        self, hits: NDArray[np.void], directions: ArrayLike, *, threads: int | None = None
+    ) -> NDArray[np.floating[Any]]:
+        """Rays that start where others hit the mesh: (..., 6), origin and direction, in the dtype of the mesh.
+
+        A ray starts at the hit, rounded, or beside it on the side to which it goes, a few units in the last place away:
+        in the mode "exact" it never hits the triangle that it starts on. Near an edge it may hit the one on the other
+        side. To ask whether a point sees a light, take `visible`.
+
+        Parameters
+        ----------
+        hits : (...) `HIT` or `CROSSING`
+            As answered by `closest`, `all` or `crossings` of this mesh.
+        directions : (..., 3)
+            Where the rays go. They are rounded to the dtype of the mesh.
+
+        Returns
+        -------
+        (..., 6)
+            For misses the origins are NaN, so that these rays miss.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> mesh = intertri.Mesh([[0.1, 0.2, 0.3], [1.3, 0.1, 0.7], [0.4, 1.1, 0.2]], [[0, 1, 2]])
+        >>> hits = mesh.closest([[0.5, 0.4, 4], [0.6, 0.5, 4], [9, 9, 9]], [0, 0, -1])
+        >>> bounced = mesh.spawn_rays(hits, [0, 0.1, 1])
+        >>> mesh.any(bounced)
+        array([False, False, False])
+        """
+        found = self._hits(hits)
+        ways = _arrays.points(directions, "directions").astype(self.dtype, copy=False)
+        shape = _arrays.broadcast(found.shape, ways.shape[:-1], "hits and directions")
+        rows = np.empty(shape, HIT)
+        for name in HIT.names or ():
+            rows[name] = found[name] if name in found.dtype.names else 0
+        rays = np.empty((*shape, 6), self.dtype)
+        native(self.dtype).spawn_rays(
+            self._at.vertices.reshape(-1),
+            self._faces.reshape(-1),
+            _arrays.as_bytes(rows),
+            _arrays.flat(np.broadcast_to(ways, (*shape, 3)), self.dtype),
+            _arrays.threads_of(threads),
+            rays.reshape(-1),
+        )
+        return rays
 
     def all(
         self,
@@ -142,6 +252,7 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         limit: int | None = None,
         mode: Mode = "exact",
         threads: int | None = None,
@@ -173,7 +284,7 @@ class RayQueries(Triangles):
         >>> lists.hits["t"], lists.hits["triangle"], lists.rays
         (array([5., 7.]), array([0, 1], dtype=int32), array([0, 0]))
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         most = _limit_of(limit)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         offsets, hits = tree.all(rays, mode, threads, rays.width, most)
@@ -186,6 +297,7 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         threads: int | None = None,
     ) -> HitLists:
         """Where each ray crosses the mesh, each edge and corner once, in order of t.
@@ -207,7 +319,7 @@ class RayQueries(Triangles):
         >>> len(square.crossings(*on_the_diagonal).hits), len(square.all(*on_the_diagonal).hits)
         (1, 2)
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         offsets, hits = tree.crossings(rays, threads, rays.width)
         return HitLists(offsets, hits.view(CROSSING))
@@ -219,6 +331,7 @@ class RayQueries(Triangles):
         *,
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
+        skip: ArrayLike | None = None,
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
@@ -233,11 +346,57 @@ class RayQueries(Triangles):
         >>> counts["signed"], counts["unsigned"]
         (array([ 1, -1]), array([1, 1]))
         """
-        rays = self._rays(origins, directions, t_min, t_max)
+        rays = self._rays(origins, directions, t_min, t_max, skip)
         counts = _arrays.answers(rays.shape, CROSSINGS, out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         tree.count_crossings(rays, threads, rays.width, _arrays.as_bytes(counts))
         return counts if rays.shape or out is not None else counts[()]
+
+    def hit_points(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
+        """Where hits are: (..., 3) float64 by the weights of the triangles' corners, NaN for misses.
+
+        >>> import intertri
+        >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
+        >>> mesh.hit_points(mesh.closest([[0.25, 0.5, 0], [9, 9, 9]], [0, 0, 1]))
+        array([[0.25, 0.5 , 5.  ],
+               [ nan,  nan,  nan]])
+        """
+        found, corners = self._corners(hits)
+        u, v = found["u"][..., None], found["v"][..., None]
+        points: NDArray[np.float64] = (1 - u - v) * corners[..., 0, :] + u * corners[..., 1, :] + v * corners[..., 2, :]
+        return points
+
+    def hit_normals(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
+        """The normals of the triangles that are hit, of unit length: (..., 3) float64, NaN for misses. Seen from where
+        they point, corners run counter-clockwise.
+
+        >>> import intertri
+        >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
+        >>> mesh.hit_normals(mesh.closest([0.25, 0.5, 0], [0, 0, 1]))
+        array([0., 0., 1.])
+        """
+        _, corners = self._corners(hits)
+        normals = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+        unit: NDArray[np.float64] = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+        return unit
+
+    def _hits(self, hits: NDArray[np.void]) -> NDArray[np.void]:
+        """Hits of this mesh, checked."""
+        found = np.asarray(hits)
+        if not {"t", "u", "v", "triangle"} <= set(found.dtype.names or ()):
+            raise TypeError(f"hits has dtype {found.dtype}; it must be those that closest, all or crossings answered")
+        if found.size and found["triangle"].max() >= len(self):
+            raise IndexError(f"hits name triangle {found['triangle'].max()}, but there are {len(self)} faces")
+        return found
+
+    def _corners(self, hits: NDArray[np.void]) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+        """Hits, and the corners of their triangles (..., 3, 3) in float64, NaN for misses."""
+        found = self._hits(hits)
+        numbers = np.asarray(found["triangle"])
+        is_hit = numbers >= 0
+        corners = np.full((*found.shape, 3, 3), np.nan)
+        corners[is_hit] = self._at.vertices[self._faces[numbers[is_hit]]]
+        return found, corners
 
 
 def _limit_of(limit: int | None) -> int | None:

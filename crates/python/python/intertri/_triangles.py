@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays
+from . import _arrays, _inputs
 from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
@@ -36,10 +36,15 @@ class Triangles:
     _moving: threading.Lock
 
     def __init__(
-        self, vertices: ArrayLike, faces: ArrayLike | None = None, *, threads: int | None = None
+        self, vertices: Any = None, faces: ArrayLike | None = None, *, threads: int | None = None
     ) -> None:
+        if vertices is None:
+            raise TypeError("Mesh needs vertices and faces, or a mesh of another package")
+        if faces is None:
+            vertices, faces = _inputs.mesh_arrays(vertices) or (vertices, None)
+        vertices = _inputs.array(vertices, "vertices")
         corners, rows = _arrays.vertices_and_faces(vertices, faces)
-        if corners is vertices or np.may_share_memory(corners, np.asarray(vertices)):
+        if np.may_share_memory(corners, vertices):
             corners = corners.copy()
         corners = np.ascontiguousarray(corners)
         self._keep(corners, rows)
@@ -115,8 +120,8 @@ class Triangles:
 
     def __repr__(self) -> str:
         faces, vertices = len(self._faces), len(self._at.vertices)
-        s = "" if faces == 1 else "s"
-        return f"Mesh({faces} face{s}, {vertices} vertices, {self.dtype})"
+        count = f"{faces} face{'' if faces == 1 else 's'}, {vertices} vert{'ex' if vertices == 1 else 'ices'}"
+        return f"{type(self).__name__}({count}, {self.dtype})"
 
     def refit(self, vertices: ArrayLike, *, threads: int | None = None) -> float:
         """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles.
@@ -182,7 +187,7 @@ class Triangles:
     def _must_be_closed(self) -> None:
         where = self._open_edge()
         if where is not None:
-            raise ValueError(f"the mesh is open: {where}; assume_closed=True asks all the same")
+            raise ValueError(f"{where}; close it, turn its faces alike, or pass assume_closed=True")
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:

@@ -13,6 +13,7 @@ array([ True, False])
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -93,7 +94,7 @@ class RayMeshIntersector:
         multiple_hits : bool
             All crossings, or the closest hit alone.
         max_hits : int
-            At most so many a ray, the nearest.
+            At most so many a ray, the nearest. A warning says if others are left out.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         if multiple_hits:
@@ -106,11 +107,11 @@ class RayMeshIntersector:
             return triangles.astype(np.int64), rays
         return triangles.astype(np.int64), rays, origins[rays] + t[:, None] * directions[rays]
 
-    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> Ints:
+    def intersects_first(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> Ints:
         """The face that each ray meets first, -1 for none: (n,)."""
         return self.intertri.closest_triangle(*_rays(ray_origins, ray_directions)).astype(np.int64)
 
-    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike, **_: Any) -> NDArray[np.bool_]:
+    def intersects_any(self, ray_origins: ArrayLike, ray_directions: ArrayLike) -> NDArray[np.bool_]:
         """Whether each ray meets the mesh: (n,)."""
         return self.intertri.any(*_rays(ray_origins, ray_directions))
 
@@ -148,6 +149,12 @@ class RayMeshIntersector:
             triangles = np.insert(triangles, at, faces)
             t = np.insert(t, at, 0.0)
         if counts.size and counts.max() > max_hits:
+            cut = int((counts > max_hits).sum())
+            warnings.warn(
+                f"{cut} of {len(counts)} rays cross the mesh more than max_hits={max_hits} times; "
+                f"pass max_hits={counts.max()} to have all crossings",
+                stacklevel=3,
+            )
             first = np.repeat(np.cumsum(counts) - counts, counts)
             near = np.arange(len(rays)) - first < max_hits
             rays, triangles, t = rays[near], triangles[near], t[near]

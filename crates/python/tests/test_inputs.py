@@ -1,0 +1,151 @@
+"""Arrays and meshes of other packages, and messages that say what to pass."""
+
+from types import SimpleNamespace
+
+import intertri
+import numpy as np
+import pytest
+from conftest import box, icosphere
+
+VERTICES, FACES = box()
+DIGEST = intertri.Mesh(VERTICES, FACES).digest
+
+
+class Tensor:
+    """A tensor that numpy reads by DLPack alone."""
+
+    def __init__(self, array, device="cpu"):
+        self._array, self._device = array, device
+
+    def __dlpack__(self, **options):
+        if self._device != "cpu":
+            raise BufferError("cannot export from another device")
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self):
+        return self._array.__dlpack_device__()
+
+    def numpy(self):
+        raise TypeError(f"can't convert {self._device} device type tensor to numpy\nand more")
+
+
+class OwnNumpy:
+    """A tensor with a way to numpy of its own, as Open3D's, and a slow one by its rows."""
+
+    def __init__(self, array):
+        self._array = array
+
+    def numpy(self):
+        return self._array
+
+    def __len__(self):
+        return len(self._array)
+
+    def __getitem__(self, row):
+        raise AssertionError("read row by row")
+
+
+@pytest.mark.parametrize("tensor", [Tensor, OwnNumpy])
+def test_tensors_are_taken(tensor):
+    mesh = intertri.Mesh(tensor(VERTICES), tensor(FACES.astype(np.int32)))
+    assert mesh.digest == DIGEST
+    origins, ways = np.float32([[0.1, 0.2, 5]]), np.float32([[0, 0, -1]])
+    assert mesh.closest(tensor(origins), tensor(ways))["t"] == mesh.closest(origins, ways)["t"] == 4
+    assert mesh.contains(tensor(origins)).tolist() == [False]
+
+
+def test_tensors_on_a_device_say_what_to_do():
+    with pytest.raises(TypeError, match="vertices is a Tensor that numpy cannot read: can't convert cuda") as raised:
+        intertri.Mesh(Tensor(VERTICES, "cuda"), FACES)
+    assert "\n" not in str(raised.value)
+
+
+def test_meshes_of_others_are_taken():
+    quads = np.concatenate([np.full((len(FACES), 1), 3), FACES], axis=1).reshape(-1)
+    for mesh in [
+        SimpleNamespace(vertices=VERTICES, faces=FACES),
+        SimpleNamespace(vertices=VERTICES, triangles=FACES),
+        SimpleNamespace(vertex=SimpleNamespace(positions=OwnNumpy(VERTICES)), triangle=SimpleNamespace(indices=Tensor(FACES))),
+        SimpleNamespace(points=VERTICES, cells_dict={"line": [[0, 1]], "triangle": FACES}),
+        SimpleNamespace(points=VERTICES, faces=quads, is_all_triangles=True),
+        intertri.Mesh(VERTICES, FACES),
+    ]:
+        assert intertri.Mesh(mesh).digest == DIGEST
+
+
+def test_meshes_of_trimesh():
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.creation.icosphere(2)
+    assert len(intertri.Mesh(mesh)) == len(mesh.faces)
+    with pytest.raises(TypeError, match="scene.to_mesh"):
+        intertri.Mesh(trimesh.Scene(mesh))
+
+
+def test_meshes_of_pyvista():
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.Sphere()
+    ours = intertri.Mesh(mesh)
+    assert len(ours) == mesh.n_cells and ours.dtype == mesh.points.dtype
+    with pytest.raises(ValueError, match="triangulate"):
+        intertri.Mesh(pyvista.Cube())
+    with pytest.raises(TypeError, match="extract_surface"):
+        intertri.Mesh(pyvista.ImageData(dimensions=(2, 2, 2)))
+
+
+def test_meshes_of_meshio():
+    meshio = pytest.importorskip("meshio")
+    assert intertri.Mesh(meshio.Mesh(VERTICES, [("triangle", FACES)])).digest == DIGEST
+    with pytest.raises(ValueError, match="no triangles .tetra"):
+        intertri.Mesh(meshio.Mesh(VERTICES, [("tetra", [[0, 1, 2, 4]])]))
+
+
+@pytest.mark.parametrize(
+    ("ask", "error", "says"),
+    [
+        (lambda mesh: intertri.Mesh(), TypeError, "Mesh needs vertices and faces"),
+        (lambda mesh: intertri.Mesh("x.obj"), TypeError, "not the path 'x.obj'; to read a model, pass .*trimesh.load"),
+        (lambda mesh: intertri.Mesh("x.obj", FACES), TypeError, "vertices is 'x.obj'; it must be an array"),
+        (lambda mesh: intertri.Mesh([[0, 0, 0], [1]], FACES), ValueError, "vertices has rows of different lengths"),
+        (lambda mesh: intertri.Mesh(np.ma.masked_less(VERTICES, 0), FACES), ValueError, "vertices has masked entries"),
+        (lambda mesh: mesh.any(np.ma.masked_less(VERTICES, 0), [0, 0, 1]), ValueError, "origins has masked entries"),
+        (lambda mesh: mesh.closest_point(VERTICES, radius=np.ones(8)), TypeError, "radius must be one number"),
+    ],
+)
+def test_messages(ask, error, says):
+    with pytest.raises(error, match=says):
+        ask(intertri.Mesh(VERTICES, FACES))
+
+
+def test_models_are_no_saved_meshes(tmp_path):
+    (tmp_path / "x.obj").write_text("v 0 0 0\n")
+    with pytest.raises(ValueError, match="x.obj holds no mesh: .*trimesh.load"):
+        intertri.load(tmp_path / "x.obj")
+
+
+def test_open_meshes_say_so_once():
+    for faces in (FACES[1:], np.concatenate([FACES[:1, ::-1], FACES[1:]]), np.concatenate([FACES, FACES[:1]])):
+        with pytest.raises(ValueError, match="assume_closed=True") as raised:
+            intertri.Mesh(VERTICES, faces).contains([0, 0, 0])
+        assert str(raised.value).count("the mesh is open") == 1
+
+
+def test_repr():
+    assert repr(intertri.Mesh(np.zeros((1, 3)), np.zeros((0, 3), int))) == "Mesh(0 faces, 1 vertex, float64)"
+
+
+def test_points_and_normals_of_hits(dtype):
+    vertices, faces = icosphere(2)
+    mesh = intertri.Mesh(vertices.astype(dtype), faces)
+    rays = np.random.default_rng(3).uniform(-2, 2, (100, 6)).astype(dtype)
+    hits = mesh.closest(rays)
+    is_hit = hits["triangle"] >= 0
+    points, normals = mesh.hit_points(hits), mesh.hit_normals(hits)
+    on_rays = rays[:, :3] + hits["t"][:, None] * rays[:, 3:].astype(float)
+    assert np.allclose(points[is_hit], on_rays[is_hit], rtol=0, atol=1e-14) and is_hit.any()
+    assert np.isnan(points[~is_hit]).all() and np.isnan(normals[~is_hit]).all() and not is_hit.all()
+    assert np.allclose(np.linalg.norm(normals[is_hit], axis=1), 1)
+    assert ((normals * points).sum(axis=1)[is_hit] > 0.9).all()
+    one = mesh.closest(rays[is_hit][0])
+    assert mesh.hit_points(one).shape == mesh.hit_normals(one).shape == (3,)
+    with pytest.raises(TypeError, match="hits has dtype"):
+        mesh.hit_points(points)
