@@ -11,7 +11,9 @@ mod points;
 mod pool;
 mod run;
 mod scalar;
+mod shared;
 mod source;
+mod spawn;
 mod tree;
 
 use pyo3::prelude::*;

@@ -3,11 +3,10 @@
 //! `intertri/_arrays.py` checks what users give. What is checked again here is what memory depends on.
 
 use std::num::NonZeroUsize;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use intertri::{Crossings, Exact, Hit, RayOf, TriangleOf, spawn_ray};
-use intertri_trace::{ClosestPoint, ModeFor, Place, RefitError, Select, Solid};
+use intertri::{Crossings, Exact, Hit, RayOf, TriangleOf};
+use intertri_trace::{ClosestPoint, Place, Select, Solid};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
@@ -18,10 +17,12 @@ use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
 use crate::picture::tiled;
 use crate::points::{by_slabs, of_points};
-use crate::pool::{Workers, chunks};
+use crate::pool::Workers;
 use crate::run::run;
 use crate::scalar::{Mode, Scalar, no_memory, without, wrong};
+use crate::shared::Shared;
 use crate::source::{Arrays, Source};
+use crate::spawn::spawn_rays;
 
 /// What stands for a point on the mesh among winding numbers.
 pub(crate) const SURFACE: i32 = i32::MIN;
@@ -38,54 +39,6 @@ const FEW: usize = 3 * 32;
 /// The threads that answer rays.
 fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
-}
-
-/// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
-/// began with.
-struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
-
-impl<S: Scalar> Shared<S>
-where
-    Exact: ModeFor<S>,
-{
-    fn new(mesh: Mesh<S>) -> Self {
-        Self(Mutex::new(Some(Arc::new(mesh))))
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Option<Arc<Mesh<S>>>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// The mesh as it is, after what is being done to it.
-    fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
-        // Whoever need not wait keeps the interpreter's lock, so that no fork finds this one taken.
-        let mesh = match self.0.try_lock() {
-            Ok(mesh) => mesh.clone(),
-            Err(_) => py.detach(|| self.lock().clone()),
-        };
-        mesh.ok_or_else(lost)
-    }
-
-    /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
-    /// they have.
-    fn refit(&self, workers: &Workers, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
-        // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
-        let mut place = self.lock();
-        let mesh = Arc::unwrap_or_clone(place.take().ok_or_else(lost)?);
-        let (mesh, ratio) = workers.install(|| mesh.refit(triangles));
-        if ratio != Err(RefitError::OutOfMemory) {
-            *place = Some(Arc::new(mesh));
-        }
-        ratio.map_err(|error| match error {
-            RefitError::OutOfMemory => no_memory(error),
-            _ => wrong(error),
-        })
-    }
-}
-
-/// What a mesh is asked that a refit has lost.
-fn lost() -> PyErr {
-    no_memory("a refit had too little memory; ask again")
 }
 
 /// The answers that bytes stand for.
@@ -288,33 +241,9 @@ macro_rules! tree {
                 mut out: PyReadwriteArray1<'_, $scalar>,
             ) -> PyResult<()> {
                 let hits: &[Hit] = bytemuck::try_cast_slice(hits.as_slice()?).map_err(wrong)?;
-                let vertices: &[[$scalar; 3]] = vertices.as_slice()?.as_chunks().0;
-                let faces: &[[u32; 3]] = faces.as_slice()?.as_chunks().0;
-                let directions: &[[$scalar; 3]] = directions.as_slice()?.as_chunks().0;
-                let out: &mut [[$scalar; 6]] = out.as_slice_mut()?.as_chunks_mut().0;
-                if out.len() != hits.len() || directions.len() != hits.len() {
-                    return Err(PyValueError::new_err("out has another length"));
-                }
-                let spawned = |hit: &Hit, dir: [$scalar; 3]| {
-                    let face = faces.get(hit.triangle as usize)?;
-                    let corner = |k: usize| vertices.get(face[k] as usize).copied();
-                    let triangle = TriangleOf([corner(0)?, corner(1)?, corner(2)?]);
-                    Some(spawn_ray(hit, &triangle, dir).origin)
-                };
-                run(py, &Workers::new(threads, hits.len() <= SMALL)?, |_| {
-                    chunks(
-                        out,
-                        SMALL,
-                        || (),
-                        |(), number, out| {
-                            let asked = hits.iter().zip(directions).skip(number * SMALL);
-                            for (to, (hit, &dir)) in out.iter_mut().zip(asked) {
-                                let [x, y, z] = spawned(hit, dir).unwrap_or([<$scalar>::NAN; 3]);
-                                *to = [x, y, z, dir[0], dir[1], dir[2]];
-                            }
-                        },
-                    );
-                })
+                let (mesh, out) = ((vertices.as_slice()?, faces.as_slice()?), out.as_slice_mut()?);
+                let workers = Workers::new(threads, hits.len() <= SMALL)?;
+                spawn_rays(py, &workers, mesh, (hits, directions.as_slice()?), out)
             }
 
             /// All hits of each ray.

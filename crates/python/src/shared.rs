@@ -1,0 +1,59 @@
+//! A mesh that several threads ask, and that one may move meanwhile.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use intertri::{Exact, TriangleOf};
+use intertri_trace::{ModeFor, RefitError};
+use pyo3::prelude::*;
+
+use crate::mesh::Mesh;
+use crate::pool::Workers;
+use crate::scalar::{Scalar, no_memory, wrong};
+
+/// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
+/// began with.
+pub(crate) struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
+
+impl<S: Scalar> Shared<S>
+where
+    Exact: ModeFor<S>,
+{
+    pub(crate) fn new(mesh: Mesh<S>) -> Self {
+        Self(Mutex::new(Some(Arc::new(mesh))))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Option<Arc<Mesh<S>>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The mesh as it is, after what is being done to it.
+    pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
+        // Whoever need not wait keeps the interpreter's lock, so that no fork finds this one taken.
+        let mesh = match self.0.try_lock() {
+            Ok(mesh) => mesh.clone(),
+            Err(_) => py.detach(|| self.lock().clone()),
+        };
+        mesh.ok_or_else(lost)
+    }
+
+    /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
+    /// they have.
+    pub(crate) fn refit(&self, workers: &Workers, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
+        // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
+        let mut place = self.lock();
+        let mesh = Arc::unwrap_or_clone(place.take().ok_or_else(lost)?);
+        let (mesh, ratio) = workers.install(|| mesh.refit(triangles));
+        if ratio != Err(RefitError::OutOfMemory) {
+            *place = Some(Arc::new(mesh));
+        }
+        ratio.map_err(|error| match error {
+            RefitError::OutOfMemory => no_memory(error),
+            _ => wrong(error),
+        })
+    }
+}
+
+/// What a mesh is asked that a refit has lost.
+fn lost() -> PyErr {
+    no_memory("a refit had too little memory; ask again")
+}
