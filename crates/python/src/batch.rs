@@ -7,7 +7,8 @@ use crate::picture::{Band, row_width};
 use crate::pool::{Workers, chunks};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
-use crate::source::{Skip, Source};
+use crate::skip::Skip;
+use crate::source::Source;
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 8192;

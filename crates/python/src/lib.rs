@@ -12,6 +12,7 @@ mod pool;
 mod run;
 mod scalar;
 mod shared;
+mod skip;
 mod source;
 mod spawn;
 mod tree;

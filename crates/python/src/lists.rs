@@ -24,7 +24,8 @@ use crate::picture::{Band, row_width};
 use crate::pool::{Workers, is_caller};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
-use crate::source::{Skip, Source};
+use crate::skip::Skip;
+use crate::source::Source;
 
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -74,9 +75,12 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
         let pieces: Vec<_> = pieces.collect();
         let copy = |(to, words): (&mut [u64], &[u64])| to.copy_from_slice(words);
         py.detach(|| {
-            workers.install(|| match is_caller() {
-                true => pieces.into_iter().for_each(copy),
-                false => pieces.into_par_iter().for_each(copy),
+            workers.install(|| {
+                if is_caller() {
+                    pieces.into_iter().for_each(copy);
+                } else {
+                    pieces.into_par_iter().for_each(copy);
+                }
             });
         });
     }

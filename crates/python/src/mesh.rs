@@ -9,8 +9,8 @@ use intertri_trace::{Bvh, LoadError, ModeFor, RefitError, Solid};
 use pyo3::PyResult;
 
 use crate::part::Part;
-use crate::scalar::{Mode, Scalar, no_memory, without, wrong};
-use crate::source::Skip;
+use crate::scalar::{Mode, Scalar, no_memory, wrong};
+use crate::skip::{Skip, without};
 
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 #[derive(Clone)]

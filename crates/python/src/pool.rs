@@ -20,7 +20,7 @@ struct Pools {
     by_threads: HashMap<usize, Arc<ThreadPool>>,
 }
 
-/// Who does the work of a call.
+/// The threads that do the work of a call.
 pub(crate) enum Workers {
     /// The thread that calls, so that a small call wakes nobody, and callers of one thread each run side by side.
     Caller,

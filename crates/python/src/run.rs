@@ -86,12 +86,12 @@ pub(crate) fn run<T: Send>(
 
 /// Pieces of many items, until work should end: of so many that each takes some milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
-    let (mut begin, mut size) = (0, 8);
-    while begin < count && !stop.is_set() {
-        let end = count.min(begin + size);
+    let (mut done, mut size) = (0, 8);
+    while done < count && !stop.is_set() {
+        let end = count.min(done + size);
         let began = Instant::now();
-        each(begin..end);
-        begin = end;
+        each(done..end);
+        done = end;
         size = match began.elapsed().as_millis() {
             0..=1 => 4 * size,
             2..=20 => size,

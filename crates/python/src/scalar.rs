@@ -1,13 +1,12 @@
 //! The scalars that coordinates come in, and what is asked in a mode that Python names.
 
 use intertri::{Certified, Exact, Hit, RayOf};
-use intertri_trace::{Bvh, Given, Only, Select};
+use intertri_trace::{Given, Only};
 use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
 use crate::part::Part;
-use crate::source::Skip;
 
 /// What answers promise.
 #[derive(Clone, Copy)]
@@ -87,21 +86,6 @@ macro_rules! queries {
             Ok(Part { offsets: lists.offsets, answers: lists.hits })
         }
     };
-}
-
-/// Asks without the triangles that rays skip.
-pub(crate) fn without<S: Scalar, A>(
-    bvh: &Bvh<S>,
-    skip: Skip<'_>,
-    ask: impl FnOnce(&Only<'_, S>) -> A,
-) -> A {
-    if skip.numbers.iter().all(|&number| number < 0) {
-        return ask(&bvh.only(&Select::ALL));
-    }
-    let hits = skip.numbers.iter().map(|&number| Hit { triangle: number as u32, ..Hit::MISS });
-    let hits: Vec<Hit> = hits.collect();
-    let lists: Vec<&[Hit]> = hits.chunks(skip.each).collect();
-    ask(&bvh.only(&Select { skip: &lists, ..Select::ALL }))
 }
 
 pub(crate) fn no_memory(error: impl ToString) -> PyErr {

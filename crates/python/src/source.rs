@@ -9,6 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::scalar::Scalar;
+use crate::skip::Skip;
 
 /// Borrowed arrays of rays, flat and contiguous: `origins` holds 3 numbers a ray, or 3 for all, and so does
 /// `directions`; `t_min` and `t_max` 1 a ray, or 1 for all. Without `directions`, `origins` holds whole rays of
@@ -22,18 +23,6 @@ pub(crate) struct Arrays<'py, S: Element> {
     t_min: PyReadonlyArray1<'py, S>,
     t_max: PyReadonlyArray1<'py, S>,
     skip: Option<PyReadonlyArray1<'py, i32>>,
-}
-
-/// The triangles that rays skip: as many numbers for each, -1 for none.
-#[derive(Clone, Copy)]
-pub(crate) struct Skip<'a> {
-    pub(crate) numbers: &'a [i32],
-    pub(crate) each: usize,
-}
-
-impl Skip<'_> {
-    /// Nothing is skipped.
-    pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
 /// A row a ray, or one for all, which is there four times.

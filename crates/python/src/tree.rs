@@ -19,8 +19,9 @@ use crate::picture::tiled;
 use crate::points::{by_slabs, of_points};
 use crate::pool::Workers;
 use crate::run::run;
-use crate::scalar::{Mode, Scalar, no_memory, without, wrong};
+use crate::scalar::{Mode, Scalar, no_memory, wrong};
 use crate::shared::Shared;
+use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 

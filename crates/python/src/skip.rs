@@ -1,0 +1,33 @@
+//! The triangles that rays skip.
+
+use intertri::Hit;
+use intertri_trace::{Bvh, Only, Select};
+
+use crate::scalar::Scalar;
+
+/// The triangles that rays skip: as many numbers for each, -1 for none.
+#[derive(Clone, Copy)]
+pub(crate) struct Skip<'a> {
+    pub(crate) numbers: &'a [i32],
+    pub(crate) each: usize,
+}
+
+impl Skip<'_> {
+    /// Nothing is skipped.
+    pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
+}
+
+/// Asks without the triangles that rays skip.
+pub(crate) fn without<S: Scalar, A>(
+    bvh: &Bvh<S>,
+    skip: Skip<'_>,
+    ask: impl FnOnce(&Only<'_, S>) -> A,
+) -> A {
+    if skip.numbers.iter().all(|&number| number < 0) {
+        return ask(&bvh.only(&Select::ALL));
+    }
+    let hits = skip.numbers.iter().map(|&number| Hit { triangle: number as u32, ..Hit::MISS });
+    let hits: Vec<Hit> = hits.collect();
+    let lists: Vec<&[Hit]> = hits.chunks(skip.each).collect();
+    ask(&bvh.only(&Select { skip: &lists, ..Select::ALL }))
+}
