@@ -34,7 +34,7 @@ fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>
     let largest = |p: &[S; 3]| p.iter().fold(0.0, |most: f64, &x| most.max(x.into().abs()));
     let most = triangle.0.iter().chain([a, b]).map(largest).fold(0.0, f64::max);
     let reach = RBig::try_from(S::REACH * most).unwrap();
-    truth(end, triangle).is_some_and(|(square, _)| square <= &reach * &reach)
+    truth(end, triangle).0 <= &reach * &reach
 }
 
 /// Whether no triangle of a plain loop hides the ends of a segment from each other.
