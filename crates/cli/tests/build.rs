@@ -1,6 +1,6 @@
 //! Saved hierarchies: the same answers and pictures as the model that they were built over.
 
-use intertri::Triangle;
+use intertri::{Triangle, Triangle64};
 use intertri_trace::Bvh;
 
 use crate::common::{MODEL, Place};
@@ -165,13 +165,20 @@ fn unsaved_is_one_line(scalar: &str) {
     let mut newer = whole.clone();
     newer[8] = 9;
     place.put("newer.itri", &newer);
-    place.put("nothing.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n");
-    place.ok(&format!("build nothing.obj -o nothing.itri --scalar {scalar}"));
+    let nothing = match scalar {
+        "f64" => Bvh::<f64>::new(&[Triangle64([[f64::NAN; 3]; 3])]).unwrap().to_bytes(),
+        _ => Bvh::<f32>::new(&[Triangle([[f32::NAN; 3]; 3])]).unwrap().to_bytes(),
+    };
+    place.put("nothing.itri", &nothing);
+    // One without an area is there, though no ray hits it.
+    place.put("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n");
+    place.ok(&format!("build flat.obj -o flat.itri --scalar {scalar}"));
+    place.ok("render flat.itri -o flat.png --size 8x8");
     let cases = [
         ("short", "cut off"),
         ("damaged", "checksum"),
         ("newer", "later version"),
-        ("nothing", "no triangle in it that can be hit"),
+        ("nothing", "no triangle in it that is finite"),
     ];
     for (name, word) in cases {
         let name = format!("{name}.itri");

@@ -92,8 +92,8 @@ def test_a_saved_mesh_answers_alike(mesh, tmp_path):
 
 # A triangle at z = 5 and one at z = 7, as `Bvh::of_meshes` and `to_bytes` give them.
 TWO_MESHES = (
-    b"c-rgq3<>h&<&t7#U|?VYVkQO%U}QiBKk5aTQ3MziWDYCMV%jUj2vvN50ac@Dr&=1DykQ8)JO_|GRNMhdXBabv3wq|5FhlKSKr?^l%Nv2_x82"
-    b"@@<T#Mz1)%ch1hq1REMK@ocn$TqF(LT{4*2C8?1A_{9!x;~fdhVdAVC3OpcsJs{{RmL`wtJM)O<pKko|<s2PHXN;Rln0(E#K3&I<"
+    b"c-rgq3<>h&<&t7zU|?VYVh{}ij10)&N4)?uiU32N#M1+nf@#wjp^6VMplTHDR7+!%Hw*!p=Kzw2iaS8*3}eP{LC+i$W~jXkXy(s+c_YyLw%dD<"
+    b"90!uT095{*pjL*E<qLNRuc00{CM3VW0l$2MJrMuLg9*q#aKJAQBq#t36a$d|AK<}Y|KY)unokH2vY)W|pd^PY{9tl08UQ5#&oK"
 )
 
 

@@ -209,13 +209,13 @@ fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<Mode
     Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
-/// The triangles of a hierarchy, each with positions of its own. One that can never be hit is not kept there: it
+/// The triangles of a hierarchy, each with positions of its own. One that is not finite is not kept there: it
 /// becomes a point of another, so that it changes no bounds.
 fn mesh<S: Coordinate + Given>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();
     let Some(kept) = triangles.iter().map(|triangle| &triangle.0).find(is_kept) else {
-        return Err(Error::new("there is no triangle in it that can be hit"));
+        return Err(Error::new("there is no triangle in it that is finite"));
     };
     if triangles.len() > u32::MAX as usize / 3 {
         return Err(Error::new("has more than 1431655765 triangles, too many for the program"));
