@@ -3,7 +3,7 @@
 
 mod bound;
 mod cases;
-mod hierarchy;
+pub(crate) mod hierarchy;
 mod meshes;
 mod nearest;
 mod pairs;

@@ -1,6 +1,7 @@
 //! The differential tests, one program: it is linked once, and its tests run side by side.
 
 mod bound;
+mod boxes;
 mod bundles;
 mod common;
 mod corpus;

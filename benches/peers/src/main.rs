@@ -4,6 +4,7 @@ mod builds;
 mod bvh;
 #[cfg(feature = "chart")]
 mod chart;
+mod cliffs;
 mod clock;
 mod distances;
 mod embree;
@@ -67,6 +68,8 @@ enum Command {
     Distances(distances::Options),
     /// Measure saving, loading and refitting.
     Moves(moves::Options),
+    /// Measure how many times as long the same rays take where a scene has something hostile.
+    Cliffs(cliffs::Options),
     /// List the engines and the scenes.
     List,
 }
@@ -148,6 +151,7 @@ fn main() -> ExitCode {
         Command::Chart(options) => chart_of_all(&options),
         Command::Distances(options) => distances::run(&options),
         Command::Moves(options) => moves::run(&options),
+        Command::Cliffs(options) => cliffs::run(&options),
         Command::List => {
             report::list();
             Ok(())

@@ -120,3 +120,21 @@ pub fn list() {
         println!("  {name:22} {about}");
     }
 }
+
+/// A scene and rays by all engines, and how many times as long they take as in its plain neighbour.
+pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
+    println!("\n{what}");
+    println!("{:22} {:>9} {:>14} {:>9} {:>9}", "", "ns a ray", "times as long", "hit/miss", "triangle");
+    for row in rows {
+        let nanoseconds = |row: &Row| 1e3 / row.speed[1];
+        let beside = plain.iter().find(|plain| plain.engine == row.engine);
+        let ratio = beside.map_or_else(String::new, |plain| format!("{:.2}", nanoseconds(row) / nanoseconds(plain)));
+        println!(
+            "{:22} {:9.1} {ratio:>14} {:9} {:9}",
+            row.engine,
+            nanoseconds(row),
+            row.wrong_hits,
+            row.wrong_triangles,
+        );
+    }
+}

@@ -11,6 +11,7 @@ mod bundle;
 mod bvh;
 mod given;
 mod memory;
+mod morton;
 mod nearest;
 mod pairs;
 mod place;

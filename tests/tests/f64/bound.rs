@@ -132,7 +132,7 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let lo = [0, 1, 2].map(|k| side(k, f64::min) - larger * rng.unit());
     let hi = [0, 1, 2].map(|k| side(k, f64::max) + larger * rng.unit());
     let ray = Ray64::new(at(case.ray.origin), turned(case.ray.dir));
-    Some(Case { ray, triangle, frame: LocalFrame::around(lo, hi) })
+    Some(Case { ray, triangle, frame: LocalFrame::around([lo, hi], [lo, hi]) })
 }
 
 /// How far the scene of a search reaches from the origin.
@@ -149,7 +149,7 @@ fn case(size: f64, rng: &mut Rng) -> Case {
     let origin = rng.cube().map(|x| x * rng.pick(&[0.1, 1.0, 3.0]));
     let target = triangle.0[rng.below(3)];
     let dir = [0, 1, 2].map(|k| target[k] - origin[k] + size * rng.signed());
-    let frame = LocalFrame::around([-REACH; 3], [REACH; 3]);
+    let frame = LocalFrame::around([[-REACH; 3], [REACH; 3]], [[-REACH; 3], [REACH; 3]]);
     Case { ray: Ray64::new(origin, dir), triangle, frame }
 }
 

@@ -95,6 +95,8 @@ pub struct Rays<F> {
     edge: F,
     /// The part of the bound that is the origin's.
     off: F,
+    /// `SLACK` times what A may be off by, whatever its length.
+    num: F,
     /// `GRAZING |d|₂`
     grazing: F,
     /// `GRAZING_ADD |d|₂`
@@ -119,7 +121,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
-        let off = org.mul_add(splat(room.off[0]), splat(room.off[1]));
+        let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
+        let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
         // The larger of t_min and Threshold; a NaN in t_min stays, and decides nothing.
@@ -129,6 +132,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             len,
             edge: len * splat(room.edge),
             off,
+            num: copied.mul_add(splat(bound::SLACK), splat(room.num[1])),
             grazing: len * splat(room.grazing),
             grazing_add: len * splat(bound::GRAZING_ADD),
             den_err: len * splat(room.den),
@@ -155,6 +159,7 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             len: F::splat(one.len),
             edge: F::splat(one.edge),
             off: F::splat(one.off),
+            num: F::splat(one.num),
             grazing: F::splat(one.grazing),
             grazing_add: F::splat(one.grazing_add),
             den_err: F::splat(one.den_err),
@@ -266,8 +271,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
-        // What the reference's noise adds.
-        let noise = of.len * splat(bound::NOISE);
+        // What the reference's noise adds, or what copies are off by.
+        let noise = of.len * splat(room.sharp_away[0]);
         let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
         let [sharp, sharp_u] = [splat(room.sharp[0]), splat(room.sharp[1])];
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
@@ -302,7 +307,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>, edges: &Edges<F>, room: &Room) -> Self {
         let splat = F::splat;
-        let share = edges.a.norm1().mul_add(splat(room.num[0]), splat(room.num[1]));
+        let share = edges.a.norm1().mul_add(splat(room.num[0]), of.num);
         Self {
             num: tri.n.dot_fused(edges.a).flip(edges.den),
             num_err: tri.hh.mul_add(share, splat(bound::TINY)),
@@ -328,19 +333,31 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 
     /// A bound of the numerator's error that takes a few times as long.
     #[inline(always)]
-    pub(super) fn sharp_num_err(tri: &Triangles<F>, edges: &Edges<F>, room: &Room) -> F {
+    pub(super) fn sharp_num_err(
+        tri: &Triangles<F>,
+        of: &Rays<F>,
+        edges: &Edges<F>,
+        room: &Room,
+    ) -> F {
         let splat = F::splat;
         let (a1, hh) = (edges.a.norm1(), tri.hh);
         let perm = tri.minus_h4.abs().permanents(tri.h5.abs()).dot_fused(edges.a.abs());
         let noise = (hh * a1).mul_add(splat(bound::NUM_NOISE), (hh + a1) * splat(bound::TINY));
-        let copied = hh * a1.mul_add(splat(room.sharp_num[0]), splat(room.sharp_num[1]));
+        let copied = a1.mul_add(splat(room.sharp_away[1]), of.num * splat(1.0 / bound::SLACK));
+        let copied = hh * copied;
         perm.mul_add(splat(bound::SHARP_NUM), (noise + splat(bound::TINY)) + copied)
     }
 
     /// The enclosure of t under it.
     #[inline(always)]
-    pub(super) fn sharper(&self, tri: &Triangles<F>, edges: &Edges<F>, room: &Room) -> (F, F) {
-        let num_err = Self::sharp_num_err(tri, edges, room) * F::splat(bound::SLACK);
+    pub(super) fn sharper(
+        &self,
+        tri: &Triangles<F>,
+        of: &Rays<F>,
+        edges: &Edges<F>,
+        room: &Room,
+    ) -> (F, F) {
+        let num_err = Self::sharp_num_err(tri, of, edges, room) * F::splat(bound::SLACK);
         enclose(self.num, num_err, self.den, self.den_err)
     }
 }
@@ -408,11 +425,16 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut undecided = maybe & !hit;
         if undecided != 0 {
             // A ray that starts on the triangle, for one, is in doubt as to its t.
-            let (t_lo, t_hi) = plane.sharper(tri, self, room);
+            let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);
             let (maybe, inside) = self.sharper(tri, of, room);
-            let maybe = maybe & in_range;
+            let mut maybe = maybe & in_range;
+            if room.exact {
+                // The weights of a hit never differ in sign, however little is known of the normal.
+                let most = v.max(w).max(u * splat(0.5));
+                maybe = maybe & !(edge.lt(-bound) & most.gt(bound));
+            }
             hit |= (maybe & clear & inside).bits() & undecided;
             undecided &= maybe.bits() & !hit;
         }

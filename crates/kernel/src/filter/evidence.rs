@@ -122,7 +122,7 @@ impl WithSimd for Seen<'_> {
         };
         let (t_lo, t_hi) = plane.enclosure();
         let far = Lanes::splat(self.ray.t_max);
-        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &edges, room);
+        let (sharp_lo, sharp_hi) = plane.sharper(&triangles, &rays, &edges, room);
         let [sharp_v, sharp_w, sharp_u] = edges.sharp_bounds(&triangles, &rays, room);
         let edge = lane(edges.bound(&triangles, &rays));
         let at = Constants::new(self.triangle);
@@ -138,7 +138,7 @@ impl WithSimd for Seen<'_> {
             den_err: lane(plane.den_err) / bound::SLACK,
             num: lane(plane.num.flip(edges.den)),
             num_err: lane(plane.num_err) / bound::SLACK,
-            sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &edges, room)),
+            sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &rays, &edges, room)),
             sharp_t: [lane(sharp_lo), lane(sharp_hi)],
             t_lo: lane(t_lo),
             t_hi: lane(t_hi),

@@ -69,13 +69,13 @@ impl<'a> Filter<'a> {
     /// is so, and of the rest the integers decide (`docs/numerics/certified.md`, section 10).
     #[inline]
     pub fn on_grid(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: &Room::NONE }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: &Room::EXACT }
     }
 
     /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
     #[inline]
     pub fn exact(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: &Room::NONE }
+        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: &Room::EXACT }
     }
 
     /// For copies of what is given in f64, right on the originals (`docs/numerics/f64.md`), with room for their
@@ -262,7 +262,7 @@ impl Filter<'_> {
         // What f32 rounds here is far less than PARALLEL has to spare.
         let least = if self.threshold.get() > 0.0 { self.threshold.above } else { 0.0 };
         let parallel = bound::PARALLEL * least / slowest;
-        Outlines::new::<S>(first, second, frame, parallel)
+        Outlines::new::<S>(first, second, frame, parallel, self.room.exact)
     }
 
     /// Whether rays and triangles are copies of what is given in f64.

@@ -45,12 +45,15 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame of corners between the lowest and the highest coordinates; of none, where these are not finite.
-    pub fn around(lo: [f64; 3], hi: [f64; 3]) -> Self {
+    /// The frame of corners between the lowest and the highest coordinates, most of which are in a `crowd` between
+    /// these coordinates; of none, where they are not finite. Its centre is the point of the crowd that is nearest to the
+    /// middle of all, so that a few triangles far away do not take the digits of the others.
+    pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
         }
-        let centre = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
+        let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
+        let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);

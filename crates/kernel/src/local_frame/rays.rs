@@ -66,7 +66,10 @@ mod tests {
     /// Ordinary rays and odd ones, at every level.
     #[test]
     fn copies_in_lanes_are_those_of_one_ray() {
-        let frame = LocalFrame::around([4e5, 5e6, -7.0], [5e5, 5.2e6, 900.0]);
+        let frame = LocalFrame::around(
+            [[4e5, 5e6, -7.0], [5e5, 5.2e6, 900.0]],
+            [[4e5, 5e6, -7.0], [5e5, 5.2e6, 900.0]],
+        );
         let numbers =
             [4.3e5, -1.0, 0.1, 0.0, -0.0, 1e-300, 1e25, 3e40, f64::MAX, f64::INFINITY, f64::NAN];
         let at = |i: usize| numbers[i % numbers.len()];

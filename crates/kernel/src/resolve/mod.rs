@@ -42,6 +42,13 @@ pub enum Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
+    /// Whether every hit lies on its triangle. So it does by all that is exact; by the document's operations it may lie
+    /// beside it.
+    #[inline]
+    pub fn hits_lie_on_triangles(self) -> bool {
+        !matches!(self, Self::Document(_))
+    }
+
     /// Whether shadow rays may be asked from where they end: the bounds for that are derived of the
     /// document's operations and of exact ones (`docs/numerics/projection.md`, section 6).
     #[inline]

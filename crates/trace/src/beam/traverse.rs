@@ -7,7 +7,7 @@ use intertri::{Counts, LaneQueries, Ray, RayPacket};
 use super::tube::{RAYS, Tube};
 use super::winding::Winding;
 use crate::place::Place;
-use crate::single::{Kept, SlabLanes, octant, walk};
+use crate::single::{Kept, SlabLanes, Walk, octant};
 use crate::tree::Tree;
 
 /// Where one was too much work, the next are not tried: so many.
@@ -29,9 +29,6 @@ impl WithSimd for Beams<'_, '_> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<u32> {
         let Self { bvh, test, rays, places, counts } = self;
-        if bvh.boxed < bvh.leaves.len() {
-            return (0..rays.len() as u32).collect();
-        }
         let (mut left, mut wait) = (Vec::new(), 0);
         let (kept, along) = (&mut *Kept::lend(bvh), &mut AlongAxis::default());
         for (i, (rays, places)) in rays.chunks(RAYS).zip(places.chunks_mut(RAYS)).enumerate() {
@@ -41,15 +38,21 @@ impl WithSimd for Beams<'_, '_> {
                 wait -= 1;
             } else {
                 let packet = RayPacket::new(rays);
-                if let Some(tube) = Tube::<S>::new(&packet, bvh) {
+                if let Some(tube) = Tube::<S>::new(&packet, &bvh.margin(test.resolver())) {
                     let packet = test.prepare_packet_in::<S, RAYS>(&packet);
                     let rays = (rays, first);
                     let mut winding = Winding::new(bvh, test, rays, packet, &tube, along, counts);
                     let octant = octant(&tube.axis);
-                    let lanes = SlabLanes::<S::F32x8>::splat(&tube.slabs, octant);
-                    let interval = (tube.axis.t_min, tube.axis.t_max);
-                    let lanes = (&lanes, octant);
-                    walk::<S>(bvh, lanes, interval, bvh.boxed, kept, false, &mut winding);
+                    let walk = Walk {
+                        bvh,
+                        octant,
+                        t_min: tube.axis.t_min,
+                        far: tube.axis.t_max,
+                        shortens: false,
+                        unboxed: bvh.first_unboxed(test.resolver()),
+                        closest: false,
+                    };
+                    walk.run::<S>(&SlabLanes::splat(&tube.slabs, octant), kept, &mut winding);
                     is_done = winding.write(places);
                 }
                 wait = if is_done { 0 } else { PATIENCE };

@@ -12,7 +12,7 @@ use intertri::{Ray, RayPacket};
 
 use crate::across::smallest;
 use crate::single::Slabs;
-use crate::tree::Tree;
+use crate::tree::Margin;
 
 /// Rays of a beam.
 pub(super) const RAYS: usize = 16;
@@ -69,7 +69,7 @@ pub(super) struct Tube<S: Simd> {
 impl<S: Simd> Tube<S> {
     /// Of rays that go the same way from t = 0 on, without an end; `None` where they do not, or are too far out.
     #[inline(always)]
-    pub(super) fn new(packet: &RayPacket<RAYS>, bvh: &Tree) -> Option<Self> {
+    pub(super) fn new(packet: &RayPacket<RAYS>, margin: &Margin) -> Option<Self> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
@@ -102,7 +102,7 @@ impl<S: Simd> Tube<S> {
         // From the plane on, t counts for a ray from where it starts.
         let start = smallest::<S>(from * splat(1.0 / dir[along]));
         let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
-        let slabs = Slabs::around::<S>((lo, hi), dir, 2.0 * away + bvh.reach)?;
+        let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
         Some(Self { axis, slabs, reach, beside: Vec3::load(&beside), away })
     }
 }
@@ -110,19 +110,18 @@ impl<S: Simd> Tube<S> {
 #[cfg(test)]
 mod tests {
     use super::{RAYS, Tube};
-    use crate::Bvh;
     use crate::test_numbers::random;
-    use crate::tree::Tree;
+    use crate::tree::Margin;
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
-    use intertri::{Ray, RayPacket, Triangle};
+    use intertri::{Ray, RayPacket};
 
     /// By how many roundings of an origin places are off: along both axes together, and along one.
-    struct Off<'a>(&'a [Ray], &'a Tree);
+    struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
         #[inline(always)]
         fn run<S: Simd>(self) -> [f64; 2] {
-            let tube = Tube::<S>::new(&RayPacket::new(self.0), self.1).unwrap();
+            let tube = Tube::<S>::new(&RayPacket::new(self.0), &self.1).unwrap();
             let mut beside = [[0.0; RAYS]; 3];
             tube.beside.x.store(&mut beside[0]);
             tube.beside.y.store(&mut beside[1]);
@@ -149,7 +148,7 @@ mod tests {
     /// Within 6 and 4 roundings, and not within half of what the filter adds for that: `AWAY` of `exact.md`, 7u.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
-        let bvh = Bvh::new(&[Triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])]).unwrap();
+        let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
             // All that is off is in proportion to one coordinate, and the last digit of most numbers is a large share.
@@ -160,7 +159,7 @@ mod tests {
             };
             let rays: Vec<Ray> = (0..RAYS).map(ray).collect();
             for level in Level::all() {
-                let [both, one] = level.run(Off(&rays, &bvh.tree));
+                let [both, one] = level.run(Off(&rays, margin));
                 most = [most[0].max(both), most[1].max(one)];
             }
         }

@@ -19,7 +19,8 @@ impl Layout {
         };
         walk.node(0, 1)?;
         let expected = |t: &Triangle| {
-            u32::from(matches!(hit_bounds(t), HitBounds::Box(_) | HitBounds::Degenerate(_)))
+            let bounds = hit_bounds(t);
+            u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
         };
         for (i, (&seen, t)) in walk.seen.iter().zip(triangles).enumerate() {
             if seen != expected(t) {
@@ -87,7 +88,7 @@ impl Walk<'_> {
         let mut all = Aabb::EMPTY;
         for &i in &block[..full] {
             self.seen[i as usize] += 1;
-            if let HitBounds::Box(bounds) | HitBounds::Degenerate(bounds) =
+            if let HitBounds::Box { bounds, .. } | HitBounds::Degenerate(bounds) =
                 hit_bounds(&self.triangles[i as usize])
             {
                 all.join(&bounds);

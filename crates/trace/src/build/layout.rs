@@ -19,10 +19,19 @@ pub(crate) struct Layout {
     pub blocks: Vec<[u32; BLOCK]>,
     /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// The triangles that may be hit outside of any box, ascending.
-    pub unbounded: Vec<u32>,
+    /// How far beside its box the reference sees hits with a triangle of the blocks.
+    pub lean: f32,
+    /// Triangles beside which it sees hits anywhere, ascending; they are in no block.
+    pub thin: Vec<u32>,
     /// Whether some of the triangles in blocks have no area.
     pub has_degenerate: bool,
+}
+
+impl Layout {
+    /// One over nothing.
+    pub(crate) fn empty() -> Self {
+        Self { nodes: vec![Node::NO_CHILDREN], depth: 1, ..Self::default() }
+    }
 }
 
 #[cfg(test)]

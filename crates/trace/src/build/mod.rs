@@ -37,9 +37,10 @@ pub use error::BuildError;
 
 use intertri::simd::Level;
 
-use crate::memory::NoMemory;
+use crate::memory::{NoMemory, room};
+use crate::morton::along_curve;
 use crate::threads;
-use crate::tree::{Geometries, LEAF, Leaf, MOST_LEAVES, NONE, Node, Tree};
+use crate::tree::{Aabb, BLOCK, EMPTY, Geometries, HitBounds, LEAF, Leaf, MOST_LEAVES, NONE, Tree};
 use layout::Layout;
 pub(crate) use layout::MAX_DEPTH;
 use prim_refs::Prims;
@@ -66,19 +67,11 @@ impl Tree {
         triangles: &(impl Triangles + ?Sized),
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, NoMemory> {
-        let Layout { nodes, mut blocks, depth, unbounded, has_degenerate } =
+        let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        let boxed = blocks.len();
-
-        // Triangles of which no box is known follow the leaves, in blocks of their own.
-        blocks.try_reserve(unbounded.len().div_ceil(8))?;
-        blocks.extend(unbounded.chunks(8).map(|chunk| {
-            let mut block = [NONE; 8];
-            block[..chunk.len()].copy_from_slice(chunk);
-            block
-        }));
         // A triangle's place, eight a leaf, has 32 bits.
-        if blocks.len() > MOST_LEAVES {
+        let boxed = blocks.len();
+        if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
         }
         let leaf = |i: usize| {
@@ -86,12 +79,14 @@ impl Tree {
             Leaf { block: triangles.block(&indices), indices }
         };
         let mut tree = Self {
-            leaves: threads::each(blocks.len(), leaf)?,
+            leaves: threads::each(boxed, leaf)?,
             degenerate: Vec::new(),
             nodes,
             boxed,
+            thin_root: EMPTY,
             reach: 0.0,
-            stack: Self::stack_for(depth),
+            lean,
+            stack: Self::stack_for(1 + depth),
             triangles: triangles.count(),
             geometries: Geometries::one(),
             cost_as_built: None,
@@ -101,9 +96,72 @@ impl Tree {
             let bounds = tree.fit_leaves(triangles)?;
             tree.note_degenerate(&bounds)?;
         }
-        tree.reach = tree.find_reach();
+        tree.add_unboxed(triangles, &thin, &[])?;
         Ok(tree)
     }
+
+    /// Adds leaves of triangles that have no place below the root, and of such without an area, which no ray sees;
+    /// neighbours together, and the second tree over them.
+    pub(crate) fn add_unboxed(
+        &mut self,
+        triangles: &(impl Triangles + ?Sized),
+        some: &[u32],
+        degenerate: &[u32],
+    ) -> Result<(), NoMemory> {
+        let (eights, mut boxes) = in_eights(triangles, some)?;
+        self.leaves.try_reserve(eights.len())?;
+        self.leaves.extend(eights.into_iter().map(|indices| {
+            let block = triangles.block(&indices);
+            Leaf { block, indices }
+        }));
+        if !degenerate.is_empty() {
+            let (eights, more) = in_eights(triangles, degenerate)?;
+            boxes.try_reserve(more.len())?;
+            boxes.extend(more);
+            self.degenerate.resize(self.leaves.len(), 0);
+            for indices in eights {
+                let (block, bounds) = triangles.moved(&indices);
+                self.leaves.push(Leaf { block, indices });
+                self.degenerate.push(bounds.degenerate as u8);
+            }
+        }
+        self.add_thin_nodes(&boxes)
+    }
+}
+
+/// Triangles eight by eight, neighbours together, and the boxes around them.
+fn in_eights(
+    triangles: &(impl Triangles + ?Sized),
+    some: &[u32],
+) -> Result<(Vec<[u32; BLOCK]>, Vec<Aabb>), NoMemory> {
+    let bounds = |&i: &u32| match triangles.hit_bounds(i as usize) {
+        HitBounds::Nowhere => Aabb::EMPTY,
+        HitBounds::Box { bounds, .. } | HitBounds::Thin(bounds) | HitBounds::Degenerate(bounds) => {
+            bounds
+        }
+    };
+    let mut around = Aabb::EMPTY;
+    for i in some {
+        around.join(&bounds(i));
+    }
+    let middle = |i: usize| {
+        let [x, y, z, _] = bounds(&some[i]).centre(0.5);
+        [x, y, z]
+    };
+    let order = along_curve(&around, some.len(), middle);
+    let count = some.len().div_ceil(BLOCK);
+    let (mut eights, mut boxes) = (room(count)?, room(count)?);
+    for eight in order.chunks(BLOCK) {
+        let (mut indices, mut all) = ([NONE; BLOCK], Aabb::EMPTY);
+        for (index, &i) in indices.iter_mut().zip(eight) {
+            *index = some[i as usize];
+            all.join(&bounds(index));
+        }
+        indices.sort_unstable();
+        eights.push(indices);
+        boxes.push(all);
+    }
+    Ok((eights, boxes))
 }
 
 /// Lays out the nodes and leaves.
@@ -112,12 +170,11 @@ fn layout_at(
     level: Level,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Layout, NoMemory> {
-    let Prims { refs, unbounded, has_degenerate } = prim_refs::collect(triangles)?;
+    let Prims { refs, lean, thin, has_degenerate } = prim_refs::collect(triangles)?;
     if refs.is_empty() {
-        let nodes = vec![Node::NO_CHILDREN];
-        return Ok(Layout { nodes, depth: 1, unbounded, ..Layout::default() });
+        return Ok(Layout { thin, ..Layout::empty() });
     }
     let mut binary = binary::build(refs, level, progress)?;
     reinsert::reinsert(&mut binary);
-    Ok(Layout { unbounded, has_degenerate, ..wide::write(&binary)? })
+    Ok(Layout { lean, thin, has_degenerate, ..wide::write(&binary)? })
 }

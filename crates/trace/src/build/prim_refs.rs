@@ -6,7 +6,7 @@ use crate::memory::NoMemory;
 use crate::threads::each;
 use crate::tree::{HitBounds, NONE};
 use bytemuck::Zeroable;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// The box of a triangle, with the triangle's index in its first word.
 #[derive(Clone, Copy, Debug, Zeroable)]
@@ -21,27 +21,36 @@ impl PrimRef {
     }
 }
 
-/// What is to be sorted, and what is not.
+/// What is to be built over.
 pub(super) struct Prims {
-    /// The boxes of all triangles that have one, in order.
+    /// The boxes of all triangles that have a place below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// The triangles that may be hit outside of any box.
-    pub unbounded: Vec<u32>,
+    /// How far beside its box the reference sees hits with one of those.
+    pub lean: f32,
+    /// Triangles beside which the reference sees hits anywhere.
+    pub thin: Vec<u32>,
     /// Whether some of those with a box have no area.
     pub has_degenerate: bool,
 }
 
 /// Looks at all triangles.
 pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, NoMemory> {
+    // Numbers that are not negative are ordered as their bits are.
+    let most = AtomicU32::new(0);
     let (rare, degenerate) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
-            HitBounds::Box(bounds) => (SimdAabb::of(&bounds), i as u32),
+            HitBounds::Box { bounds, lean } => {
+                if lean.to_bits() > most.load(Ordering::Relaxed) {
+                    most.fetch_max(lean.to_bits(), Ordering::Relaxed);
+                }
+                (SimdAabb::of(&bounds), i as u32)
+            }
             HitBounds::Degenerate(bounds) => {
                 degenerate.store(true, Ordering::Relaxed);
                 (SimdAabb::of(&bounds), i as u32)
             }
-            HitBounds::Nowhere | HitBounds::Unbounded => {
+            HitBounds::Nowhere | HitBounds::Thin(_) => {
                 rare.store(true, Ordering::Relaxed);
                 (SimdAabb::EMPTY, NONE)
             }
@@ -50,14 +59,15 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
         PrimRef(sides)
     })?;
 
-    let mut unbounded = Vec::new();
+    let mut thin = Vec::new();
     if rare.into_inner() {
-        let is = |i: usize| triangles.hit_bounds(i) == HitBounds::Unbounded;
-        for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is(i)) {
-            unbounded.try_reserve(1)?;
-            unbounded.push(i as u32);
+        let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
+        for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
+            thin.try_reserve(1)?;
+            thin.push(i as u32);
         }
         refs.retain(|r| r.index() != NONE);
     }
-    Ok(Prims { refs, unbounded, has_degenerate: degenerate.into_inner() })
+    let (lean, has_degenerate) = (f32::from_bits(most.into_inner()), degenerate.into_inner());
+    Ok(Prims { refs, lean, thin, has_degenerate })
 }

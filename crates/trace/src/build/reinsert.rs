@@ -270,7 +270,8 @@ fn around(mut a: Aabb, b: &Aabb) -> Aabb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{binary, prim_refs};
+    use crate::build::binary;
+    use crate::build::prim_refs;
     use crate::test_numbers::random;
     use intertri::Triangle;
     use intertri::simd::Level;

@@ -63,7 +63,7 @@ fn write_part(
     root: Subtree,
     mut below: Option<&mut Vec<Task>>,
 ) -> Result<Layout, NoMemory> {
-    let mut tree = Layout { nodes: vec![Node::NO_CHILDREN], depth: 1, ..Layout::default() };
+    let mut tree = Layout::empty();
     let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
     while let Some(task) = tasks.pop() {
         if let Some(below) = &mut below

@@ -13,11 +13,14 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::plane::CullingPlane;
 use super::projection::Projection;
 use crate::across::{smallest, total};
-use crate::tree::Node;
+use crate::tree::{Margin, Node};
 
 /// What rounding can make of the form, relative to its coefficients: 20u, derived in
 /// `docs/numerics/hierarchy.md`, section 5.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
+
+/// No ray is longer than so many times its depth; and a little more, for the rounding of inverse depths.
+const LEAN: f32 = 1.25;
 
 /// Slopes are told by the rays of so many packets, or fewer.
 const SAMPLE: usize = 16;
@@ -32,11 +35,17 @@ pub(crate) struct EndPlane {
 }
 
 impl EndPlane {
-    /// Of the live rays of a bundle, in a scene whose coordinates reach to ±`reach`.
+    /// Of the live rays of a bundle, in a tree.
     #[inline(always)]
-    pub(crate) fn new<S: Simd>(projection: &Projection<S>, reach: f32) -> Self {
-        let normal = normal(&projection.frame, form(projection));
-        Self { plane: CullingPlane::new(normal, &projection.frame, reach) }
+    pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
+        let frame = &projection.frame;
+        let (form, least) = form(projection);
+        let plane = CullingPlane::new(normal(frame, form), frame, margin);
+
+        // Hits lie before the farthest end of a ray, and in the scene.
+        let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let distance = (LEAN / least).min(away + margin.reach);
+        Self { plane: plane.for_places_within(distance) }
     }
 
     /// Which of a node's boxes are not beyond it.
@@ -53,21 +62,25 @@ fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
 }
 
 /// A form of the projection's points that is below the inverse depths at which all live rays end, and near to
-/// them if they end about at a plane; 0, which is below all, where numbers are too large.
+/// them if they end about at a plane; 0, which is below all, where numbers are too large. And the least of those
+/// inverse depths.
 #[inline(always)]
-fn form<S: Simd>(projection: &Projection<S>) -> [f32; 3] {
+fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
     let [along_x, along_y] = slopes(projection);
-    let mut least = splat(f32::INFINITY);
+    let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
         let (points, live) = (&projection.points[packet], Mask::from_bits(projection.live[packet]));
         let slope = points.x.mul_add(splat(along_x), points.y * splat(along_y));
-        let above = projection.nearest[packet].least() - slope;
-        least = S::F32x16::select(live, least.min(above), least);
+        let end = projection.nearest[packet].least();
+        least = S::F32x16::select(live, least.min(end - slope), least);
+        ends = S::F32x16::select(live, ends.min(end), ends);
     }
-    let least = smallest::<S>(least);
+    let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
     let size = least.abs() + along_x.abs() + along_y.abs();
-    if size < LARGEST { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] }
+    let is_known = size < LARGEST;
+    let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
+    (form, ends)
 }
 
 /// How the inverse depths at which rays end change along x and y, by least squares; not at all where that is
@@ -128,7 +141,7 @@ mod tests {
                 .project(&Certified::default().test(), &rays, 10.0, &mut Prefetch::of(&[], 0))
                 .unwrap();
             let (depth, [right, up]) = (projection.frame.depth(), projection.frame.across());
-            (form(&projection), [depth, right, up])
+            (form(&projection).0, [depth, right, up])
         }
     }
 
@@ -191,7 +204,7 @@ mod tests {
             {
                 return 0.0;
             }
-            let form = form(&projection);
+            let (form, _) = form(&projection);
             let (normal, depth) = (normal(&projection.frame, form), projection.frame.depth());
             let room = f64::from(ROUNDING) * form.iter().map(|&x| f64::from(x.abs())).sum::<f64>();
             let mut used = 0.0_f64;

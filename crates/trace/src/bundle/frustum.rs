@@ -18,7 +18,7 @@ use intertri::simd::{Lanes, Mask};
 
 use super::end_plane::EndPlane;
 use super::plane::CullingPlane;
-use crate::tree::Node;
+use crate::tree::{Margin, Node};
 
 /// The sides stand this much further out than any ray, as slopes: 2^-18.
 const MARGIN: f32 = 1.0 / (1 << 18) as f32;
@@ -33,14 +33,13 @@ pub(crate) struct Frustum {
 }
 
 impl Frustum {
-    /// The frustum around a rectangle of a frame's projection, in a scene whose coordinates reach to
-    /// ±`reach`.
-    pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), reach: f32) -> Self {
+    /// The frustum around a rectangle of a frame's projection, in a tree.
+    pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), margin: &Margin) -> Self {
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {
             let slope = slope - sign * MARGIN;
             let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
-            CullingPlane::new(normal, frame, reach)
+            CullingPlane::new(normal, frame, margin)
         };
         let sides = [
             side(right, lo[0], 1.0),
@@ -49,7 +48,7 @@ impl Frustum {
             side(up, hi[1], -1.0),
         ];
         let octant = (0..3).map(|k| usize::from(depth[k] < 0.0) << k).sum();
-        Self { sides, axis: CullingPlane::new(depth, frame, reach), octant }
+        Self { sides, axis: CullingPlane::new(depth, frame, margin), octant }
     }
 
     /// Which of a node's boxes a ray may meet before the depth `far` and, where they are known, before rays end;

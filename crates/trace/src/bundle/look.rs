@@ -5,8 +5,11 @@ use intertri::simd::Lanes;
 
 use super::principal_axis::Spread;
 
-/// No coordinate may be larger: 2^30.
+/// No coordinate of an origin may be larger: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
+
+/// Nor one of the scene, so that no distance from a plane overflows: 2^80.
+const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
 /// A frame that looks along `sum`, level with the way in which rays spread most or, if none stands out, with
 /// `step`. `None` where there is no direction, or coordinates are too large.
@@ -18,7 +21,7 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     spread: &Spread<F>,
     reach: f32,
 ) -> Option<Frame> {
-    if reach >= LARGEST || origin.iter().any(|x| x.abs() >= LARGEST) {
+    if reach >= LARGEST_REACH || origin.iter().any(|x| x.abs() >= LARGEST) {
         return None;
     }
     let depth = unit(sum)?;

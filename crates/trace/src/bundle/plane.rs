@@ -3,10 +3,11 @@
 use intertri::internal::Frame;
 use intertri::simd::Lanes;
 
-use crate::tree::Node;
+use crate::tree::{Margin, Node};
 
-/// The padding of a plane, relative to the largest coordinate of origin and scene: 2^-18.
-const PAD: f32 = 1.0 / (1 << 18) as f32;
+/// The padding of a plane, relative to the largest coordinate of the origin: 10u. What rounding takes from the rest of
+/// a distance is a share of it, for which those who compare have room.
+const PAD: f32 = 10.0 / (1 << 24) as f32;
 
 /// A plane through the origin, by the side to which it looks.
 #[derive(Clone, Copy, Debug)]
@@ -19,16 +20,23 @@ pub(crate) struct CullingPlane {
 }
 
 impl CullingPlane {
-    /// The plane of that normal through the origin of a frame, in a scene whose coordinates reach to ±`reach`.
-    pub(crate) fn new(normal: [f32; 3], frame: &Frame, reach: f32) -> Self {
+    /// The plane of that normal through the origin of a frame, in a tree.
+    pub(crate) fn new(normal: [f32; 3], frame: &Frame, margin: &Margin) -> Self {
         let origin = frame.origin();
-        let reach = origin.iter().fold(reach, |m, x| m.max(x.abs())) + frame.off() / PAD;
-        let size = normal[0].abs() + normal[1].abs() + normal[2].abs();
+        let away = origin.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let room = PAD * away + margin.room(away) + frame.off();
         Self {
             normal,
             at: normal[0] * origin[0] + normal[1] * origin[1] + normal[2] * origin[2],
-            pad: PAD * reach * size + f32::MIN_POSITIVE,
+            pad: room * size(normal) + f32::MIN_POSITIVE,
         }
+    }
+
+    /// The same plane with room for what rounding takes from the distances of places that are not farther from the
+    /// origin along any axis, beside 1.
+    pub(crate) fn for_places_within(self, distance: f32) -> Self {
+        let pad = self.pad + PAD * (distance * size(self.normal) + 1.0);
+        Self { pad, ..self }
     }
 
     /// The signed distances of those corners of eight boxes that are farthest along the normal; with
@@ -43,4 +51,9 @@ impl CullingPlane {
         let sum = F::load(y).mul_add(F::splat(normal[1]), sum);
         F::load(z).mul_add(F::splat(normal[2]), sum)
     }
+}
+
+/// The sum of a vector's sizes.
+fn size(v: [f32; 3]) -> f32 {
+    v[0].abs() + v[1].abs() + v[2].abs()
 }

@@ -24,7 +24,7 @@ use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::BundleRays;
 use super::results::{NOTHING, PacketHits, Results};
 use crate::prefetch::Prefetch;
-use crate::tree::Tree;
+use crate::tree::{EMPTY, Tree};
 
 /// How bundles are traced: the closest hit of each ray; with `any`, some hit, as it must be of reversed
 /// rays.
@@ -73,8 +73,9 @@ impl Bundle<'_> {
         let Some(window) = projection.project(&test, rays, bvh.reach, &mut prefetch) else {
             return Outcome::TooWide;
         };
-        let end_plane = if any { Some(EndPlane::new::<S>(projection, bvh.reach)) } else { None };
-        let frustum = Frustum::new(&projection.frame, window, bvh.reach);
+        let margin = bvh.margin(test.resolver());
+        let end_plane = if any { Some(EndPlane::new::<S>(projection, &margin)) } else { None };
+        let frustum = Frustum::new(&projection.frame, window, &margin);
         let closest = !any && !self.every;
         let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
 
@@ -82,11 +83,14 @@ impl Bundle<'_> {
         let Scratch { stack, leaves, split } = scratch;
         stack.clear();
         results.clear();
-        if bvh.boxed > 0 {
-            stack.push((0, f32::NEG_INFINITY));
+        let unboxed = bvh.first_unboxed(test.resolver());
+        for root in [bvh.thin_root_for(unboxed), 0] {
+            if root != EMPTY {
+                stack.push((root, f32::NEG_INFINITY));
+            }
         }
         let count = culling.next_leaves::<S>(bvh, stack, f32::INFINITY, &mut leaves.blocks);
-        if count == 0 && bvh.boxed == bvh.leaves.len() {
+        if count == 0 && unboxed == bvh.leaves.len() {
             results.found.resize(rays.rays.len(), NOTHING);
             return Outcome::Traced { left: 0, work: 0 };
         }
@@ -174,13 +178,13 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
         }
     }
 
-    /// The leaves without a box, which every ray may hit.
+    /// The leaves that every ray may hit, whatever their boxes.
     #[inline(always)]
     fn visit_unboxed(&mut self, leaves: &mut Leaves, counts: &mut Counts) {
         let bvh = self.bundle.bvh;
         self.far();
         let first = leaves.blocks;
-        for leaf in bvh.boxed..bvh.leaves.len() {
+        for leaf in bvh.first_unboxed(self.bundle.test.resolver())..bvh.leaves.len() {
             leaves.blocks[0] = leaf as u32;
             S::vectorize(
                 #[inline(always)]
@@ -233,7 +237,8 @@ impl<S: Simd, T: Fn(u32) -> Triangle, I: Fn(u32) -> u32> Tracing<'_, S, T, I> {
     #[inline(always)]
     fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
         let window = self.projection.ask(packets);
-        culling.frustum = Frustum::new(&self.projection.frame, window, self.bundle.bvh.reach);
+        let margin = self.bundle.bvh.margin(self.bundle.test.resolver());
+        culling.frustum = Frustum::new(&self.projection.frame, window, &margin);
     }
 
     /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether

@@ -134,7 +134,6 @@ impl Given for f64 {
         // The frame of a new build.
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
-        tree.reach = reach(tree, &frame);
         originals.frame = frame;
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
@@ -150,17 +149,13 @@ impl Given for f64 {
 
     #[inline]
     fn read_tree(input: &mut dyn Input) -> Result<(Tree, Originals64), LoadError> {
-        let (mut tree, frame, leaves) = read64(input)?;
-        tree.reach = reach(&tree, &frame);
+        let (tree, frame, leaves) = read64(input)?;
         Ok((tree, Originals64 { frame, leaves }))
     }
 }
 
-/// No coordinate of a copy is larger. Leaves that are in no box have edges where others have corners.
-#[inline]
-fn reach(tree: &Tree, frame: &LocalFrame) -> f32 {
-    if tree.boxed < tree.leaves.len() { tree.reach.max(frame.reach()) } else { tree.reach }
-}
+/// So many triangles tell where most are.
+const SAMPLE: usize = 1000;
 
 /// The frame of all triangles that are finite.
 #[inline]
@@ -175,7 +170,26 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
             }
         }
     }
-    LocalFrame::around(lo, hi)
+    LocalFrame::around([lo, hi], crowd(triangles))
+}
+
+/// Between which coordinates most triangles are, by the first corners of some.
+#[inline]
+fn crowd(triangles: &[Triangle64]) -> [[f64; 3]; 2] {
+    let step = triangles.len().div_ceil(SAMPLE).max(1);
+    let some = triangles.iter().step_by(step).map(|triangle| triangle.0[0]);
+    let some: Vec<[f64; 3]> = some.filter(|corner| corner.iter().all(|x| x.is_finite())).collect();
+    let mut crowd = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
+    for k in 0..3 {
+        let mut along: Vec<f64> = some.iter().map(|corner| corner[k]).collect();
+        along.sort_unstable_by(f64::total_cmp);
+        // Without a tenth at each end.
+        if let Some(last) = along.len().checked_sub(1) {
+            crowd[0][k] = along[last / 10];
+            crowd[1][k] = along[last - last / 10];
+        }
+    }
+    crowd
 }
 
 /// Triangles to be copied.
@@ -209,7 +223,7 @@ impl Triangles for Copies<'_> {
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
             return HitBounds::Degenerate(bounds);
         }
-        HitBounds::Box(bounds)
+        HitBounds::Box { bounds, lean: 0.0 }
     }
 
     #[inline]
@@ -221,11 +235,11 @@ impl Triangles for Copies<'_> {
 
     #[inline]
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds) {
-        let mut leaf = LeafBounds { bounds: Aabb::EMPTY, boxed: 0, degenerate: 0, unbounded: 0 };
+        let mut leaf = LeafBounds::NONE;
         for (lane, &i) in indices.iter().enumerate().take_while(|(_, i)| **i != NONE) {
             let (bounds, lanes) = match self.hit_bounds(i as usize) {
-                HitBounds::Nowhere | HitBounds::Unbounded => continue,
-                HitBounds::Box(bounds) => (bounds, &mut leaf.boxed),
+                HitBounds::Nowhere | HitBounds::Thin(_) => continue,
+                HitBounds::Box { bounds, .. } => (bounds, &mut leaf.boxed),
                 HitBounds::Degenerate(bounds) => (bounds, &mut leaf.degenerate),
             };
             leaf.bounds.join(&bounds);

@@ -11,7 +11,6 @@
 mod boxes;
 mod found;
 mod mesh;
-mod order;
 mod query;
 mod search;
 #[cfg(test)]

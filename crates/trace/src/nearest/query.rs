@@ -5,8 +5,8 @@ use intertri::simd::{Level, Simd, WithSimd};
 
 use super::found::{Candidate, ClosestPoint, closest_of};
 use super::mesh::Mesh;
-use super::order::along_curve;
 use super::search::Search;
+use crate::morton::along_curve;
 use crate::single::Kept;
 
 /// The closest points of some, on this thread, where they are not farther than a radius.
@@ -40,7 +40,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        for number in along_curve(bvh, points.len(), |i| mesh.at(points[i]).within[0]) {
+        for number in along_curve(&bvh.bounds(), points.len(), |i| mesh.at(points[i]).within[0]) {
             let point = points[number as usize];
             let closest = &mut closest[number as usize];
             *closest = ClosestPoint::NONE;

@@ -19,7 +19,7 @@ use crate::across::lanes_of;
 use crate::build::Triangles;
 use crate::memory::{NoMemory, room};
 use crate::threads;
-use crate::tree::{Aabb, EMPTY, HitBounds, LEAF, Leaf, LeafBounds, NONE, Node, Tree};
+use crate::tree::{Aabb, EMPTY, HitBounds, LEAF, LeafBounds, Node, Tree, lean_of};
 
 /// How good a tree is after [`Bvh::refit`](crate::Bvh::refit).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl Tree {
     pub(crate) fn clear(&mut self) {
         (self.nodes, self.leaves) = (vec![Node::NO_CHILDREN], Vec::new());
         self.degenerate = Vec::new();
-        (self.boxed, self.reach) = (0, 0.0);
+        (self.boxed, self.thin_root, self.reach, self.lean) = (0, EMPTY, 0.0, 0.0);
     }
 
     fn refitted(&mut self, triangles: &(impl Triangles + ?Sized)) -> Result<Refit, NoMemory> {
@@ -82,11 +82,13 @@ impl Tree {
         // Who has no place in the tree is known before it changes.
         let left_out = self.left_out()?;
         self.leaves.truncate(self.boxed);
+        self.nodes.truncate(self.main_nodes().len());
         let bounds = self.fit_leaves(triangles)?;
         self.note_degenerate(&bounds)?;
         self.fit_nodes(&bounds)?;
-        self.add_unboxed(triangles, &bounds, &left_out)?;
-        self.reach = self.find_reach();
+        self.lean = lean_of(&bounds);
+        let [outside, degenerate] = self.outside(triangles, &bounds, &left_out)?;
+        self.add_unboxed(triangles, &outside, &degenerate)?;
         Ok(Refit { cost: self.cost()?, cost_as_built })
     }
 
@@ -129,19 +131,19 @@ impl Tree {
         Ok(())
     }
 
-    /// Adds the leaves of triangles that are tested with every ray: of which no box is known, or which have no
-    /// place in the tree.
-    fn add_unboxed(
-        &mut self,
+    /// The triangles that have no place below the root any more, or never had, and can be hit; and those that have none and
+    /// no area.
+    fn outside(
+        &self,
         triangles: &(impl Triangles + ?Sized),
         bounds: &[LeafBounds],
         left_out: &[u32],
-    ) -> Result<(), NoMemory> {
-        let mut unboxed = Vec::new();
+    ) -> Result<[Vec<u32>; 2], NoMemory> {
+        let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
-            for lane in lanes_of(bounds.unbounded) {
-                unboxed.try_reserve(1)?;
-                unboxed.push(leaf.indices[lane]);
+            for lane in lanes_of(bounds.thin) {
+                outside.try_reserve(1)?;
+                outside.push(leaf.indices[lane]);
             }
         }
         let mut degenerate = Vec::new();
@@ -149,38 +151,12 @@ impl Tree {
             let to = match triangles.hit_bounds(index as usize) {
                 HitBounds::Nowhere => continue,
                 HitBounds::Degenerate(_) => &mut degenerate,
-                HitBounds::Box(_) | HitBounds::Unbounded => &mut unboxed,
+                HitBounds::Box { .. } | HitBounds::Thin(_) => &mut outside,
             };
             to.try_reserve(1)?;
             to.push(index);
         }
-        unboxed.sort_unstable();
-
-        let extra = unboxed.len().div_ceil(8) + degenerate.len().div_ceil(8);
-        self.leaves.try_reserve(extra)?;
-        self.leaves.extend(in_eights(&unboxed).map(|indices| {
-            let block = triangles.block(&indices);
-            Leaf { block, indices }
-        }));
-        if degenerate.is_empty() {
-            return Ok(());
-        }
-        self.degenerate.try_reserve(self.leaves.len() + extra - self.degenerate.len())?;
-        self.degenerate.resize(self.leaves.len(), 0);
-        for indices in in_eights(&degenerate) {
-            let (block, bounds) = triangles.moved(&indices);
-            self.leaves.push(Leaf { block, indices });
-            self.degenerate.push(bounds.degenerate as u8);
-        }
-        Ok(())
+        outside.sort_unstable();
+        Ok([outside, degenerate])
     }
-}
-
-/// Indices of triangles, eight by eight.
-fn in_eights(all: &[u32]) -> impl Iterator<Item = [u32; 8]> + '_ {
-    all.chunks(8).map(|some| {
-        let mut indices = [NONE; 8];
-        indices[..some.len()].copy_from_slice(some);
-        indices
-    })
 }

@@ -77,7 +77,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
                 return are_in(&nodes[child as usize], &bounds);
             }
             let leaf = &leaves[(child & !LEAF) as usize];
-            leaf.unbounded == 0 && is_in(&leaf.bounds, &bounds)
+            leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })
     };
     if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }

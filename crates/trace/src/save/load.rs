@@ -19,7 +19,9 @@ use super::records::{ReadLeaves, read_node};
 use super::records64::{EightTriangles, ReadLeaves64, read_frame};
 use crate::memory::NoMemory;
 use crate::threads;
-use crate::tree::{Geometries, Leaf, LeafBounds, MOST_LEAVES, Node, Tree};
+use crate::tree::{
+    EMPTY, Geometries, Leaf, LeafBounds, MOST_LEAVES, Node, Tree, boxes_of, lean_of,
+};
 
 /// Blocks read at a time for each thread, which are small enough for its cache.
 const BATCH: usize = 1;
@@ -176,14 +178,16 @@ impl Parts {
             nodes,
             leaves,
             boxed,
+            thin_root: EMPTY,
             reach: 0.0,
-            stack: Tree::stack_for(depth),
+            lean: lean_of(&self.bounds[..boxed]),
+            stack: Tree::stack_for(1 + depth),
             triangles: header.triangles as usize,
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
         };
         bvh.note_degenerate(&self.bounds)?;
-        bvh.reach = bvh.find_reach();
+        bvh.add_thin_nodes(&boxes_of(&self.bounds[boxed..])?)?;
         Ok(bvh)
     }
 }

@@ -101,7 +101,7 @@ impl WithSimd for ReadLeaves64<'_> {
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);
             let around = Aabb { lo: [a, b, c, 0.0], hi: [x, y, z, 0.0] };
-            *bounds = LeafBounds { bounds: around, boxed: live, degenerate, unbounded: 0 };
+            *bounds = LeafBounds { bounds: around, boxed: live, degenerate, ..LeafBounds::NONE };
             for (lane, TriangleOf(triangle)) in originals.iter_mut().enumerate() {
                 for (to, from) in triangle.iter_mut().zip(&corners) {
                     *to = [from[0][lane], from[1][lane], from[2][lane]];

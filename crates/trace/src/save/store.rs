@@ -59,7 +59,7 @@ pub(super) fn write_with(
         to[4..].copy_from_slice(&mask.to_le_bytes());
     };
     let mut sections =
-        vec![Section { kind: NODES, record: NODE, count: bvh.nodes.len(), write: &node }];
+        vec![Section { kind: NODES, record: NODE, count: bvh.main_nodes().len(), write: &node }];
     sections.extend(leaves);
     let count = left_out.len();
     sections.push(Section { kind: LEFT_OUT, record: NUMBER, count, write: &number });

@@ -9,6 +9,6 @@ mod traverse;
 
 pub(crate) use on_surface::is_held;
 pub(crate) use queries::{All, Closest, Hits};
-pub(crate) use slab::{SlabLanes, Slabs, octant};
+pub(crate) use slab::{PackedSlabs, SlabLanes, Slabs, octant};
 pub(crate) use stack::{BOTTOM, Kept, Stack};
-pub(crate) use traverse::{Visit, walk};
+pub(crate) use traverse::{Visit, Walk};

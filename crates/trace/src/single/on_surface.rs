@@ -11,7 +11,7 @@ pub(crate) fn is_held(bvh: &Tree, point: [f32; 3], is_on: impl Fn(u32) -> bool) 
     };
 
     // The boxes that hold it. There is always room on the stack for what a node adds.
-    let mut stack = vec![0];
+    let mut stack = vec![0, bvh.thin_root];
     while let Some(node) = stack.pop() {
         let Some(node) = bvh.nodes.get(node as usize) else { continue };
         for (slot, &child) in node.children().iter().enumerate() {
@@ -29,5 +29,5 @@ pub(crate) fn is_held(bvh: &Tree, point: [f32; 3], is_on: impl Fn(u32) -> bool) 
             }
         }
     }
-    (bvh.boxed..bvh.leaves.len()).any(leaf)
+    false
 }

@@ -34,7 +34,7 @@ impl<T: LaneQueries, const ANY: bool> WithSimd for Closest<'_, T, ANY> {
         let (choice, _) = choice;
         let mut visitor =
             VisitClosest::<_, _, ANY> { bvh, test, ray: prepared, choice, closest, counts, level };
-        traverse::<S>(bvh, ray, kept, !ANY, &mut visitor);
+        traverse::<S>(bvh, (ray, test.resolver()), kept, !ANY, &mut visitor);
         (visitor.closest, visitor.counts)
     }
 }
@@ -110,7 +110,7 @@ impl<T: LaneQueries> WithSimd for All<'_, T> {
         let prepared = test.prepare_numbered(ray, choice.1 as u32);
         let mut visitor =
             VisitAll { bvh, test, ray: prepared, asked: (choice, ray), places, level };
-        traverse::<S>(bvh, ray, &mut Kept::lend(bvh), false, &mut visitor);
+        traverse::<S>(bvh, (ray, test.resolver()), &mut Kept::lend(bvh), false, &mut visitor);
         visitor.places
     }
 }

@@ -187,6 +187,14 @@ impl Entries<'_> {
         node.child_or_none(first)
     }
 
+    /// Puts a root down that is visited last.
+    #[inline(always)]
+    pub(crate) fn push_root(&mut self, top: &mut u32, root: u32) {
+        let at = *top as usize;
+        (self.child[at], self.t[at]) = (f32::from_bits(root), f32::NEG_INFINITY);
+        *top += 1;
+    }
+
     /// [`Stack::push`] without t, of boxes of which some are met, for [`Entries::pop_last`].
     #[inline(always)]
     pub(crate) fn push_children<S: Simd>(

@@ -3,6 +3,8 @@
 use intertri::Ray;
 use intertri::simd::{Lanes, Mask, Simd};
 
+use intertri::internal::Resolver;
+
 use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, Kept};
 use crate::tree::{LEAF, Tree};
@@ -25,7 +27,7 @@ const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     bvh: &Tree,
-    ray: &Ray,
+    (ray, resolver): (&Ray, Resolver<'_>),
     kept: &mut Kept,
     closest: bool,
     visitor: &mut impl Visit,
@@ -38,72 +40,101 @@ pub(super) fn traverse<S: Simd>(
         return;
     }
 
-    // What no box can hold is asked of every ray, and a ray that no box can be held against asks
-    // everything.
-    let slabs = Slabs::new::<S>(ray, bvh.reach);
-    let boxed = if slabs.is_some() { bvh.boxed } else { 0 };
-    let octant = octant(ray);
-    let lanes = SlabLanes::<S::F32x8>::splat(&slabs.unwrap_or_default(), octant);
-    walk::<S>(bvh, (&lanes, octant), (ray.t_min, ray.t_max), boxed, kept, closest, visitor);
+    let (octant, margin) = (octant(ray), bvh.margin(resolver));
+    let unboxed = bvh.first_unboxed(resolver);
+    let mut walk =
+        Walk { bvh, octant, t_min: ray.t_min, far: ray.t_max, shortens: true, unboxed, closest };
+    let slabs = match Slabs::new::<S>(ray, &margin) {
+        Some(slabs) => slabs,
+        // Without a direction it is none.
+        None if ray.dir == [0.0; 3] => return,
+        None => {
+            // One of extreme numbers is held against boxes in a scale of its own, in which no hit shortens it, or
+            // tested with every triangle.
+            let scaled = Slabs::scaled::<S>(ray, &margin);
+            let unboxed = if scaled.is_some() { unboxed } else { 0 };
+            walk = Walk { t_min: 0.0, far: f32::INFINITY, shortens: false, unboxed, ..walk };
+            scaled.unwrap_or_default()
+        }
+    };
+    walk.run::<S>(&SlabLanes::splat(&slabs, octant), kept, visitor);
 }
 
-/// The same of slabs, within `t_min..=far`: the first `boxed` leaves by their boxes, and all others.
-#[inline(always)]
-pub(crate) fn walk<S: Simd>(
-    bvh: &Tree,
-    (lanes, octant): (&SlabLanes<S::F32x8>, usize),
-    (t_min, mut far): (f32, f32),
-    boxed: usize,
-    kept: &mut Kept,
-    closest: bool,
-    visitor: &mut impl Visit,
-) {
-    let (mut unboxed, mut next) = (boxed, if boxed > 0 { 0 } else { BOTTOM });
-    let Kept { stack, predictor } = kept;
-    let (mut top, mut stack) = (stack.bottom(0), stack.entries());
-    loop {
-        // The next leaf: one without a box, or the next that begins before the best hit.
-        let leaf = if unboxed < bvh.leaves.len() {
-            unboxed += 1;
-            unboxed - 1
-        } else {
-            loop {
-                if next == BOTTOM {
-                    next = if closest {
-                        stack.pop_at_once(&mut top, far)
-                    } else {
-                        stack.pop_last(&mut top)
-                    };
-                    if next == BOTTOM {
-                        return;
-                    }
-                }
-                if next & LEAF != 0 {
-                    break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
-                }
+/// A walk along slabs: what it visits, and how.
+#[derive(Clone, Copy)]
+pub(crate) struct Walk<'a> {
+    pub(crate) bvh: &'a Tree,
+    pub(crate) octant: usize,
+    /// The interval; whether its far end comes nearer with what visitors find.
+    pub(crate) t_min: f32,
+    pub(crate) far: f32,
+    pub(crate) shortens: bool,
+    /// The leaves from here on are visited whatever their boxes.
+    pub(crate) unboxed: usize,
+    pub(crate) closest: bool,
+}
 
-                // A node: of its boxes that the ray meets one is next.
-                let node = &bvh.nodes[next as usize];
-                let (met, near) = lanes.meet(node, t_min, far);
-                let bits = met.bits();
-                if bits == 0 {
-                    next = BOTTOM;
-                    continue;
+impl Walk<'_> {
+    #[inline(always)]
+    pub(crate) fn run<S: Simd>(
+        self,
+        lanes: &SlabLanes<S::F32x8>,
+        kept: &mut Kept,
+        visitor: &mut impl Visit,
+    ) {
+        let Self { bvh, octant, t_min, mut far, shortens, mut unboxed, closest } = self;
+        let thin_root = bvh.thin_root_for(unboxed);
+        let Kept { stack, predictor } = kept;
+        let (mut top, mut stack) = (stack.bottom(0), stack.entries());
+        let mut next = if unboxed > 0 { 0 } else { BOTTOM };
+        if thin_root != BOTTOM {
+            stack.push_root(&mut top, thin_root);
+        }
+        loop {
+            // The next leaf: one without a box, or the next that begins before the best hit.
+            let leaf = if unboxed < bvh.leaves.len() {
+                unboxed += 1;
+                unboxed - 1
+            } else {
+                loop {
+                    if next == BOTTOM {
+                        next = if closest {
+                            stack.pop_at_once(&mut top, far)
+                        } else {
+                            stack.pop_last(&mut top)
+                        };
+                        if next == BOTTOM {
+                            return;
+                        }
+                    }
+                    if next & LEAF != 0 {
+                        break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
+                    }
+
+                    // A node: of its boxes that the ray meets one is next.
+                    let node = &bvh.nodes[next as usize];
+                    let (met, near) = lanes.meet(node, t_min, far);
+                    let bits = met.bits();
+                    if bits == 0 {
+                        next = BOTTOM;
+                        continue;
+                    }
+                    let first = if closest {
+                        stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
+                    } else if bits.is_power_of_two() {
+                        // Often it is one alone. Where the closest is looked for, that is too often a surprise.
+                        node.child_or_none(bits.trailing_zeros() as u8)
+                    } else {
+                        stack.push_children::<S>(&mut top, node, octant, met)
+                    };
+                    next = predictor.follow(next, first);
                 }
-                let first = if closest {
-                    stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
-                } else if bits.is_power_of_two() {
-                    // Often it is one alone. Where the closest is looked for, that is too often a surprise.
-                    node.child_or_none(bits.trailing_zeros() as u8)
-                } else {
-                    stack.push_children::<S>(&mut top, node, octant, met)
-                };
-                next = predictor.follow(next, first);
+            };
+            match visitor.visit(leaf) {
+                Some(nearer) if shortens => far = nearer,
+                Some(_) => {}
+                None => return,
             }
-        };
-        match visitor.visit(leaf) {
-            Some(nearer) => far = nearer,
-            None => return,
         }
     }
 }

@@ -3,7 +3,7 @@
 use intertri::internal::Test;
 use intertri::{ClosestHit, PreparedRay};
 
-use crate::single::Slabs;
+use crate::single::PackedSlabs;
 
 /// Rays that are active at once.
 pub(super) const ACTIVE: usize = 64;
@@ -12,7 +12,7 @@ pub(super) const ACTIVE: usize = 64;
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(super) struct Way {
-    pub(super) slabs: Slabs,
+    pub(super) slabs: PackedSlabs,
     pub(super) t_min: f32,
     /// No hit beyond it counts.
     pub(super) far: f32,

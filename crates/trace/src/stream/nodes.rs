@@ -50,7 +50,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
         for place in at.places() {
             let way = &mut ways[place];
             let node = &bvh.nodes[way.next as usize];
-            let lanes = SlabLanes::<S::F32x8>::splat(&way.slabs, OCTANT);
+            let lanes = SlabLanes::<S::F32x8>::unpack(&way.slabs, OCTANT);
             let (met, near) = lanes.meet(node, way.t_min, way.far);
             let next = stacks.push::<S>(&mut way.top, node, OCTANT, met, near);
             way.next = next;

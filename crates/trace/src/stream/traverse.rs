@@ -31,7 +31,7 @@ use crate::pairs::NearestFew;
 use crate::prefetch::Prefetch;
 use crate::select::{Choice, chosen};
 use crate::single::{All, BOTTOM, Closest, Kept, Slabs, Stack, octant};
-use crate::tree::{LEAF, Leaf, Tree};
+use crate::tree::{LEAF, Leaf, Margin, Tree};
 
 /// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
 /// are to be prefetched, too.
@@ -71,7 +71,8 @@ impl WithSimd for Stream<'_, '_> {
             counts,
             any,
             few,
-            all_boxed: bvh.boxed == bvh.leaves.len(),
+            margin: bvh.margin(test.resolver()),
+            all_boxed: bvh.first_unboxed(test.resolver()) == bvh.leaves.len(),
             large: size_of_val(&bvh.nodes[..]) + size_of_val(&bvh.leaves[..]) > LARGE,
             stacks: Stack::for_rays(ACTIVE, bvh),
             ways: [Way::default(); ACTIVE],
@@ -113,6 +114,8 @@ struct Active<'a, 'b> {
     any: bool,
     /// The nearest hits of each, where a number of them is asked for.
     few: Vec<NearestFew>,
+    margin: Margin,
+    /// Whether a walk finds all triangles by their boxes.
     all_boxed: bool,
     large: bool,
     stacks: Stack,
@@ -173,7 +176,7 @@ impl Active<'_, '_> {
             for &number in waiting.by_ref() {
                 let ray = &self.rays[number as usize];
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
-                let Some(slabs) = Slabs::new::<S>(ray, bvh.reach).filter(|_| starts) else {
+                let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
                     if self.answers.every() {
                         self.every_alone(number);
                         continue;
@@ -182,7 +185,11 @@ impl Active<'_, '_> {
                     self.retired.retire::<S>(bvh, ray, number, &closest, self.answers);
                     continue;
                 };
-                let (t_min, far, top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
+                let (t_min, far, mut top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
+                if bvh.thin_root != BOTTOM {
+                    self.stacks.entries().push_root(&mut top, bvh.thin_root);
+                }
+                let slabs = slabs.packed();
                 self.ways[place] = Way { slabs, t_min, far, next: 0, top };
                 let (ray, closest) = (test.prepare_numbered(ray, number), test.no_hit(ray));
                 self.at_leaves[place] = AtLeaves { ray, closest };

@@ -1,11 +1,13 @@
 //! The hierarchy as the walk sees it: in f32.
 
 use bytemuck::Zeroable;
+use intertri::internal::Resolver;
 use intertri::{Triangle, TriangleBlock};
 
 use super::geometries::Geometries;
 use super::leaf_bounds::LeafBounds;
-use super::node::{NONE, Node};
+use super::node::{EMPTY, LEAF, NONE, Node};
+use super::{Aabb, Margin};
 use crate::memory::{NoMemory, room};
 
 /// Up to eight triangles, in six cache lines.
@@ -22,17 +24,23 @@ const _: () = assert!(size_of::<Leaf>() == 384);
 /// Nodes and leaves, of triangles or of their copies.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// The root is the first; a leaf of a node is the index of a block.
+    /// The root is the first; a leaf of a node is the index of a block. Nodes above the leaves from `boxed` on come
+    /// last.
     pub(crate) nodes: Vec<Node>,
     /// The triangles, eight by eight.
     pub(crate) leaves: Vec<Leaf>,
     /// By leaf, the lanes of triangles without an area: their lanes are dead to rays, but closest points count them. Empty
     /// where there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// How many leaves, from the first, are in the nodes; the others are tested with every ray.
+    /// How many leaves, from the first, are below the root. The others hold triangles beside which the reference may
+    /// see hits, however far off, and those that were not finite when the tree was built.
     pub(crate) boxed: usize,
+    /// The root of a second tree, over those others; [`EMPTY`] where there are none.
+    pub(crate) thin_root: u32,
     /// No coordinate of a triangle is larger.
     pub(crate) reach: f32,
+    /// No hit of the reference lies farther beside the box of its triangle, but for what depends on the ray.
+    pub(crate) lean: f32,
     /// A stack of this size always suffices.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
@@ -78,19 +86,93 @@ impl Tree {
         Ok(())
     }
 
+    /// How a walk must widen boxes for a resolver.
+    #[inline(always)]
+    pub(crate) fn margin(&self, resolver: Resolver<'_>) -> Margin {
+        Margin::new(
+            self.reach,
+            if resolver.hits_lie_on_triangles() { None } else { Some(self.lean) },
+        )
+    }
+
+    /// The first leaf that is tested with every ray, and so are those behind it. Where hits lie on triangles there is
+    /// none, and the walk begins at both roots.
+    #[inline(always)]
+    pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
+        if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
+    }
+
+    /// The second root, for a walk that tests the leaves from `unboxed` on without a look at their boxes, if it has
+    /// not tested them then; else [`EMPTY`].
+    #[inline(always)]
+    pub(crate) fn thin_root_for(&self, unboxed: usize) -> u32 {
+        if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
+    }
+
+    /// Puts the second tree over the leaves from `boxed` on, whose boxes these are: eight neighbours a node, and eight
+    /// of these again.
+    pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
+        // How many nodes each level has, from the leaves up.
+        let mut levels = Vec::new();
+        let mut width = boxes.len();
+        while width > usize::from(!levels.is_empty()) {
+            width = width.div_ceil(8);
+            levels.push(width);
+        }
+
+        // From the last node to the root, so that a node comes after its parent.
+        let first = self.nodes.len();
+        let mut next = first + levels.iter().sum::<usize>();
+        self.nodes.try_reserve(next - first)?;
+        self.nodes.resize(next, Node::NO_CHILDREN);
+        let mut row = room(boxes.len())?;
+        row.extend((self.boxed as u32..).zip(boxes).map(|(leaf, &bounds)| (LEAF | leaf, bounds)));
+        for &width in &levels {
+            let mut above = room(width)?;
+            for children in row.chunks(8) {
+                next -= 1;
+                let mut around = Aabb::EMPTY;
+                for (slot, &(child, bounds)) in children.iter().enumerate() {
+                    self.nodes[next].set(slot, &bounds, child);
+                    around.join(&bounds);
+                }
+                above.push((next as u32, around));
+            }
+            row = above;
+        }
+        self.thin_root = if levels.is_empty() { EMPTY } else { first as u32 };
+        // The second root waits below what is visited before it.
+        self.stack = self.stack.max(Self::stack_for(1 + levels.len()));
+        self.reach = self.find_reach();
+        Ok(())
+    }
+
+    /// The nodes below the root: the others are the second tree's.
+    pub(crate) fn main_nodes(&self) -> &[Node] {
+        &self.nodes[..self.nodes.len().min(self.thin_root as usize)]
+    }
+
     /// The stack for a tree of so many nodes on its longest path.
     pub(crate) fn stack_for(depth: usize) -> usize {
         8 * depth + 8
     }
 
-    /// No coordinate of a triangle is larger: of the boxes of the root, and of the leaves without a box.
+    /// The box of the root.
+    pub(crate) fn bounds(&self) -> Aabb {
+        let mut around = Aabb::EMPTY;
+        for slot in 0..8 {
+            around.join(&self.nodes[0].bounds(slot));
+        }
+        around
+    }
+
+    /// No coordinate of a triangle is larger: of the boxes of both roots.
     pub(crate) fn find_reach(&self) -> f32 {
-        let root = &self.nodes[0];
-        let sides = (0..3).flat_map(|axis| [root.sides(axis, false), root.sides(axis, true)]);
-        let sides = sides.flatten().filter(|side| side.is_finite());
-        let unboxed = self.leaves[self.boxed..].iter();
-        let corners = unboxed.flat_map(|leaf| leaf.block.corners().as_flattened().as_flattened());
-        sides.chain(corners).fold(0.0, |reach, x| reach.max(x.abs()))
+        let roots = [Some(&self.nodes[0]), self.nodes.get(self.thin_root as usize)];
+        let sides = roots.into_iter().flatten().flat_map(|root| {
+            (0..3).flat_map(|axis| [root.sides(axis, false), root.sides(axis, true)]).flatten()
+        });
+        sides.filter(|side| side.is_finite()).fold(0.0, |reach, x| reach.max(x.abs()))
     }
 
     /// The triangle in a place of the leaves.

@@ -17,13 +17,13 @@ pub(crate) enum HitBounds {
     Nowhere,
     /// Nowhere: it has no area. For closest points it is a segment or a point in this box.
     Degenerate(Aabb),
-    /// In its box; the walk's own padding covers the rest.
-    Box(Aabb),
-    /// The normal is not known well enough to say.
-    Unbounded,
+    /// In its box; by the reference, up to `lean` beside it.
+    Box { bounds: Aabb, lean: f32 },
+    /// In its box; by the reference anywhere, for the normal is not known well enough to say.
+    Thin(Aabb),
 }
 
-/// Up to this thinness (2^25) the walk's padding covers what the reference can be off by.
+/// Up to this thinness (2^25) a triangle is hit so little beside its box that all boxes can be that much larger.
 const THIN: f64 = (1_u64 << 25) as f64;
 
 /// Beyond this thinness (2^44) nothing is known of where the reference accepts a point.
@@ -51,12 +51,21 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
 
     if n == [0.0; 3] {
         // Nowhere by the reference; and exactly, where f64 loses an area, in its box.
-        if has_area(triangle) { HitBounds::Box(bounds) } else { HitBounds::Degenerate(bounds) }
-    } else if thinness <= THIN {
-        HitBounds::Box(bounds)
+        let lean = 0.0;
+        if has_area(triangle) {
+            HitBounds::Box { bounds, lean }
+        } else {
+            HitBounds::Degenerate(bounds)
+        }
     } else {
-        let padded = bounds.padded((LEAN * thinness * square.sqrt()) as f32);
-        let known = thinness <= NEEDLE && padded.is_finite();
-        if known { HitBounds::Box(padded) } else { HitBounds::Unbounded }
+        let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
+        let padded = bounds.padded(lean);
+        if thinness <= THIN {
+            HitBounds::Box { bounds, lean }
+        } else if thinness <= NEEDLE && padded.is_finite() {
+            HitBounds::Box { bounds: padded, lean: 0.0 }
+        } else {
+            HitBounds::Thin(bounds)
+        }
     }
 }

@@ -10,11 +10,16 @@ use intertri::{Triangle, TriangleBlock};
 use super::aabb::Aabb;
 use super::hit_bounds::{HitBounds, hit_bounds};
 use crate::across::{lanes_of, smallest_of_eight};
+use crate::memory::{NoMemory, room};
 
 /// A triangle of eight lanes is plain where its normal is surely longer than this share of its longest edge's
 /// square, `2^-8`, in sums of sizes. Then its thinness is below `2^12`, far from what needs padding: f32 is off by
 /// `2^-19` at most.
 const PLAIN: f32 = 1.0 / 256.0;
+
+/// How far beside its box a plain triangle is hit by the reference, in longest edges and thinness, both in sums of sizes:
+/// 2^-43, which is 16 times that of [`hit_bounds`].
+const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
 /// Squares of edges beyond `2^-90..2^100` are not for f32 to judge.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
@@ -24,12 +29,14 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 pub(crate) struct LeafBounds {
     /// The box around those that have one, without an area or not.
     pub bounds: Aabb,
-    /// Which can be hit, in the box.
+    /// How far beside their boxes the reference sees hits with those that are `boxed`, at most.
+    pub lean: f32,
+    /// Those that are hit near their boxes.
     pub boxed: u32,
     /// Which have no area.
     pub degenerate: u32,
-    /// Which have none, but may be hit.
-    pub unbounded: u32,
+    /// Those beside which the reference sees hits anywhere.
+    pub thin: u32,
 }
 
 /// Finds the [`LeafBounds`] of some of eight lanes.
@@ -74,7 +81,9 @@ impl WithSimd for LaneBounds<'_> {
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
-        let mut leaf = LeafBounds { bounds, boxed, degenerate: 0, unbounded: 0 };
+        let lean = (square / normal) * longest * S::F32x8::splat(LEAN);
+        let lean = -smallest_of_eight::<S>(Lanes::select(taken, -lean, S::F32x8::splat(0.0)));
+        let mut leaf = LeafBounds { bounds, lean, boxed, ..LeafBounds::NONE };
         let others = self.lanes & !boxed;
         if others != 0 {
             leaf.add(self.corners, others);
@@ -83,7 +92,23 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
+/// How far beside their boxes the reference sees hits, at most.
+pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
+    leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
+}
+
+/// The boxes of leaves.
+pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
+    let mut boxes = room(leaves.len())?;
+    boxes.extend(leaves.iter().map(|leaf| leaf.bounds));
+    Ok(boxes)
+}
+
 impl LeafBounds {
+    /// Those of no triangle.
+    pub(crate) const NONE: Self =
+        Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
+
     /// The lanes that have a box.
     pub(crate) fn present(&self) -> u32 {
         self.boxed | self.degenerate
@@ -109,11 +134,15 @@ impl LeafBounds {
                     self.bounds.join(&bounds);
                     self.degenerate |= 1 << lane;
                 }
-                HitBounds::Box(bounds) => {
+                HitBounds::Box { bounds, lean } => {
                     self.bounds.join(&bounds);
+                    self.lean = self.lean.max(lean);
                     self.boxed |= 1 << lane;
                 }
-                HitBounds::Unbounded => self.unbounded |= 1 << lane,
+                HitBounds::Thin(bounds) => {
+                    self.bounds.join(&bounds);
+                    self.thin |= 1 << lane;
+                }
             }
         }
     }
@@ -147,8 +176,7 @@ mod tests {
             triangles[(i + 3) % 8] = Triangle([[0.0; 3], [1.0, y, 0.0], [2.0, y * 3.0, 0.0]]);
             triangles[(i + 5) % 8].0[2] = triangles[(i + 5) % 8].0[1];
             let block = TriangleBlock::<8>::new(&triangles);
-            let mut expected =
-                LeafBounds { bounds: Aabb::EMPTY, boxed: 0, degenerate: 0, unbounded: 0 };
+            let mut expected = LeafBounds::NONE;
             let lanes = 0xff >> (i % 3);
             expected.add(block.corners(), lanes);
             for level in Level::all() {
@@ -158,14 +186,16 @@ mod tests {
                         && found.bounds.hi[k] == expected.bounds.hi[k]
                 });
                 assert!(same, "{triangles:?}: {found:?}, not {expected:?}");
-                let masks = |of: &LeafBounds| (of.boxed, of.degenerate, of.unbounded);
+                let masks = |of: &LeafBounds| (of.boxed, of.degenerate, of.thin);
                 assert_eq!(masks(&found), masks(&expected), "{triangles:?}");
+                assert!(found.lean >= expected.lean, "{triangles:?}: {}", found.lean);
+                assert!(found.lean <= 100.0 * expected.lean, "{triangles:?}: {}", found.lean);
             }
             seen[0] += expected.boxed.count_ones();
-            seen[1] += expected.unbounded.count_ones();
-            seen[2] += (lanes & !expected.present() & !expected.unbounded).count_ones();
+            seen[1] += expected.thin.count_ones();
+            seen[2] += (lanes & !expected.present() & !expected.thin).count_ones();
             seen[3] += expected.degenerate.count_ones();
-            let padded = |t: &Triangle| matches!(hit_bounds(t), HitBounds::Box(bounds) if Aabb::of(t) != Some(bounds));
+            let padded = |t: &Triangle| matches!(hit_bounds(t), HitBounds::Box { bounds, .. } if Aabb::of(t) != Some(bounds));
             needles += triangles.iter().filter(|t| padded(t)).count();
         }
         assert!(seen.iter().all(|&n| n > 50) && needles > 50, "{seen:?}, {needles}");

@@ -53,7 +53,7 @@ impl Case {
         let plane = PlaneHit::new(triangle, rays, &edges, room);
         let bound = edges.bound(triangle, rays).value;
         let [sharp_v, _, sharp_u] = edges.sharp_bounds(triangle, rays, room).map(|x| x.value);
-        let sharp_num = PlaneHit::sharp_num_err(triangle, &edges, room).value;
+        let sharp_num = PlaneHit::sharp_num_err(triangle, rays, &edges, room).value;
         let slack = f64::from(bound::SLACK);
         // The last rounding of a sum changes no sign.
         let sign = |x: &Worst| x.most() - f64::from(bound::U) * x.value.abs();
@@ -106,14 +106,14 @@ fn half_of_a_constant_over_copies_would_not_do() {
     let halves: [(&str, usize, f64, Change); 10] = [
         ("COPY_EDGE", 0, 0.0, |room| room.edge *= 0.5),
         ("COPY_EDGE of U", 2, 0.0, |room| room.edge *= 0.5),
-        ("COPY of A in edges", 0, 1e3, |room| room.off = room.off.map(|x| 0.5 * x)),
+        ("COPY of A in edges", 0, 1e3, |room| room.copied = room.copied.map(|x| 0.5 * x)),
         ("COPY_DEN", 3, 0.0, |room| room.den *= 0.5),
         ("COPY_GRAZING", 4, 0.0, |room| room.grazing *= 0.5),
         ("COPY_NUM", 5, 0.0, |room| room.num[0] *= 0.5),
-        ("COPY of A in T", 5, 1e3, |room| room.num[1] *= 0.5),
+        ("COPY of A in T", 5, 1e3, |room| room.copied = room.copied.map(|x| 0.5 * x)),
         ("COPY_SHARP", 6, 0.0, |room| room.sharp[0] *= 0.5),
         ("COPY_SHARP_U", 7, 0.0, |room| room.sharp[1] *= 0.5),
-        ("COPY of A in sharp T", 8, 1e3, |room| room.sharp_num[1] *= 0.5),
+        ("COPY of A in sharp T", 8, 1e3, |room| room.copied = room.copied.map(|x| 0.5 * x)),
     ];
     for (name, bound, far, change) in halves {
         let share = most(bound, far, change);

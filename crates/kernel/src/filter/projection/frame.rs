@@ -48,6 +48,8 @@ pub(super) struct Shares {
     pub(super) depth: f32,
     /// `COPY_SLANT`
     pub(super) slant: f32,
+    /// `COPY`: how far corners are elsewhere, relative to how far they are away.
+    pub(super) copy: f32,
 }
 
 impl Shares {
@@ -59,6 +61,7 @@ impl Shares {
         plane: bound::NOISE,
         depth: 0.0,
         slant: 0.0,
+        copy: 0.0,
     };
 
     /// Of copies.
@@ -69,6 +72,7 @@ impl Shares {
         plane: bound::COPY_PLANE,
         depth: bound::COPY_DEPTH,
         slant: bound::COPY_SLANT,
+        copy: bound::COPY,
     };
 }
 
@@ -113,6 +117,17 @@ impl Frame {
     /// How far from the origin rays may pass.
     pub fn off(&self) -> f32 {
         self.off
+    }
+
+    /// The same as triangles see it that are `away` from there.
+    #[inline(always)]
+    pub(super) fn off_at<F: Lanes<Scalar = f32>>(&self, away: F) -> F {
+        away.mul_add(F::splat(self.shares.copy), F::splat(self.off))
+    }
+
+    /// How far the origin is from the world's.
+    pub(super) fn distance(&self) -> f32 {
+        self.origin.iter().fold(0.0, |sum, x| sum + x.abs())
     }
 
     /// The axis along which depth is measured.

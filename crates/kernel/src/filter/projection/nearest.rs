@@ -201,7 +201,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     #[inline(always)]
     fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
         // The least of the weights; below -1 a sure miss, if the sign of D is sure.
-        let weight = at(outline.u, points).min(at(outline.v, points)).min(at(outline.w, points));
+        let [u, v, w] = [at(outline.u, points), at(outline.v, points), at(outline.w, points)];
+        let weight = u.min(v).min(w);
         let outside = weight.lt(F::splat(-1.0));
 
         // The plane's inverse depth, negative where the ray goes away from it.
@@ -210,7 +211,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let err = F::splat(outline.err);
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
-        let maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
+        let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
+        if outline.is_edge_on() {
+            // The weights of a hit never differ in sign, whichever is the inner side.
+            maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
+        }
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 

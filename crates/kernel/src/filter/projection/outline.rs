@@ -110,27 +110,30 @@ pub struct Outline {
 
 impl Outlines {
     /// The triangles of one block or two; `parallel` is the document's threshold over the smallest z of the
-    /// rays, rounded up.
+    /// rays, rounded up; `exact` says that hits lie on their triangles.
     #[inline(always)]
     pub(in super::super) fn new<S: Simd>(
         first: &TriangleBlock<8>,
         second: Option<&TriangleBlock<8>>,
         frame: &Frame,
         parallel: f32,
+        exact: bool,
     ) -> Self {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
         let sizes = Sizes::of(&planes, corners.a.norm1(), frame, parallel);
-        let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame);
+        let [(left, right), (down, up)] = corners.rectangle(planes.turn, frame, exact);
         let ([u, v, w], unit) = corners.edges(frame);
 
         // In front of the triangle or behind, T has the same sign as D wherever it is hit.
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
-        let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), nothing);
+        // Where that is not known, edges still tell what they are apart from it, if hits lie on triangles.
+        let unturned = if exact { one / unit } else { nothing };
+        let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
         Self {
@@ -155,8 +158,12 @@ impl Outlines {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
         let hi = [F::load(&self.hi[0]), F::load(&self.hi[1])];
         let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
-        let missed = depths.missed(F::splat(nearest))
-            | depths.plain & outside(window, [load(&self.u), load(&self.v), load(&self.w)]);
+        let edges = [load(&self.u), load(&self.v), load(&self.w)];
+        let mut missed = depths.missed(F::splat(nearest)) | depths.plain & outside(window, edges);
+        let edge_on = !F::load(&self.s[0]).le(F::splat(f32::INFINITY));
+        if edge_on.bits() & self.live != 0 {
+            missed = missed | edge_on & apart(window, edges);
+        }
         (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
@@ -212,6 +219,12 @@ impl Outline {
         )
     }
 
+    /// Whether the origin is so near the triangle's plane that the side from which it is seen is not known.
+    #[inline(always)]
+    pub(super) fn is_edge_on(&self) -> bool {
+        self.s[0].is_nan()
+    }
+
     /// The bound of the edges, which is their unit.
     pub fn unit(&self) -> f32 {
         self.unit
@@ -236,7 +249,11 @@ impl Outline {
         let (err, least) = (F::splat(self.err), F::splat(self.least));
         let depths = Depths::new(windows, splat(self.s), err, least);
         let edges = [splat(self.u), splat(self.v), splat(self.w)];
-        let missed = depths.missed(nearest) | depths.plain & outside(windows, edges);
+        let missed = if self.is_edge_on() {
+            apart(windows, edges)
+        } else {
+            depths.missed(nearest) | depths.plain & outside(windows, edges)
+        };
         (reached & !missed).bits()
     }
 }
@@ -270,6 +287,13 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
     highest.lt(F::splat(-2.0))
+}
+
+/// Where all of the window is on one side of some edge and on the other side of another, whichever is the inner.
+#[inline(always)]
+fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
+    let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
+    outside(windows, [u, v, w]) & lowest.gt(F::splat(2.0))
 }
 
 /// The planes of sixteen triangles, computed in f64.
@@ -313,7 +337,7 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     /// Where the sign of T is known, for triangles `away` from the origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
-        let off = size * F::splat(frame.off * bound::OFF_PLANE);
+        let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
         (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
     }
 }
@@ -331,10 +355,10 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
     fn of(Planes { s, q, .. }: &Planes<F>, away: F, frame: &Frame, parallel: f32) -> Self {
         let (splat, q) = (F::splat, *q);
         let size = s[0].abs() + s[1].abs() + s[2].abs();
-        let off = frame.off;
+        let off = frame.off_at(away);
         let [x, y] = frame.reach;
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
-        let share = most.mul_add(splat(off * bound::OFF_DEPTH), splat(bound::DEPTH));
+        let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
         let err = size.mul_add(share, q * splat(bound::LOST));
         let shares = &frame.shares;
         let err = if shares.copies {
@@ -382,16 +406,20 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
 
     /// The rectangle: from corners in front, with room for what they and the reference may be off by.
     #[inline(always)]
-    fn rectangle(&self, turn: F, frame: &Frame) -> [(F, F); 2] {
+    fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
         let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
         let away = a.norm1();
         let nearest = a.x.min(b.x).min(c.x);
-        let apart = splat(distance(frame) * bound::ROOM_AWAY + frame.off * bound::OFF_ROOM);
+        let apart = splat(frame.distance() * bound::ROOM_AWAY);
+        let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
-        let known = (h * h).lt(turn.abs() * splat(bound::THIN))
-            & nearest.gt(room * splat(8.0))
+        let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
+        if !exact {
+            // The reference sees hits beside a thin triangle.
+            known = known & (h * h).lt(turn.abs() * splat(bound::THIN));
+        }
         let one = splat(1.0);
         let (ra, rb, rc) = (one / a.x, one / b.x, one / c.x);
         let room = room.mul_add(ra.max(rb).max(rc), splat(bound::ROOM_SCREEN));
@@ -405,15 +433,11 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
-        let apart = distance(frame) * bound::ORIGIN * bound::LEAN + frame.off * bound::OFF_EDGE;
-        let noise = (a.norm1() + h).mul_add(splat(frame.shares.edges), splat(apart));
+        let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));
+        let apart = frame.off_at(away).mul_add(splat(bound::OFF_EDGE), apart);
+        let noise = (away + h).mul_add(splat(frame.shares.edges), apart);
         ([u, v, w], form.mul_add(splat(frame.shares.screen), noise * h))
     }
-}
-
-/// How far a frame's origin is from the world's.
-fn distance(frame: &Frame) -> f32 {
-    frame.origin.iter().fold(0.0, |sum, x| sum + x.abs())
 }
 
 #[inline(always)]

@@ -1,7 +1,6 @@
-//! The order in which points are asked: neighbours in space one after the other, so that what was closest to the
-//! last point is near the next.
+//! Points along Morton's curve: neighbours in space one after the other.
 
-use crate::tree::Tree;
+use crate::tree::Aabb;
 
 /// So few points stay as they are.
 const FEW: usize = 16;
@@ -9,23 +8,14 @@ const FEW: usize = 16;
 /// Bits of a coordinate along the curve.
 const BITS: u32 = 10;
 
-/// The numbers of points along Morton's curve through the box of the tree and as much around it; where they are is
-/// told in the tree's units.
-pub(super) fn along_curve(bvh: &Tree, count: usize, at: impl Fn(usize) -> [f32; 3]) -> Vec<u32> {
+/// The numbers of points along Morton's curve through a box and as much around it.
+pub(crate) fn along_curve(around: &Aabb, count: usize, at: impl Fn(usize) -> [f32; 3]) -> Vec<u32> {
     if count <= FEW {
         return (0..count as u32).collect();
     }
-    let root = &bvh.nodes[0];
-    let sides = |axis: usize| {
-        let finite = |upper| root.sides(axis, upper).iter().copied().filter(|x| x.is_finite());
-        (
-            finite(false).fold(f32::INFINITY, f32::min),
-            finite(true).fold(f32::NEG_INFINITY, f32::max),
-        )
-    };
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
-        let (lo, hi) = sides(axis);
+        let (lo, hi) = (around.lo[axis], around.hi[axis]);
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
