@@ -1,8 +1,8 @@
 //! The hierarchy against a plain loop: index, bits of t, any, all, batches.
 
-use crate::same_closest;
 use crate::scene::Scene;
 use crate::truth::Truth;
+use crate::{bits, same_closest};
 use intertri::simd::Level;
 use intertri::{Certified, Double, Exact, Hit, Mode, Threshold};
 use intertri_trace::Bvh;
@@ -80,10 +80,4 @@ fn check_mode<M: Mode>(
         }
     }
     Ok(closest.iter().filter(|hit| hit.is_hit()).count())
-}
-
-/// All of a hit; its weights may be NaN.
-fn bits(hit: Hit) -> [u64; 5] {
-    let Hit { t, u, v, triangle, geometry } = hit;
-    [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }

@@ -273,8 +273,15 @@ fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> 
         if all != answers.all {
             return Err(of("all", format!("{all:x?} is not {:x?}", answers.all)));
         }
-        let prepared = (blocks.closest(mode, ray), blocks.any(mode, ray), blocks.all(mode, ray));
-        if prepared != (one, one.is_some(), mode.all(&scene.triangles, ray)) {
+        // Weights may be NaN: their bits count.
+        let all_bits = |hits: Vec<Hit>| hits.into_iter().map(bits).collect::<Vec<_>>();
+        let prepared = (
+            blocks.closest(mode, ray).map(bits),
+            blocks.any(mode, ray),
+            all_bits(blocks.all(mode, ray)),
+        );
+        let plain = (one.map(bits), one.is_some(), all_bits(mode.all(&scene.triangles, ray)));
+        if prepared != plain {
             return Err(of("blocks", format!("{prepared:?} is not {one:?} and {all:x?}")));
         }
     }
@@ -292,4 +299,10 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
         return Ok(());
     }
     Err(format!("(triangle, t) is {got:?}, the truth {want:?}"))
+}
+
+/// All of a hit; its weights may be NaN.
+pub(crate) fn bits(hit: Hit) -> [u64; 5] {
+    let Hit { t, u, v, triangle, geometry } = hit;
+    [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
