@@ -187,7 +187,7 @@ def _is_plain(array: object, mesh: np.dtype[Any]) -> bool:
     return type(array) is np.ndarray and array.dtype is mesh and array.ndim > 0 and array.flags.c_contiguous and array.flags.aligned
 
 
-_ENDS = {
+_ENDS: dict[tuple[Any, object], Floats] = {
     (dtype, end): np.array([end], dtype) for dtype in (F32, F64) for end in (0.0, 1.0, math.inf)
 }
 

@@ -233,7 +233,7 @@ class RayQueries(Triangles):
         shape = _arrays.broadcast(found.shape, ways.shape[:-1], "hits and directions")
         rows = np.empty(shape, HIT)
         for name in HIT.names or ():
-            rows[name] = found[name] if name in found.dtype.names else 0
+            rows[name] = found[name] if name in (found.dtype.names or ()) else 0
         rays = np.empty((*shape, 6), self.dtype)
         native(self.dtype).spawn_rays(
             self._at.vertices.reshape(-1),
