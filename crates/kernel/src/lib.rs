@@ -33,7 +33,7 @@
 //! opt-level = 3
 //! ```
 //!
-//! The queries of [`Mode`], [`Exact`] and [`Blocks`] are compiled here and are then as fast as in release mode. What you
+//! The queries of [`Mode`], [`Exact`] and [`Blocks`] are compiled here, so these settings apply to them. What you
 //! build on [`LaneQueries`] or on the lanes of [`simd`] is compiled with your crate.
 //!
 //! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if the build asks for it; without it a

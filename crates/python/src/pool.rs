@@ -29,7 +29,7 @@ pub(crate) enum Workers {
 }
 
 impl Workers {
-    /// So many threads, all that the process may use where no number is given; the caller if the work is small.
+    /// Uses this many threads, or without a number all that the process may use. Small work runs on the calling thread.
     pub(crate) fn new(threads: Option<NonZeroUsize>, is_small: bool) -> PyResult<Self> {
         let one = NonZeroUsize::MIN;
         if is_small || threads == Some(one) {
@@ -62,7 +62,7 @@ pub(crate) fn workers() -> usize {
     if is_caller() { 1 } else { rayon::current_num_threads() }
 }
 
-/// Does chunks of answers, whose numbers are told, on all threads that work, each with a state of its own.
+/// Computes the answers chunk by chunk on all workers, each with its own state. `each` receives the chunk's number.
 pub(crate) fn chunks<A: Send, T>(
     answers: &mut [A],
     size: usize,

@@ -52,7 +52,7 @@ impl Stop {
 }
 
 /// Does work on some threads. Signals are heeded: what their handler raises, `KeyboardInterrupt` for Ctrl-C, is the
-/// error, and the work is told to stop.
+/// error, and the work stops early.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,

@@ -31,7 +31,7 @@ pub(crate) const SURFACE: i32 = i32::MIN;
 type Threads = Option<NonZeroUsize>;
 type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
-/// So many rays, or triangles, are done faster by one thread than others are woken.
+/// Up to this many rays or triangles, one thread is done before others would wake up.
 const SMALL: usize = 4096;
 
 /// The same of the coordinates of points.

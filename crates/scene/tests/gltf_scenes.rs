@@ -214,7 +214,7 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     assert_eq!(file.triangles(), [moved([10.0, 0.0, 0.0])]);
     let halves = [0.5, 0.5, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&halves).triangles(), [moved([15.0, 0.0, 0.0])]);
-    // Of a file that says shares of 255 parts, say, they are shares of what they sum up to.
+    // Weights need not sum to 1, as where a file stores parts of 255: each counts relative to their sum.
     let twice = [1.0, 1.0, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&twice).triangles(), [moved([15.0, 0.0, 0.0])]);
 

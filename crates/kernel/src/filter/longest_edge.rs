@@ -8,8 +8,8 @@ use crate::simd::{Lanes, Vec3};
 
 use super::bound;
 
-/// At least the longest edge and [`SHORTEST`]; NaN where a corner is so far out that f32 must not decide. Of the first
-/// corner and the edges `-h4` and `h5` from there.
+/// At least the longest edge and [`SHORTEST`]; NaN where a corner is so far out that f32 must not decide. Takes the first
+/// corner and the edges `-h4` and `h5` that begin there.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,

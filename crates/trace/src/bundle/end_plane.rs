@@ -35,7 +35,7 @@ pub(crate) struct EndPlane {
 }
 
 impl EndPlane {
-    /// Of the live rays of a bundle, in a tree.
+    /// The end plane of the live rays of a bundle in a tree.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
         let frame = &projection.frame;

@@ -107,7 +107,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
             let what = "skinned primitives without joints and weights, placed by their nodes";
             self.builder.notes.add(what, 1, None);
         }
-        // Of a skin, each vertex may be mirrored or not.
+        // A skin may mirror some vertices and not others.
         let mut mirrored = Vec::new();
         for vertex in 0..count {
             let (position, transform) = vertices.place(vertex)?;
