@@ -125,7 +125,8 @@ fn size(mesh: &Mesh) -> f32 {
 fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     let mut hits = vec![Hit::MISS; rays.len()];
     bvh.closest_batch(&Exact::default(), rays, &mut hits);
-    let (seen, away) = (rays.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()), far * size(&scene.mesh));
+    let (seen, away) =
+        (rays.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()), far * size(&scene.mesh));
     seen.map(|(ray, hit)| {
         let [at, d] = [hit_point(ray, hit).map(|x| x as f32), ray.dir];
         let length = d.iter().map(|x| x * x).sum::<f32>().sqrt();
@@ -140,7 +141,9 @@ fn poles(options: &Options) -> Result<Vec<Case>, String> {
     let mut cases = Vec::new();
     for (what, quads) in [("plain", false), ("quads at the poles", true)] {
         let scene = Scene::of(globe(256, 128, quads), 1.0).map_err(|e| e.to_string())?;
-        let rays = |i: u32| scene.camera.ray(i % options.size, i / options.size, options.size, options.size);
+        let rays = |i: u32| {
+            scene.camera.ray(i % options.size, i / options.size, options.size, options.size)
+        };
         let rays = (0..options.size * options.size).map(rays).collect();
         let (what, question) = (format!("globe, primary: {what}"), Kind::Primary.question());
         cases.push(Case { what, scene, rays, question });

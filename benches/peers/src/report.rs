@@ -124,11 +124,16 @@ pub fn list() {
 /// A scene and rays by all engines, and how many times as long they take as in its plain neighbour.
 pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
-    println!("{:22} {:>9} {:>14} {:>9} {:>9}", "", "ns a ray", "times as long", "hit/miss", "triangle");
+    println!(
+        "{:22} {:>9} {:>14} {:>9} {:>9}",
+        "", "ns a ray", "times as long", "hit/miss", "triangle"
+    );
     for row in rows {
         let nanoseconds = |row: &Row| 1e3 / row.speed[1];
         let beside = plain.iter().find(|plain| plain.engine == row.engine);
-        let ratio = beside.map_or_else(String::new, |plain| format!("{:.2}", nanoseconds(row) / nanoseconds(plain)));
+        let ratio = beside.map_or_else(String::new, |plain| {
+            format!("{:.2}", nanoseconds(row) / nanoseconds(plain))
+        });
         println!(
             "{:22} {:9.1} {ratio:>14} {:9} {:9}",
             row.engine,
