@@ -9,6 +9,7 @@ mod part;
 mod picture;
 mod points;
 mod pool;
+mod read;
 mod run;
 mod scalar;
 mod shared;
@@ -25,6 +26,8 @@ mod _intertri {
     use numpy::PyReadonlyArray1;
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::read::read_model;
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
 

@@ -1,12 +1,15 @@
 //! Work without the interpreter's lock that heeds Ctrl-C.
 
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use intertri_trace::internal::on_this_thread;
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::pool::Workers;
@@ -81,6 +84,32 @@ pub(crate) fn run<T: Send>(
         (Some(error), _) => Err(error),
         (None, Some(result)) => Ok(result),
         (None, None) => unreachable!("the scope passes panics on"),
+    }
+}
+
+/// Does work that cannot stop early on a thread of its own. What a signal's handler raises is the error, at once; the
+/// thread then ends by itself, and what it made is dropped.
+pub(crate) fn run_apart<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let (done, mut result) = channel();
+    let worker = Builder::new().name("intertri".into()).spawn(move || {
+        // Fails if nobody waits any more.
+        _ = done.send(work());
+    });
+    let worker = worker
+        .map_err(|error| PyRuntimeError::new_err(format!("cannot start a thread: {error}")))?;
+    loop {
+        let waiting = &mut result;
+        match py.detach(move || waiting.recv_timeout(INTERVAL)) {
+            Ok(result) => return Ok(result),
+            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Disconnected) => match worker.join() {
+                Err(panic) => resume_unwind(panic),
+                Ok(()) => unreachable!("the thread sends what it made"),
+            },
+        }
     }
 }
 

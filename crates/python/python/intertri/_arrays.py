@@ -87,6 +87,10 @@ def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
     return np.require(array, dtype, ["C", "A"]).reshape(-1)
 
 
+SOME_WAY = np.array([0.53721, 0.35137, 0.76691], F32)
+"""A direction that few edges and no common model share, so that few are met exactly."""
+
+
 def vertices_and_faces(
     vertices: ArrayLike, faces: ArrayLike | None
 ) -> tuple[Floats, NDArray[np.uint32]]:
@@ -107,11 +111,18 @@ def vertices_and_faces(
         if corners.ndim != 2 or corners.shape[1] != 3:
             raise ValueError(f"vertices has shape {corners.shape}; it must be (n, 3)")
         rows = face_rows(faces, len(corners))
-    finite = np.isfinite(corners).all(axis=1)
-    if not finite.all():
-        row = int(np.argmin(finite))
-        raise ValueError(f"vertex {row} is not finite: {corners[row].tolist()}")
+    check_finite(corners, rows)
     return corners, rows
+
+
+def check_finite(corners: Floats, rows: NDArray[np.uint32]) -> None:
+    """Refuses faces with a vertex that is not finite. A vertex without a face may be anything."""
+    finite: NDArray[np.bool_] = np.logical_and.reduce(np.isfinite(corners), axis=1)
+    if not finite.all():
+        used = rows[~finite[rows].all(axis=1)]
+        if len(used):
+            row = int(used[~finite[used]].min())
+            raise ValueError(f"vertex {row} is not finite: {corners[row].tolist()}")
 
 
 def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
@@ -134,6 +145,21 @@ def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
             + (f" ({wrong_rows} faces are out of range)" if wrong_rows > 1 else "")
         )
     return rows.astype(np.uint32)
+
+
+def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.intp]:
+    """The rows of so many vertices to which new positions belong, one each."""
+    rows = _inputs.array(indices, "indices")
+    if rows.size == 0:
+        rows = rows.astype(np.intp)
+    if rows.ndim != 1 or rows.dtype.kind not in "iu":
+        raise TypeError(f"indices has dtype {rows.dtype} and shape {rows.shape}; it must be (n,) integers: rows of vertices")
+    if moved.shape != (len(rows), 3):
+        raise ValueError(f"vertices has shape {moved.shape}; it must be ({len(rows)}, 3), a row for each of indices")
+    wrong = (rows < 0) | (rows >= count)
+    if wrong.any():
+        raise IndexError(f"indices has {rows[wrong][0]}, but there are {count} vertices")
+    return rows.astype(np.intp)
 
 
 def broadcast(shape: tuple[int, ...], other: tuple[int, ...], names: str) -> tuple[int, ...]:
@@ -284,6 +310,13 @@ def answers(
     if any(part is not None and np.may_share_memory(out, part) for part in asked):
         raise ValueError("out shares memory with what is asked")
     return out
+
+
+def mark_misses(found: NDArray[np.void], distance: str) -> None:
+    """Sets the distances and weights of misses to NaN."""
+    miss = found["triangle"] < 0
+    for name in (distance, "u", "v"):
+        found[name][miss] = math.nan
 
 
 def as_bytes(array: NDArray[Any]) -> NDArray[np.uint8]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-READ_IT = "to read a model, pass the result of trimesh.load(path, force='mesh') or meshio.read(path) to Mesh"
+READ_IT = "to read a model, call Mesh.read(path)"
 
 
 def array(values: Any, name: str) -> NDArray[Any]:

@@ -1,5 +1,6 @@
 """The native part. `intertri.Mesh` is the interface."""
 
+import os
 from typing import Any, final
 
 import numpy as np
@@ -11,6 +12,7 @@ __version__: str
 SURFACE: int
 
 def checksum(bytes: NDArray[np.uint8]) -> int: ...
+def read_model(path: str | os.PathLike[str]) -> tuple[NDArray[np.float64], NDArray[np.uint32], list[str]]: ...
 
 class _Tree:
     def closest(

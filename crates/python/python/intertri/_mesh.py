@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+import warnings
+from typing import Any, TypeVar
 
 from . import _archive
+from ._intertri import read_model
 from ._points import PointQueries
-from ._rays import RayQueries
 
 
-class Mesh(RayQueries, PointQueries):
+AnyMesh = TypeVar("AnyMesh", bound="Mesh")
+
+
+class Mesh(PointQueries):
     """Triangles, and the hierarchy over them.
 
     Parameters
@@ -59,6 +63,54 @@ class Mesh(RayQueries, PointQueries):
     """
 
     __slots__ = ()
+
+    @classmethod
+    def read(
+        cls: type[AnyMesh], path: str | os.PathLike[str], *, strict: bool = False, threads: int | None = None
+    ) -> AnyMesh:
+        """Reads a model from an OBJ, PLY, STL or glTF file, which may be compressed by gzip.
+
+        Vertices keep their order, and are float64: decimals become the nearest float64, and numbers that the file has
+        in float32 or float64 stay what they are. Polygons become triangles.
+
+        Parameters
+        ----------
+        path
+            Its ending names the format. With any other ending, the first bytes of the file decide.
+        strict : bool
+            A ``UserWarning`` says what was left out, repaired or guessed, such as faces of fewer than three corners. If
+            true, that is an error.
+        threads : int, optional
+            Threads that build the hierarchy, all by default.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be opened.
+        ValueError
+            If it holds no such model, is damaged, or needs more memory than there is; the message has the line in the
+            file.
+
+        Examples
+        --------
+        >>> import intertri, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder, "one.obj")
+        ...     _ = path.write_text("v 0 0 0.1\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
+        ...     intertri.Mesh.read(path)
+        Mesh(1 face, 3 vertices, float64)
+        """
+        # So that a file that cannot be opened is the error that Python has for it.
+        open(path, "rb").close()
+        vertices, faces, notes = read_model(path)
+        if notes and strict:
+            raise ValueError(f"{os.fspath(path)}: {'; '.join(notes)}; repair it, or leave out strict=True")
+        for note in notes:
+            warnings.warn(f"{os.fspath(path)}: {note}", stacklevel=2)
+        mesh = cls.__new__(cls)
+        mesh._keep(vertices.reshape(-1, 3), faces.reshape(-1, 3))
+        mesh._tree(mesh.dtype, threads)
+        return mesh
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _revive, (type(self), *self._state()), getattr(self, "__dict__", None)
