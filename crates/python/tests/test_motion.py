@@ -44,7 +44,7 @@ def test_nearest_points_are_right(dtype, rng, moved):
         assert found["triangle"] == squares.index(min(squares))
         assert math.isclose(found["distance"], math.sqrt(min(squares)), rel_tol=1e-15)
         # The point is rounded, where it is.
-        assert np.linalg.norm(found["point"] - point) == pytest.approx(found["distance"], abs=1e-14 + 1e-15 * moved)
+        assert np.linalg.norm(mesh.hit_points(found) - point) == pytest.approx(found["distance"], abs=1e-14 + 1e-15 * moved)
     assert (near["distance"][:10] == 0).all()
     signed = mesh.signed_distance(points)
     assert (abs(signed) == near["distance"]).all()
@@ -57,7 +57,7 @@ def test_triangles_without_area_are_segments_and_points(dtype):
     mesh = intertri.Mesh(corners, [[0, 1, 2], [3, 4, 5], [3, 3, 3]])
     near = mesh.closest_point(np.array([[6, 5, 6], [4, 5, 5]], dtype))
     assert near["distance"].tolist() == [1, 1] and near["triangle"].tolist() == [1, 1]
-    assert near["point"].tolist() == [[6, 5, 5], [5, 5, 5]]
+    assert mesh.hit_points(near).tolist() == [[6, 5, 5], [5, 5, 5]]
     assert mesh.signed_distance(np.array([6, 5, 6], dtype), assume_closed=True) == 1
     # As saved, and as it moves: the triangle becomes flat, and another none.
     assert copy.deepcopy(mesh).closest_point(np.array([6, 5, 6], dtype)) == near[0]
@@ -72,7 +72,7 @@ def test_radius_and_shapes(dtype):
     ask = lambda **radius: int(mesh.closest_point([0.25, 0.25, 7], **radius)["triangle"])
     assert ask() == ask(radius=2) == 0 and ask(radius=1.9) == -1
     none = mesh.closest_point([0.25, 0.25, 7], radius=1)
-    assert none["distance"] == math.inf and np.isnan(none["point"]).all()
+    assert none["distance"] == math.inf and np.isnan(mesh.hit_points(none)).all()
     assert mesh.closest_point(np.zeros((2, 4, 3))).shape == (2, 4)
     out = np.zeros(5, intertri.NEAREST)
     assert mesh.closest_point(np.zeros((5, 3)), out=out) is out and (out["distance"] == 5).all()
@@ -177,6 +177,31 @@ def test_refit_errors_change_nothing(mesh):
         with pytest.raises(TypeError, match="float64"):
             mesh.refit(mesh.vertices * np.float64(1 / 3))
     assert mesh.digest == digest and (hits_of(mesh) == before).all()
+
+
+def test_refit_of_some_vertices(mesh, rng):
+    moved = mesh.vertices.copy()
+    rows = rng.permutation(len(moved))[:50]
+    moved[rows] *= mesh.dtype.type(1.25)
+    new = intertri.Mesh(moved, mesh.faces)
+    assert mesh.refit(moved[rows], indices=rows) > 0
+    assert mesh.digest == new.digest and (hits_of(mesh) == hits_of(new)).all() and (mesh.vertices == moved).all()
+    # Of a row that is named twice, the last position counts; no row, no change.
+    mesh.refit([[9, 9, 9], moved[5]], indices=[5, 5])
+    mesh.refit(np.zeros((0, 3)), indices=[])
+    assert mesh.digest == new.digest
+    for indices, error, says in [
+        ([len(moved)], IndexError, f"indices has {len(moved)}, but there are {len(moved)} vertices"),
+        ([-1], IndexError, "indices has -1"),
+        ([0, 1], ValueError, r"vertices has shape \(1, 3\); it must be \(2, 3\), a row for each of indices"),
+        ([0.5], TypeError, "indices has dtype float64"),
+        ([[0]], TypeError, r"shape \(1, 1\)"),
+    ]:
+        with pytest.raises(error, match=says):
+            mesh.refit([[0, 0, 0]], indices=indices)
+    with pytest.raises(ValueError, match="vertex 7 is not finite"):
+        mesh.refit([[0, 0, math.nan]], indices=[7])
+    assert mesh.digest == new.digest and (hits_of(mesh) == hits_of(new)).all()
 
 
 @pytest.fixture

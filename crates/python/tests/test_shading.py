@@ -178,7 +178,7 @@ def test_visible_shapes_and_threads(dtype):
         (lambda mesh: mesh.visible([0, 0, 1], [0, 0]), ValueError, r"b has shape \(2,\)"),
         (lambda mesh: mesh.visible([0, 0, 1], [0, 0, 0], skip_b=12), IndexError, "skip_b has 12"),
         (lambda mesh: mesh.spawn_rays([1, 2], [0, 0, 1]), TypeError, "hits has dtype int64"),
-        (lambda mesh: mesh.spawn_rays(np.zeros(1, intertri.NEAREST), [0, 0, 1]), TypeError, "closest, all or crossings"),
+        (lambda mesh: mesh.spawn_rays(np.zeros(1, intertri.CROSSINGS), [0, 0, 1]), TypeError, "closest, closest_point, all"),
         (lambda mesh: mesh.spawn_rays(np.zeros(3, intertri.HIT), np.zeros((2, 3))), ValueError, "hits and directions"),
         (lambda mesh: mesh.spawn_rays(np.full(1, 12, intertri.HIT), [0, 0, 1]), IndexError, "12 faces"),
     ],

@@ -30,10 +30,11 @@ CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
 
 
 NEAREST = np.dtype(
-    [("distance", "<f8"), ("point", "<f8", (3,)), ("u", "<f8"), ("v", "<f8"), ("triangle", "<i4"), ("geometry", "<u4")]
+    [(name, "<f8") for name in ("distance", "x", "y", "z", "u", "v")] + [("triangle", "<i4"), ("geometry", "<u4")]
 )
 """The point of a mesh nearest to another, 56 bytes: how far it is, where, its weights as in `HIT`, and the triangle,
--1 where there is none: the distance is infinite and the point not a number."""
+-1 where there is none: the distance is infinite and x, y and z are not numbers. ``mesh.hit_points`` has the points as
+rows (..., 3)."""
 
 
 class HitLists(NamedTuple):
@@ -46,6 +47,6 @@ class HitLists(NamedTuple):
 
     @property
     def rays(self) -> NDArray[np.int64]:
-        """The number of the ray of each hit."""
+        """The number of the ray of each hit: ``pandas.DataFrame(lists.hits, index=lists.rays)`` has all in one."""
         count = len(self.offsets) - 1
         return np.repeat(np.arange(count, dtype=np.int64), np.diff(self.offsets))

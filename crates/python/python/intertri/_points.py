@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._arrays import F32, F64
+from ._arrays import F32, F64, SOME_WAY
 from ._dtypes import NEAREST
 from ._intertri import SURFACE
-from ._triangles import Triangles
+from ._rays import RayQueries
 
 
-class PointQueries(Triangles):
+class PointQueries(RayQueries):
     """Queries by points."""
 
     __slots__ = ()
@@ -25,6 +25,16 @@ class PointQueries(Triangles):
         points = _arrays.points(values)
         fits = self.dtype != F32 or _arrays.fits_f32(points)
         return points.astype(self.dtype if fits else F64, copy=False)
+
+    def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
+        """Whether points are inside the mesh or on it; where it is open or faces are not turned alike, whether a ray
+        from them crosses an odd number of faces."""
+        if self.is_closed:
+            return self.contains(points, threads=threads)
+        at = self._points(points)
+        counts = self.count_crossings(at, SOME_WAY, threads=threads)
+        odd: NDArray[np.bool_] = counts["unsigned"] % 2 == 1
+        return odd
 
     def _winding(self, points: ArrayLike, threads: int | None) -> NDArray[np.int32]:
         """Winding numbers, `SURFACE` on the mesh."""
@@ -101,6 +111,7 @@ class PointQueries(Triangles):
         points: ArrayLike,
         *,
         radius: float = math.inf,
+        nan_misses: bool = False,
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
     ) -> NDArray[np.void]:
@@ -111,21 +122,24 @@ class PointQueries(Triangles):
         points : (..., 3)
         radius : float
             How far to look: a point that is farther from the mesh has none.
+        nan_misses : bool
+            Whether the distance is NaN, not infinite, where there is none; u and v, too.
         threads, out
             As for `closest`; ``out`` is of dtype `NEAREST`.
 
         Returns
         -------
         (...) `NEAREST`
-            Fields distance, point, u, v, triangle (-1 for none) and geometry. The triangle is truly the nearest, and
-            of those that are equally near the lowest. A point that is not finite has none.
+            Fields distance, x, y, z, u, v, triangle (-1 for none) and geometry. The triangle is truly the nearest; if
+            several are equally near, the lowest. A point that is not finite has none. `hit_points` returns the nearest
+            points as rows, `hit_normals` the normals of their triangles.
 
         Examples
         --------
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
         >>> near = mesh.closest_point([[0.25, 0.25, 7], [3, 0, 5]])
-        >>> near["distance"], near["point"][1]
+        >>> near["distance"], mesh.hit_points(near)[1]
         (array([2., 2.]), array([1., 0., 5.]))
         """
         at = self._points(points)
@@ -136,6 +150,8 @@ class PointQueries(Triangles):
         nearest, threads = _arrays.answers(at.shape[:-1], NEAREST, out, at), _arrays.threads_of(threads)
         tree = self._tree(at.dtype, threads)
         tree.closest_point(_arrays.flat(at, at.dtype), float(radius), threads, _arrays.as_bytes(nearest))
+        if nan_misses:
+            _arrays.mark_misses(nearest, "distance")
         return nearest if at.ndim > 1 or out is not None else nearest[()]
 
     def signed_distance(

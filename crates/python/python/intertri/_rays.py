@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
 from ._arrays import F32, Rays
-from ._dtypes import CROSSING, CROSSINGS, HIT, HitLists
+from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists
 from ._triangles import Triangles, native
 
 Mode: TypeAlias = Literal["exact", "certified"]
@@ -42,6 +42,7 @@ class RayQueries(Triangles):
         t_min: ArrayLike = 0.0,
         t_max: ArrayLike = math.inf,
         skip: ArrayLike | None = None,
+        nan_misses: bool = False,
         mode: Mode = "exact",
         threads: int | None = None,
         out: NDArray[np.void] | None = None,
@@ -60,6 +61,8 @@ class RayQueries(Triangles):
             of Python takes the rays' dtype; numpy's scalars and arrays keep theirs.
         skip : integer or (...), optional
             A triangle that each ray ignores, such as the one that it starts on; -1 for none.
+        nan_misses : bool
+            Whether t, u and v of misses are NaN, for plots and means, not infinity and 0.
         mode : "exact" or "certified"
         threads : int, optional
             Threads that answer, all by default.
@@ -91,6 +94,8 @@ class RayQueries(Triangles):
         hits = _arrays.answers(rays.shape, HIT, out, *rays.parts)
         tree, threads = self._tree(rays.dtype, threads), _arrays.threads_of(threads)
         tree.closest(rays, mode, threads, rays.width, _arrays.as_bytes(hits))
+        if nan_misses:
+            _arrays.mark_misses(hits, "t")
         return hits if rays.shape or out is not None else hits[()]
 
     def closest_triangle(
@@ -209,8 +214,8 @@ class RayQueries(Triangles):
 
         Parameters
         ----------
-        hits : (...) `HIT` or `CROSSING`
-            As answered by `closest`, `all` or `crossings` of this mesh.
+        hits : (...) `HIT`, `CROSSING` or `NEAREST`
+            What `closest`, `all`, `crossings` or `closest_point` of this mesh returned.
         directions : (..., 3)
             Where the rays go. They are rounded to the dtype of the mesh.
 
@@ -353,7 +358,8 @@ class RayQueries(Triangles):
         return counts if rays.shape or out is not None else counts[()]
 
     def hit_points(self, hits: NDArray[np.void]) -> NDArray[np.float64]:
-        """Where hits are: (..., 3) float64 by the weights of the triangles' corners, NaN for misses.
+        """Where hits are: (..., 3) float64 by the weights of the triangles' corners, NaN for misses; those of
+        `closest_point` as they are.
 
         >>> import intertri
         >>> mesh = intertri.Mesh([[0, 0, 5], [1, 0, 5], [0, 1, 5]], [[0, 1, 2]])
@@ -361,6 +367,9 @@ class RayQueries(Triangles):
         array([[0.25, 0.5 , 5.  ],
                [ nan,  nan,  nan]])
         """
+        if np.asarray(hits).dtype == NEAREST:
+            near = self._hits(hits)
+            return np.stack([near[name] for name in "xyz"], axis=-1)
         found, corners = self._corners(hits)
         u, v = found["u"][..., None], found["v"][..., None]
         points: NDArray[np.float64] = (1 - u - v) * corners[..., 0, :] + u * corners[..., 1, :] + v * corners[..., 2, :]
@@ -383,8 +392,8 @@ class RayQueries(Triangles):
     def _hits(self, hits: NDArray[np.void]) -> NDArray[np.void]:
         """Hits of this mesh, checked."""
         found = np.asarray(hits)
-        if not {"t", "u", "v", "triangle"} <= set(found.dtype.names or ()):
-            raise TypeError(f"hits has dtype {found.dtype}; it must be those that closest, all or crossings answered")
+        if not {"u", "v", "triangle"} <= set(found.dtype.names or ()):
+            raise TypeError(f"hits has dtype {found.dtype}; pass what closest, closest_point, all or crossings returned")
         if found.size and found["triangle"].max() >= len(self):
             raise IndexError(f"hits name triangle {found['triangle'].max()}, but there are {len(self)} faces")
         return found

@@ -123,12 +123,24 @@ class Triangles:
         count = f"{faces} face{'' if faces == 1 else 's'}, {vertices} vert{'ex' if vertices == 1 else 'ices'}"
         return f"{type(self).__name__}({count}, {self.dtype})"
 
-    def refit(self, vertices: ArrayLike, *, threads: int | None = None) -> float:
-        """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles.
+    def refit(
+        self, vertices: ArrayLike, *, indices: ArrayLike | None = None, threads: int | None = None
+    ) -> float:
+        """Moves the vertices: new positions (n, 3) of the same faces, or (m, 3, 3) of a mesh made of triangles. With
+        ``indices``, moves only these rows of `vertices`.
 
         It takes a small part of the time of a new mesh. Answers are those of a new mesh, but the more the faces move
         against each other, the longer queries take. A query that runs meanwhile in another thread answers for the old
         positions or for the new.
+
+        Parameters
+        ----------
+        vertices : (n, 3)
+            New positions: of all vertices, or of those in ``indices``.
+        indices : (n,) integer, optional
+            Rows of `vertices`. If one occurs twice, its last position counts.
+        threads : int, optional
+            Threads that fit the hierarchy, all by default.
 
         Returns
         -------
@@ -139,7 +151,9 @@ class Triangles:
         Raises
         ------
         ValueError
-            If there are more vertices or fewer, or one is not finite: nothing has changed.
+            If there are more vertices or fewer, or one of a face is not finite: nothing has changed.
+        IndexError
+            If ``indices`` name a vertex that is not there: nothing has changed.
         MemoryError
             If there is too little memory: the vertices are where they were, and the next query builds the hierarchy.
 
@@ -150,17 +164,27 @@ class Triangles:
         >>> ratio = mesh.refit([[0, 0, 7], [1, 0, 7], [0, 1, 7]])
         >>> mesh.closest([0.2, 0.2, 0], [0, 0, 1])["t"]
         np.float64(7.0)
+        >>> ratio = mesh.refit([[0, 0, 3]], indices=[0])
+        >>> mesh.vertices[:, 2]
+        array([3., 7., 7.])
         """
         moved = _arrays.floats(vertices, "vertices")
-        if moved.ndim == 3 and moved.shape[1:] == (3, 3):
-            moved = moved.reshape(-1, 3)
-        if moved.shape != self.vertices.shape:
-            raise ValueError(f"vertices has shape {moved.shape}; it must be {self.vertices.shape}, as before")
         if self.dtype == F32 and not _arrays.fits_f32(moved):
             raise TypeError("vertices are float64 and the mesh is float32: pass vertices.astype(np.float32)")
-        corners, _ = _arrays.vertices_and_faces(moved.astype(self.dtype), self._faces[:0])
-        corners.flags.writeable = False
+        if indices is not None:
+            rows = _arrays.vertex_rows(indices, moved, len(self.vertices))
+        elif moved.ndim == 3 and moved.shape[1:] == (3, 3):
+            moved = moved.reshape(-1, 3)
+        if indices is None and moved.shape != self.vertices.shape:
+            raise ValueError(f"vertices has shape {moved.shape}; it must be {self.vertices.shape}, as before")
         with self._moving:
+            if indices is None:
+                corners = np.array(moved, self.dtype, order="C")
+            else:
+                corners = self._at.vertices.copy()
+                corners[rows] = moved
+            _arrays.check_finite(corners, self._faces)
+            corners.flags.writeable = False
             tree = self._tree(self.dtype, threads)
             try:
                 ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
