@@ -15,18 +15,21 @@ Names, shapes and dtypes of the results are Open3D's, so that a script changes a
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _arrays, _inputs
+from .._arrays import F32, F64
 from .._mesh import Mesh
 
 __all__ = ["RaycastingScene", "Tensor"]
 
 
 class Tensor(np.ndarray[Any, Any]):
-    """A numpy array that also answers to ``numpy()`` and ``cpu()``, as Open3D's tensors do."""
+    """A numpy array with those methods of Open3D's tensors that its scripts call on results."""
 
     def numpy(self) -> NDArray[Any]:
         """The same memory as a plain array."""
@@ -36,16 +39,85 @@ class Tensor(np.ndarray[Any, Any]):
         """Itself: it is there already."""
         return self
 
+    def clone(self) -> Tensor:
+        """A copy."""
+        return self.copy()
 
-def _tensor(array: NDArray[Any]) -> Tensor:
-    return array.view(Tensor)
+    def contiguous(self) -> Tensor:
+        """Itself, or a copy whose memory is contiguous."""
+        return _tensor(np.ascontiguousarray(self))
+
+    def num_elements(self) -> int:
+        """How many numbers it has."""
+        return self.size
+
+    def isfinite(self) -> Tensor:
+        """Where it is finite: a miss has an infinite ``t_hit``."""
+        return _tensor(np.isfinite(self))
+
+    def isinf(self) -> Tensor:
+        """Where it is infinite."""
+        return _tensor(np.isinf(self))
+
+    def isnan(self) -> Tensor:
+        """Where it is not a number."""
+        return _tensor(np.isnan(self))
+
+    def to(self, *args: Any, dtype: Any = None, device: Any = None, copy: bool = False) -> Tensor:
+        """The same numbers in a dtype of numpy or Open3D, or on a device, which must be the CPU."""
+        for value in args:
+            if isinstance(value, bool):
+                copy = value
+            elif _is_device(value):
+                device = value
+            else:
+                dtype = value
+        _check_device(device)
+        return _tensor(self.astype(self.dtype if dtype is None else _numpy_dtype(dtype), copy=copy))
+
+    def __getitem__(self, key: Any) -> Any:
+        # One number stays a tensor, as in Open3D.
+        return _tensor(super().__getitem__(key))
+
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        return _tensor(array)
 
 
-def _array(value: Any, dtype: type[Any], last: int, name: str) -> NDArray[Any]:
-    """An array (..., last) of a tensor of Open3D or numpy, which must have the dtype as there."""
-    array = np.asarray(value.numpy() if hasattr(value, "numpy") else value)
-    if array.dtype != dtype:
-        raise TypeError(f"{name} has dtype {array.dtype}; it must be {np.dtype(dtype)}")
+def _tensor(values: Any) -> Tensor:
+    return np.asarray(values).view(Tensor)
+
+
+def _is_device(value: Any) -> bool:
+    """Whether a value names a device, as ``CPU:0`` does, and no dtype."""
+    return str(value).upper().startswith(("CPU", "CUDA", "SYCL"))
+
+
+def _check_device(device: Any) -> None:
+    if device is not None and not str(device).upper().startswith("CPU"):
+        raise ValueError(f"device is {device}, but answers are computed on the CPU; pass CPU:0, or leave device out")
+
+
+def _numpy_dtype(dtype: Any) -> np.dtype[Any]:
+    """A dtype of numpy, or of Open3D by its name."""
+    try:
+        named: np.dtype[Any] = np.dtype(dtype)
+    except TypeError:
+        named = np.dtype(str(dtype).lower())
+    return named
+
+
+def _wrap_like(asked: Any) -> Callable[[NDArray[Any]], Any]:
+    """What makes a result of an array: a tensor of Open3D where one asked, else a `Tensor`."""
+    if type(asked).__module__.startswith("open3d"):
+        return lambda array: type(asked).from_numpy(np.ascontiguousarray(array))
+    return _tensor
+
+
+def _array(value: Any, dtypes: tuple[np.dtype[Any], ...], last: int, name: str) -> NDArray[Any]:
+    """An array (..., last) of a tensor of Open3D or numpy, which must have one of these dtypes."""
+    array = _inputs.array(value, name)
+    if array.dtype not in dtypes:
+        raise TypeError(f"{name} has dtype {array.dtype}; it must be {' or '.join(map(str, dtypes))}")
     if array.ndim < 2 or array.shape[-1] != last:
         raise ValueError(f"{name} has shape {array.shape}; it must be (..., {last}) with two dimensions or more")
     return array
@@ -55,32 +127,63 @@ def _threads(nthreads: int) -> int | None:
     return nthreads or None
 
 
-class RaycastingScene:
-    """Triangle meshes in float32, asked together; answers are exact.
+class _Built(NamedTuple):
+    """The meshes of a scene as one."""
 
-    The hierarchy over all meshes is built with the first query, and again after a mesh was added.
+    mesh: Mesh
+    starts: NDArray[np.int64]
+    """The first face of each geometry, and the number of all."""
+    normals: NDArray[np.floating[Any]]
+    """Of the faces, and behind them that of a miss."""
+
+
+class RaycastingScene:
+    """Triangle meshes that are queried together; answers are exact.
+
+    The hierarchy over all meshes is built with the first query, and again after a mesh was added. A scene is float32,
+    as in Open3D, until a mesh with vertices in float64 is added: then it takes rays and points in either dtype, and
+    answers in float64.
+
+    Rays and points may be numpy arrays or tensors of Open3D. Results are tensors of Open3D where the query is one, else
+    `Tensor`: numpy arrays with the methods that scripts call on results.
+
+    Parameters
+    ----------
+    nthreads : int
+        Threads that build, 0 for all.
+    device
+        Anything that names the CPU, which computes the answers.
     """
 
     INVALID_ID = 4294967295
     """What a miss has for geometry and primitive."""
 
-    def __init__(self, nthreads: int = 0) -> None:
+    def __init__(self, nthreads: int = 0, device: Any = None) -> None:
+        _check_device(device)
         self._nthreads = nthreads
-        self._vertices: list[NDArray[np.float32]] = []
+        self._vertices: list[NDArray[np.floating[Any]]] = []
         self._faces: list[NDArray[np.uint32]] = []
-        self._built: tuple[Mesh, NDArray[np.int64], NDArray[np.float32]] | None = None
+        self._built: _Built | None = None
+
+    @property
+    def _dtype(self) -> np.dtype[Any]:
+        return F64 if any(vertices.dtype == F64 for vertices in self._vertices) else F32
+
+    def _query(self, value: Any, last: int, name: str) -> tuple[NDArray[Any], Callable[[NDArray[Any]], Any]]:
+        """Rays or points in a dtype that the scene takes, and what makes results for them."""
+        return _array(value, (F32,) if self._dtype == F32 else (F32, F64), last, name), _wrap_like(value)
 
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
-        """Adds a mesh: vertices (n, 3) float32 and triangles (m, 3) uint32, or an object with
-        ``vertex.positions`` and ``triangle.indices``, as Open3D's meshes. Returns its geometry ID."""
+        """Adds a mesh: vertices (n, 3) float32 or float64 and triangles (m, 3) uint32, or one object, a mesh of
+        Open3D or of any package that `intertri.Mesh` takes. Returns its geometry ID."""
         if triangle_indices is None:
-            mesh = vertex_positions
-            vertex_positions, triangle_indices = mesh.vertex.positions, mesh.triangle.indices
-            triangle_indices = np.asarray(
-                triangle_indices.numpy() if hasattr(triangle_indices, "numpy") else triangle_indices
-            ).astype(np.uint32)
-        vertices = _array(vertex_positions, np.float32, 3, "vertex_positions")
-        faces = _array(triangle_indices, np.uint32, 3, "triangle_indices")
+            arrays = _inputs.mesh_arrays(vertex_positions)
+            if arrays is None:
+                raise TypeError("add_triangles takes vertex_positions and triangle_indices, or a mesh")
+            vertex_positions, indices = arrays
+            triangle_indices = _arrays.face_rows(indices, len(vertex_positions))
+        vertices = _array(vertex_positions, (F32, F64), 3, "vertex_positions")
+        faces = _array(triangle_indices, (np.dtype(np.uint32),), 3, "triangle_indices")
         if faces.size and faces.max() >= len(vertices):
             raise IndexError(f"triangle_indices name vertex {faces.max()}, but there are {len(vertices)}")
         self._vertices.append(vertices.reshape(-1, 3).copy())
@@ -88,26 +191,26 @@ class RaycastingScene:
         self._built = None
         return len(self._faces) - 1
 
-    def _scene(self) -> tuple[Mesh, NDArray[np.int64], NDArray[np.float32]]:
-        """All meshes as one, the first face of each, and the normals of faces with that of a miss at the end."""
+    def _scene(self) -> _Built:
+        """All meshes as one."""
         if self._built is None:
             bases = np.cumsum([0] + [len(vertices) for vertices in self._vertices])
             starts = np.cumsum([0] + [len(faces) for faces in self._faces])
-            vertices = np.concatenate([np.zeros((0, 3), np.float32), *self._vertices])
+            vertices = np.concatenate([np.zeros((0, 3), self._dtype), *self._vertices])
             parts = [faces.astype(np.int64) + base for faces, base in zip(self._faces, bases)]
             faces = np.concatenate([np.zeros((0, 3), np.int64), *parts])
             a, b, c = np.moveaxis(vertices.astype(np.float64)[faces], 1, 0)
             normals = np.cross(b - a, c - a)
             length = np.linalg.norm(normals, axis=1, keepdims=True)
             with np.errstate(divide="ignore", invalid="ignore"):
-                normals = np.where(length > 0, normals / length, 0.0).astype(np.float32)
-            normals = np.concatenate([normals, np.zeros((1, 3), np.float32)])
-            self._built = Mesh(vertices, faces, threads=_threads(self._nthreads)), starts, normals
+                normals = np.where(length > 0, normals / length, 0.0)
+            normals = np.concatenate([normals, np.zeros((1, 3))]).astype(self._dtype)
+            self._built = _Built(Mesh(vertices, faces, threads=_threads(self._nthreads)), starts, normals)
         return self._built
 
     def _ids(self, triangles: NDArray[np.int32]) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:
         """Geometry and primitive of triangles of the whole; a miss, -1, becomes `INVALID_ID`."""
-        starts = self._scene()[1]
+        starts = self._scene().starts
         if len(starts) == 2:
             miss = (triangles < 0).astype(np.uint32)
             return np.negative(miss), triangles.view(np.uint32)
@@ -115,104 +218,111 @@ class RaycastingScene:
         primitive = np.where(geometry < 0, -1, triangles - starts[np.maximum(geometry, 0)])
         return geometry.astype(np.uint32), primitive.astype(np.uint32)
 
-    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Tensor]:
-        """The first hits of rays (..., 6) float32, origin and direction.
+    def cast_rays(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """The first hits of rays (..., 6), origin and direction.
 
-        Returns t_hit (...) float32, inf for a miss; geometry_ids and primitive_ids (...) uint32, `INVALID_ID`
-        for a miss; primitive_uvs (..., 2) and primitive_normals (..., 3) float32.
+        Returns t_hit (...), inf for a miss; geometry_ids and primitive_ids (...) uint32, `INVALID_ID` for a miss;
+        primitive_uvs (..., 2) and primitive_normals (..., 3). Numbers are in the dtype of the scene.
         """
-        rays = _array(rays, np.float32, 6, "rays")
+        rays, wrap = self._query(rays, 6, "rays")
         mesh, _, normals = self._scene()
         hits = mesh.closest(rays, threads=_threads(nthreads))
         geometry, primitive = self._ids(np.ascontiguousarray(hits["triangle"]))
-        uvs = np.empty((*hits.shape, 2), np.float32)
+        uvs = np.empty((*hits.shape, 2), mesh.dtype)
         uvs[..., 0], uvs[..., 1] = hits["u"], hits["v"]
         return {
-            "t_hit": _tensor(hits["t"].astype(np.float32)),
-            "geometry_ids": _tensor(geometry),
-            "primitive_ids": _tensor(primitive),
-            "primitive_uvs": _tensor(uvs),
-            "primitive_normals": _tensor(normals[hits["triangle"]]),
+            "t_hit": wrap(hits["t"].astype(mesh.dtype)),
+            "geometry_ids": wrap(geometry),
+            "primitive_ids": wrap(primitive),
+            "primitive_uvs": wrap(uvs),
+            "primitive_normals": wrap(normals[hits["triangle"]]),
         }
 
-    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0) -> Tensor:
-        """Whether rays (..., 6) float32 hit anything from tnear to before tfar: (...) bool."""
-        rays = _array(rays, np.float32, 6, "rays")
-        mesh = self._scene()[0]
-        return _tensor(mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
+    def test_occlusions(self, rays: Any, tnear: float = 0.0, tfar: float = math.inf, nthreads: int = 0) -> Any:
+        """Whether rays (..., 6) hit anything from tnear to before tfar: (...) bool."""
+        rays, wrap = self._query(rays, 6, "rays")
+        return wrap(self._scene().mesh.any(rays, t_min=tnear, t_max=tfar, threads=_threads(nthreads)))
 
-    def count_intersections(self, rays: Any, nthreads: int = 0) -> Tensor:
-        """How many surfaces rays (..., 6) float32 cross, each edge and corner once: (...) int32."""
-        rays = _array(rays, np.float32, 6, "rays")
-        counts = self._scene()[0].count_crossings(rays, threads=_threads(nthreads))
-        return _tensor(counts["unsigned"].astype(np.int32))
+    def count_intersections(self, rays: Any, nthreads: int = 0) -> Any:
+        """How many surfaces rays (..., 6) cross, each edge and corner once: (...) int32."""
+        rays, wrap = self._query(rays, 6, "rays")
+        counts = self._scene().mesh.count_crossings(rays, threads=_threads(nthreads))
+        return wrap(counts["unsigned"].astype(np.int32))
 
-    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Tensor]:
-        """All crossings of rays (..., 6) float32, in order along each ray, each edge and corner once.
+    def list_intersections(self, rays: Any, nthreads: int = 0) -> dict[str, Any]:
+        """All crossings of rays (..., 6), in order along each ray, each edge and corner once.
 
-        Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,) float32, geometry_ids and primitive_ids
-        (m,) uint32, primitive_uvs (m, 2) float32. Those of ray i are from ray_splits[i] to ray_splits[i + 1].
+        Returns ray_splits (n + 1,) and ray_ids (m,) uint32, t_hit (m,), geometry_ids and primitive_ids (m,) uint32,
+        primitive_uvs (m, 2). Those of ray i are from ray_splits[i] to ray_splits[i + 1].
         """
-        rays = _array(rays, np.float32, 6, "rays")
-        lists = self._scene()[0].crossings(rays, threads=_threads(nthreads))
+        rays, wrap = self._query(rays, 6, "rays")
+        mesh = self._scene().mesh
+        lists = mesh.crossings(rays, threads=_threads(nthreads))
         hits = lists.hits
         geometry, primitive = self._ids(np.ascontiguousarray(hits["triangle"]))
         return {
-            "ray_splits": _tensor(lists.offsets.astype(np.uint32)),
-            "ray_ids": _tensor(lists.rays.astype(np.uint32)),
-            "t_hit": _tensor(hits["t"].astype(np.float32)),
-            "geometry_ids": _tensor(geometry),
-            "primitive_ids": _tensor(primitive),
-            "primitive_uvs": _tensor(np.stack([hits["u"], hits["v"]], axis=-1).astype(np.float32)),
+            "ray_splits": wrap(lists.offsets.astype(np.uint32)),
+            "ray_ids": wrap(lists.rays.astype(np.uint32)),
+            "t_hit": wrap(hits["t"].astype(mesh.dtype)),
+            "geometry_ids": wrap(geometry),
+            "primitive_ids": wrap(primitive),
+            "primitive_uvs": wrap(np.stack([hits["u"], hits["v"]], axis=-1).astype(mesh.dtype)),
         }
 
     # ---- Points ----
 
-    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Tensor]:
-        """The closest points on the scene to points (..., 3) float32.
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> dict[str, Any]:
+        """The closest points on the scene to points (..., 3).
 
-        Returns points (..., 3) float32, geometry_ids and primitive_ids (...) uint32, primitive_uvs (..., 2) and
-        primitive_normals (..., 3) float32.
+        Returns points (..., 3), geometry_ids and primitive_ids (...) uint32, primitive_uvs (..., 2) and
+        primitive_normals (..., 3).
         """
-        points = _array(query_points, np.float32, 3, "query_points")
+        points, wrap = self._query(query_points, 3, "query_points")
         mesh, _, normals = self._scene()
         found = mesh.closest_point(points, threads=_threads(nthreads))
         geometry, primitive = self._ids(np.ascontiguousarray(found["triangle"]))
         return {
-            "points": _tensor(found["point"].astype(np.float32)),
-            "geometry_ids": _tensor(geometry),
-            "primitive_ids": _tensor(primitive),
-            "primitive_uvs": _tensor(np.stack([found["u"], found["v"]], axis=-1).astype(np.float32)),
-            "primitive_normals": _tensor(normals[found["triangle"]]),
+            "points": wrap(mesh.hit_points(found).astype(mesh.dtype)),
+            "geometry_ids": wrap(geometry),
+            "primitive_ids": wrap(primitive),
+            "primitive_uvs": wrap(np.stack([found["u"], found["v"]], axis=-1).astype(mesh.dtype)),
+            "primitive_normals": wrap(normals[found["triangle"]]),
         }
 
-    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Tensor:
-        """The distances of points (..., 3) float32 to the scene: (...) float32."""
-        points = _array(query_points, np.float32, 3, "query_points")
-        found = self._scene()[0].closest_point(points, threads=_threads(nthreads))
-        return _tensor(found["distance"].astype(np.float32))
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
+        """The distances of points (..., 3) to the scene: (...)."""
+        points, wrap = self._query(query_points, 3, "query_points")
+        mesh = self._scene().mesh
+        return wrap(mesh.closest_point(points, threads=_threads(nthreads))["distance"].astype(mesh.dtype))
 
-    def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Tensor:
-        """The distances of points (..., 3) float32 to the scene, negative inside: (...) float32.
+    def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """The distances of points (..., 3) to the scene, negative inside: (...).
 
-        ``nsamples`` is taken and not needed: no ray is in doubt. An open scene is asked along one direction.
+        Inside is as for `compute_occupancy`. ``nsamples`` must be odd and has no effect: no ray is in doubt.
         """
         _odd(nsamples)
-        points = _array(query_points, np.float32, 3, "query_points")
-        mesh, threads = self._scene()[0], _threads(nthreads)
-        return _tensor(mesh.signed_distance(points, assume_closed=True, threads=threads).astype(np.float32))
+        points, wrap = self._query(query_points, 3, "query_points")
+        mesh, threads = self._scene().mesh, _threads(nthreads)
+        distance = mesh.closest_point(points, threads=threads)["distance"]
+        inside = mesh._inside_or_odd(points, threads) & (distance > 0)
+        return wrap(np.where(inside, -distance, distance).astype(mesh.dtype))
 
-    def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Tensor:
-        """1 for points (..., 3) float32 inside of the scene or on it, else 0: (...) float32."""
+    def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """1 for points (..., 3) inside the scene or on it, else 0: (...).
+
+        Where all meshes together are closed and their faces turned alike, inside is where they wind around the point:
+        parts may overlap, where Open3D takes an even number of them for outside. In any other scene a point is inside
+        if a ray from it crosses an odd number of faces, as in Open3D.
+        """
         _odd(nsamples)
-        points = _array(query_points, np.float32, 3, "query_points")
-        inside = self._scene()[0].contains(points, assume_closed=True, threads=_threads(nthreads))
-        return _tensor(inside.astype(np.float32))
+        points, wrap = self._query(query_points, 3, "query_points")
+        mesh = self._scene().mesh
+        return wrap(mesh._inside_or_odd(points, _threads(nthreads)).astype(mesh.dtype))
 
     # ---- Cameras ----
 
     @staticmethod
-    def create_rays_pinhole(*args: Any, **named: Any) -> Tensor:
+    def create_rays_pinhole(*args: Any, **named: Any) -> Any:
         """The rays of a picture, (height, width, 6) float32.
 
         Either ``intrinsic_matrix`` (3, 3), ``extrinsic_matrix`` (4, 4) from world to camera, ``width_px``,
@@ -227,8 +337,7 @@ class RaycastingScene:
         width, height = int(given["width_px"]), int(given["height_px"])
 
         def matrix(name: str, *shape: int) -> NDArray[np.float64]:
-            value = given[name]
-            array = np.asarray(value.numpy() if hasattr(value, "numpy") else value, np.float64)
+            array = np.asarray(_inputs.array(given[name], name), np.float64)
             if array.shape != shape:
                 raise ValueError(f"{name} has shape {array.shape}; it must be {shape}")
             return array
@@ -249,7 +358,7 @@ class RaycastingScene:
         rays = np.empty((height, width, 6), np.float32)
         rays[..., :3] = eye
         rays[..., 3:] = pixels @ np.linalg.inv(intrinsic).T @ turn
-        return _tensor(rays)
+        return _wrap_like(given["intrinsic_matrix" if names is by_matrix else "eye"])(rays)
 
 
 def _odd(nsamples: int) -> None:
