@@ -161,6 +161,59 @@ def test_the_mesh_may_change_and_travel():
         assert other.intersects_any([[0.7, 0, 5]], [[0, 0, -1]]).tolist() == [True]
 
 
+def bodies():
+    return trimesh.util.concatenate([trimesh.creation.box(), trimesh.creation.icosphere(2).apply_translation([3, 0, 0])])
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda mesh: mesh.copy(),
+        copy.copy,
+        copy.deepcopy,
+        lambda mesh: pickle.loads(pickle.dumps(mesh)),
+        lambda mesh: mesh.split()[0],
+        lambda mesh: mesh.submesh([[0, 1, 2]])[0],
+        lambda mesh: mesh.submesh([[0, 1, 2]], append=True),
+        lambda mesh: mesh.subdivide(),
+        lambda mesh: mesh.subdivide_to_size(0.5, return_index=True)[0],
+        lambda mesh: mesh.subdivide_loop(),
+        lambda mesh: mesh.union(trimesh.creation.box(extents=[3, 3, 3])),
+        lambda mesh: mesh + mesh.copy().apply_translation([0, 9, 0]),
+        lambda mesh: mesh.copy().copy().subdivide().split()[-1],
+    ],
+)
+def test_what_is_made_of_a_mesh_asks_intertri_too(make):
+    mesh = install(bodies())
+    made = make(mesh)
+    assert made is not mesh and isinstance(made, trimesh.Trimesh) and isinstance(made, type(mesh))
+    assert isinstance(made.ray, RayMeshIntersector) and isinstance(made.nearest, intertri.trimesh.ProximityQuery)
+    assert made.ray.mesh is made and mesh.ray.mesh is mesh
+    # It is asked about itself, and not about what it was made of.
+    above = made.triangles_center[:1] + made.face_normals[:1] / 64
+    assert made.ray.intersects_any(above, -made.face_normals[:1]).all()
+    assert np.allclose(made.nearest.on_surface(above)[1], 1 / 64) and len(made.ray.intertri) == len(made.faces)
+
+
+def test_an_installed_mesh_is_what_it_was(capsys):
+    plain, mesh = trimesh.creation.box(), install(trimesh.creation.box())
+    assert repr(plain) == repr(mesh) and isinstance(mesh, trimesh.Trimesh) and type(plain) is trimesh.Trimesh
+    assert type(install(mesh)) is type(mesh) and mesh.is_watertight and mesh.volume == plain.volume
+    points = [[0, 0, 0.9], [0.1, 0, 0]]
+    assert np.allclose(mesh.nearest.signed_distance(points), plain.nearest.signed_distance(points))
+    sphere = install(trimesh.primitives.Sphere(radius=2))
+    assert isinstance(sphere.copy().ray, RayMeshIntersector) and isinstance(sphere, trimesh.primitives.Sphere)
+    assert sphere.copy().primitive.radius == 2
+
+
+def test_what_is_no_mesh_is_not_installed():
+    scene = trimesh.Scene(trimesh.creation.box())
+    with pytest.raises(TypeError, match="install takes a trimesh.Trimesh, not a Scene; pass each mesh of scene.geometry"):
+        install(scene)
+    with pytest.raises(TypeError, match="not a PointCloud"):
+        install(trimesh.PointCloud([[0, 0, 0]]))
+
+
 def test_signed_distance_and_closest_points():
     mesh = install(trimesh.creation.icosphere(subdivisions=3))
     points = np.random.default_rng(1).uniform(-1.5, 1.5, (300, 3))

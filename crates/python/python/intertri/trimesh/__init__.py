@@ -13,10 +13,13 @@ array([ True, False])
 
 from __future__ import annotations
 
+import functools
 import warnings
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
+import trimesh
 from numpy.typing import ArrayLike, NDArray
 from trimesh.caching import Cache
 
@@ -29,10 +32,87 @@ __all__ = ["ProximityQuery", "RayMeshIntersector", "closest_point", "install", "
 
 
 def install(mesh: Any) -> Any:
-    """Lets a mesh of trimesh ask intertri: ``mesh.ray`` becomes a `RayMeshIntersector`, so that ``mesh.contains``
-    and what else goes by rays answers exactly. Returns the mesh."""
-    mesh.ray = RayMeshIntersector(mesh)
+    """Lets a mesh of trimesh query intertri: ``mesh.ray`` becomes a `RayMeshIntersector` and ``mesh.nearest`` a
+    `ProximityQuery`, so that ``mesh.contains`` and everything else that goes by rays is exact. Returns the mesh.
+
+    Copies and pickles of the mesh, and the meshes that its methods return, such as ``split``, ``subdivide`` and ``+``,
+    query intertri as well. The mesh's class becomes a subclass of what it was.
+    """
+    if not isinstance(mesh, trimesh.Trimesh):
+        hint = "; pass each mesh of scene.geometry.values()" if hasattr(mesh, "geometry") else ""
+        raise TypeError(f"install takes a trimesh.Trimesh, not a {type(mesh).__name__}{hint}")
+    base: Any = type(mesh)
+    if not issubclass(base, _Installed):
+        mesh.__class__ = _installed(base)
+    _equip(mesh)
     return mesh
+
+
+def _equip(mesh: Any) -> None:
+    mesh.ray = RayMeshIntersector(mesh)
+    mesh.nearest = ProximityQuery(mesh)
+
+
+class _Installed:
+    """Marks the classes of meshes that query intertri."""
+
+    __slots__ = ()
+
+
+# Methods of trimesh that return new meshes.
+_MAKERS = (
+    "copy",
+    "split",
+    "submesh",
+    "subdivide",
+    "subdivide_to_size",
+    "subdivide_loop",
+    "slice_plane",
+    "simplify_quadric_decimation",
+    "unwrap",
+    "union",
+    "difference",
+    "intersection",
+    "convex_decomposition",
+    "to_mesh",
+    "__add__",
+    "__radd__",
+)
+
+
+@functools.cache
+def _installed(base: type) -> type:
+    """The subclass of a class of meshes whose instances query intertri, as do the meshes that their methods return."""
+
+    def initialize(self: Any, *args: Any, **options: Any) -> None:
+        base.__init__(self, *args, **options)  # type: ignore[misc]
+        _equip(self)
+
+    def reduce(self: Any, protocol: Any) -> tuple[Any, ...]:
+        return _empty, (base,), self.__dict__
+
+    makers = {name: _installing(getattr(base, name)) for name in _MAKERS if hasattr(base, name)}
+    own = {"__init__": initialize, "__reduce_ex__": reduce, "__module__": base.__module__, "__doc__": base.__doc__}
+    return type(base.__name__, (base, _Installed), makers | own)
+
+
+def _installing(method: Callable[..., Any]) -> Callable[..., Any]:
+    """The same method, which installs intertri in the meshes that it returns."""
+
+    @functools.wraps(method)
+    def call(*args: Any, **options: Any) -> Any:
+        made = method(*args, **options)
+        for mesh in made if isinstance(made, (list, tuple)) else [made]:
+            if isinstance(mesh, trimesh.Trimesh):
+                install(mesh)
+        return made
+
+    return call
+
+
+def _empty(base: type) -> Any:
+    """A mesh without anything, for a pickle to fill."""
+    return object.__new__(_installed(base))
 
 
 class RayMeshIntersector:
@@ -124,12 +204,7 @@ class RayMeshIntersector:
         at = np.asarray(points, np.float64)
         if at.ndim != 2 or at.shape[1] != 3:
             raise ValueError("points must be (n,3)")
-        mesh = self.intertri
-        if mesh.is_closed:
-            return mesh.contains(at)
-        counts = mesh.count_crossings(at, _SOME_WAY)
-        odd: NDArray[np.bool_] = counts["unsigned"] % 2 == 1
-        return odd
+        return self.intertri._inside_or_odd(at)
 
     def _crossings(
         self, origins: Floats, directions: Floats, max_hits: int
@@ -201,10 +276,6 @@ class RayMeshIntersector:
         return RayMeshIntersector(self.mesh, self._scale_to_box)
 
 
-# No common direction, so that few edges are met exactly.
-_SOME_WAY = np.array([0.53721, 0.35137, 0.76691], np.float32).astype(np.float64)
-
-
 def _rays(origins: ArrayLike, directions: ArrayLike) -> tuple[Floats, Floats]:
     """Rays as arrays (n, 3)."""
     start, way = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
@@ -237,7 +308,7 @@ def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[F
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
     found = asked.intertri.closest_point(at)
-    near, distance, faces = found["point"], found["distance"], found["triangle"].astype(np.int64)
+    near, distance, faces = asked.intertri.hit_points(found), found["distance"], found["triangle"].astype(np.int64)
     # The weights of the first and the second corner may be a rounding off where their true sum is 1.
     without = np.stack([1 - found["u"] - found["v"] <= 2**-52, found["u"] == 0, found["v"] == 0], axis=-1)
     shared = np.flatnonzero(without.any(axis=-1) & (distance > 0) & (faces >= 0))
