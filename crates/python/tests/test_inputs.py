@@ -30,13 +30,23 @@ class Tensor:
 
 
 class OwnNumpy:
-    """A tensor with a way to numpy of its own, as Open3D's, and a slow one by its rows."""
+    """A tensor with a way to numpy of its own, as Open3D's, and slow ones by DLPack and by its rows."""
+
+    by_dlpack = False
 
     def __init__(self, array):
         self._array = array
 
     def numpy(self):
         return self._array
+
+    def __dlpack__(self, **options):
+        # Which may take seconds.
+        OwnNumpy.by_dlpack = True
+        return self._array.__dlpack__(**options)
+
+    def __dlpack_device__(self):
+        return self._array.__dlpack_device__()
 
     def __len__(self):
         return len(self._array)
@@ -51,7 +61,7 @@ def test_tensors_are_taken(tensor):
     assert mesh.digest == DIGEST
     origins, ways = np.float32([[0.1, 0.2, 5]]), np.float32([[0, 0, -1]])
     assert mesh.closest(tensor(origins), tensor(ways))["t"] == mesh.closest(origins, ways)["t"] == 4
-    assert mesh.contains(tensor(origins)).tolist() == [False]
+    assert mesh.contains(tensor(origins)).tolist() == [False] and not OwnNumpy.by_dlpack
 
 
 def test_tensors_on_a_device_say_what_to_do():

@@ -20,18 +20,20 @@ def array(values: Any, name: str) -> NDArray[Any]:
     if np.ma.is_masked(values):
         raise ValueError(f"{name} has masked entries; fill them, or leave out their rows")
     if not isinstance(values, (np.ndarray, np.generic)):
-        if hasattr(values, "__dlpack__"):
-            try:
-                return np.from_dlpack(values)
-            except Exception:
-                # On another device, or of a dtype without DLPack: its own way to numpy may work, or says why not.
-                pass
+        # Its own way to numpy first: Open3D's tensors need seconds by DLPack.
+        why = None
         if callable(getattr(values, "numpy", None)):
             try:
                 return np.asarray(values.numpy())
             except Exception as error:
                 why = (str(error).splitlines() or [""])[0]
-                raise TypeError(f"{name} is a {type(values).__name__} that numpy cannot read: {why}") from None
+        if hasattr(values, "__dlpack__"):
+            try:
+                return np.from_dlpack(values)
+            except Exception as error:
+                why = why or (str(error).splitlines() or [""])[0]
+        if why is not None:
+            raise TypeError(f"{name} is a {type(values).__name__} that numpy cannot read: {why}")
     try:
         return np.asarray(values)
     except ValueError:
