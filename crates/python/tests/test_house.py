@@ -163,9 +163,9 @@ def test_ctrl_c_ends_a_query(call, threads):
 
 @pytest.mark.parametrize("name", ["intertri", "intertri._dtypes", "intertri._mesh", "intertri._triangles",
                                   "intertri._rays", "intertri._points", "intertri.trimesh", "intertri.open3d",
-                                  "intertri.dask"])
+                                  "intertri.pyvista", "intertri.dask"])
 def test_examples_of_the_documentation(name):
-    needs = {"intertri.trimesh": ["trimesh"], "intertri.dask": ["dask.array"]}
+    needs = {"intertri.trimesh": ["trimesh"], "intertri.pyvista": ["pyvista"], "intertri.dask": ["dask.array"]}
     for other in needs.get(name, []):
         pytest.importorskip(other)
     failed, tried = doctest.testmod(importlib.import_module(name))

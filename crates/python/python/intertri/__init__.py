@@ -6,7 +6,7 @@
 np.float64(2.0)
 
 `Mesh` is the class to begin with. `intertri.trimesh` puts it into trimesh, `intertri.open3d` has the interface of
-Open3D's scenes, `intertri.dask` answers on a cluster.
+Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior points, `intertri.dask` answers on a cluster.
 """
 
 from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists

@@ -1,0 +1,17 @@
+"""A plugin of pytest that puts intertri in the place of pyvista's ray traces and interior points, to run pyvista's own tests
+with it. They come with its source distribution:
+
+    pip download --no-deps --no-binary :all: pyvista && tar xf pyvista-*.tar.gz && cd pyvista-*
+    PYTHONPATH=.../crates/python/tests python -m pytest -p in_pyvista tests/core -k "ray_trace or interior or intersect"
+"""
+
+import intertri.pyvista
+import pyvista
+
+pyvista.PolyDataFilters.ray_trace = intertri.pyvista.ray_trace
+pyvista.PolyDataFilters.multi_ray_trace = intertri.pyvista.multi_ray_trace
+pyvista.DataSetFilters.select_interior_points = intertri.pyvista.select_interior_points
+
+
+def pytest_report_header():
+    return f"pyvista {pyvista.__version__} from {pyvista.__path__[0]}, its ray traces and interior points by intertri"
