@@ -22,6 +22,7 @@ mod save;
 mod select;
 mod single;
 mod solid;
+mod stop;
 mod stream;
 #[cfg(test)]
 mod test_numbers;
@@ -48,5 +49,6 @@ pub use solid::{Solid, SolidError};
 #[doc(hidden)]
 pub mod internal {
     pub use crate::save::{checksum, seal};
+    pub use crate::stop::{StopToken, Stopped};
     pub use crate::threads::on_this_thread;
 }

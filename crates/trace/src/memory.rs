@@ -40,6 +40,20 @@ pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, NoMemory> {
     Ok(vector)
 }
 
+/// So many of one value.
+pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, NoMemory> {
+    let mut vector = room(count)?;
+    vector.resize(count, value);
+    Ok(vector)
+}
+
+/// A copy of a slice.
+pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
+    let mut vector = room(all.len())?;
+    vector.extend_from_slice(all);
+    Ok(vector)
+}
+
 /// Zeros, which the system gives without touching them.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)

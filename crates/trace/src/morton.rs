@@ -1,5 +1,6 @@
 //! Points along Morton's curve: neighbours in space one after the other.
 
+use crate::memory::{NoMemory, room};
 use crate::tree::Aabb;
 
 /// So few points stay as they are.
@@ -9,9 +10,15 @@ const FEW: usize = 16;
 const BITS: u32 = 10;
 
 /// The numbers of points along Morton's curve through a box and as much around it.
-pub(crate) fn along_curve(around: &Aabb, count: usize, at: impl Fn(usize) -> [f32; 3]) -> Vec<u32> {
+pub(crate) fn along_curve(
+    around: &Aabb,
+    count: usize,
+    at: impl Fn(usize) -> [f32; 3],
+) -> Result<Vec<u32>, NoMemory> {
+    let mut numbers = room(count)?;
     if count <= FEW {
-        return (0..count as u32).collect();
+        numbers.extend(0..count as u32);
+        return Ok(numbers);
     }
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
@@ -28,9 +35,11 @@ pub(crate) fn along_curve(around: &Aabb, count: usize, at: impl Fn(usize) -> [f3
         };
         along(0) | along(1) | along(2)
     };
-    let mut order: Vec<u64> = (0..count).map(|i| u64::from(cell(at(i))) << 32 | i as u64).collect();
+    let mut order: Vec<u64> = room(count)?;
+    order.extend((0..count).map(|i| u64::from(cell(at(i))) << 32 | i as u64));
     order.sort_unstable();
-    order.into_iter().map(|place| place as u32).collect()
+    numbers.extend(order.into_iter().map(|place| place as u32));
+    Ok(numbers)
 }
 
 /// The ten lowest bits, two places apart.

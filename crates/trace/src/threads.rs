@@ -14,6 +14,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bytemuck::Zeroable;
 
 use crate::memory::{NoMemory, zeros};
+use crate::stop;
+#[cfg(feature = "parallel")]
+use crate::stop::StopToken;
 
 /// So many pieces a thread, that all are done at about the same time.
 const PIECES: usize = 8;
@@ -40,10 +43,19 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
         use rayon::prelude::*;
-        (0..count).into_par_iter().for_each(each);
+        let token = StopToken::current();
+        (0..count).into_par_iter().for_each(|i| {
+            token.run(|| {
+                stop::check();
+                each(i);
+            });
+        });
         return;
     }
-    (0..count).for_each(each);
+    (0..count).for_each(|i| {
+        stop::check();
+        each(i);
+    });
 }
 
 /// Does each of some pieces, whose numbers are told, on all threads where there are threads.
@@ -154,9 +166,11 @@ pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
 ) -> (A, B) {
+    stop::check();
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
-        return rayon::join(a, b);
+        let token = StopToken::current();
+        return rayon::join(|| token.run(a), || token.run(b));
     }
     (a(), b())
 }

@@ -9,6 +9,7 @@
 use std::mem::replace;
 
 use super::tube::Across;
+use crate::memory::{NoMemory, zeros};
 use crate::threads;
 
 /// Points of a row of a strip, about.
@@ -18,13 +19,16 @@ const ROW: usize = 2;
 const LEAST: usize = 1 << 12;
 
 /// The numbers of points.
-pub(crate) fn order<P: Copy + Into<f64> + Sync>(points: &[[P; 3]], dir: [f64; 3]) -> Vec<u32> {
+pub(crate) fn order<P: Copy + Into<f64> + Sync>(
+    points: &[[P; 3]],
+    dir: [f64; 3],
+) -> Result<Vec<u32>, NoMemory> {
     let (strips, count) = (Strips::of(points, dir), points.len());
-    let mut cells = vec![0_u32; count];
+    let mut cells = zeros(count)?;
     threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
 
     // How many each cell has, then where they begin; placing them moves that to where they end.
-    let mut ends = vec![0_u32; strips.cells()];
+    let mut ends = zeros::<u32>(strips.cells())?;
     for &cell in &cells {
         ends[cell as usize] += 1;
     }
@@ -32,13 +36,13 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(points: &[[P; 3]], dir: [f64; 3]
     for end in &mut ends {
         begin += replace(end, begin);
     }
-    let mut order = vec![0; count];
+    let mut order = zeros(count)?.into_vec();
     for (i, &cell) in (0..).zip(&cells) {
         let at = &mut ends[cell as usize];
         order[*at as usize] = i;
         *at += 1;
     }
-    order
+    Ok(order)
 }
 
 /// Strips of a rectangle, and rows of each.
@@ -104,7 +108,7 @@ mod tests {
         points[7] = [f32::NAN, 0.0, f32::INFINITY];
         points[9] = [f32::MAX, -f32::MAX, 0.0];
         points[9] = points[8];
-        let order = order(&points, dir);
+        let order = order(&points, dir).unwrap();
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.into_iter().eq(0..40_000));
@@ -131,7 +135,7 @@ mod tests {
             let same = |x: f64| vec![[x; 3]; count];
             for points in [same(1.0), same(f64::NAN), (0..count).map(far).collect()] {
                 for dir in [[0.0, -1.0, 0.0], [0.5, 0.3, 0.8]] {
-                    let mut order = order(&points, dir);
+                    let mut order = order(&points, dir).unwrap();
                     order.sort_unstable();
                     assert!(order.into_iter().eq(0..count as u32));
                 }

@@ -67,7 +67,7 @@ where
     Exact: ModeFor<S>,
 {
     let mut left = 0;
-    let order = order(points, dir.map(f64::from));
+    let order = order(points, dir.map(f64::from)).unwrap();
     let ray = |&i: &u32| RayOf::new(points[i as usize], dir.map(S::from));
     let rays: Vec<RayOf<S>> = order.iter().map(ray).collect();
     for level in Level::all() {

@@ -8,6 +8,7 @@ use super::tube::{RAYS, Tube};
 use super::winding::Winding;
 use crate::place::Place;
 use crate::single::{Kept, SlabLanes, Walk, octant};
+use crate::stop;
 use crate::tree::Tree;
 
 /// Where one was too much work, the next are not tried: so many.
@@ -32,6 +33,7 @@ impl WithSimd for Beams<'_, '_> {
         let (mut left, mut wait) = (Vec::new(), 0);
         let (kept, along) = (&mut *Kept::lend(bvh), &mut AlongAxis::default());
         for (i, (rays, places)) in rays.chunks(RAYS).zip(places.chunks_mut(RAYS)).enumerate() {
+            stop::heed();
             let first = (i * RAYS) as u32;
             let mut is_done = false;
             if wait > 0 {

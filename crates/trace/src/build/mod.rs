@@ -148,7 +148,7 @@ fn in_eights(
         let [x, y, z, _] = bounds(&some[i]).centre(0.5);
         [x, y, z]
     };
-    let order = along_curve(&around, some.len(), middle);
+    let order = along_curve(&around, some.len(), middle)?;
     let count = some.len().div_ceil(BLOCK);
     let (mut eights, mut boxes) = (room(count)?, room(count)?);
     for eight in order.chunks(BLOCK) {

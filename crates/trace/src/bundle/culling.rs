@@ -5,6 +5,7 @@ use intertri::simd::{Lanes, Simd};
 
 use super::end_plane::EndPlane;
 use super::frustum::Frustum;
+use crate::stop;
 use crate::tree::{LEAF, Tree, far_to_near};
 
 /// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
@@ -29,6 +30,7 @@ impl Culling<'_> {
         far: f32,
         leaves: &mut [u32],
     ) -> usize {
+        stop::heed();
         let mut count = 0;
         for to in leaves {
             let Some(leaf) = self.next_leaf::<S>(bvh, stack, far) else { break };

@@ -8,7 +8,7 @@ use intertri::{Scalar, TriangleOf};
 use crate::across::lanes_of;
 use crate::build::BuildError;
 use crate::given::{Given, Progress};
-use crate::memory::{NoMemory, room};
+use crate::memory::{NoMemory, OutOfMemory, filled, room};
 use crate::threads;
 use crate::tree::{Geometries, Tree};
 
@@ -114,6 +114,24 @@ impl<S: Given> Bvh<S> {
         progress: Progress<'_>,
     ) -> Result<Self, BuildError> {
         let (tree, originals) = S::build(triangles, progress)?;
+        Ok(Self { tree, originals })
+    }
+
+    /// A copy, as by [`Clone`], or an error where that would abort.
+    ///
+    /// # Errors
+    /// If there is too little memory.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::Triangle};
+    /// let bvh = Bvh::new(&[Triangle::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 2.0, -3.0])])?;
+    /// assert_eq!(bvh.try_clone()?.to_bytes(), bvh.to_bytes());
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn try_clone(&self) -> Result<Self, BuildError> {
+        let out_of_memory = BuildError::OutOfMemory { count: self.len() };
+        let tree = self.tree.try_clone().map_err(|NoMemory| out_of_memory)?;
+        let originals = S::try_clone(&self.originals).map_err(|OutOfMemory| out_of_memory)?;
         Ok(Self { tree, originals })
     }
 
@@ -227,15 +245,24 @@ impl<S: Given> Bvh<S> {
     /// assert!(triangles[0] == floor && triangles[1].0[0][0].is_nan());
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
+    ///
+    /// # Panics
+    /// If there is too little memory for them.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
+        self.try_to_triangles().expect("memory for the triangles of a hierarchy")
+    }
+
+    /// [`Bvh::to_triangles`], or an error if there is too little memory.
+    #[doc(hidden)]
+    pub fn try_to_triangles(&self) -> Result<Vec<TriangleOf<S>>, OutOfMemory> {
         let nothing = TriangleOf([[S::from(f32::NAN); 3]; 3]);
-        let mut triangles = vec![nothing; self.tree.triangles];
+        let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
                 triangles[leaf.indices[lane] as usize] = self.triangle((8 * i + lane) as u32);
             }
         }
-        triangles
+        Ok(triangles)
     }
 }
 

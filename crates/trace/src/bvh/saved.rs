@@ -30,9 +30,15 @@ impl<S: Given> Bvh<S> {
     /// # Panics
     /// If there is too little memory for them; [`Bvh::write_to`] tells that as an error.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        self.write_to(&mut bytes).expect("memory for a saved hierarchy");
-        bytes
+        self.try_to_bytes().expect("memory for a saved hierarchy")
+    }
+
+    /// [`Bvh::to_bytes`], or an error if there is too little memory.
+    #[doc(hidden)]
+    pub fn try_to_bytes(&self) -> io::Result<Vec<u8>> {
+        let mut bytes = Bytes(Vec::new());
+        self.write_to(&mut bytes)?;
+        Ok(bytes.0)
     }
 
     /// Writes [`Bvh::to_bytes`], some at a time.
@@ -89,5 +95,20 @@ impl<S: Given> Bvh<S> {
         let (tree, originals) = S::read_tree(&mut input)?;
         input.end()?;
         Ok(Self { tree, originals })
+    }
+}
+
+/// Bytes that grow as far as there is memory.
+struct Bytes(Vec<u8>);
+
+impl Write for Bytes {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.try_reserve(bytes.len()).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }

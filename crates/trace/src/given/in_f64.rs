@@ -18,7 +18,7 @@ use super::mesh64::InF64;
 use super::{Ask, Given, Progress};
 use crate::across::lanes_of;
 use crate::build::{BuildError, Triangles};
-use crate::memory::{NoMemory, zeros};
+use crate::memory::{NoMemory, OutOfMemory, copied, zeros};
 use crate::nearest::{ClosestPoint, closest_points};
 use crate::refit::{Refit, RefitError};
 use crate::save::{EightTriangles, Input, LoadError, read64, write64};
@@ -74,6 +74,11 @@ impl Given for f64 {
         keep(&tree, triangles, &mut leaves)
             .map_err(|NoMemory| BuildError::OutOfMemory { count: triangles.len() })?;
         Ok((tree, Originals64 { frame, leaves }))
+    }
+
+    fn try_clone(originals: &Originals64) -> Result<Originals64, OutOfMemory> {
+        let Originals64 { frame, leaves } = originals;
+        Ok(Originals64 { frame: *frame, leaves: copied(leaves)? })
     }
 
     #[inline]

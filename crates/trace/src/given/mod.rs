@@ -19,6 +19,7 @@ use intertri::internal::Which;
 use intertri::{Exact, Mode, Ray, RayOf, Scalar, TriangleOf};
 
 use crate::build::BuildError;
+use crate::memory::OutOfMemory;
 use crate::nearest::ClosestPoint;
 use crate::refit::{Refit, RefitError};
 use crate::save::{Input, LoadError};
@@ -46,6 +47,10 @@ pub trait Given: Scalar {
         triangles: &[TriangleOf<Self>],
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
+
+    /// A copy of what is kept, if there is memory for it.
+    #[doc(hidden)]
+    fn try_clone(originals: &Self::Originals) -> Result<Self::Originals, OutOfMemory>;
 
     /// Asks about one ray.
     #[doc(hidden)]

@@ -40,9 +40,12 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        for number in along_curve(&bvh.bounds(), points.len(), |i| mesh.at(points[i]).within[0]) {
-            let point = points[number as usize];
-            let closest = &mut closest[number as usize];
+        // As they come, where there is too little memory for an order.
+        let order = along_curve(&bvh.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
+        for i in 0..points.len() {
+            let number = order.as_ref().map_or(i, |order| order[i] as usize);
+            let point = points[number];
+            let closest = &mut closest[number];
             *closest = ClosestPoint::NONE;
             let is_asked = radius >= 0.0 && point.iter().all(|x| Bits::is_finite(*x));
             if !is_asked {

@@ -16,6 +16,7 @@ use crate::given::Ask;
 use crate::place::Place;
 use crate::select::Choice;
 use crate::single::{Closest, Kept};
+use crate::stop;
 use crate::stream::Stream;
 use crate::threads;
 use crate::tree::Tree;
@@ -195,6 +196,7 @@ impl WithSimd for Chunk<'_, '_> {
         let (mut counts, mut others) = (Counts::default(), Vec::new());
         let (mut at, mut size) = (0, RAYS);
         while at < all.len() {
+            stop::check();
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
 

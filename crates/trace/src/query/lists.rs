@@ -81,7 +81,6 @@ pub(super) fn lists(many: &Many<'_>, limit: Option<usize>) -> Result<HitLists, N
             lists.add(listed)?;
         }
     }
-    lists.hits.shrink_to_fit();
     Ok(lists)
 }
 

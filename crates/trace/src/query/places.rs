@@ -9,6 +9,7 @@ use crate::answers::Answers;
 use crate::beam::order;
 use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
+use crate::memory::{NoMemory, filled};
 use crate::place::Place;
 use crate::select::Select;
 use crate::single::is_held;
@@ -49,27 +50,60 @@ where
     ) {
         assert_eq!(points.len(), answers.len(), "one answer a point");
         for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
-            let order = order(points, DIR.map(f64::from));
-            let mut in_order = vec![answer(Place::Outside); points.len()];
-            batch::chunks(&order, &mut in_order, |order, answers| {
-                let (mut rays, mut places) = (Vec::new(), Vec::new());
-                let mut counts = Counts::default();
-                for (order, answers) in order.chunks(PIECE).zip(answers.chunks_mut(PIECE)) {
-                    gather(points, order, &mut rays);
-                    places.clear();
-                    places.resize(rays.len(), Place::Outside);
-                    let asked = Answers::Places(&mut places);
-                    counts += self.only(&Select::ALL).on_this_thread(&mode, &rays, asked);
-                    for (answer_of, &place) in answers.iter_mut().zip(&places) {
-                        *answer_of = answer(place);
-                    }
-                }
-                counts
-            });
-            for (&i, &answer) in order.iter().zip(&in_order) {
-                answers[i as usize] = answer;
-            }
+            self.slab(mode, points, answers, &answer);
         }
+    }
+
+    /// The same of some, by halves where there is too little memory for all.
+    fn slab<A: Copy + Send>(
+        &self,
+        mode: Exact,
+        points: &[[S; 3]],
+        answers: &mut [A],
+        answer: &(impl Fn(Place) -> A + Sync),
+    ) {
+        let is_done = self.try_slab(mode, points, answers, answer).is_ok();
+        if is_done {
+            return;
+        }
+        if let ([point], [to]) = (points, &mut *answers) {
+            *to = answer(self.place(mode, *point));
+            return;
+        }
+        let half = points.len() / 2;
+        let (answers, others) = answers.split_at_mut(half);
+        self.slab(mode, &points[..half], answers, answer);
+        self.slab(mode, &points[half..], others, answer);
+    }
+
+    fn try_slab<A: Copy + Send>(
+        &self,
+        mode: Exact,
+        points: &[[S; 3]],
+        answers: &mut [A],
+        answer: &(impl Fn(Place) -> A + Sync),
+    ) -> Result<(), NoMemory> {
+        let order = order(points, DIR.map(f64::from))?;
+        let mut in_order = filled(points.len(), answer(Place::Outside))?;
+        batch::chunks(&order, &mut in_order, |order, answers| {
+            let (mut rays, mut places) = (Vec::new(), Vec::new());
+            let mut counts = Counts::default();
+            for (order, answers) in order.chunks(PIECE).zip(answers.chunks_mut(PIECE)) {
+                gather(points, order, &mut rays);
+                places.clear();
+                places.resize(rays.len(), Place::Outside);
+                let asked = Answers::Places(&mut places);
+                counts += self.only(&Select::ALL).on_this_thread(&mode, &rays, asked);
+                for (answer_of, &place) in answers.iter_mut().zip(&places) {
+                    *answer_of = answer(place);
+                }
+            }
+            counts
+        });
+        for (&i, &answer) in order.iter().zip(&in_order) {
+            answers[i as usize] = answer;
+        }
+        Ok(())
     }
 }
 

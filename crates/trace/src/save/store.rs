@@ -1,6 +1,7 @@
 //! Writing a hierarchy.
 
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::checksum::checksum;
 use super::format::{
@@ -8,7 +9,8 @@ use super::format::{
     NODE, NODES, NUMBER, checksum_of_blocks, front,
 };
 use super::records::{write_leaf, write_node};
-use crate::memory::NoMemory;
+use crate::memory::{NoMemory, room, zeros};
+use crate::stop;
 use crate::threads;
 use crate::tree::Tree;
 
@@ -25,13 +27,29 @@ pub(super) struct Section<'a> {
 
 impl Section<'_> {
     /// A block of it.
-    fn block(&self, block: usize) -> Vec<u8> {
+    fn block(&self, block: usize) -> Result<Box<[u8]>, NoMemory> {
         let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
-        let mut bytes = vec![0; records.len() * self.record];
+        let mut bytes = zeros(records.len() * self.record)?;
         for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
             (self.write)(i, to);
         }
-        bytes
+        Ok(bytes)
+    }
+
+    /// The checksums of its blocks.
+    fn sums(&self) -> Result<Vec<u64>, NoMemory> {
+        let (mut sums, is_full) = (Vec::new(), AtomicBool::new(false));
+        let sum = |block| {
+            self.block(block).map_or_else(
+                |NoMemory| {
+                    is_full.store(true, Ordering::Relaxed);
+                    0
+                },
+                |bytes| checksum(&bytes),
+            )
+        };
+        threads::extend(&mut sums, self.count.div_ceil(BLOCK), 1, sum)?;
+        if is_full.into_inner() { Err(NoMemory) } else { Ok(sums) }
     }
 }
 
@@ -52,7 +70,8 @@ pub(super) fn write_with(
     let left_out = bvh.left_out().map_err(no_memory)?;
     let node = |i: usize, to: &mut [u8]| write_node(&bvh.nodes[i], to);
     let number = |i: usize, to: &mut [u8]| to.copy_from_slice(&left_out[i].to_le_bytes());
-    let geometries: Vec<_> = bvh.geometries.counts_and_masks(bvh.triangles).collect();
+    let mut geometries = room(bvh.geometries.count()).map_err(no_memory)?;
+    geometries.extend(bvh.geometries.counts_and_masks(bvh.triangles));
     let geometry = |i: usize, to: &mut [u8]| {
         let (count, mask) = geometries[i];
         to[..4].copy_from_slice(&count.to_le_bytes());
@@ -74,9 +93,7 @@ pub(super) fn write_with(
     for section in &sections {
         let place = end.next_multiple_of(ALIGN);
         let size = section.count * section.record;
-        let mut sums = Vec::new();
-        let sum = |block| checksum(&section.block(block));
-        threads::extend(&mut sums, section.count.div_ceil(BLOCK), 1, sum).map_err(no_memory)?;
+        let sums = section.sums().map_err(no_memory)?;
         entries.push(Entry {
             kind: section.kind,
             record: section.record as u32,
@@ -102,7 +119,8 @@ pub(super) fn write_with(
         written.resize(place - end, 0);
         output.write_all(&written)?;
         for block in 0..section.count.div_ceil(BLOCK) {
-            output.write_all(&section.block(block))?;
+            stop::check();
+            output.write_all(&section.block(block).map_err(no_memory)?)?;
         }
         end = place + entry.size as usize;
     }

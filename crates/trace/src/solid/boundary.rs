@@ -3,46 +3,60 @@
 use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
 
+use crate::memory::{NoMemory, room};
+use crate::stop;
+
 /// A corner as bits, both zeros alike.
 type Corner<S> = [<S as Bits>::Key; 3];
 
+/// An edge from its lower end to its higher one, whether its triangle runs that way, and the triangle.
+type Edge<S> = (Corner<S>, Corner<S>, bool, usize);
+
+/// A triangle, and from where to where it runs along an edge.
+type OpenEdge<S> = (usize, [[S; 3]; 2]);
+
 /// An edge that the mesh runs along more often one way than the other, and the first triangle that has it;
 /// `None` where the mesh is closed.
-pub(super) fn open_edge<S: Scalar>(triangles: &[TriangleOf<S>]) -> Option<(usize, [[S; 3]; 2])> {
+pub(super) fn open_edge<S: Scalar>(
+    triangles: &[TriangleOf<S>],
+) -> Result<Option<OpenEdge<S>>, NoMemory> {
     let corner = |c: [S; 3]| c.map(S::key);
     let edges = |(i, t): (usize, &TriangleOf<S>)| {
         let [a, b, c] = t.0.map(corner);
         [(a, b, i), (b, c, i), (c, a, i)]
     };
 
-    // Each edge from its lower end, the same together.
-    let mut all: Vec<(Corner<S>, Corner<S>, bool, usize)> = triangles
-        .iter()
-        .enumerate()
-        .flat_map(edges)
-        .filter(|(from, to, _)| from != to)
-        .map(|(from, to, i)| if from < to { (from, to, true, i) } else { (to, from, false, i) })
-        .collect();
-    all.sort_unstable();
+    // Equal edges together.
+    let mut all: Vec<Edge<S>> = room(3 * triangles.len())?;
+    let directed = triangles.iter().enumerate().flat_map(edges).filter(|(from, to, _)| from != to);
+    all.extend(directed.map(|(from, to, i)| {
+        stop::heed();
+        if from < to { (from, to, true, i) } else { (to, from, false, i) }
+    }));
+    all.sort_unstable_by(|a, b| {
+        stop::heed();
+        a.cmp(b)
+    });
 
-    let same = |a: &(Corner<S>, Corner<S>, bool, usize),
-                b: &(Corner<S>, Corner<S>, bool, usize)| {
-        (a.0, a.1) == (b.0, b.1)
-    };
-    let open = |edge: &&[(Corner<S>, Corner<S>, bool, usize)]| {
+    let same = |a: &Edge<S>, b: &Edge<S>| (a.0, a.1) == (b.0, b.1);
+    let open = |edge: &&[Edge<S>]| {
+        stop::heed();
         2 * edge.iter().filter(|(_, _, up, _)| *up).count() != edge.len()
     };
-    let first = |edge: &[(Corner<S>, Corner<S>, bool, usize)]| {
+    let first = |edge: &[Edge<S>]| {
         edge.iter().map(|&(lo, hi, up, i)| (i, if up { [lo, hi] } else { [hi, lo] })).min()
     };
-    let (triangle, edge) = all.chunk_by(same).filter(open).filter_map(first).min()?;
-    Some((triangle, edge.map(|corner| corner.map(S::of_key))))
+    let found = all.chunk_by(same).filter(open).filter_map(first).min();
+    Ok(found.map(|(triangle, edge)| (triangle, edge.map(|corner| corner.map(S::of_key)))))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::open_edge;
-    use intertri::Triangle;
+    use intertri::{Scalar, Triangle, TriangleOf};
+
+    fn open_edge<S: Scalar>(triangles: &[TriangleOf<S>]) -> Option<super::OpenEdge<S>> {
+        super::open_edge(triangles).unwrap()
+    }
 
     #[test]
     fn duplicates_and_lines_may_close_a_mesh() {

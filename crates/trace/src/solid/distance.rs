@@ -4,6 +4,7 @@ use intertri::{Exact, internal::Bits};
 
 use super::Solid;
 use crate::given::{Given, ModeFor};
+use crate::memory::filled;
 use crate::nearest::ClosestPoint;
 use crate::place::Place;
 
@@ -39,10 +40,16 @@ where
     /// If the slices differ in length.
     pub fn signed_distance_batch(&self, points: &[[S; 3]], distances: &mut [f64]) {
         assert_eq!(points.len(), distances.len(), "one distance a point");
-        let size = SLAB.min(points.len());
-        let mut closest = vec![ClosestPoint::NONE; size];
-        let mut inside = vec![false; size];
-        for (points, distances) in points.chunks(SLAB).zip(distances.chunks_mut(SLAB)) {
+        let mut slab = SLAB.min(points.len()).max(1);
+        let (mut closest, mut inside) = loop {
+            match (filled(slab, ClosestPoint::NONE), filled(slab, false)) {
+                (Ok(closest), Ok(inside)) => break (closest, inside),
+                // Fewer at a time, where there is too little memory.
+                _ if slab > 1 => slab /= 2,
+                _ => break (vec![ClosestPoint::NONE], vec![false]),
+            }
+        };
+        for (points, distances) in points.chunks(slab).zip(distances.chunks_mut(slab)) {
             let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
             self.bvh.closest_point_batch(points, f64::INFINITY, closest);
             let winds = |place| matches!(place, Place::Inside(_));

@@ -10,6 +10,7 @@ use intertri::{Exact, Scalar, TriangleOf};
 use crate::build::BuildError;
 use crate::bvh::Bvh;
 use crate::given::{Given, ModeFor};
+use crate::memory::NoMemory;
 use crate::place::Place;
 use boundary::open_edge;
 
@@ -50,7 +51,7 @@ where
     /// What [`Solid::new`] asks of triangles, without a hierarchy: for who has one already, or needs none.
     ///
     /// # Errors
-    /// If they are open, or something is not finite.
+    /// If they are open, something is not finite, or there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -68,8 +69,9 @@ where
             return Err(SolidError::NotFinite { triangle });
         }
         match open_edge(triangles) {
-            Some((triangle, edge)) => Err(SolidError::Open { triangle, edge }),
-            None => Ok(()),
+            Ok(Some((triangle, edge))) => Err(SolidError::Open { triangle, edge }),
+            Ok(None) => Ok(()),
+            Err(NoMemory) => Err(BuildError::OutOfMemory { count: triangles.len() }.into()),
         }
     }
 
@@ -135,7 +137,7 @@ pub enum SolidError<S = f32> {
         /// Its triangle.
         triangle: usize,
     },
-    /// There is no hierarchy over it.
+    /// There is no hierarchy over it, or too little memory to check it.
     Build(BuildError),
 }
 

@@ -31,6 +31,7 @@ use crate::pairs::NearestFew;
 use crate::prefetch::Prefetch;
 use crate::select::{Choice, chosen};
 use crate::single::{All, BOTTOM, Closest, Kept, Slabs, Stack, octant};
+use crate::stop;
 use crate::tree::{LEAF, Leaf, Margin, Tree};
 
 /// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
@@ -135,6 +136,7 @@ impl Active<'_, '_> {
         // At first all places are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
         loop {
+            stop::heed();
             nodes = nodes.union(self.start::<S>(free, &mut waiting));
             if nodes.union(leaves).is_empty() {
                 return;

@@ -8,7 +8,7 @@
 
 use intertri::Hit;
 
-use crate::memory::{NoMemory, room};
+use crate::memory::{NoMemory, copied, room};
 
 /// The geometries of a hierarchy. One mesh by itself has no tables.
 #[derive(Clone, Debug)]
@@ -76,6 +76,13 @@ impl Geometries {
             of.resize(of.len() + count, geometry as u32);
         }
         Ok(Self { firsts, of, masks, common: u32::MAX })
+    }
+
+    /// A copy, if there is memory for it.
+    pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
+        let Self { firsts, of, masks, common } = self;
+        let (firsts, of, masks) = (copied(firsts)?, copied(of)?, copied(masks)?);
+        Ok(Self { firsts, of, masks, common: *common })
     }
 
     /// Whether there are several, or none: then hits are told by geometry.

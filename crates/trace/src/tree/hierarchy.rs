@@ -8,7 +8,7 @@ use super::geometries::Geometries;
 use super::leaf_bounds::LeafBounds;
 use super::node::{EMPTY, LEAF, NONE, Node};
 use super::{Aabb, Margin};
-use crate::memory::{NoMemory, room};
+use crate::memory::{NoMemory, copied, room};
 
 /// Up to eight triangles, in six cache lines.
 #[derive(Clone, Copy, Debug, Zeroable)]
@@ -51,6 +51,17 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// A copy, if there is memory for it.
+    pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
+        Ok(Self {
+            nodes: copied(&self.nodes)?,
+            leaves: copied(&self.leaves)?,
+            degenerate: copied(&self.degenerate)?,
+            geometries: self.geometries.try_clone()?,
+            ..*self
+        })
+    }
+
     /// The triangles that have no place in the tree, ascending: they were not finite when it was built, or had no
     /// box.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {

@@ -1,0 +1,246 @@
+//! Too little memory is an error where one is promised, and never an abort: every call is made again and again, and each
+//! time another of its allocations fails.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::process::Command;
+use std::ptr::null_mut;
+
+use intertri_trace::internal::on_this_thread;
+use intertri_trace::intertri::{Exact, Hit, Ray, Ray64, Triangle, Triangle64};
+use intertri_trace::{Bvh, ClosestPoint, Place, Solid};
+
+/// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to be missing.
+const LEAST: usize = 1 << 19;
+
+/// The system's allocator, of which one allocation of a thread may fail.
+struct Failing;
+
+std::thread_local! {
+    /// How many large allocations succeed until one fails; below 0 all do.
+    static LEFT: Cell<i64> = const { Cell::new(-1) };
+    static HAS_FAILED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this allocation fails.
+fn fails(size: usize) -> bool {
+    if size < LEAST || LEFT.get() < 0 {
+        return false;
+    }
+    LEFT.set(LEFT.get() - 1);
+    let fails = LEFT.get() < 0;
+    HAS_FAILED.set(HAS_FAILED.get() || fails);
+    fails
+}
+
+// SAFETY: what it hands out is the system's allocator's, or null, as an allocator may that has no memory.
+unsafe impl GlobalAlloc for Failing {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the same contract.
+        if fails(layout.size()) { null_mut() } else { unsafe { System.alloc(layout) } }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the same contract.
+        if fails(layout.size()) { null_mut() } else { unsafe { System.alloc_zeroed(layout) } }
+    }
+
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: the caller keeps the same contract.
+        if fails(size) { null_mut() } else { unsafe { System.realloc(memory, layout, size) } }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the same contract.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Failing = Failing;
+
+/// Makes a call until no allocation fails, and says how many failed. `call` says whether it has an answer, the right one,
+/// or an error.
+fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
+    for allocation in 0.. {
+        // What aborts, aborts behind this line.
+        println!("{name}: allocation {allocation} fails");
+        LEFT.set(allocation);
+        HAS_FAILED.set(false);
+        let is_done = on_this_thread(&mut call);
+        LEFT.set(-1);
+        if !HAS_FAILED.get() {
+            assert!(is_done, "{name} fails for no reason");
+            return allocation as usize;
+        }
+    }
+    unreachable!("some call has no more allocations")
+}
+
+/// A closed bumpy ball of so many rings, and needles and a triangle without area beside it.
+fn ball(rings: usize) -> Vec<Triangle64> {
+    let point = |i: usize, j: usize| {
+        let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
+        let (a, b) = (a * std::f64::consts::PI, b * std::f64::consts::PI);
+        let size = 1.0 + 0.1 * (5.0 * a).sin() * (4.0 * b).cos();
+        match i {
+            0 => [0.0, 0.0, 1.0],
+            _ if i == rings => [0.0, 0.0, -1.0],
+            _ => [size * a.sin() * b.cos(), size * a.sin() * b.sin(), size * a.cos()],
+        }
+    };
+    let squares = (0..rings).flat_map(|i| (0..2 * rings).map(move |j| (i, j)));
+    let halves = |(i, j): (usize, usize)| {
+        let [a, b, c, d] = [point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)];
+        [Triangle64([a, b, c]), Triangle64([a, c, d])]
+    };
+    squares.flat_map(halves).collect()
+}
+
+fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
+    triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
+}
+
+/// Every call that makes or changes a hierarchy, or lists hits: an error, or what it is without want of memory.
+macro_rules! calls {
+    ($scalar:ty, $ray:ident, $triangles:expr) => {{
+        let triangles = $triangles;
+        let moved: Vec<_> = triangles.iter().rev().copied().collect();
+        let (bvh, mode) = (Bvh::new(&triangles).unwrap(), Exact::default());
+        let saved = bvh.to_bytes();
+        let rays: Vec<_> = (0..200_000)
+            .map(|i| {
+                let (x, y) =
+                    ((i % 200) as $scalar / 100.0 - 1.0, (i / 200) as $scalar / 500.0 - 1.0);
+                $ray::new([x, y, 3.0], [0.01, 0.02, -1.0])
+            })
+            .collect();
+        let points: Vec<[$scalar; 3]> =
+            rays.iter().map(|ray| [ray.origin[0], ray.origin[1], 0.1]).collect();
+        let is_same = |made: &Bvh<$scalar>| {
+            let probes = rays.iter().step_by(777);
+            probes.clone().all(|ray| made.closest(&mode, ray) == bvh.closest(&mode, ray))
+        };
+        let positions: Vec<[$scalar; 3]> = triangles.iter().flat_map(|t| t.0).collect();
+        let faces: Vec<[u32; 3]> =
+            (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let solid = Solid::assume_closed_bvh(bvh.clone());
+        let mut some = 0;
+        let mut check = |name: &str, call: &mut dyn FnMut() -> bool| {
+            let failed = exhaust(&format!("{name} of {}", stringify!($scalar)), call);
+            some += usize::from(failed > 0);
+        };
+        let without = |work: &mut dyn FnMut() -> bool| {
+            // Allocations of the check itself do not fail.
+            let left = LEFT.replace(-1);
+            let holds = work();
+            LEFT.set(left);
+            holds
+        };
+        let is_right = |made: Result<Bvh<$scalar>, _>| match made {
+            Ok(made) => without(&mut || {
+                assert!(is_same(&made));
+                true
+            }),
+            Err::<_, Box<dyn std::error::Error>>(error) => without(&mut || {
+                let text = error.to_string();
+                assert!(text.contains("memory"), "{text}");
+                false
+            }),
+        };
+        check("new", &mut || is_right(Bvh::new(&triangles).map_err(Into::into)));
+        check("of_meshes", &mut || {
+            is_right(Bvh::of_meshes(&[&triangles]).map(Bvh::into_one_mesh).map_err(Into::into))
+        });
+        check("indexed", &mut || is_right(Bvh::indexed(&positions, &faces).map_err(Into::into)));
+        check("try_clone", &mut || is_right(bvh.try_clone().map_err(Into::into)));
+        check("from_bytes", &mut || is_right(Bvh::from_bytes(&saved).map_err(Into::into)));
+        check("read_from", &mut || is_right(Bvh::read_from(&saved[..]).map_err(Into::into)));
+        check("refit", &mut || {
+            let mut other = without_failing(|| bvh.clone());
+            let refit = other.refit(&moved).and_then(|_| other.refit(&triangles));
+            match refit {
+                Ok(_) => is_right(Ok(other)),
+                Err(error) => is_right(Err(error.into())),
+            }
+        });
+        check("write_to", &mut || {
+            let mut bytes = without_failing(|| Vec::with_capacity(saved.len()));
+            bvh.write_to(&mut bytes).map(|()| assert_eq!(bytes.len(), saved.len())).is_ok()
+        });
+        check("all_batch", &mut || match bvh.all_batch(&mode, &rays, None) {
+            Ok(lists) => without(&mut || {
+                let probes = (0..rays.len()).step_by(777);
+                probes.clone().all(|i| *lists.of(i) == bvh.all(&mode, &rays[i])[..])
+            }),
+            Err(_) => false,
+        });
+        check("check_closed", &mut || {
+            let closed = Solid::check_closed(&triangles);
+            closed
+                .map_err(|error| without_failing(|| assert!(error.to_string().contains("memory"))))
+                .is_ok()
+        });
+        check("Solid::new", &mut || {
+            is_right(Solid::new(&triangles).map(Solid::into_bvh).map_err(Into::into))
+        });
+
+        // These have no error: they do with less memory, where there is too little.
+        check("place_batch", &mut || {
+            let mut places = without_failing(|| vec![Place::Outside; points.len()]);
+            solid.place_batch(&points, &mut places);
+            without_failing(|| {
+                let probes = (0..points.len()).step_by(777);
+                probes.clone().all(|i| places[i] == solid.place(points[i]))
+            })
+        });
+        check("signed_distance_batch", &mut || {
+            let (points, mut far) = (&points[..20_000], without_failing(|| vec![0.0; 20_000]));
+            solid.signed_distance_batch(points, &mut far);
+            without_failing(|| {
+                (0..20_000).step_by(777).all(|i| far[i] == solid.signed_distance(points[i]))
+            })
+        });
+        check("closest_point_batch", &mut || {
+            let (points, mut near) =
+                (&points[..20_000], without_failing(|| vec![ClosestPoint::NONE; 20_000]));
+            bvh.closest_point_batch(points, f64::INFINITY, &mut near);
+            near.iter().all(|near| near.distance.is_finite())
+        });
+        check("closest_batch", &mut || {
+            let mut hits = without_failing(|| vec![Hit::MISS; rays.len()]);
+            bvh.closest_batch(&mode, &rays, &mut hits);
+            hits.iter().any(|hit| hit.is_hit())
+        });
+        assert!(some >= 11, "only {some} calls had an allocation that could fail");
+    }};
+}
+
+/// Does what belongs to the check: its allocations do not fail.
+fn without_failing<T>(work: impl FnOnce() -> T) -> T {
+    let left = LEFT.replace(-1);
+    let made = work();
+    LEFT.set(left);
+    made
+}
+
+/// What [`no_allocation_that_fails_aborts`] runs, so that it may abort.
+#[test]
+#[ignore = "aborts where the other test fails"]
+fn all_calls() {
+    let triangles = ball(200);
+    calls!(f32, Ray, in_f32(&triangles));
+    calls!(f64, Ray64, triangles);
+}
+
+#[test]
+fn no_allocation_that_fails_aborts() {
+    let mut child = Command::new(std::env::current_exe().unwrap());
+    let output = child.args(["--exact", "all_calls", "--ignored", "--nocapture"]).output().unwrap();
+    let (told, error) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    let last: Vec<&str> = told.lines().filter(|line| line.contains("allocation")).collect();
+    assert!(output.status.success(), "{:?}\n{error}", last.last());
+    assert!(last.len() > 100, "{} allocations failed", last.len());
+}
