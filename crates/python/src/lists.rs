@@ -13,13 +13,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use bytemuck::Pod;
 use intertri::RayOf;
-use numpy::{PyArray1, PyArrayMethods};
+use intertri_trace::internal::StopToken;
+use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 use rayon::prelude::*;
 
 use crate::joined::Joined;
-use crate::part::{Part, too_many};
+use crate::part::Part;
 use crate::picture::{Band, row_width};
 use crate::pool::{Workers, is_caller};
 use crate::run::{Stop, run};
@@ -126,7 +127,11 @@ where
                 joined.put(number, part);
             }
         };
-        if is_caller() { work() } else { rayon::broadcast(|_| work()).into_iter().collect() }
+        if is_caller() {
+            return work();
+        }
+        let token = StopToken::current();
+        rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
     /// Adds the lists of the rays of a range, as far as it goes.
@@ -176,11 +181,9 @@ where
     }
 }
 
-/// An array of zeros, which the system gives without touching them, or an error where there is no memory.
-fn zeros<T: numpy::Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
-    // `numpy`'s own call panics where memory ends.
-    let mut probe: Vec<T> = Vec::new();
-    probe.try_reserve_exact(count).map_err(|_| too_many(count))?;
-    drop(probe);
-    Ok(PyArray1::zeros(py, count, false))
+/// An array of zeros, which the system gives without touching them, or an error where there is no memory: the call of
+/// the crate `numpy` panics there.
+fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
+    let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
+    Ok(made.cast_into()?)
 }

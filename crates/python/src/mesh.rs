@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{self, Side};
 use intertri::{Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{Bvh, LoadError, ModeFor, RefitError, Solid};
+use intertri_trace::{BuildError, Bvh, LoadError, ModeFor, RefitError, Solid};
 use pyo3::PyResult;
 
 use crate::part::Part;
@@ -13,7 +13,6 @@ use crate::scalar::{Mode, Scalar, no_memory, wrong};
 use crate::skip::{Skip, without};
 
 /// A mesh with its hierarchy: a `Solid`, closed or not.
-#[derive(Clone)]
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
     triangles: OnceLock<Vec<TriangleOf<S>>>,
@@ -55,6 +54,20 @@ where
         Ok(Self::of(bvh))
     }
 
+    /// A copy, without what was made of it.
+    pub(crate) fn try_clone(&self) -> Result<Self, BuildError> {
+        Ok(Self::of(self.solid.bvh().try_clone()?))
+    }
+
+    /// The triangles, in the order in which they were given.
+    fn triangles(&self) -> PyResult<&[TriangleOf<S>]> {
+        if let Some(triangles) = self.triangles.get() {
+            return Ok(triangles);
+        }
+        let triangles = self.solid.bvh().try_to_triangles().map_err(no_memory)?;
+        Ok(self.triangles.get_or_init(|| triangles))
+    }
+
     /// The mesh with its triangles moved, and how worn the tree is: 1 where nothing has moved. Where memory was
     /// too little, it holds no triangle any more.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
@@ -70,7 +83,7 @@ where
         rays: &[RayOf<S>],
         skip: Skip<'_>,
     ) -> PyResult<Part<CrossingRow>> {
-        let triangles = self.triangles.get_or_init(|| self.solid.bvh().to_triangles());
+        let triangles = self.triangles()?;
         let hits = without(self.solid.bvh(), skip, |bvh| S::all(bvh, Mode::Exact, rays, None))?;
         let mut part = Part::new();
         part.reserve(rays.len(), hits.answers.len()).map_err(no_memory)?;

@@ -45,6 +45,6 @@ impl<A: Copy> Part<A> {
 }
 
 /// There is too little memory for so many answers.
-pub(crate) fn too_many(answers: usize) -> PyErr {
+fn too_many(answers: usize) -> PyErr {
     PyMemoryError::new_err(format!("{answers} answers need more memory than there is"))
 }

@@ -1,5 +1,7 @@
 //! Many points: in the order of a curve that fills space, so that neighbours are asked one after the other.
 
+use std::collections::TryReserveError;
+
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -29,14 +31,27 @@ pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
 ) -> PyResult<()> {
     let points: &[[S; 3]] = bytemuck::cast_slice(points);
     run(py, workers, |stop| {
-        if points.len() < FEW {
-            pieces(points.len(), stop, |range| ask(&points[range.clone()], &mut answers[range]));
-            return;
-        }
         for (points, answers) in points.chunks(MANY).zip(answers.chunks_mut(MANY)) {
-            in_order(points, (answers, none), &ask, stop);
+            by_halves(points, (answers, none), &ask, stop);
         }
     })
+}
+
+/// The same of some, by halves where there is too little memory for all.
+fn by_halves<S: Scalar, A: Copy + Send + Sync>(
+    points: &[[S; 3]],
+    (answers, none): (&mut [A], A),
+    ask: &(impl Fn(&[[S; 3]], &mut [A]) + Sync),
+    stop: &Stop,
+) {
+    if points.len() < FEW {
+        pieces(points.len(), stop, |range| ask(&points[range.clone()], &mut answers[range]));
+    } else if in_order(points, (answers, none), ask, stop).is_err() {
+        let half = points.len() / 2;
+        let (answers, others) = answers.split_at_mut(half);
+        by_halves(&points[..half], (answers, none), ask, stop);
+        by_halves(&points[half..], (others, none), ask, stop);
+    }
 }
 
 /// The same of some, as the curve goes.
@@ -45,9 +60,10 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     (answers, none): (&mut [A], A),
     ask: &(impl Fn(&[[S; 3]], &mut [A]) + Sync),
     stop: &Stop,
-) {
-    let order = order(points);
-    let mut found = vec![none; points.len()];
+) -> Result<(), TryReserveError> {
+    let order = order(points)?;
+    let mut found = room(points.len())?;
+    found.resize(points.len(), none);
     chunks(&mut found, CHUNK, Vec::new, |gathered, number, found| {
         let order = &order[number * CHUNK..][..found.len()];
         gathered.clear();
@@ -57,6 +73,7 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     for (&(_, i), found) in order.iter().zip(found) {
         answers[i as usize] = found;
     }
+    Ok(())
 }
 
 /// Asks for one answer a point of who puts points in order by itself: as many at a time as may keep Ctrl-C waiting.
@@ -78,7 +95,7 @@ pub(crate) fn by_slabs<S: Scalar, A: Send>(
 }
 
 /// The numbers of points along the curve, behind their places on it.
-fn order<S: Scalar>(points: &[[S; 3]]) -> Vec<(u32, u32)> {
+fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
         for k in 0..3 {
@@ -97,14 +114,22 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Vec<(u32, u32)> {
         };
         (along(0) << 2 | along(1) << 1 | along(2), i as u32)
     };
+    let mut order = room(points.len())?;
     if is_caller() {
-        let mut order: Vec<_> = points.iter().enumerate().map(place).collect();
+        order.extend(points.iter().enumerate().map(place));
         order.sort_unstable();
-        return order;
+    } else {
+        points.par_iter().enumerate().map(place).collect_into_vec(&mut order);
+        order.par_sort_unstable();
     }
-    let mut order: Vec<_> = points.par_iter().enumerate().map(place).collect();
-    order.par_sort_unstable();
-    order
+    Ok(order)
+}
+
+/// A vector with room for so many.
+fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
+    let mut vector = Vec::new();
+    vector.try_reserve_exact(count)?;
+    Ok(vector)
 }
 
 /// Ten bits, each two places from the next.

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::available_parallelism;
 
-use intertri_trace::internal::on_this_thread;
+use intertri_trace::internal::{StopToken, on_this_thread};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -75,7 +75,10 @@ pub(crate) fn chunks<A: Send, T>(
         chunks.for_each(|(number, answers)| each(&mut state, number, answers));
     } else {
         let chunks = answers.par_chunks_mut(size).enumerate();
-        chunks.for_each_init(state, |state, (number, answers)| each(state, number, answers));
+        let token = StopToken::current();
+        chunks.for_each_init(state, |state, (number, answers)| {
+            token.run(|| each(state, number, answers));
+        });
     }
 }
 

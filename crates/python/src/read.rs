@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 
 use crate::run::run_apart;
-use crate::scalar::wrong;
+use crate::scalar::{no_memory, wrong};
 
 /// Vertices and faces, flat, and a line for each kind of thing in the file that was not read as it stands.
 type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<String>);
@@ -16,7 +16,14 @@ type Model<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<u32>>, Vec<Str
 #[pyfunction]
 pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
-    let LoadedModel { mesh, notes, .. } = loaded.map_err(wrong)?;
+    let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
+        // The loaders say it in words alone.
+        if error.cause.contains("more memory than there is") {
+            no_memory(error)
+        } else {
+            wrong(error)
+        }
+    })?;
     let vertices = PyArray1::from_vec(py, mesh.positions.into_flattened());
     let faces = PyArray1::from_vec(py, mesh.triangles.into_flattened());
     Ok((vertices, faces, notes.as_slice().iter().map(ToString::to_string).collect()))

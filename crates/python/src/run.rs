@@ -1,14 +1,14 @@
 //! Work without the interpreter's lock that heeds Ctrl-C.
 
 use std::ops::Range;
-use std::panic::resume_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use intertri_trace::internal::on_this_thread;
+use intertri_trace::internal::{StopToken, Stopped, on_this_thread};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -55,23 +55,29 @@ impl Stop {
 }
 
 /// Does work on some threads. Signals are heeded: what their handler raises, `KeyboardInterrupt` for Ctrl-C, is the
-/// error, and the work stops early.
+/// error, and the work stops early, wherever in `intertri-trace` it is.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
     workers: &Workers,
     work: impl FnOnce(&Stop) -> T + Send,
 ) -> PyResult<T> {
-    let stop = Stop::new(matches!(workers, Workers::Caller));
+    let stop = Arc::new(Stop::new(matches!(workers, Workers::Caller)));
+    let token = StopToken::new({
+        let stop = stop.clone();
+        Arc::new(move || stop.is_set())
+    });
+    // Unwinds where it stops within a query or a build.
+    let work = || catch_unwind(AssertUnwindSafe(|| token.run(|| work(&stop))));
     let result = match workers {
-        Workers::Caller => py.detach(|| Some(on_this_thread(|| work(&stop)))),
+        Workers::Caller => py.detach(|| Some(on_this_thread(work))),
         Workers::Pool(pool) => py.detach(|| {
             let (done, is_done) = channel::<()>();
-            let (mut result, stop) = (None, &stop);
+            let mut result = None;
             pool.in_place_scope(|scope| {
                 scope.spawn(|_| {
                     // Dropped, however the work ends.
                     let _done = done;
-                    result = Some(work(stop));
+                    result = Some(work());
                 });
                 while is_done.recv_timeout(INTERVAL) == Err(RecvTimeoutError::Timeout) {
                     stop.check_signals();
@@ -80,10 +86,12 @@ pub(crate) fn run<T: Send>(
             result
         }),
     };
-    match (stop.raised.into_inner().unwrap_or_else(PoisonError::into_inner), result) {
+    let raised = stop.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+    match (raised, result) {
+        (_, Some(Err(panic))) if !panic.is::<Stopped>() => resume_unwind(panic),
         (Some(error), _) => Err(error),
-        (None, Some(result)) => Ok(result),
-        (None, None) => unreachable!("the scope passes panics on"),
+        (None, Some(Ok(result))) => Ok(result),
+        (None, _) => unreachable!("work ends by itself, or by what a signal raised"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! A mesh that several threads ask, and that one may move meanwhile.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use intertri::{Exact, TriangleOf};
 use intertri_trace::{ModeFor, RefitError};
@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::mesh::Mesh;
 use crate::pool::Workers;
+use crate::run::{Stop, run};
 use crate::scalar::{Scalar, no_memory, wrong};
 
 /// A mesh with its hierarchy, `None` where it was lost for want of memory. A query holds on to the one that it
@@ -37,12 +38,31 @@ where
     }
 
     /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
-    /// they have.
-    pub(crate) fn refit(&self, workers: &Workers, triangles: &[TriangleOf<S>]) -> PyResult<f64> {
+    /// they have. Where a signal ends it, the mesh is lost.
+    pub(crate) fn refit(
+        &self,
+        py: Python<'_>,
+        workers: &Workers,
+        triangles: impl FnOnce(&Stop) -> PyResult<Vec<TriangleOf<S>>> + Send,
+    ) -> PyResult<f64> {
+        let triangles = run(py, workers, triangles)??;
         // Taken on this thread: one of the pool that waits for others might be given another refit meanwhile.
-        let mut place = self.lock();
-        let mesh = Arc::unwrap_or_clone(place.take().ok_or_else(lost)?);
-        let (mesh, ratio) = workers.install(|| mesh.refit(triangles));
+        let mut place = loop {
+            match self.0.try_lock() {
+                Ok(place) => break place,
+                Err(TryLockError::Poisoned(place)) => break place.into_inner(),
+                // Whoever has it may need the interpreter's lock to let it go.
+                Err(TryLockError::WouldBlock) => py.detach(|| drop(self.lock())),
+            }
+        };
+        let mesh = place.as_ref().ok_or_else(lost)?;
+        let copy = match Arc::strong_count(mesh) {
+            1 => None,
+            // A query has it. Where there is no memory for another, nothing has changed.
+            _ => Some(run(py, workers, |_| mesh.try_clone())?.map_err(no_memory)?),
+        };
+        let mesh = place.take().and_then(Arc::into_inner).or(copy).ok_or_else(lost)?;
+        let (mesh, ratio) = run(py, workers, |_| mesh.refit(&triangles))?;
         if ratio != Err(RefitError::OutOfMemory) {
             *place = Some(Arc::new(mesh));
         }
@@ -55,5 +75,5 @@ where
 
 /// What a mesh is asked that a refit has lost.
 fn lost() -> PyErr {
-    no_memory("a refit had too little memory; ask again")
+    no_memory("a refit was interrupted or had too little memory; ask again")
 }

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use intertri::{Crossings, Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{ClosestPoint, Place, Select, Solid};
+use intertri_trace::{ClosestPoint, ModeFor, Place, Select, Solid, SolidError};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::picture::tiled;
 use crate::points::{by_slabs, of_points};
 use crate::pool::Workers;
-use crate::run::run;
+use crate::run::{Stop, run};
 use crate::scalar::{Mode, Scalar, no_memory, wrong};
 use crate::shared::Shared;
 use crate::skip::without;
@@ -57,20 +57,25 @@ fn rows<'a, A: bytemuck::Pod>(bytes: &'a mut Bytes<'_>, count: usize) -> PyResul
     }
 }
 
-/// The triangles of faces.
-fn gather<S: Scalar>(vertices: &[S], faces: &[u32]) -> PyResult<Vec<TriangleOf<S>>> {
+/// Faces that are gathered until the next look whether to stop.
+const STEP: usize = 1 << 16;
+
+/// The triangles of faces, all but where it should stop.
+fn gather<S: Scalar>(vertices: &[S], faces: &[u32], stop: &Stop) -> PyResult<Vec<TriangleOf<S>>> {
     let vertices: &[[S; 3]] = vertices.as_chunks().0;
     let faces: &[[u32; 3]] = faces.as_chunks().0;
     let mut triangles = Vec::new();
     triangles.try_reserve_exact(faces.len()).map_err(|_| {
         PyMemoryError::new_err(format!("{} triangles need more memory than there is", faces.len()))
     })?;
-    for face in faces {
-        let corner = |k: usize| vertices.get(face[k] as usize).copied();
-        let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
-            return Err(PyIndexError::new_err(format!("face {face:?} is out of range")));
-        };
-        triangles.push(TriangleOf([a, b, c]));
+    for faces in faces.chunks(STEP).take_while(|_| !stop.is_set()) {
+        for face in faces {
+            let corner = |k: usize| vertices.get(face[k] as usize).copied();
+            let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else {
+                return Err(PyIndexError::new_err(format!("face {face:?} is out of range")));
+            };
+            triangles.push(TriangleOf([a, b, c]));
+        }
     }
     Ok(triangles)
 }
@@ -81,6 +86,24 @@ fn winding(place: Place) -> i32 {
         Place::Outside => 0,
         Place::Inside(times) => times,
         Place::Surface => SURFACE,
+    }
+}
+
+/// Fills `out` with how a mesh winds around points, as many at a time as there is memory for.
+fn wind<S: Scalar>(solid: &Solid<S>, points: &[[S; 3]], places: &mut Vec<Place>, out: &mut [i32])
+where
+    Exact: ModeFor<S>,
+{
+    let mut size = points.len().max(1);
+    places.clear();
+    while size > 1 && places.try_reserve_exact(size).is_err() {
+        size /= 2;
+    }
+    places.resize(size, Place::Outside);
+    for (points, out) in points.chunks(size).zip(out.chunks_mut(size)) {
+        let places = &mut places[..points.len()];
+        solid.place_batch(points, places);
+        out.iter_mut().zip(places).for_each(|(out, place)| *out = winding(*place));
     }
 }
 
@@ -104,7 +127,7 @@ macro_rules! tree {
             ) -> PyResult<Self> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let workers = Workers::new(threads, faces.len() < 3 * SMALL)?;
-                let build = |_: &_| Mesh::new(&gather(vertices, faces)?);
+                let build = |stop: &_| Mesh::new(&gather(vertices, faces, stop)?);
                 Ok(Self { mesh: Shared::new(run(py, &workers, build)??) })
             }
 
@@ -117,9 +140,13 @@ macro_rules! tree {
             ) -> PyResult<Option<String>> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
-                run(py, &workers, |_| {
-                    let closed = Solid::check_closed(&gather::<$scalar>(vertices, faces)?);
-                    Ok(closed.err().map(|error| error.to_string()))
+                run(py, &workers, |stop| {
+                    let triangles = gather::<$scalar>(vertices, faces, stop)?;
+                    match Solid::check_closed(&triangles) {
+                        Ok(()) => Ok(None),
+                        Err(SolidError::Build(error)) => Err(no_memory(error)),
+                        Err(error) => Ok(Some(error.to_string())),
+                    }
                 })?
             }
 
@@ -327,10 +354,7 @@ macro_rules! tree {
                     points,
                     out,
                     |points, out| {
-                        places.resize(points.len(), Place::Outside);
-                        mesh.solid.place_batch(points, &mut places);
-                        let all = out.iter_mut().zip(&places);
-                        all.for_each(|(out, &place)| *out = winding(place));
+                        wind(&mesh.solid, points, &mut places, out);
                     },
                 )
             }
@@ -390,22 +414,15 @@ macro_rules! tree {
             ) -> PyResult<f64> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let workers = Workers::new(threads, faces.len() < 3 * SMALL)?;
-                py.detach(|| {
-                    let triangles = gather::<$scalar>(vertices, faces)?;
-                    self.mesh.refit(&workers, &triangles)
-                })
+                self.mesh.refit(py, &workers, |stop| gather::<$scalar>(vertices, faces, stop))
             }
 
             /// The hierarchy as bytes.
             fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
                 let mesh = self.mesh.get(py)?;
                 let bvh = mesh.solid.bvh();
-                let write = |_: &_| {
-                    let mut bytes = Vec::new();
-                    bvh.write_to(&mut bytes).map(|()| bytes)
-                };
                 let workers = Workers::new(None, bvh.len() < SMALL)?;
-                let bytes = run(py, &workers, write)?.map_err(no_memory)?;
+                let bytes = run(py, &workers, |_| bvh.try_to_bytes())?.map_err(no_memory)?;
                 PyBytes::new_with(py, bytes.len(), |to| {
                     to.copy_from_slice(&bytes);
                     Ok(())

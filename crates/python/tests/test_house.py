@@ -114,7 +114,7 @@ def test_the_lock_is_let_go(mesh):
 
 
 INTERRUPTED = """
-import numpy as np, intertri, os, signal, sys, threading, time
+import numpy as np, intertri, os, pathlib, pickle, signal, sys, tempfile, threading, time
 sys.path.insert(0, {tests!r})
 from conftest import icosphere
 # Also where these tests run in the background of a script, which has its children ignore it.
@@ -129,6 +129,19 @@ def press():
     os.kill(os.getpid(), signal.SIGINT)
 timer = threading.Timer(0.3, press)
 mesh.closest(rays[:10])
+def fan(count):
+    # All triangles meet in one point.
+    turn = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    rim = np.stack([np.cos(turn), np.sin(turn), np.ones(count)], axis=1)
+    spokes = np.stack([np.zeros(count, int), 1 + np.arange(count), 1 + (np.arange(count) + 1) % count], axis=1)
+    return intertri.Mesh(np.concatenate([[[0, 0, 0]], rim]), spokes)
+def pile(count):
+    # A ray crosses them all.
+    return intertri.Mesh(np.float32([[-9, -9, 0], [9, -9, 0], [0, 9, 0]]) + np.float32([0, 0, 1e-4]) * np.arange(count)[:, None, None])
+def repeat(call):
+    while True:
+        call()
+{prepare}
 timer.start()
 try:
     {ask}
@@ -140,9 +153,23 @@ else:
 """
 
 
+# Calls that take seconds, behind what they need.
 SLOW = {
     "rays": "mesh.closest(rays, threads=THREADS)",
     "lists": "mesh.all(rays, threads=THREADS)",
+    "rays at a vertex": "m = fan(1_000_000); tips = np.zeros((200_000, 6)) + [1e-9, 2e-9, 5, 0, 0, -1]; "
+                        "GO m.closest(tips, threads=THREADS)",
+    "any at a vertex": "m = fan(1_000_000); tips = np.zeros((200_000, 6)) + [1e-9, 2e-9, 5, 0, 0, -1]; "
+                       "GO m.any(tips, threads=THREADS)",
+    "crossings": "m = pile(100_000); GO m.count_crossings(rays[:20_000, :3] / 9 - np.float32([0, 0, 9]), [0, 0, 1], threads=THREADS)",
+    "lists of many": "m = pile(100_000); GO m.all(rays[:2_000, :3] / 9 - np.float32([0, 0, 9]), [0, 0, 1], threads=THREADS)",
+    "insides": "m = pile(100_000); GO m.contains(rays[:, :3] - np.float32([4, 4, 9]), assume_closed=True, threads=THREADS)",
+    "builds": "GO repeat(lambda: intertri.Mesh(mesh.vertices, mesh.faces, threads=THREADS))",
+    "refits": "GO repeat(lambda: mesh.refit(mesh.vertices * np.float32(1.5), threads=THREADS))",
+    "closedness": "GO repeat(lambda: setattr(mesh._at, 'open_edge', None) or mesh.is_closed)",
+    "pickles": "GO repeat(lambda: pickle.loads(pickle.dumps(mesh)))",
+    "reading": "path = pathlib.Path(tempfile.mkdtemp(), 'a.obj'); path.write_text('v 0 0 0\\nv 1 0 0\\nv 0 1 0\\n' + "
+               "'f 1 2 3\\n' * 8_000_000); GO intertri.Mesh.read(path, threads=THREADS)",
     # Each of these is as near to every face as to any other.
     "few points": "mesh.closest_point(np.float32(rng.normal(size=(444, 3)) * 1e-7), threads=THREADS)",
     "points": "mesh.closest_point(np.float32(rng.normal(size=(9999, 3)) * 1e-7), threads=THREADS)",
@@ -153,8 +180,9 @@ SLOW = {
 @pytest.mark.parametrize("threads", [1, None])
 @pytest.mark.parametrize("call", SLOW)
 def test_ctrl_c_ends_a_query(call, threads):
-    ask = SLOW[call].replace("THREADS", str(threads))
-    script = INTERRUPTED.format(tests=str(Path(__file__).parent), ask=ask, steps=7 if "point" in call else 5)
+    prepare, _, ask = SLOW[call].replace("THREADS", str(threads)).rpartition("GO ")
+    steps = 7 if "point" in call else 8 if call in ("builds", "refits", "closedness", "pickles") else 5
+    script = INTERRUPTED.format(tests=str(Path(__file__).parent), prepare=prepare, ask=ask, steps=steps)
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert out.stdout.startswith("ended"), out
     # 0.2 s, and room for a machine that does something else besides.

@@ -49,7 +49,8 @@ class Mesh(PointQueries):
     Float64 rays keep their digits: a float32 mesh that meets rays which float32 cannot hold answers them in
     float64, through a second hierarchy that it makes then. Pass ``rays.astype(np.float32)`` to do without.
 
-    Ctrl-C ends a long query with ``KeyboardInterrupt``. Queries let other threads of Python run.
+    Ctrl-C ends a long call with ``KeyboardInterrupt``, and too little memory with ``MemoryError``. Calls let other threads
+    of Python run.
 
     Examples
     --------
@@ -88,8 +89,9 @@ class Mesh(PointQueries):
         OSError
             If the file cannot be opened.
         ValueError
-            If it holds no such model, is damaged, or needs more memory than there is; the message has the line in the
-            file.
+            If it holds no such model, or is damaged; the message has the line in the file.
+        MemoryError
+            If it needs more memory than there is.
 
         Examples
         --------

@@ -15,6 +15,10 @@ from ._arrays import F32
 from ._intertri import Tree32, Tree64
 
 
+# Bytes that are hashed at a time.
+_PIECE = 1 << 24
+
+
 @dataclass(slots=True)
 class Position:
     """Where the vertices are, and what was made of that. Vertices that move get another, so that a thread which is
@@ -95,7 +99,9 @@ class Triangles:
         """The smallest and largest corner of the box around the faces, (2, 3); ``None`` without faces."""
         if not len(self._faces):
             return None
-        used = self._at.vertices[np.unique(self._faces)]
+        is_used = np.zeros(len(self._at.vertices), bool)
+        is_used[self._faces] = True
+        used = self._at.vertices[is_used]
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
     @property
@@ -110,8 +116,11 @@ class Triangles:
         if at.digest is None:
             little = at.vertices.dtype.newbyteorder("<")
             state = hashlib.sha256(f"{little.str} {at.vertices.shape} {self._faces.shape}".encode())
-            state.update(np.ascontiguousarray(at.vertices, little).data)
-            state.update(np.ascontiguousarray(self._faces, "<u4").data)
+            for part in (np.ascontiguousarray(at.vertices, little), np.ascontiguousarray(self._faces, "<u4")):
+                # In pieces, between which signals are heeded.
+                content = _arrays.as_bytes(part)
+                for start in range(0, len(content), _PIECE):
+                    state.update(content[start : start + _PIECE].data)
             at.digest = state.hexdigest()
         return at.digest
 
@@ -154,8 +163,8 @@ class Triangles:
             If there are more vertices or fewer, or one of a face is not finite: nothing has changed.
         IndexError
             If ``indices`` name a vertex that is not there: nothing has changed.
-        MemoryError
-            If there is too little memory: the vertices are where they were, and the next query builds the hierarchy.
+        MemoryError, KeyboardInterrupt
+            The vertices are where they were, and the next query builds the hierarchy.
 
         Examples
         --------
@@ -188,8 +197,8 @@ class Triangles:
             tree = self._tree(self.dtype, threads)
             try:
                 ratio = tree.refit(corners.reshape(-1), self._faces.reshape(-1), _arrays.threads_of(threads))
-            except MemoryError:
-                # Of the tree there may be nothing left.
+            except BaseException:
+                # Nothing of the tree may be left.
                 self._at = Position(self._at.vertices)
                 raise
             self._at = Position(corners, {self.dtype: tree})
