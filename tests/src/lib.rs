@@ -1,7 +1,7 @@
 //! The runner of the differential tests: one question, every way to answer it.
 //!
-//! The truth is the scalar f64 reference, triangle by triangle; for the mode `exact`, integers. What is
-//! compared is whether there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
+//! The truth is the scalar f64 reference, triangle by triangle; for the modes `exact` and `once`, integers. The runner
+//! compares whether there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
 
 mod crossings;
 mod fixture;
@@ -29,12 +29,14 @@ mod pages {
     struct Readme;
 }
 
-use intertri::internal::{Filter, Test};
 use intertri::simd::{Lane, Level, Simd, Width, WithSimd};
 use intertri::{
-    Blocks, Certified, ClosestHits, Counts, Double, Exact, Hit, LaneQueries, Mode, PacketHits,
-    Prepared, Ray, RayPacket, Threshold, Triangle, TriangleBlock,
+    Blocks, ClosestHit, ClosestHits, Counts, Filter, Hit, LeafSlot, Mode, PacketHits,
+    PreparedTriangle, Ray, RayPacket, Threshold, Triangle, TriangleBlock, TriangleId,
 };
+
+/// A mode, its name in messages, and what is true in it.
+type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
 /// Every pair of a scene through every mode, level, width and form of the kernel; how many pairs hit by the reference.
 ///
@@ -42,49 +44,56 @@ use intertri::{
 /// The first difference, with all that is needed to see it again.
 pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
-    let (double, certified) = (Double::new(threshold), Certified::new(threshold));
-    let (truth, exact) = (Truth::of(scene), Truth::exact(scene));
-    check_width::<4>(scene, &truth, &double, &certified, &exact)?;
-    check_width::<8>(scene, &truth, &double, &certified, &exact)?;
-    check_width::<16>(scene, &truth, &double, &certified, &exact)?;
-    let exactly = |level| Exact::at(level).test();
-    check_shared_origin::<8>(scene, &truth, |level| certified.at(level).test(), "certified")?;
-    check_shared_origin::<16>(scene, &truth, |level| certified.at(level).test(), "certified")?;
-    check_shared_origin::<8>(scene, &exact, exactly, "exact")?;
-    check_shared_origin::<16>(scene, &exact, exactly, "exact")?;
-    for level in Level::all() {
-        check_slices(scene, &truth, &double.at(level), "double")?;
-        check_slices(scene, &truth, &certified.at(level), "certified")?;
-        check_slices(scene, &exact, &Exact::at(level), "exact")?;
+    let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
+    let modes = [
+        (Mode::certified_with(threshold), "certified", &truths[0]),
+        (Mode::exact(), "exact", &truths[1]),
+        (Mode::once(), "once", &truths[2]),
+    ];
+    check_width::<4>(scene, &modes)?;
+    check_width::<8>(scene, &modes)?;
+    check_width::<16>(scene, &modes)?;
+    for mode in modes {
+        check_packets::<8>(scene, mode)?;
+        check_packets::<16>(scene, mode)?;
+        for level in Level::all() {
+            check_slices(scene, at(mode, level))?;
+        }
     }
-    Ok(truth.hits())
+    Ok(truths[0].hits())
 }
 
-/// Rays that share an origin: each ray by itself, and packets of neighbours moved to one origin.
-fn check_shared_origin<const N: usize>(
+/// The same mode at another level.
+fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
+    (mode.at(level), name, truth)
+}
+
+/// The closest hits of packets, and of their rays one by one: packets of a single ray, of neighbours, and of neighbours
+/// that are moved to one origin.
+fn check_packets<const N: usize>(
     scene: &Scene,
-    truth: &Truth,
-    at: impl Fn(Level) -> Filter<'static>,
-    name: &str,
+    (mode, name, truth): TrueMode<'_>,
 ) -> Result<(), String>
 where
     Lane<N>: Width,
 {
-    let alone = scene.rays.iter().map(|ray| vec![*ray]);
+    let single = scene.rays.iter().map(|ray| vec![*ray]);
+    let neighbours = || scene.rays.chunks(N).filter(|rays| rays.len() > 1);
     let moved = |rays: &[Ray]| rays.iter().map(|r| Ray { origin: rays[0].origin, ..*r }).collect();
-    let packets = alone.chain(scene.rays.chunks(N).filter(|rays| rays.len() > 1).map(moved));
+    let packets = single.chain(neighbours().map(<[Ray]>::to_vec)).chain(neighbours().map(moved));
     let bits = |x: Option<(usize, f64)>| x.map(|(obj, t)| (obj, t.to_bits()));
     for rays in packets {
         let (packet, triangles) = (RayPacket::<N>::new(&rays), &scene.triangles[..]);
         let wanted: Vec<_> = rays.iter().map(|ray| truth.closest(ray)).collect();
         for level in Level::all() {
-            let forms = level.run(SharedOrigin { filter: at(level), packet: &packet, triangles });
-            for (form, found) in ["shared origin", "prepared"].into_iter().zip(forms) {
+            let filter = mode.at(level).filter();
+            let forms = level.run(PacketClosest { filter, packet: &packet, triangles });
+            for (form, found) in ["packet", "ray by ray"].into_iter().zip(forms) {
                 for ((ray, want), found) in rays.iter().zip(&wanted).zip(found) {
                     if bits(found) != bits(*want) {
                         let level = level.name();
                         return Err(format!(
-                            "{name} {level}, {N} rays of one origin, {form}: {found:?}, the truth {want:?}\n{ray:?}"
+                            "{name} {level}, closest of {N} rays, {form}: {found:?}, the truth {want:?}\n{ray:?}"
                         ));
                     }
                 }
@@ -94,15 +103,15 @@ where
     Ok(())
 }
 
-/// The closest hits of a packet of rays with one origin, by triangles as they are seen from there and by
-/// triangles prepared for any.
-struct SharedOrigin<'a, const N: usize> {
+/// The closest hits of a packet of rays: a triangle at a time for all rays, and eight triangles at a time for each ray.
+/// Triangles are stored in the reverse of their order, so that slots are not indices.
+struct PacketClosest<'a, const N: usize> {
     filter: Filter<'a>,
     packet: &'a RayPacket<N>,
     triangles: &'a [Triangle],
 }
 
-impl<const N: usize> WithSimd for SharedOrigin<'_, N>
+impl<const N: usize> WithSimd for PacketClosest<'_, N>
 where
     Lane<N>: Width,
 {
@@ -111,63 +120,71 @@ where
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let Self { filter, packet, triangles } = self;
+        let (live, counts) = (packet.live(), &mut Counts::default());
+        let stored: Vec<Triangle> = triangles.iter().rev().copied().collect();
+        let find = |LeafSlot(slot)| stored[slot as usize];
+        let index = |slot: usize| (triangles.len() - 1).wrapping_sub(slot) as u32;
+
+        // Plain loops, which stay in wide registers; closures of iterators would be called.
         let rays = filter.prepare_packet_in::<S, N>(packet);
         let mut closest = ClosestHits::new(&packet.t_max);
-        let find = |place: u32| triangles[place as usize];
-        // The first triangle by itself, the others at once.
-        let (live, counts, origin) = (packet.live(), &mut Counts::default(), packet.ray(0).origin);
-        let (first, others) = triangles.split_at(triangles.len().min(1));
-        for (first, triangles) in [(0, first), (1, others)] {
-            // A plain loop, which stays in wide registers; closures of iterators would be called.
-            let mut seen = Vec::with_capacity(triangles.len().div_ceil(8));
-            for eight in triangles.chunks(8) {
-                seen.push(filter.shared_origin_in::<S>(&TriangleBlock::new(eight), origin));
-            }
-            filter.shared_origin_closest_in(&rays, &seen, first, find, live, &mut closest, counts);
+        for (slot, triangle) in stored.iter().enumerate() {
+            let names = (TriangleId(index(slot)), LeafSlot(slot as u32));
+            let triangle = PreparedTriangle::new(triangle);
+            filter.packet_closest_in(&rays, &triangle, names, find, live, &mut closest, counts);
         }
+        let hits = filter.hits_in(&rays, &closest, find);
+        let packets = std::array::from_fn(|lane| {
+            let (TriangleId(index), _) = closest.lane(lane).triangle()?;
+            assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+            Some((index as usize, hits.t[lane]))
+        });
 
-        // The same by triangles prepared for any origin.
-        let prepared: Vec<_> = triangles.iter().map(|t| filter.prepare(t)).collect();
-        let mut any = ClosestHits::new(&packet.t_max);
-        filter.packet_closest_of_in(&rays, &prepared, 0, find, live, &mut any, counts);
-        [closest, any].map(|closest| {
-            let hits = filter.hits_in(&rays, &closest, find);
-            std::array::from_fn(|lane| {
-                let (index, _) = closest.lane(lane).triangle()?;
-                assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
-                Some((index as usize, hits.t[lane]))
-            })
-        })
+        let mut one_by_one = [None; N];
+        for (lane, found) in one_by_one.iter_mut().enumerate() {
+            if live >> lane & 1 == 0 {
+                continue;
+            }
+            let ray = packet.ray(lane);
+            let (prepared, mut closest) = (filter.prepare_ray(&ray), ClosestHit::new(ray.t_max));
+            for (k, eight) in stored.chunks(8).enumerate() {
+                let (block, first) = (TriangleBlock::new(eight), LeafSlot(8 * k as u32));
+                let indices = std::array::from_fn(|i| index(8 * k + i));
+                filter.closest_in::<S>(
+                    &prepared,
+                    &block,
+                    &indices,
+                    first,
+                    find,
+                    &mut closest,
+                    counts,
+                );
+            }
+            *found = filter.hit(&ray, &closest, find).map(|hit| (hit.triangle as usize, hit.t));
+        }
+        [packets, one_by_one]
     }
 }
 
 /// Packets of N rays and blocks of N triangles, made once and given to all modes at every level.
-fn check_width<const N: usize>(
-    scene: &Scene,
-    truth: &Truth,
-    double: &Double,
-    certified: &Certified,
-    exact: &Truth,
-) -> Result<(), String>
+fn check_width<const N: usize>(scene: &Scene, modes: &[TrueMode<'_>]) -> Result<(), String>
 where
     Lane<N>: Width,
 {
     let packets: Vec<RayPacket<N>> = scene.rays.chunks(N).map(RayPacket::new).collect();
     let blocks: Vec<TriangleBlock<N>> = scene.triangles.chunks(N).map(TriangleBlock::new).collect();
     for level in Level::all() {
-        check_forms(scene, truth, &double.at(level), "double", &packets, &blocks)?;
-        check_forms(scene, truth, &certified.at(level), "certified", &packets, &blocks)?;
-        check_forms(scene, exact, &Exact::at(level), "exact", &packets, &blocks)?;
+        for &mode in modes {
+            check_forms(scene, at(mode, level), &packets, &blocks)?;
+        }
     }
     Ok(())
 }
 
 /// Packets of rays against each triangle, and each ray against blocks of triangles.
-fn check_forms<M: Mode, const N: usize>(
+fn check_forms<const N: usize>(
     scene: &Scene,
-    truth: &Truth,
-    mode: &M,
-    name: &str,
+    (mode, name, truth): TrueMode<'_>,
     packets: &[RayPacket<N>],
     blocks: &[TriangleBlock<N>],
 ) -> Result<(), String>
@@ -176,14 +193,15 @@ where
 {
     let level = mode.level().name();
     for (obj, triangle) in scene.triangles.iter().enumerate() {
-        let prepared = mode.prepare(triangle);
+        let prepared = PreparedTriangle::new(triangle);
         for (k, (packet, rays)) in packets.iter().zip(scene.rays.chunks(N)).enumerate() {
             let hits = mode.packet(packet, &prepared);
             let want = |lane: usize| truth.t[N * k + lane][obj];
             same(&hits, rays.len(), want).map_err(|(lane, what)| {
                 format!("{name} {level} packet of {N}: {what}\n{:?}\n{triangle:?}", rays[lane])
             })?;
-            let any = mode.level().run(AnyOf { test: mode.test(), packet, triangle: &prepared });
+            let any =
+                mode.level().run(AnyOf { filter: mode.filter(), packet, triangle: &prepared });
             if any != hits.bits {
                 let bits = hits.bits;
                 return Err(format!(
@@ -205,13 +223,13 @@ where
 }
 
 /// The lanes of a packet that hit a triangle, without t.
-struct AnyOf<'a, T: Test, const N: usize> {
-    test: T,
+struct AnyOf<'a, const N: usize> {
+    filter: Filter<'a>,
     packet: &'a RayPacket<N>,
-    triangle: &'a Prepared<T>,
+    triangle: &'a PreparedTriangle,
 }
 
-impl<T: LaneQueries, const N: usize> WithSimd for AnyOf<'_, T, N>
+impl<const N: usize> WithSimd for AnyOf<'_, N>
 where
     Lane<N>: Width,
 {
@@ -219,9 +237,9 @@ where
 
     #[inline(always)]
     fn run<S: Simd>(self) -> u32 {
-        let rays = self.test.prepare_packet_in::<S, N>(self.packet);
+        let rays = self.filter.prepare_packet_in::<S, N>(self.packet);
         let live = self.packet.live();
-        self.test.packet_any_in(&rays, self.triangle, live, &mut Counts::default())
+        self.filter.packet_any_in(&rays, self.triangle, live, &mut Counts::default())
     }
 }
 
@@ -248,7 +266,7 @@ fn same<const N: usize>(
 }
 
 /// The queries over slices: closest, any, all.
-fn check_slices<M: Mode>(scene: &Scene, truth: &Truth, mode: &M, name: &str) -> Result<(), String> {
+fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), String> {
     let level = mode.level().name();
     let blocks = Blocks::new(&scene.triangles);
     let mut hits = vec![Hit::MISS; scene.rays.len()];

@@ -1,7 +1,7 @@
 //! What is true of a scene, pair by pair: by the scalar f64 reference, or by integers alone.
 
-use intertri::internal::exact::{self, Rule, Tier};
-use intertri::{Ray, Triangle};
+use intertri::internal::exact::{self, Tier};
+use intertri::{Ray, Rule, Triangle};
 use intertri_reference as reference;
 
 use crate::scene::Scene;
@@ -30,7 +30,7 @@ enum Plain {
     /// The document's tables.
     Reference(reference::Scene),
     /// Integers, which neither a filter nor f64 precedes.
-    Exact(Vec<Triangle>),
+    Exact(Rule, Vec<Triangle>),
 }
 
 /// The reference's ray.
@@ -48,7 +48,12 @@ impl Truth {
 
     /// Asks integers.
     pub(crate) fn exact(scene: &Scene) -> Self {
-        Self::by(Plain::Exact(scene.triangles.clone()), scene)
+        Self::by(Plain::Exact(Rule::Closed, scene.triangles.clone()), scene)
+    }
+
+    /// Asks integers, with each edge and corner belonging to one triangle.
+    pub(crate) fn once(scene: &Scene) -> Self {
+        Self::by(Plain::Exact(Rule::Once, scene.triangles.clone()), scene)
     }
 
     fn by(plain: Plain, scene: &Scene) -> Self {
@@ -79,9 +84,9 @@ impl Plain {
             Self::Reference(scene) => {
                 scene.hit(obj, &reference_ray(ray), ray.t_min.into(), ray.t_max.into())
             }
-            Self::Exact(triangles) => {
+            Self::Exact(rule, triangles) => {
                 let triangle = &triangles[obj];
-                exact::crossing_from(Tier::Narrow, Rule::Closed, ray, triangle)
+                exact::crossing_from(Tier::Narrow, *rule, ray, triangle)
                     .map(|_| exact::t_from(Tier::Narrow, ray, triangle))
             }
         }
@@ -100,7 +105,7 @@ impl Plain {
             Self::Reference(scene) => {
                 scene.closest(&reference_ray(ray), ray.t_min.into(), ray.t_max.into())
             }
-            Self::Exact(of) => {
+            Self::Exact(_, of) => {
                 let order = |new, old| exact::order_from(Tier::Narrow, ray, &of[new], &of[old]);
                 let nearer = |best, new| if order(new, best).is_lt() { new } else { best };
                 let first = (0..of.len()).filter(|&obj| is_hit(obj)).reduce(nearer)?;
@@ -114,7 +119,7 @@ impl Plain {
         let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
         all.sort_by(|&a, &b| match self {
             Self::Reference(_) => t[a].total_cmp(&t[b]),
-            Self::Exact(of) => exact::order_from(Tier::Narrow, ray, &of[a], &of[b]),
+            Self::Exact(_, of) => exact::order_from(Tier::Narrow, ray, &of[a], &of[b]),
         });
         all.into_iter().map(|obj| (obj, t[obj].to_bits())).collect()
     }
@@ -123,7 +128,7 @@ impl Plain {
     fn weights(&self, obj: usize, ray: &Ray) -> (f64, f64) {
         match self {
             Self::Reference(scene) => scene.barycentric(obj, &reference_ray(ray)),
-            Self::Exact(triangles) => {
+            Self::Exact(_, triangles) => {
                 let (_, u, v) = exact::attributes_from(Tier::Narrow, ray, &triangles[obj]);
                 (u, v)
             }

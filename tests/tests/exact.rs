@@ -3,4 +3,4 @@
 mod cases;
 mod meshes;
 mod pairs;
-mod solids;
+pub(crate) mod solids;

@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use intertri::fixed::{Bits, Fixed, Grid, blocks};
 use intertri::simd::Level;
-use intertri::{Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 use intertri_tests::{Scene, check_hierarchy, check_kernel};
 use intertri_trace::Bvh;
 
@@ -109,5 +109,5 @@ fn a_panic_in_one_job_ends_the_build_and_hangs_nobody() {
     // The threads are there for the next one.
     let bvh = Bvh::new(&triangles).unwrap();
     let ray = &through_a_board(1.0, -1.0, 1.0)[5];
-    assert_eq!(bvh.all(&intertri::Certified::default(), ray).len(), 4_000);
+    assert_eq!(bvh.query().mode(Mode::certified()).all(ray).len(), 4_000);
 }

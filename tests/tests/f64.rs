@@ -3,6 +3,7 @@
 
 mod bound;
 mod cases;
+mod certified;
 pub(crate) mod hierarchy;
 mod meshes;
 mod nearest;

@@ -1,5 +1,10 @@
 //! The mode `fixed`: against its scalar i128 reference and rationals, on closed meshes, and its golden hash.
 
+use intertri::fixed::{Ray, Triangle};
+use intertri::simd::Level;
+use intertri::{Crossing, Crossings, Hit, Ray as Line};
+use intertri_trace::{Bvh, Query};
+
 mod bundles;
 mod golden;
 mod hierarchy;
@@ -7,6 +12,69 @@ mod meshes;
 mod rationals;
 mod scalar;
 mod solids;
+
+/// A hierarchy over a grid: that of the snapped triangles in f32, traced once a crossing, with t as [`Fixed`] has it.
+///
+/// [`Fixed`]: intertri::fixed::Fixed
+struct GridBvh(Bvh);
+
+impl GridBvh {
+    fn new(triangles: &[Triangle]) -> Self {
+        let in_f32: Vec<_> = triangles.iter().map(Triangle::to_f32).collect();
+        Self(Bvh::new(&in_f32).unwrap())
+    }
+
+    fn query(&self, level: Level) -> GridQuery<'_> {
+        GridQuery(self.0.query().once().at(level))
+    }
+}
+
+/// A query of a hierarchy over a grid.
+struct GridQuery<'a>(Query<'a>);
+
+impl GridQuery<'_> {
+    fn closest(&mut self, ray: &Ray) -> Option<Hit> {
+        self.0.closest(ray.to_f32()).map(|hit| for_caller(ray, hit))
+    }
+
+    fn any(&mut self, ray: &Ray) -> bool {
+        self.0.any(ray.to_f32())
+    }
+
+    fn all(&mut self, ray: &Ray) -> Vec<Hit> {
+        self.0.all(ray.to_f32()).into_iter().map(|hit| for_caller(ray, hit)).collect()
+    }
+
+    fn crossings(&mut self, ray: &Ray) -> Vec<Crossing> {
+        let crossings = self.0.crossings(ray.to_f32()).into_iter();
+        crossings
+            .map(|crossing| Crossing { hit: for_caller(ray, crossing.hit), ..crossing })
+            .collect()
+    }
+
+    fn closest_batch(&self, rays: &[Ray]) -> Vec<Hit> {
+        let hits = self.0.closest_batch(&lines(rays));
+        rays.iter().zip(hits).map(|(ray, hit)| for_caller(ray, hit)).collect()
+    }
+
+    fn any_batch(&self, rays: &[Ray]) -> Vec<bool> {
+        self.0.any_batch(&lines(rays))
+    }
+
+    fn count_crossings_batch(&self, rays: &[Ray]) -> Vec<Crossings> {
+        self.0.count_crossings_batch(&lines(rays))
+    }
+}
+
+/// The same rays in f32.
+fn lines(rays: &[Ray]) -> Vec<Line> {
+    rays.iter().map(|ray| *ray.to_f32()).collect()
+}
+
+/// A hit with t in multiples of the direction that was snapped.
+fn for_caller(ray: &Ray, hit: Hit) -> Hit {
+    if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
+}
 
 /// A generator of numbers, the same on every machine.
 struct Numbers(u64);

@@ -2,7 +2,7 @@
 
 use crate::common;
 use intertri::simd::Level;
-use intertri::{Certified, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 use intertri_lab::families::find;
 use intertri_lab::rng::Rng;
 use intertri_tests::{Scene, as_source, check_hierarchy};
@@ -72,8 +72,8 @@ fn no_triangles_and_triangles_at_one_point() {
     assert_eq!(checked(vec![triangle; 100], rays()), 1);
     let bvh = Bvh::new(&vec![triangle; 100_000]).unwrap();
     let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
-    assert_eq!(bvh.closest(&Certified::default(), &ray).unwrap().triangle, 0);
-    assert_eq!(bvh.all(&Certified::default(), &ray).len(), 100_000);
+    assert_eq!(bvh.query().mode(Mode::certified()).closest(&ray).unwrap().triangle, 0);
+    assert_eq!(bvh.query().mode(Mode::certified()).all(&ray).len(), 100_000);
 }
 
 /// Axis-parallel rays in the faces of boxes, from inside of boxes, and along their edges.

@@ -167,7 +167,7 @@ fn meshes_are_asked_as_a_plain_loop() {
             .collect();
         let bvh = Bvh::new(&triangles).unwrap();
         let mut answers = vec![ClosestPoint::NONE; points.len()];
-        bvh.closest_point_batch(&points, f64::INFINITY, &mut answers);
+        bvh.closest_point_batch_into(&points, f64::INFINITY, &mut answers);
         for (&point, answer) in points.iter().zip(&answers) {
             let finite = |t: &Triangle| t.0.as_flattened().iter().all(|x| x.is_finite());
             let there = (0..triangles.len()).filter(|&i| finite(&triangles[i]));

@@ -4,7 +4,7 @@
 use crate::common;
 use intertri::internal::{Frame, Windows};
 use intertri::simd::{Level, Simd, Vec3, WithSimd};
-use intertri::{Certified, Mode, Ray, Triangle, TriangleBlock};
+use intertri::{Mode, Ray, Triangle, TriangleBlock};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 use intertri_reference as reference;
@@ -64,7 +64,7 @@ impl WithSimd for Compute<'_> {
             return None;
         }
         let block = TriangleBlock::<8>::new(&[triangle]);
-        let filter = Certified::default().test();
+        let filter = Mode::certified().filter();
         let outline = filter.outlines_in::<S>(&block, None, &frame, points.z).lane(0);
         let (values, err) = outline.at(&points);
         Some((values, err, outline.unit()))
@@ -182,7 +182,7 @@ impl WithSimd for Reached<'_> {
         let reach = [points.x.abs(), points.y.abs()];
         let frame = frame.passed_within(self.0.length_off(), reach);
         let block = TriangleBlock::<8>::new(&[triangle]);
-        let filter = Certified::default().test();
+        let filter = Mode::certified().filter();
         let outline = filter.outlines_in::<S>(&block, None, &frame, points.z).lane(0);
         let window = Windows::<f32>::new([points.x, points.y], [points.x, points.y]);
         points.on_screen().then(|| outline.near(&window) != 0 && outline.within(&window, 0.0) != 0)

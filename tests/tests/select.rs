@@ -3,11 +3,11 @@
 use crate::common;
 use dashu_ratio::RBig;
 use intertri::simd::Level;
-use intertri::{Certified, Crossings, Double, Exact, Hit, Mode, Ray, Threshold, Triangle};
+use intertri::{Crossing, Crossings, Hit, Mode, Ray, Threshold, Triangle};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
-use intertri_trace::{Bvh, Faces, Select};
+use intertri_trace::{Bvh, Faces, MeshTriangle, Query};
 
 /// A scene in three meshes, the second of which is empty.
 struct Meshes {
@@ -16,21 +16,48 @@ struct Meshes {
     bvh: Bvh,
 }
 
+/// Which triangles count.
+#[derive(Clone, Copy, Debug)]
+struct Selection<'a> {
+    mask: u32,
+    faces: Faces,
+    skip: &'a [&'a [Hit]],
+}
+
+impl<'a> Selection<'a> {
+    const ALL: Selection<'static> = Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
+
+    /// A query among these triangles.
+    fn query(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
+        bvh.query().mode(mode).mask(self.mask).faces(self.faces).skip(self.skip)
+    }
+
+    /// The same query, its settings made in another order.
+    fn reordered(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
+        bvh.query().skip(self.skip).faces(self.faces).mask(self.mask).mode(mode)
+    }
+
+    /// For the i-th ray alone, which is the first ray of its query.
+    fn alone(self, i: usize) -> Self {
+        Self { skip: self.skip.get(i..i + 1).unwrap_or(&[]), ..self }
+    }
+}
+
 /// The masks of the meshes.
 const MASKS: [u32; 3] = [0b0011, 0b1111, 0b0110];
 
 impl Meshes {
     fn new(scene: Scene, first: usize) -> Self {
         let (one, other) = scene.triangles.split_at(first);
-        let mut bvh = Bvh::of_meshes(&[one, &[], other]).unwrap();
+        let mut bvh = Bvh::from_meshes(&[one, &[], other]).unwrap();
         for (geometry, mask) in MASKS.into_iter().enumerate() {
             bvh.set_mask(geometry, mask);
         }
         Self { scene, first, bvh }
     }
 
-    /// A hit of a triangle by its position in the whole, as it is told.
-    fn told(&self, hit: Hit) -> Hit {
+    /// A hit of a triangle by its position in the whole, renamed as answers are.
+    fn renamed(&self, hit: Hit) -> Hit {
         let (geometry, triangle) = match hit.triangle {
             Hit::NO_TRIANGLE => (0, Hit::NO_TRIANGLE),
             i if (i as usize) < self.first => (0, i),
@@ -40,15 +67,15 @@ impl Meshes {
     }
 
     /// The positions of the triangles that count for a ray.
-    fn counting(&self, select: &Select<'_>, number: usize, ray: &Ray) -> Vec<u32> {
-        let skipped = select.skip.get(number).copied().unwrap_or(&[]);
+    fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
+        let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
-            let told = self.told(Hit { triangle: *i, ..Hit::MISS });
-            MASKS[told.geometry as usize] & select.mask != 0
+            let renamed = self.renamed(Hit { triangle: *i, ..Hit::MISS });
+            MASKS[renamed.geometry as usize] & selection.mask != 0
                 && !skipped
                     .iter()
-                    .any(|h| (h.geometry, h.triangle) == (told.geometry, told.triangle))
-                && match select.faces {
+                    .any(|h| (h.geometry, h.triangle) == (renamed.geometry, renamed.triangle))
+                && match selection.faces {
                     Faces::Both => true,
                     Faces::Front => along_normal(ray, &self.scene.triangles[*i as usize]) < 0,
                     Faces::Back => along_normal(ray, &self.scene.triangles[*i as usize]) > 0,
@@ -57,78 +84,78 @@ impl Meshes {
         (0..self.scene.triangles.len() as u32).filter(counts).collect()
     }
 
-    /// A hit among the triangles that count, as it is told of all.
+    /// A hit among the triangles that count, as it is named among all.
     fn of_counting(&self, counting: &[u32], hit: Hit) -> Hit {
-        self.told(Hit { triangle: counting[hit.triangle as usize], ..hit })
+        self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
+    }
+
+    /// Those triangles.
+    fn triangles(&self, counting: &[u32]) -> Vec<Triangle> {
+        counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }
 
     /// Every query by every ray.
-    fn check<M: Mode>(&self, mode: &M, select: &Select<'_>) -> usize {
-        let (rays, only) = (&self.scene.rays[..], self.bvh.only(select));
-        let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-        let mut triangles = vec![0; rays.len()];
-        only.closest_batch(mode, rays, &mut closest);
-        only.any_batch(mode, rays, &mut any);
-        only.triangles_batch(mode, rays, &mut triangles);
-        let lists = only.all_batch(mode, rays, None).unwrap();
-        let few = only.all_batch(mode, rays, Some(2)).unwrap();
+    fn check(&self, mode: Mode, selection: &Selection<'_>) -> usize {
+        let (rays, query) = (&self.scene.rays[..], selection.query(&self.bvh, mode));
+        let (closest, any) = (query.closest_batch(rays), query.any_batch(rays));
+        let triangles = query.closest_triangle_batch(rays);
+        let lists = query.all_batch(rays, None).unwrap();
+        let few = query.all_batch(rays, Some(2)).unwrap();
         for (i, ray) in rays.iter().enumerate() {
-            let counting = self.counting(select, i, ray);
-            let some: Vec<Triangle> =
-                counting.iter().map(|&i| self.scene.triangles[i as usize]).collect();
-            let told = |hit| self.of_counting(&counting, hit);
+            let counting = self.counting(selection, i, ray);
+            let some = self.triangles(&counting);
+            let renamed = |hit| self.of_counting(&counting, hit);
             let first = mode.closest(&some, ray);
-            let want = first.map_or(Hit::MISS, told);
-            let at = || format!("{} ray {i}: {ray:?}, {select:?}", mode.level().name());
+            let want = first.map_or(Hit::MISS, renamed);
+            let at = || format!("{} ray {i}: {ray:?}, {selection:?}", mode.level().name());
             assert_eq!(bits(&closest[i]), bits(&want), "{}", at());
             assert_eq!(any[i], first.is_some(), "{}", at());
-            let position = first.map_or(Hit::NO_TRIANGLE, |hit| counting[hit.triangle as usize]);
-            assert_eq!(triangles[i], position, "{}", at());
-            let all: Vec<_> = mode.all(&some, ray).into_iter().map(told).collect();
+            let name = MeshTriangle { triangle: want.triangle, geometry: want.geometry };
+            assert_eq!(triangles[i], name, "{}", at());
+            let all: Vec<_> = mode.all(&some, ray).into_iter().map(renamed).collect();
             assert!(lists.of(i).iter().map(bits).eq(all.iter().map(bits)), "{}", at());
             assert!(few.of(i).iter().map(bits).eq(all.iter().take(2).map(bits)), "{}", at());
 
-            // Asked alone, a ray is the first of the query.
-            let skip = select.skip.get(i..i + 1).unwrap_or(&[]);
-            let alone = Select { skip, ..*select };
-            let only = self.bvh.only(&alone);
-            assert_eq!(
-                bits(&only.closest(mode, ray).unwrap_or(Hit::MISS)),
-                bits(&want),
-                "{}",
-                at()
-            );
-            assert_eq!(only.any(mode, ray), first.is_some(), "{}", at());
-            assert!(only.all(mode, ray).iter().map(bits).eq(all.iter().map(bits)), "{}", at());
-            let mut intersector = only.intersector(mode);
-            let hit = intersector.closest(ray).unwrap_or(Hit::MISS);
-            assert_eq!(bits(&hit), bits(&want), "{}", at());
-            assert_eq!(intersector.triangle(ray).unwrap_or(Hit::NO_TRIANGLE), position, "{}", at());
-            assert_eq!(intersector.any(ray), first.is_some(), "{}", at());
+            let alone = selection.alone(i);
+            let queries = [alone.query(&self.bvh, mode), alone.reordered(&self.bvh, mode)];
+            for mut query in queries {
+                let hit = query.closest(ray).unwrap_or(Hit::MISS);
+                assert_eq!(bits(&hit), bits(&want), "{}", at());
+                assert_eq!(query.any(ray), first.is_some(), "{}", at());
+                assert!(query.all(ray).iter().map(bits).eq(all.iter().map(bits)), "{}", at());
+                let triangle = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS);
+                assert_eq!(triangle, name, "{}", at());
+            }
         }
-        lists.hits.len()
+        lists.items.len()
     }
 
     /// Crossings of the triangles that count.
-    fn check_crossings(&self, mode: Exact, select: &Select<'_>) {
-        let (rays, only) = (&self.scene.rays[..], self.bvh.only(select));
+    fn check_crossings(&self, mode: Mode, selection: &Selection<'_>) {
+        let (rays, query) = (&self.scene.rays[..], selection.query(&self.bvh, mode));
         let mut counts = vec![Crossings { signed: 7, unsigned: 7 }; rays.len()];
-        only.crossings_batch(&mode, rays, &mut counts);
+        query.count_crossings_batch_into(rays, &mut counts);
+        let lists = query.crossings_batch(rays, None).unwrap();
+        let few = query.crossings_batch(rays, Some(1)).unwrap();
         for (i, ray) in rays.iter().enumerate() {
-            let counting = self.counting(select, i, ray);
-            let some: Vec<Triangle> =
-                counting.iter().map(|&i| self.scene.triangles[i as usize]).collect();
-            let all = mode.crossings(&some, ray);
+            let counting = self.counting(selection, i, ray);
+            let mut all = mode.crossings(&self.triangles(&counting), ray);
             let mut want = Crossings::default();
-            for crossing in &all {
+            for crossing in &mut all {
                 want.add(crossing.leaves);
+                crossing.hit = self.of_counting(&counting, crossing.hit);
             }
-            assert_eq!(counts[i], want, "ray {i}: {ray:?}, {select:?}");
-            let skip = select.skip.get(i..i + 1).unwrap_or(&[]);
-            let got = self.bvh.only(&Select { skip, ..*select }).crossings(&mode, ray);
-            let told =
-                |c: &intertri::Crossing| (bits(&self.of_counting(&counting, c.hit)), c.leaves);
-            assert!(got.iter().map(|c| (bits(&c.hit), c.leaves)).eq(all.iter().map(told)));
+            let at = || format!("ray {i}: {ray:?}, {selection:?}");
+            assert_eq!(counts[i], want, "{}", at());
+            let bits = |all: &[Crossing]| -> Vec<_> {
+                all.iter().map(|c| (bits(&c.hit), c.leaves)).collect()
+            };
+            let (all, first) = (bits(&all), bits(&all[..all.len().min(1)]));
+            assert_eq!(bits(lists.of(i)), all, "{}", at());
+            assert_eq!(bits(few.of(i)), first, "{}", at());
+            let mut query = selection.alone(i).query(&self.bvh, mode);
+            assert_eq!(bits(&query.crossings(ray)), all, "{}", at());
+            assert_eq!(bits(query.next_crossing(ray).as_slice()), first, "{}", at());
         }
     }
 }
@@ -162,14 +189,12 @@ fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     }
 }
 
-/// All kinds of choices, and how many hits are left by them, in all.
-fn choices(meshes: &Meshes, level: Level) -> usize {
+/// All kinds of selections, and how many hits they leave, in all.
+fn selections(meshes: &Meshes, level: Level) -> usize {
     let threshold = Threshold::new(meshes.scene.threshold).unwrap();
-    let (certified, double) =
-        (Certified::new(threshold).at(level), Double::new(threshold).at(level));
-    let exact = Exact::at(level);
+    let modes = [Mode::certified_with(threshold), Mode::exact(), Mode::once()];
     // What each ray skips: its first hits, a hit of another, or nothing.
-    let all = meshes.bvh.only(&Select::ALL).all_batch(&exact, &meshes.scene.rays, None).unwrap();
+    let all = meshes.bvh.query().at(level).all_batch(&meshes.scene.rays, None).unwrap();
     let other = [Hit { triangle: 1, geometry: 2, ..Hit::MISS }, Hit::MISS];
     let skips: Vec<&[Hit]> = (all.iter().enumerate())
         .map(|(i, hits)| match i % 4 {
@@ -183,11 +208,11 @@ fn choices(meshes: &Meshes, level: Level) -> usize {
     for mask in [u32::MAX, 0b0001, 0b0010, 0b0100, 0b1000, 0] {
         for faces in [Faces::Both, Faces::Front, Faces::Back] {
             for skip in [&[][..], &skips[..]] {
-                let select = Select { mask, faces, skip };
-                hits += meshes.check(&certified, &select);
-                hits += meshes.check(&exact, &select);
-                hits += meshes.check(&double, &select);
-                meshes.check_crossings(exact, &select);
+                let selection = Selection { mask, faces, skip };
+                for mode in modes {
+                    hits += meshes.check(mode.at(level), &selection);
+                }
+                meshes.check_crossings(Mode::exact().at(level), &selection);
             }
         }
     }
@@ -195,14 +220,14 @@ fn choices(meshes: &Meshes, level: Level) -> usize {
 }
 
 #[test]
-fn every_family_in_meshes_by_every_choice() {
+fn every_family_in_meshes_by_every_selection() {
     let levels: Vec<Level> = Level::all().collect();
     let hits = common::each_family(|i, family| {
         let mut rng = Rng::new(39 + i as u64);
         let of = |size| {
             let scene = common::scene(family, &mut rng, size, 12);
             let first = scene.triangles.len() / 3;
-            choices(&Meshes::new(scene, first), levels[i % levels.len()])
+            selections(&Meshes::new(scene, first), levels[i % levels.len()])
         };
         [1, 30, 200].map(of).iter().sum::<usize>()
     });
@@ -221,15 +246,15 @@ fn ties_go_by_the_position_in_the_whole() {
         scene.triangles.extend(again.iter().rev());
         let meshes = Meshes::new(scene, again.len());
         for level in Level::all() {
-            meshes.check(&Exact::at(level), &Select::ALL);
-            meshes.check(&Certified::default().at(level), &Select { mask: 0b100, ..Select::ALL });
+            meshes.check(Mode::exact().at(level), &Selection::ALL);
+            meshes.check(Mode::certified().at(level), &Selection { mask: 0b100, ..Selection::ALL });
         }
     }
 }
 
 /// A bundle of rays from one origin, and one that a mask keeps from being one.
 #[test]
-fn rays_of_one_origin_go_by_the_choice() {
+fn rays_of_one_origin_go_by_the_selection() {
     let at = |x: i32, y: i32, z: f32| {
         let [x, y] = [x, y].map(|k| k as f32);
         Triangle([[x, y, z], [x + 1.0, y, z], [x, y + 1.0, z]])
@@ -243,31 +268,39 @@ fn rays_of_one_origin_go_by_the_choice() {
     let scene = Scene { triangles, rays: (0..1024).map(ray).collect(), threshold: 1e-9 };
     let meshes = Meshes::new(scene, 400);
     for level in Level::all() {
-        let all = meshes.check(&Exact::at(level), &Select::ALL);
-        let one = meshes.check(&Exact::at(level), &Select { mask: 0b001, ..Select::ALL });
+        let all = meshes.check(Mode::exact().at(level), &Selection::ALL);
+        let one =
+            meshes.check(Mode::exact().at(level), &Selection { mask: 0b001, ..Selection::ALL });
         assert!(one > 200 && all > one + 200, "{all} {one}");
     }
 }
 
 #[test]
-#[should_panic(expected = "a list of what to skip")]
-fn a_list_a_ray_or_none() {
+#[should_panic(expected = "a list of triangles to skip for each ray, or none")]
+fn a_batch_has_a_list_a_ray_or_none() {
     let bvh = Bvh::new(&[]).unwrap();
     let rays = [Ray::new([0.0; 3], [0.0, 0.0, 1.0]); 3];
-    let select = Select { skip: &[&[], &[]], ..Select::ALL };
-    let _ = bvh.only(&select).all_batch(&Exact::default(), &rays, None);
+    let _ = bvh.query().skip(&[&[], &[]]).all_batch(&rays, None);
+}
+
+#[test]
+#[should_panic(expected = "one list of triangles to skip for one ray, or none")]
+fn a_single_ray_has_one_list_or_none() {
+    let bvh = Bvh::<f32>::new(&[]).unwrap();
+    bvh.query().skip(&[&[], &[]]).closest(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
 }
 
 /// One that is hidden from every mask is hidden from queries without one.
 #[test]
 fn a_geometry_without_a_mask_never_counts() {
     let wall = [Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0])];
-    let mut bvh = Bvh::of_meshes(&[&wall, &wall]).unwrap();
+    let mut bvh = Bvh::from_meshes(&[&wall, &wall]).unwrap();
     let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
-    let hit =
-        |bvh: &Bvh| bvh.closest(&Exact::default(), &ray).map(|hit| (hit.geometry, hit.triangle));
+    let hit = |bvh: &Bvh| bvh.closest(&ray).map(|hit| (hit.geometry, hit.triangle));
     assert_eq!(hit(&bvh), Some((0, 0)));
     bvh.set_mask(0, 0);
     assert_eq!(hit(&bvh), Some((1, 0)));
-    assert_eq!((bvh.geometries(), bvh.geometry_of(1), bvh.len()), (2, (1, 0), 2));
+    let triangle = bvh.query().closest_triangle(&ray);
+    assert_eq!(triangle, Some(MeshTriangle { triangle: 0, geometry: 1 }));
+    assert_eq!((bvh.geometries(), bvh.len()), (2, 2));
 }

@@ -1,7 +1,7 @@
 //! Rays that start on a triangle never hit it, and start where they say.
 
 use crate::common;
-use intertri::{Exact, Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
+use intertri::{Hit, Mode, Ray, Triangle, spawn_ray, spawn_ray_to};
 use intertri_lab::families::FAMILIES;
 use intertri_lab::rng::Rng;
 
@@ -9,7 +9,7 @@ use intertri_lab::rng::Rng;
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(21));
-    let exact = Exact::default();
+    let exact = Mode::exact();
     for family in FAMILIES {
         for _ in 0..20 {
             let scene = common::scene(family, &mut rng, 20, 40);
@@ -78,7 +78,7 @@ fn a_ray_without_a_start_stays_empty() {
     let triangle = Triangle([corner([0, 0, 1]), corner([0, 1, 0]), corner([2, 0, 0])]);
     let hit = Hit { t: 1.0, u: 0.0, v: 0.5, triangle: 0, geometry: 0 };
     let start = point(&hit, &triangle).map(|x| x as f32);
-    let (exact, dir) = (Exact::default(), [1.0, -0.1, 1.0]);
+    let (exact, dir) = (Mode::exact(), [1.0, -0.1, 1.0]);
     assert!(exact.any(&[triangle], &Ray::new(start, dir)));
     let aim = [0, 1, 2].map(|k| f32::from_bits(start[k].to_bits() + [1, 0, 1][k]));
     let none = spawn_ray(&Hit::MISS, &triangle, dir);
@@ -95,7 +95,7 @@ fn a_ray_without_a_start_stays_empty() {
 /// A ray to a target ends there, and does not meet the triangle that it starts on.
 #[test]
 fn a_ray_to_a_target_ends_there() {
-    let (exact, mut rng) = (Exact::default(), Rng::new(23));
+    let (exact, mut rng) = (Mode::exact(), Rng::new(23));
     for _ in 0..5000 {
         let mut corner = || rng.direction().map(|x| x as f32);
         let (triangle, target) = (Triangle([corner(), corner(), corner()]), corner());

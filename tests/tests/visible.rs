@@ -1,15 +1,15 @@
 //! Which points see each other, against a plain loop in rationals; and surfaces that do not shade themselves.
 
 use dashu_ratio::RBig;
-use intertri::{Exact, Hit, RayOf, TriangleOf};
+use intertri::{Hit, RayOf, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle;
-use intertri_trace::{Bvh, Given, ModeFor, Select};
+use intertri_trace::{Bvh, BvhScalar};
 
 use crate::nearest::truth::truth;
 
 /// f32 or f64.
-trait Float: Given + From<f32> {
+trait Float: BvhScalar + From<f32> {
     /// 16 units of rounding.
     const REACH: f64;
     fn of(x: f64) -> Self;
@@ -91,38 +91,33 @@ impl<S: Float> Scene<S> {
     }
 }
 
-fn agrees_with_a_plain_loop<S: Float>()
-where
-    Exact: ModeFor<S>,
-{
-    let (exact, mut seen, mut saved, mut skipped) = (Exact::default(), 0, 0, 0);
+fn agrees_with_a_plain_loop<S: Float>() {
+    let (mut seen, mut saved, mut skipped) = (0, 0, 0);
     for seed in 0..60 {
         let mut scene = Scene::<S>::new(seed);
         let bvh = Bvh::new(&scene.triangles).unwrap();
         let segments: Vec<_> = (0..60).map(|_| [scene.point(), scene.point()]).collect();
-        let mut visible = vec![false; segments.len()];
-        bvh.visible_batch(&exact, &segments, &mut visible);
+        let visible = bvh.visible_batch(&segments);
         for (segment, &visible) in segments.iter().zip(&visible) {
             let [a, b] = *segment;
             assert_eq!(visible, sees(segment, &scene.triangles, &[]), "{seed}: {segment:?}");
-            assert_eq!(visible, bvh.visible(&exact, a, b), "{seed}: {segment:?}");
+            assert_eq!(visible, bvh.visible(a, b), "{seed}: {segment:?}");
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
             let ray = RayOf::new(a, dir).between(S::ZERO, S::ONE);
             seen += u32::from(visible);
-            saved += u32::from(visible && bvh.any(&exact, &ray));
+            saved += u32::from(visible && bvh.any(&ray));
         }
 
         // What segments skip: the first that they hit, and another.
         let named = |&[a, b]: &[[S; 3]; 2]| {
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
-            let first = bvh.closest(&exact, &RayOf::new(a, dir)).unwrap_or(Hit::MISS);
+            let first = bvh.closest(&RayOf::new(a, dir)).unwrap_or(Hit::MISS);
             [first, Hit { triangle: 7, ..Hit::MISS }]
         };
         let named: Vec<_> = segments.iter().map(named).collect();
         let lists: Vec<&[Hit]> = named.iter().map(|list| &list[..]).collect();
-        let select = Select { skip: &lists, ..Select::ALL };
-        let (before, mut visible) = (visible, vec![false; segments.len()]);
-        bvh.only(&select).visible_batch(&exact, &segments, &mut visible);
+        let (before, mut visible) = (visible, vec![true; segments.len()]);
+        bvh.query().skip(&lists).visible_batch_into(&segments, &mut visible);
         for ((segment, list), (&visible, before)) in
             segments.iter().zip(&named).zip(visible.iter().zip(before))
         {
@@ -161,11 +156,8 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
 
 /// Every face of a convex body that looks at the light is lit, at its centre, its corners and the middles of its edges;
 /// every face that looks away is dark. A ray without care calls many lit ones dark.
-fn lit_faces_are_lit<S: Float>()
-where
-    Exact: ModeFor<S>,
-{
-    let (exact, triangles) = (Exact::default(), sphere::<S>(24));
+fn lit_faces_are_lit<S: Float>() {
+    let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();
     let light = [3.0, 1.0, 4.0].map(S::of);
     let (mut lit, mut dark, mut by_accident) = (0, 0, 0);
@@ -182,15 +174,15 @@ where
             let sum: f64 = weights.iter().sum();
             let point = [0, 1, 2]
                 .map(|k| S::of((0..3).map(|i| weights[i] * corners[i][k]).sum::<f64>() / sum));
-            let visible = bvh.visible(&exact, point, light);
-            assert_eq!(visible, bvh.visible(&exact, light, point));
+            let visible = bvh.visible(point, light);
+            assert_eq!(visible, bvh.visible(light, point));
             let inside = weights[2] * weights[1] * weights[0] > 0.0;
             if side > 0.0 {
                 assert!(visible, "{triangle:?} {point:?}");
                 lit += 1;
                 let dir = [0, 1, 2].map(|k| S::of(light[k].into() - point[k].into()));
                 let ray = RayOf::new(point, dir).between(S::ZERO, S::ONE);
-                by_accident += u32::from(bvh.any(&exact, &ray));
+                by_accident += u32::from(bvh.any(&ray));
             } else if inside {
                 assert!(!visible, "{triangle:?} {point:?}");
                 dark += 1;
@@ -215,8 +207,8 @@ fn lit_faces_of_a_sphere_are_lit_in_f64() {
 fn segments_of_all_sizes() {
     let far = f32::MAX;
     let wall = TriangleOf([[0.0, -far, -far], [0.0, far, -far], [0.0, 0.0, far]]);
-    let (exact, bvh) = (Exact::default(), Bvh::new(&[wall]).unwrap());
-    let sees = |a, b| bvh.visible(&exact, a, b);
+    let bvh = Bvh::new(&[wall]).unwrap();
+    let sees = |a, b| bvh.visible(a, b);
     assert!(!sees([-far, 0.0, 0.0], [far, 0.0, 0.0]));
     assert!(sees([far * 0.5, 0.0, 0.0], [far, 0.0, 0.0]));
     assert!(sees([0.0, far, far], [far, -far, far]));
@@ -224,6 +216,5 @@ fn segments_of_all_sizes() {
     for bad in [f32::NAN, f32::INFINITY] {
         assert!(!sees([1.0, bad, 0.0], [2.0, 0.0, 0.0]) && !sees([1.0, 0.0, 0.0], [2.0, 0.0, bad]));
     }
-    let mut none: [bool; 0] = [];
-    bvh.visible_batch(&exact, &[], &mut none);
+    assert!(bvh.visible_batch(&[]).is_empty());
 }

@@ -15,7 +15,7 @@ const FAINT: &str = "#dddddd";
 /// what name, in which colour (M. Okabe's and K. Ito's, which the colour-blind tell apart).
 const GROUPS: [(&str, &str, &str); 8] = [
     ("certified", "certified", "#D55E00"),
-    ("double", "double", "#E69F00"),
+    ("exact", "exact", "#E69F00"),
     ("fixed", "fixed", "#F0E442"),
     ("embree-fast", "Embree, fast", "#0072B2"),
     ("embree-robust", "Embree, robust", "#56B4E9"),

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use intertri::{Exact, Hit, Ray};
+use intertri::{Hit, Mode, Ray};
 use intertri_scene::{Mesh, Scene, hit_point};
 use intertri_trace::Bvh;
 
@@ -27,7 +27,7 @@ pub struct Options {
     #[arg(
         long,
         value_delimiter = ',',
-        default_value = "exact,exact-intersector,certified,embree-fast-1,embree-fast-16,embree-robust-16,obvhs-2"
+        default_value = "exact,exact-query,certified,embree-fast-1,embree-fast-16,embree-robust-16,obvhs-2"
     )]
     engine: Vec<String>,
     /// Seconds for each engine, scene and kind.
@@ -59,7 +59,7 @@ pub fn run(options: &Options) -> Result<(), String> {
             let bvh = Arc::new(Bvh::new(&triangles).map_err(|e| e.to_string())?);
             let wanted = &options.engine;
             let mut named = engines::engines(wanted, &case.scene, &triangles, &bvh, api.as_ref());
-            let mut exact = Batch::new(bvh.clone(), Exact::default());
+            let mut exact = Batch::new(bvh.clone(), Mode::exact());
             exact.load(&case.rays, case.question);
             exact.trace(0..case.rays.len());
             let truth: Vec<Answer> = exact.answers();
@@ -124,7 +124,7 @@ fn size(mesh: &Mesh) -> f32 {
 /// Rays at what the camera sees, from far behind it.
 fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     let mut hits = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&Exact::default(), rays, &mut hits);
+    bvh.query().closest_batch_into(rays, &mut hits);
     let (seen, away) =
         (rays.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()), far * size(&scene.mesh));
     seen.map(|(ray, hit)| {

@@ -90,11 +90,11 @@ fn compare(
     let mut signed = vec![0.0; points.len()];
     let infinity = f64::INFINITY;
     let time = fastest(points.len(), || {
-        pool.install(|| solid.bvh().closest_point_batch(points, infinity, &mut closest));
+        pool.install(|| solid.bvh().closest_point_batch_into(points, infinity, &mut closest));
     });
     println!("  intertri, closest point    {time:7.3} us a point");
     let time = fastest(points.len(), || {
-        pool.install(|| solid.signed_distance_batch(points, &mut signed));
+        pool.install(|| solid.signed_distance_batch_into(points, &mut signed));
     });
     println!("  intertri, signed distance  {time:7.3} us a point");
     if let Some(path) = dump {

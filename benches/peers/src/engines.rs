@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use intertri::simd::Level;
-use intertri::{Certified, Double, Exact, Mode, Threshold, Triangle};
+use intertri::{Mode, Threshold, Triangle};
 use intertri_trace::Bvh;
 use obvhs::BvhBuildParams;
 
@@ -18,14 +18,14 @@ use crate::ours::{Batch, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// Everyone: what it is, and a line about it.
-pub const ENGINES: [(&str, &str); 36] = [
+pub const ENGINES: [(&str, &str); 35] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
     ("certified-single", "a call a ray"),
-    ("certified-intersector", "a call a ray, by an object that is kept"),
-    ("certified-intersector-avx2", ""),
+    ("certified-query", "a call a ray, by a query that is kept"),
+    ("certified-query-avx2", ""),
     ("certified-zero", "batch calls with Threshold 0; differs by that"),
     ("certified-zero-triangles", ""),
     ("exact", "batch calls; differs where document A errs"),
@@ -33,11 +33,10 @@ pub const ENGINES: [(&str, &str); 36] = [
     ("exact-avx2", "batch calls held to AVX2"),
     ("exact-triangles-avx2", ""),
     ("exact-single", "a call a ray"),
-    ("exact-intersector", "a call a ray, by an object that is kept"),
-    ("exact-intersector-avx2", ""),
-    ("exact-intersector-triangles", "the same for the triangle alone"),
-    ("exact-intersector-triangles-avx2", ""),
-    ("double", "batch calls"),
+    ("exact-query", "a call a ray, by a query that is kept"),
+    ("exact-query-avx2", ""),
+    ("exact-query-triangles", "the same for the triangle alone"),
+    ("exact-query-triangles-avx2", ""),
     ("fixed", "batch calls, snapping included; differs by the snapping to its grid"),
     ("embree-fast-1", "a call a ray; default build"),
     ("embree-fast-8", "8 rays a call"),
@@ -85,12 +84,12 @@ fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Bo
 }
 
 /// A mode of ours, through the calls that a name tells.
-fn ours<M: Mode + 'static>(name: &str, bvh: &Arc<Bvh>, mode: M) -> Box<dyn Engine> {
+fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     let has = |word| name.split('-').any(|part| part == word);
     match () {
         () if has("single") => Box::new(Single::new(bvh, mode)),
-        () if has("intersector") => Box::new(Kept::new(bvh, mode, has("triangles"))),
+        () if has("query") => Box::new(Kept::new(bvh, mode, has("triangles"))),
         () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
         () => Box::new(Batch::new(bvh, mode)),
     }
@@ -120,13 +119,14 @@ pub fn engines(
         let engine: Option<Box<dyn Engine>> = match name {
             name if has("zero") => {
                 let threshold = Threshold::new(0.0).expect("0 is a threshold");
-                Some(ours(name, bvh, Certified::new(threshold)))
+                Some(ours(name, bvh, Mode::certified_with(threshold)))
             }
             name if has("certified") => {
-                level(name).map(|level| ours(name, bvh, Certified::default().at(level)))
+                level(name).map(|level| ours(name, bvh, Mode::certified().at(level)))
             }
-            name if has("exact") => level(name).map(|level| ours(name, bvh, Exact::at(level))),
-            "double" => Some(Box::new(Batch::new(bvh.clone(), Double::default()))),
+            name if has("exact") => {
+                level(name).map(|level| ours(name, bvh, Mode::exact().at(level)))
+            }
             "obvhs-2" | "obvhs-8" => {
                 let wide = name == "obvhs-8";
                 Some(Box::new(Obvhs::new(triangles, wide, BvhBuildParams::slow_build())))

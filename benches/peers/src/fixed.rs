@@ -1,12 +1,12 @@
-//! The mode `fixed`, through its hierarchy: triangles and rays are snapped to a grid first, so that
-//! its answers are exact on the grid and differ from the others' by the snapping.
+//! The mode `fixed`, through a hierarchy: triangles and rays are snapped to a grid first and traced once a crossing, so
+//! that the answers are exact on the grid and differ from the others' by the snapping.
 
 use std::ops::Range;
 
 use intertri::fixed::{self, Bits, Grid};
 use intertri::{Hit, Ray};
 use intertri_scene::Scene;
-use intertri_trace::FixedBvh;
+use intertri_trace::Bvh;
 
 use crate::engine::{Answer, Engine, Question};
 
@@ -14,9 +14,8 @@ use crate::engine::{Answer, Engine, Question};
 const CHUNK: usize = 1 << 14;
 
 pub struct Fixed {
-    bvh: FixedBvh,
+    bvh: Bvh,
     grid: Grid,
-    mode: fixed::Fixed,
     rays: Vec<Ray>,
     snapped: Vec<fixed::Ray>,
     any: bool,
@@ -35,13 +34,12 @@ impl Fixed {
         let grid = grid.map_err(|e| e.to_string())?;
         let triangles: Result<Vec<_>, _> =
             scene.mesh.to_triangles().iter().map(|t| grid.triangle(t)).collect();
-        let bvh = FixedBvh::new(&triangles.map_err(|e| e.to_string())?);
+        let triangles = triangles.map_err(|e| e.to_string())?;
+        let bvh = Bvh::new(&triangles.iter().map(fixed::Triangle::to_f32).collect::<Vec<_>>());
         let bvh = bvh.map_err(|e| e.to_string())?;
-        let mode = fixed::Fixed::default();
         Ok(Self {
             bvh,
             grid,
-            mode,
             rays: vec![],
             snapped: vec![],
             any: false,
@@ -63,17 +61,23 @@ impl Engine for Fixed {
 
     fn trace(&mut self, part: Range<usize>) {
         // So many at a time that they stay near.
-        let Self { bvh, grid, mode, .. } = self;
+        let Self { bvh, grid, .. } = self;
+        let (query, mut lines) = (bvh.query().once(), Vec::with_capacity(CHUNK));
         let (hits, seen) = (&mut self.hits[part.clone()], &mut self.seen[part.clone()]);
         let hits = hits.chunks_mut(CHUNK).zip(seen.chunks_mut(CHUNK));
         let (rays, snapped) = (&self.rays[part.clone()], &mut self.snapped[part]);
         let rays = rays.chunks(CHUNK).zip(snapped.chunks_mut(CHUNK));
         for ((rays, snapped), (hits, seen)) in rays.zip(hits) {
             grid.rays(rays, snapped, |_, why| panic!("the grid has room for every origin: {why}"));
+            lines.clear();
+            lines.extend(snapped.iter().map(|ray| *ray.to_f32()));
             if self.any {
-                bvh.any_batch(mode, snapped, seen);
+                query.any_batch_into(&lines, seen);
             } else {
-                bvh.closest_batch(mode, snapped, hits);
+                query.closest_batch_into(&lines, hits);
+                for (ray, hit) in snapped.iter().zip(hits) {
+                    hit.t = ray.t_of_caller(hit.t);
+                }
             }
         }
     }

@@ -31,7 +31,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{Args, Parser, Subcommand};
-use intertri::{Double, Ray};
+use intertri::simd::Level;
+use intertri::{Mode, Ray};
 use intertri_trace::Bvh;
 use rayon::ThreadPool;
 
@@ -39,7 +40,7 @@ use crate::clock::Clock;
 use crate::embree::Api;
 use crate::engine::{Answer, Engine, Question};
 use crate::measure::{Beside, Row, Truth};
-use crate::ours::Batch;
+use crate::ours::Single;
 use crate::rays::{Kind, Order};
 
 /// Rays through intertri and its peers: million rays a second, and wrong answers.
@@ -284,10 +285,10 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The answers of `double`.
+/// The answers of `certified` at the portable level, a call a ray: no code for bundles or streams has a part in them.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question) -> Vec<Answer> {
-    let mut double = Batch::new(bvh.clone(), Double::default());
-    double.load(rays, question);
-    double.trace(0..rays.len());
-    double.answers()
+    let mut single = Single::new(bvh.clone(), Mode::certified().at(Level::PORTABLE));
+    single.load(rays, question);
+    single.trace(0..rays.len());
+    single.answers()
 }

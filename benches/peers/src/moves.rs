@@ -5,9 +5,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use intertri::{Triangle, TriangleOf};
+use intertri::TriangleOf;
 use intertri_scene::Mesh;
-use intertri_trace::{Bvh, Given};
+use intertri_trace::{Bvh, BvhScalar};
 use rayon::ThreadPool;
 
 use crate::embree::{Api, Build, Scene};
@@ -63,7 +63,7 @@ fn widened(p: [f32; 3]) -> [f64; 3] {
     p.map(f64::from)
 }
 
-fn ours<S: Given>(
+fn ours<S: BvhScalar>(
     triangles: &[TriangleOf<S>],
     twisted: impl Fn([S; 3], f32) -> [S; 3],
 ) -> Result<f64, String> {

@@ -3,29 +3,49 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use intertri::internal::Resolver;
-use intertri::{Hit, Ray, RayOf};
-use intertri_trace::{Bvh, Given, Intersector, ModeFor};
+use intertri::{Hit, Mode, Ray, RayOf};
+use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
+/// f32 in any mode, or f64, which has the mode `exact` alone.
+pub trait PeerScalar: BvhScalar {
+    /// A query in a mode.
+    fn query(bvh: &Bvh<Self>, mode: Mode) -> Query<'_, Self>;
+}
+
+impl PeerScalar for f32 {
+    #[inline]
+    fn query(bvh: &Bvh, mode: Mode) -> Query<'_> {
+        bvh.query().mode(mode)
+    }
+}
+
+impl PeerScalar for f64 {
+    #[inline]
+    fn query(bvh: &Bvh<f64>, mode: Mode) -> Query<'_, f64> {
+        assert!(mode == Mode::exact().at(mode.level()), "a hierarchy over f64 is exact");
+        bvh.query().at(mode.level())
+    }
+}
+
 /// The batch calls.
-pub struct Batch<M, S: Given = f32> {
+pub struct Batch<S: PeerScalar = f32> {
     bvh: Arc<Bvh<S>>,
-    mode: M,
+    mode: Mode,
     rays: Vec<RayOf<S>>,
     any: bool,
     hits: Vec<Hit>,
     seen: Vec<bool>,
 }
 
-impl<M: ModeFor<S>, S: Given> Batch<M, S> {
-    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
+impl<S: PeerScalar> Batch<S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode) -> Self {
         Self { bvh, mode, rays: vec![], any: false, hits: vec![], seen: vec![] }
     }
 }
 
-impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Batch<M, S> {
+impl<S: PeerScalar> Engine<RayOf<S>> for Batch<S> {
     fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.rays = rays.to_vec();
         self.any = question.any;
@@ -34,10 +54,11 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Batch<M, S> {
     }
 
     fn trace(&mut self, part: Range<usize>) {
+        let (query, rays) = (S::query(&self.bvh, self.mode), &self.rays[part.clone()]);
         if self.any {
-            self.bvh.any_batch(&self.mode, &self.rays[part.clone()], &mut self.seen[part]);
+            query.any_batch_into(rays, &mut self.seen[part]);
         } else {
-            self.bvh.closest_batch(&self.mode, &self.rays[part.clone()], &mut self.hits[part]);
+            query.closest_batch_into(rays, &mut self.hits[part]);
         }
     }
 
@@ -50,26 +71,26 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Batch<M, S> {
     }
 
     fn exact(&self) -> bool {
-        as_document(&self.mode)
+        as_document(self.mode)
     }
 }
 
 /// The batch call that tells the triangle alone; of any hit, the batch call.
-pub struct Triangles<M, S: Given = f32> {
-    batch: Batch<M, S>,
-    triangles: Vec<u32>,
+pub struct Triangles<S: PeerScalar = f32> {
+    batch: Batch<S>,
+    triangles: Vec<MeshTriangle>,
 }
 
-impl<M: ModeFor<S>, S: Given> Triangles<M, S> {
-    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
+impl<S: PeerScalar> Triangles<S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode) -> Self {
         Self { batch: Batch::new(bvh, mode), triangles: vec![] }
     }
 }
 
-impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Triangles<M, S> {
+impl<S: PeerScalar> Engine<RayOf<S>> for Triangles<S> {
     fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.batch.load(rays, question);
-        self.triangles = vec![u32::MAX; rays.len()];
+        self.triangles = vec![MeshTriangle::MISS; rays.len()];
     }
 
     fn trace(&mut self, part: Range<usize>) {
@@ -77,7 +98,8 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Triangles<M, S> {
         if *any {
             self.batch.trace(part);
         } else {
-            bvh.triangles_batch(mode, &rays[part.clone()], &mut self.triangles[part]);
+            let query = S::query(bvh, *mode);
+            query.closest_triangle_batch_into(&rays[part.clone()], &mut self.triangles[part]);
         }
     }
 
@@ -85,26 +107,25 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Triangles<M, S> {
         if self.batch.any {
             self.batch.answers()
         } else {
-            let answer = |&triangle| Answer { triangle, t: f64::NAN };
-            self.triangles.iter().map(answer).collect()
+            self.triangles.iter().map(triangle_alone).collect()
         }
     }
 }
 
 /// The calls for a single ray.
-pub struct Single<M, S: Given = f32> {
+pub struct Single<S: PeerScalar = f32> {
     bvh: Arc<Bvh<S>>,
-    mode: M,
+    mode: Mode,
     rays: Singles<RayOf<S>>,
 }
 
-impl<M: ModeFor<S>, S: Given> Single<M, S> {
-    pub fn new(bvh: Arc<Bvh<S>>, mode: M) -> Self {
+impl<S: PeerScalar> Single<S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode) -> Self {
         Self { bvh, mode, rays: Singles::default() }
     }
 }
 
-impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
+impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
     fn load(&mut self, rays: &[RayOf<S>], question: Question) {
         self.rays.load(rays, question, |ray| *ray);
     }
@@ -113,8 +134,8 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
         let Self { bvh, mode, rays } = self;
         rays.trace(
             part,
-            |ray| bvh.closest(mode, ray).map_or(Answer::MISS, |hit| answer(&hit)),
-            |ray| bvh.any(mode, ray),
+            |ray| S::query(bvh, *mode).closest(ray).map_or(Answer::MISS, |hit| answer(&hit)),
+            |ray| S::query(bvh, *mode).any(ray),
         );
     }
 
@@ -123,41 +144,39 @@ impl<M: ModeFor<S>, S: Given> Engine<RayOf<S>> for Single<M, S> {
     }
 
     fn exact(&self) -> bool {
-        as_document(&self.mode)
+        as_document(self.mode)
     }
 }
 
-/// The calls for one ray after another, by an intersector that each chunk of rays makes.
-pub struct Kept<M> {
-    single: Single<M>,
+/// The calls for one ray after another, by a query that each chunk of rays makes and keeps.
+pub struct Kept {
+    single: Single,
     /// Whether the triangle alone is asked for.
     triangle: bool,
 }
 
-impl<M: ModeFor<f32>> Kept<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M, triangle: bool) -> Self {
+impl Kept {
+    pub fn new(bvh: Arc<Bvh>, mode: Mode, triangle: bool) -> Self {
         Self { single: Single::new(bvh, mode), triangle }
     }
 }
 
-impl<M: ModeFor<f32>> Engine for Kept<M> {
+impl Engine for Kept {
     fn load(&mut self, rays: &[Ray], question: Question) {
         self.single.load(rays, question);
     }
 
     fn trace(&mut self, part: Range<usize>) {
         let (Single { bvh, mode, rays }, triangle) = (&mut self.single, self.triangle);
-        let (make, any) =
-            (|| bvh.intersector(mode), |one: &mut Intersector<'_>, ray: &_| one.any(ray));
+        let (make, any) = (|| bvh.query().mode(*mode), |one: &mut Query<'_>, ray: &_| one.any(ray));
         if triangle {
-            let of = |triangle| Answer { triangle, t: f64::NAN };
+            let of = |triangle| triangle_alone(&triangle);
             let closest =
-                |one: &mut Intersector<'_>, ray: &_| one.triangle(ray).map_or(Answer::MISS, of);
+                |one: &mut Query<'_>, ray: &_| one.closest_triangle(ray).map_or(Answer::MISS, of);
             rays.trace_with(part, make, closest, any);
         } else {
             let of = |hit| answer(&hit);
-            let closest =
-                |one: &mut Intersector<'_>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
+            let closest = |one: &mut Query<'_>, ray: &_| one.closest(ray).map_or(Answer::MISS, of);
             rays.trace_with(part, make, closest, any);
         }
     }
@@ -172,8 +191,12 @@ impl<M: ModeFor<f32>> Engine for Kept<M> {
 }
 
 /// Whether every bit of t is that of document A.
-fn as_document<S>(mode: &impl ModeFor<S>) -> bool {
-    matches!(mode.which().resolver(), Resolver::Document(_))
+fn as_document(mode: Mode) -> bool {
+    mode.rule().is_none()
+}
+
+fn triangle_alone(triangle: &MeshTriangle) -> Answer {
+    Answer { triangle: triangle.triangle, t: f64::NAN }
 }
 
 fn answer(hit: &Hit) -> Answer {

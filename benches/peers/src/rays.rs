@@ -1,6 +1,6 @@
 //! The rays: those of a camera, those to a light, those that bounce, those that aim at edges and vertices.
 
-use intertri::{Double, Hit, Ray, Ray64};
+use intertri::{Mode, Ray, Ray64};
 use intertri_scene::{Scene, hit_point};
 use intertri_trace::Bvh;
 
@@ -97,8 +97,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     if kind == Kind::Primary {
         return primary.iter().map(widened).collect();
     }
-    let mut hits = vec![Hit::MISS; primary.len()];
-    bvh.closest_batch(&Double::default(), &primary, &mut hits);
+    let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
 
     // Away from the surface by a hundred thousandth of the scene, so that a ray does not meet at
     // once what it leaves.

@@ -18,7 +18,7 @@ use crate::commands::{advise, bench, build, chart, crossover, render, stress, tr
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
 /// The engine exact, the default, is right on the coordinates as given; oracle is its plain loop in
-/// rationals. The engines certified, double and reference give the same answers, those of a plain loop
+/// rationals. The engines certified and reference give the same answers, those of a plain loop
 /// over the scalar f64 reference, bit for bit; they differ in speed. The engine fixed snaps the scene to
 /// a grid and is exact there; the engine raster draws without rays.
 #[derive(Parser)]

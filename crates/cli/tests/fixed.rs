@@ -69,8 +69,9 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
 #[test]
 fn the_summary_names_the_grid() {
     let place = Place::new();
-    let text =
-        String::from_utf8(place.ok("render --size 64x48 --engine fixed --grid 6 --check double"));
+    let text = String::from_utf8(
+        place.ok("render --size 64x48 --engine fixed --grid 6 --check certified"),
+    );
     let text = text.unwrap();
     for words in ["engine fixed", "6 bits of grid", "a step is", "moved by up to", "of them may"] {
         assert!(text.contains(words), "no {words:?} in {text}");

@@ -107,7 +107,7 @@ fn f32_rounds_where_it_is_asked_for_and_is_counted() {
 fn engines_in_f32_say_what_they_round() {
     let place = Place::new();
     place.put("m.obj", DECIMALS).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
-    for engine in ["certified", "double", "reference", "fixed --grid-bounds 0,0,0,1,1,1"] {
+    for engine in ["certified", "reference", "fixed --grid-bounds 0,0,0,1,1,1"] {
         let line = format!("trace m.obj --rays r.csv --engine {engine}");
         let output = place.run(&line);
         let words = ["f32 alone", "9 coordinates of the model", "5 numbers of the rays", "2.4e-8"];

@@ -175,7 +175,6 @@ fn what_is_for_f32_refuses_f64_with_the_reason() {
     place.put("wall.obj", obj()).put("r.csv", csv(&[0.1], -1.0));
     let engines = [
         ("certified", "coordinates in f32"),
-        ("double", "coordinates in f32"),
         ("reference", "coordinates in f32"),
         ("fixed", "its grid"),
     ];

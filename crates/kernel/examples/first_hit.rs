@@ -1,6 +1,6 @@
 //! The first triangle that a ray hits, by the kernel alone: `cargo run --example first_hit`.
 
-use intertri::{Exact, Mode, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 
 fn main() {
     // A tetrahedron, and a ray through it.
@@ -9,7 +9,7 @@ fn main() {
     let mesh = faces.map(|face: [usize; 3]| Triangle(face.map(|i| corners[i])));
     let ray = Ray::new([1.0, 0.5, -1.0], [0.0, 0.0, 2.0]);
 
-    let mode = Exact::default();
+    let mode = Mode::exact();
     let hit = mode.closest(&mesh, &ray).expect("the ray goes through");
     assert_eq!((hit.triangle, hit.t), (0, 0.5));
     println!("face {} at t = {}, weights {} and {}", hit.triangle, hit.t, hit.u, hit.v);

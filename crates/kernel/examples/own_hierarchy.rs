@@ -1,7 +1,7 @@
 //! One ray against eight triangles at a time, from a hierarchy of one's own: here a flat one, of boxes
 //! around eights. `cargo run --release --example own_hierarchy`
 
-use intertri::{Exact, Hit, Mode, Ray, Triangle, TriangleBlock};
+use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
 /// Where the eight of a leaf are, and they.
 struct Leaf([[f32; 3]; 2], TriangleBlock<8>);
@@ -34,7 +34,7 @@ fn main() {
     let triangles: Vec<_> = (0..64 * 64).map(|i| half((i / 64, i % 64))).collect();
     let leaves: Vec<_> = triangles.chunks(8).map(Leaf::new).collect();
 
-    let (mode, ray) = (Exact::default(), Ray::new([20.2, 9.0, 3.0], [0.1, -1.0, 0.9]));
+    let (mode, ray) = (Mode::exact(), Ray::new([20.2, 9.0, 3.0], [0.1, -1.0, 0.9]));
     let mut best = (Hit::NO_TRIANGLE, f64::INFINITY);
     for (i, leaf) in leaves.iter().enumerate().filter(|(_, leaf)| leaf.enters(&ray)) {
         for (lane, t) in mode.block(&ray, &leaf.1).iter() {

@@ -30,10 +30,6 @@ use crate::simd::Vec3;
 pub struct Coefficients<D = f64> {
     /// `c1 - o`
     pub(crate) a: Vec3<D>,
-    /// `c2 - c1`
-    pub(crate) h4: Vec3<D>,
-    /// `c3 - c1`
-    pub(crate) h5: Vec3<D>,
     /// Those of the common denominator, which are the triangle's normal.
     pub(crate) n: Vec3<D>,
     /// Those of u, the weight of c2.
@@ -52,7 +48,7 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
     /// From the way to c1 and the edges, in any axes.
     #[inline(always)]
     pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
-        Self { a, h4, h5, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
+        Self { a, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
     }
 }
 

@@ -5,9 +5,9 @@ use crate::Hit;
 /// Where a ray crosses a triangle.
 ///
 /// ```
-/// use intertri::{Exact, Ray, Triangle};
+/// use intertri::{Mode, Ray, Triangle};
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-/// let crossings = Exact::default().crossings(&[wall], &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]));
+/// let crossings = Mode::exact().crossings(&[wall], &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]));
 /// assert_eq!((crossings[0].hit.t, crossings[0].leaves), (2.5, true));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

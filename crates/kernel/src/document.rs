@@ -11,12 +11,12 @@
 //! ```
 //!
 //! No operation here is fused, approximated or reordered, so every lane gives the bits that the
-//! scalar listing gives. The mode `double` is made of this, and the resolver of `certified`.
+//! scalar listing gives. The resolver of `certified` is made of this.
 
-use crate::packet::{RayLanes, TriangleBlock};
+use crate::packet::RayLanes;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
-use crate::{Ray, Triangle, TriangleOf};
+use crate::{RayOf, Scalar, Triangle, TriangleOf};
 
 /// A triangle as the document initialises it, in every lane the same or in every lane another.
 #[derive(Clone, Copy)]
@@ -41,28 +41,6 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         let length = D::select(length.le(D::splat(0.0)), D::splat(1.0), length);
         let nrm = Vec3 { x: normal.x / length, y: normal.y / length, z: normal.z / length };
         Self { c1, c2, nrm, h4, h5, h6 }
-    }
-
-    /// N triangles.
-    #[inline(always)]
-    pub(crate) fn of_block<const N: usize>(block: &TriangleBlock<N>) -> Self {
-        // Not by `map`, which would be compiled without the level's instructions.
-        let [c1, c2, c3] = block.corners();
-        Self::new([Vec3::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)])
-    }
-
-    /// One triangle for all lanes.
-    #[inline(always)]
-    pub(crate) fn splat(one: &Tri<f64>) -> Self {
-        let vec3 = |v: Vec3<f64>| Vec3::splat([v.x, v.y, v.z]);
-        Self {
-            c1: vec3(one.c1),
-            c2: vec3(one.c2),
-            nrm: vec3(one.nrm),
-            h4: vec3(one.h4),
-            h5: vec3(one.h5),
-            h6: vec3(one.h6),
-        }
     }
 
     /// `nrm & dir`, and the `t` of the plane.
@@ -109,21 +87,25 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
 impl Tri<f64> {
     /// One triangle.
     #[inline(always)]
-    pub(crate) fn one(&TriangleOf(corners): &Triangle) -> Self {
-        Self::new(corners.map(|c| Vec3::splat(c.map(f64::from))))
+    pub(crate) fn one<S: Scalar>(&TriangleOf(corners): &TriangleOf<S>) -> Self {
+        Self::new(corners.map(|c| Vec3::splat(c.map(Into::into))))
     }
 }
 
 /// One ray against one triangle: t, if it is a hit.
 #[inline(always)]
-pub(crate) fn hit(ray: &Ray, triangle: &Triangle, threshold: f64) -> Option<f64> {
+pub(crate) fn hit<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    threshold: f64,
+) -> Option<f64> {
     let (hit, t) = Tri::one(triangle).hit(&RayLanes::of_ray(ray), threshold);
     hit.then_some(t)
 }
 
 /// The reference's t of a triangle that is known to be hit.
 #[inline(always)]
-pub(crate) fn t(ray: &Ray, triangle: &Triangle) -> f64 {
+pub(crate) fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     let rays = RayLanes::of_ray(ray);
     Tri::one(triangle).t(rays.org, rays.dir)
 }

@@ -1,25 +1,49 @@
-//! Ray/triangle intersection in packets. *Trace in f32. Answer in f64. Or exactly.*
+//! Does this ray meet this triangle, and where? *Trace in f32. Answer in f64. Or exactly.*
 //!
 //! ```
-//! use intertri::{Exact, Mode, Ray, Triangle};
+//! use intertri::{Mode, Ray, Triangle};
 //!
 //! let floor = Triangle::new([-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]);
 //! let wall = Triangle::new([-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]);
 //! let ray = Ray::new([0.0, 1.0, 0.0], [0.0, -0.5, 1.0]);
 //!
-//! let hit = Exact::default().closest(&[wall, floor], &ray).unwrap();
+//! let hit = Mode::exact().closest(&[wall, floor], &ray).unwrap();
 //! assert_eq!((hit.triangle, hit.t), (1, 2.0));
 //! ```
 //!
-//! The mode [`Exact`] (the one to take) is right on the coordinates as given. [`Certified`] and
-//! [`Double`] give the answers of a plain loop over a scalar f64 reference, bit for bit. [`fixed`] is
-//! exact on an integer grid. Answers are the same on every CPU: what each mode promises stands at
-//! [`Mode`]. The best instructions of the CPU are chosen at run time.
+//! Rays and triangles are tested in f32 SIMD lanes under a proven error bound. The rare pair that the bound leaves
+//! open, at an edge or a vertex, is settled by exact arithmetic, so that the answer is right at nearly the speed of
+//! f32. Answers are the same bits on every CPU.
 //!
-//! Who has a hierarchy of their own tests packets of rays and blocks of triangles: [`LaneQueries`].
+//! # How to choose
 //!
-//! Triangles that many rays are sent at can be prepared once: [`Blocks`]. For more than some hundred of them take a
-//! hierarchy, such as `Bvh` of the crate `intertri-trace`.
+//! | you have | use |
+//! | --- | --- |
+//! | a few hundred triangles, in f32 or f64 | the queries of [`Mode`]: `closest`, `any`, `all`, `crossings` |
+//! | the same triangles for many rays | [`Blocks`], which brings them into lanes once |
+//! | a mesh | `Bvh` of the crate `intertri-trace`, a hierarchy over millions of triangles |
+//! | a hierarchy of your own | [`Mode::packet`] and [`Mode::block`]: 4, 8 or 16 rays or triangles side by side; in loops of your own, [`Filter`] |
+//! | coordinates on an integer grid | [`fixed`] |
+//!
+//! | mode | right about |
+//! | --- | --- |
+//! | [`Mode::exact`], the default | the coordinates as given; edges belong to both triangles, so there are no gaps |
+//! | [`Mode::once`] | the same, but each edge belongs to one triangle, so crossings can be counted |
+//! | [`Mode::certified`] | a plain loop over a scalar f64 reference, bit for bit |
+//!
+//! To leave a surface at a hit without hitting it again, use [`spawn_ray`] and [`spawn_ray_to`].
+//!
+//! # Features
+//!
+//! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with `alloc`,
+//!   and uses the instructions that the build was compiled for.
+//!
+//! Vectors of glam convert: `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` take anything that converts into
+//! `[f32; 3]`.
+//!
+//! # Limits
+//!
+//! A coordinate that is NaN or infinite is never hit. There are at most 2^32 - 1 triangles in a slice.
 //!
 //! # Building it fast
 //!
@@ -33,18 +57,15 @@
 //! opt-level = 3
 //! ```
 //!
-//! The queries of [`Mode`], [`Exact`] and [`Blocks`] are compiled here, so these settings apply to them. What you
-//! build on [`LaneQueries`] or on the lanes of [`simd`] is compiled with your crate.
+//! The queries of [`Mode`] over slices and of [`Blocks`] are compiled here, so these settings apply to them. What you
+//! build on [`Filter`] or on the lanes of [`simd`] is compiled with your crate.
 //!
-//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if the build asks for it; without it a
+//! On x86-64 and 64-bit ARM nothing else is needed. WebAssembly has SIMD only if the build enables it; without it a
 //! query over a slice takes more than twice as long:
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-feature=+simd128" cargo build --release --target wasm32-unknown-unknown
 //! ```
-//!
-//! Without the feature `std` the crate is `no_std`, with `alloc`, and takes the instructions that the
-//! build was compiled for.
 #![cfg_attr(not(feature = "std"), no_std)]
 
 extern crate alloc;
@@ -56,8 +77,8 @@ mod exact;
 mod filter;
 pub mod fixed;
 mod hit_attributes;
-mod intersect;
-mod lanes64;
+mod ids;
+mod lane_queries;
 mod local_frame;
 mod packet;
 mod query;
@@ -68,12 +89,13 @@ mod threshold;
 mod types;
 
 pub use crossings::{Crossing, Crossings};
+pub use exact::Rule;
 pub use exact::{spawn_ray, spawn_ray_to};
-pub use intersect::{
-    ClosestHit, ClosestHits, Counts, LaneQueries, Prepared, PreparedPacket, PreparedRay,
-};
+pub use filter::{Counts, Filter, PreparedPacket, PreparedRay, PreparedTriangle};
+pub use ids::{LeafSlot, RayId, TriangleId};
+pub use lane_queries::{ClosestHit, ClosestHits};
 pub use packet::{PacketHits, RayPacket, TriangleBlock};
-pub use query::{Blocks, Certified, Double, Exact, Mode};
+pub use query::{Blocks, Mode, SliceScalar};
 pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
 pub use types::{Hit, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
@@ -87,15 +109,11 @@ pub mod internal {
         Frame, Nearest, Outline, Outlines, Points, Ranges, Settle, Starts, Windows,
     };
     pub use crate::filter::{
-        AlongAxis, Axis, BlockHits, Constants, Evidence, Filter, LaneHits, Precheck, Rays, Room,
-        SharedOriginBlock, Triangles,
+        AlongAxis, Axis, BlockHits, Evidence, LaneHits, Rays, Room, Triangles,
     };
     pub use crate::hit_attributes::{HitCoefficients, Pairs, SharedOriginHit};
-    pub use crate::intersect::{Found, Test};
-    pub use crate::lanes64::Lanes64;
     pub use crate::local_frame::LocalFrame;
     pub use crate::packet::{Copy32, RayLanes};
-    pub use crate::query::Which;
     pub use crate::resolve::{Originals, Resolver, SharedOrigin};
     pub use crate::scalar::Bits;
     pub use crate::simd::{Pair, prefetch, prefetch_early};
@@ -106,7 +124,7 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, HitCoefficients, Pair64, Rule, Seen, SeenPlane, Side, Tier, attributes,
+            Decided, HitCoefficients, Pair64, Seen, SeenPlane, Side, Tier, attributes,
             attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
             hits_of_origin64, hits64, is_on, is_plain, order, order_from, subnormals_are_read, t,
             t_from, t_times, touch,

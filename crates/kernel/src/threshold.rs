@@ -6,11 +6,11 @@ use core::fmt;
 /// that is still no hit.
 ///
 /// ```
-/// use intertri::{Certified, Mode, Ray, Threshold, Triangle};
+/// use intertri::{Mode, Ray, Threshold, Triangle};
 /// let near = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
-/// assert!(Certified::new(Threshold::DEFAULT).any(&[near], &ray));
-/// assert!(!Certified::new(Threshold::new(5.0).unwrap()).any(&[near], &ray));
+/// assert!(Mode::certified_with(Threshold::DEFAULT).any(&[near], &ray));
+/// assert!(!Mode::certified_with(Threshold::new(5.0).unwrap()).any(&[near], &ray));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
@@ -32,9 +32,9 @@ impl Threshold {
     /// None: parallel is what is so exactly.
     ///
     /// ```
-    /// use intertri::{Certified, Threshold};
+    /// use intertri::{Mode, Threshold};
     /// assert_eq!(Threshold::ZERO, Threshold::new(0.0).unwrap());
-    /// let mode = Certified::new(Threshold::ZERO);
+    /// let mode = Mode::certified_with(Threshold::ZERO);
     /// ```
     pub const ZERO: Self = Self::of(0.0);
 

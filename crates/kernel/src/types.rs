@@ -8,7 +8,7 @@ use crate::Scalar;
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
 /// unit length. A hit counts where `t_min <= t < t_max` and `t > 0`: by the true t in the mode
-/// [`Exact`](crate::Exact), by t in f64 in the others, where it must be above their threshold, too. The interval is
+/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must be above their threshold, too. The interval is
 /// open at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A ray with a
 /// NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
 ///
@@ -71,7 +71,8 @@ impl<S: Scalar> RayOf<S> {
 /// ```
 /// let vertices = [0.0, 0.0, 5.0, 1.0, 0.0, 5.0, 0.0, 1.0, 5.0_f32];
 /// let triangles: &[intertri::Triangle] = bytemuck::cast_slice(&vertices);
-/// assert_eq!(triangles[0].0[2], [0.0, 1.0, 5.0]);
+/// let intertri::Triangle([_, _, third]) = triangles[0];
+/// assert_eq!(third, [0.0, 1.0, 5.0]);
 /// ```
 #[repr(transparent)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -83,21 +84,12 @@ pub type Triangle = TriangleOf<f32>;
 /// Three corners in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// The triangle of three corners: an alias of a type does not construct.
-#[doc(hidden)]
-#[expect(non_snake_case, reason = "stands for the type's constructor")]
-#[inline(always)]
-pub const fn Triangle(corners: [[f32; 3]; 3]) -> Triangle {
-    TriangleOf(corners)
+/// An alias of a type neither constructs nor destructures: so its name stands for the constructor, too, as
+/// `Triangle(corners)`. The aliases above take precedence as types.
+mod constructors {
+    pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
 }
-
-/// The triangle of three corners: an alias of a type does not construct.
-#[doc(hidden)]
-#[expect(non_snake_case, reason = "stands for the type's constructor")]
-#[inline(always)]
-pub const fn Triangle64(corners: [[f64; 3]; 3]) -> Triangle64 {
-    TriangleOf(corners)
-}
+pub use constructors::*;
 
 impl<S: Scalar> TriangleOf<S> {
     /// A triangle from its corners.
@@ -132,10 +124,10 @@ impl<S: Scalar> TriangleOf<S> {
 /// give an `Option` of it; batches fill slices with plain ones, [`Hit::MISS`] where nothing is hit.
 ///
 /// ```
-/// use intertri::{Certified, Hit, Mode, Ray, Triangle};
+/// use intertri::{Hit, Mode, Ray, Triangle};
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let ray = Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]);
-/// let hit = Certified::default().closest(&[wall], &ray).unwrap();
+/// let hit = Mode::certified().closest(&[wall], &ray).unwrap();
 /// assert_eq!(hit, Hit { t: 2.5, u: 0.25, v: 0.5, triangle: 0, geometry: 0 });
 /// assert_eq!(hit.point(&ray), [0.25, 0.5, 5.0]);
 /// ```
@@ -167,9 +159,9 @@ impl Hit {
     /// What a ray that meets nothing gets in a batch.
     ///
     /// ```
-    /// use intertri::{Certified, Hit, Mode, Ray};
+    /// use intertri::{Hit, Mode, Ray};
     /// let mut hits = [Hit { triangle: 7, ..Hit::MISS }];
-    /// Certified::default().closest_batch(&[], &[Ray::new([0.0; 3], [0.0, 0.0, 1.0])], &mut hits);
+    /// Mode::certified().closest_batch(&[], &[Ray::new([0.0; 3], [0.0, 0.0, 1.0])], &mut hits);
     /// assert_eq!(hits, [Hit::MISS]);
     /// ```
     pub const MISS: Self =

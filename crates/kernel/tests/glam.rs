@@ -1,7 +1,7 @@
 //! Vectors of glam go in as they are, though the kernel does not know glam.
 
 use glam::Vec3;
-use intertri::{Certified, Mode, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 
 #[test]
 fn vectors_of_glam_are_corners_origins_and_directions() {
@@ -14,7 +14,7 @@ fn vectors_of_glam_are_corners_origins_and_directions() {
     assert_eq!((ray.origin, ray.dir), ([0.5, 0.25, 0.0], [0.0, 0.0, 1.0]));
 
     // And points of hits come out.
-    let hit = Certified::default().closest(&[triangle], &ray).unwrap();
+    let hit = Mode::certified().closest(&[triangle], &ray).unwrap();
     assert_eq!(
         Vec3::from(ray.origin) + Vec3::from(ray.dir) * hit.t as f32,
         Vec3::new(0.5, 0.25, 4.0)

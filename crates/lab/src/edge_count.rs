@@ -1,7 +1,7 @@
 //! Very many rays at shared edges and vertices, counted against the promises of the kernel.
 
 use intertri::fixed::{self, Bits, Fixed, Grid};
-use intertri::{Certified, Mode, TriangleBlock};
+use intertri::{Mode, TriangleBlock};
 use intertri_reference as reference;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -67,7 +67,7 @@ fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
 
 /// `certified` against the reference, bit for bit.
 fn certified(batch: &TestBatch, count: &mut EdgeCount) {
-    let mode = Certified::default();
+    let mode = Mode::certified();
     let scene = reference::Scene::from_triangles(batch.triangles.iter().map(|t| t.0));
     let blocks: Vec<TriangleBlock<8>> = batch.triangles.chunks(8).map(TriangleBlock::new).collect();
     for ray in &batch.rays {

@@ -120,7 +120,7 @@ mod tests {
             // With two forms each, 16 lanes apart, which not every CPU has.
             let layouts = match method.name {
                 "certified, one origin" | "exact, one origin" => 0,
-                "double" | "certified" | "exact" | "exact, once" | "fixed" => 4,
+                "certified" | "exact" | "exact, once" | "fixed" => 4,
                 _ => 6,
             };
             let narrow = own.clone().filter(|time| time.lanes < 16);

@@ -1,21 +1,17 @@
-//! A mesh with its hierarchy, and its triangles where they are asked for.
-
-use std::sync::OnceLock;
+//! A mesh with its hierarchy.
 
 use bytemuck::{Pod, Zeroable};
-use intertri::internal::exact::{self, Side};
-use intertri::{Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{BuildError, Bvh, LoadError, ModeFor, RefitError, Solid};
+use intertri::{Crossing, Hit, Mode, RayOf, TriangleOf};
+use intertri_trace::{BuildError, Bvh, LoadError, RefitError, Solid};
 use pyo3::PyResult;
 
 use crate::part::Part;
-use crate::scalar::{Mode, Scalar, no_memory, wrong};
+use crate::scalar::{Scalar, no_memory, wrong};
 use crate::skip::{Skip, without};
 
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
-    triangles: OnceLock<Vec<TriangleOf<S>>>,
 }
 
 /// Where a ray crosses, as a row of numpy's array.
@@ -26,16 +22,13 @@ pub(crate) struct CrossingRow {
     leaves: u64,
 }
 
-impl<S: Scalar> Mesh<S>
-where
-    Exact: ModeFor<S>,
-{
+impl<S: Scalar> Mesh<S> {
     pub(crate) fn new(triangles: &[TriangleOf<S>]) -> PyResult<Self> {
         Ok(Self::of(Bvh::new(triangles).map_err(no_memory)?))
     }
 
     fn of(bvh: Bvh<S>) -> Self {
-        Self { solid: Solid::assume_closed_bvh(bvh), triangles: OnceLock::new() }
+        Self { solid: Solid::assume_closed_bvh(bvh) }
     }
 
     /// That of saved bytes, over so many triangles.
@@ -59,15 +52,6 @@ where
         Ok(Self::of(self.solid.bvh().try_clone()?))
     }
 
-    /// The triangles, in the order in which they were given.
-    fn triangles(&self) -> PyResult<&[TriangleOf<S>]> {
-        if let Some(triangles) = self.triangles.get() {
-            return Ok(triangles);
-        }
-        let triangles = self.solid.bvh().try_to_triangles().map_err(no_memory)?;
-        Ok(self.triangles.get_or_init(|| triangles))
-    }
-
     /// The mesh with its triangles moved, and how worn the tree is: 1 where nothing has moved. Where memory was
     /// too little, it holds no triangle any more.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
@@ -76,33 +60,19 @@ where
         (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
-    /// Where rays cross, in order of t. What counts once, counts among the hits of closed triangles, too; those are
-    /// found in batches.
+    /// Where rays cross, by t.
     pub(crate) fn crossings(
         &self,
         rays: &[RayOf<S>],
         skip: Skip<'_>,
     ) -> PyResult<Part<CrossingRow>> {
-        let triangles = self.triangles()?;
-        let hits = without(self.solid.bvh(), skip, |bvh| S::all(bvh, Mode::Exact, rays, None))?;
-        let mut part = Part::new();
-        part.reserve(rays.len(), hits.answers.len()).map_err(no_memory)?;
-        for (ray, ends) in rays.iter().zip(hits.offsets.windows(2)) {
-            let of_ray = &hits.answers[ends[0] as usize..ends[1] as usize];
-            part.answers.extend(of_ray.iter().filter_map(|&hit| {
-                let triangle = &triangles[hit.triangle as usize];
-                let crosses = if is_inside(&hit) { exact::facing } else { exact::crossing };
-                let side = crosses(ray, triangle)?;
-                Some(CrossingRow { hit, leaves: u64::from(side == Side::Leaves) })
-            }));
-            part.offsets.push(part.answers.len() as i64);
-        }
-        Ok(part)
+        let lists = without(self.solid.bvh(), Mode::exact(), skip, |query| {
+            query.crossings_batch(rays, None).map_err(no_memory)
+        })?;
+        let row = |&Crossing { hit, leaves }: &Crossing| CrossingRow { hit, leaves: leaves.into() };
+        let mut rows = Vec::new();
+        rows.try_reserve_exact(lists.items.len()).map_err(no_memory)?;
+        rows.extend(lists.items.iter().map(row));
+        Ok(Part { offsets: lists.offsets, answers: rows })
     }
-}
-
-/// Whether a ray surely meets a triangle inside of all edges, where every rule says that it crosses. Bound and proof:
-/// `docs/numerics/exact.md`, section 9.
-fn is_inside(hit: &Hit) -> bool {
-    hit.u > 0.0 && hit.v > 0.0 && hit.u + hit.v < 1.0 - f64::EPSILON
 }

@@ -1,91 +1,96 @@
-//! The scalars that coordinates come in, and what is asked in a mode that Python names.
+//! The scalars that coordinates come in, and the queries in a mode that Python names.
 
-use intertri::{Certified, Exact, Hit, RayOf};
-use intertri_trace::{Given, Only};
+use intertri::{Hit, Mode, RayOf};
+use intertri_trace::{BvhScalar, MeshTriangle, Query};
 use numpy::Element;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::{PyErr, PyResult};
 
 use crate::part::Part;
 
-/// What answers promise.
-#[derive(Clone, Copy)]
-pub(crate) enum Mode {
-    Exact,
-    Certified,
+/// f32 or f64.
+pub(crate) trait Scalar: Element + BvhScalar {
+    /// Whether it has the mode `certified`.
+    const HAS_CERTIFIED: bool;
+
+    /// The query in a mode that [`named`] lets pass.
+    fn in_mode(query: Query<'_, Self>, mode: Mode) -> Query<'_, Self>;
 }
 
-impl Mode {
-    /// The mode of a name, if coordinates in a scalar have it.
-    pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Self> {
-        match name {
-            "exact" => Ok(Self::Exact),
-            "certified" if S::has(Self::Certified) => Ok(Self::Certified),
-            "certified" => Err(PyValueError::new_err(
-                "mode 'certified' answers for float32 vertices and rays, and these are float64",
-            )),
-            _ => Err(PyValueError::new_err(format!(
-                "mode {name:?} is neither 'exact' nor 'certified'"
-            ))),
+impl Scalar for f32 {
+    const HAS_CERTIFIED: bool = true;
+
+    fn in_mode(query: Query<'_, Self>, mode: Mode) -> Query<'_, Self> {
+        query.mode(mode)
+    }
+}
+
+impl Scalar for f64 {
+    const HAS_CERTIFIED: bool = false;
+
+    fn in_mode(query: Query<'_, Self>, _: Mode) -> Query<'_, Self> {
+        query
+    }
+}
+
+/// The mode of a name, if coordinates in a scalar have it.
+pub(crate) fn named<S: Scalar>(name: &str) -> PyResult<Mode> {
+    match name {
+        "exact" => Ok(Mode::exact()),
+        "certified" if S::HAS_CERTIFIED => Ok(Mode::certified()),
+        "certified" => Err(PyValueError::new_err(
+            "mode 'certified' answers for float32 vertices and rays, and these are float64",
+        )),
+        _ => {
+            Err(PyValueError::new_err(format!("mode {name:?} is neither 'exact' nor 'certified'")))
         }
     }
 }
 
-/// f32 or f64.
-pub(crate) trait Scalar: Element + Given {
-    /// Whether a mode answers.
-    fn has(mode: Mode) -> bool;
-    fn closest(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]);
-    fn triangles(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]);
-    fn any(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]);
-    fn all(
-        bvh: &Only<'_, Self>,
-        mode: Mode,
-        rays: &[RayOf<Self>],
-        limit: Option<usize>,
-    ) -> PyResult<Part<Hit>>;
+/// The closest hits. A ray alone needs nothing of what a batch prepares.
+pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hits: &mut [Hit]) {
+    if let ([ray], [to]) = (rays, &mut *hits) {
+        *to = query.closest(ray).unwrap_or(Hit::MISS);
+    } else {
+        query.closest_batch_into(rays, hits);
+    }
 }
 
-/// The queries of a scalar: `$by_mode` says which modes there are.
-macro_rules! queries {
-    ($by_mode:ident) => {
-        fn closest(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], hits: &mut [Hit]) {
-            // A ray alone needs nothing of what a batch prepares.
-            if let ([ray], [to]) = (rays, &mut *hits) {
-                *to = $by_mode!(mode, mode => bvh.closest(mode, ray)).unwrap_or(Hit::MISS);
-            } else {
-                $by_mode!(mode, mode => bvh.closest_batch(mode, rays, hits));
-            }
-        }
+/// So many triangles are written at a time, so that they stay in the cache.
+const SOME: usize = 1 << 12;
 
-        fn triangles(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], triangles: &mut [u32]) {
-            if let ([ray], [to]) = (rays, &mut *triangles) {
-                let hit = $by_mode!(mode, mode => bvh.closest(mode, ray));
-                *to = hit.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle);
-            } else {
-                $by_mode!(mode, mode => bvh.triangles_batch(mode, rays, triangles));
-            }
-        }
+/// The triangles of the closest hits in one mesh; `u32::MAX` for none.
+pub(crate) fn triangles<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], to: &mut [u32]) {
+    if let ([ray], [to]) = (rays, &mut *to) {
+        *to = query.closest_triangle(ray).unwrap_or(MeshTriangle::MISS).triangle;
+        return;
+    }
+    // A part at a time on this thread: its caller shares the rays among threads.
+    let mut some = vec![MeshTriangle::MISS; rays.len().min(SOME)];
+    for (rays, to) in rays.chunks(SOME).zip(to.chunks_mut(SOME)) {
+        let some = &mut some[..rays.len()];
+        query.closest_triangle_batch_into(rays, some);
+        to.iter_mut().zip(some).for_each(|(to, found)| *to = found.triangle);
+    }
+}
 
-        fn any(bvh: &Only<'_, Self>, mode: Mode, rays: &[RayOf<Self>], any: &mut [bool]) {
-            if let ([ray], [to]) = (rays, &mut *any) {
-                *to = $by_mode!(mode, mode => bvh.any(mode, ray));
-            } else {
-                $by_mode!(mode, mode => bvh.any_batch(mode, rays, any));
-            }
-        }
+/// Whether anything is hit.
+pub(crate) fn any<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], any: &mut [bool]) {
+    if let ([ray], [to]) = (rays, &mut *any) {
+        *to = query.any(ray);
+    } else {
+        query.any_batch_into(rays, any);
+    }
+}
 
-        fn all(
-            bvh: &Only<'_, Self>,
-            mode: Mode,
-            rays: &[RayOf<Self>],
-            limit: Option<usize>,
-        ) -> PyResult<Part<Hit>> {
-            let lists = $by_mode!(mode, mode => bvh.all_batch(mode, rays, limit));
-            let lists = lists.map_err(no_memory)?;
-            Ok(Part { offsets: lists.offsets, answers: lists.hits })
-        }
-    };
+/// Every hit.
+pub(crate) fn all<S: Scalar>(
+    query: &Query<'_, S>,
+    rays: &[RayOf<S>],
+    limit: Option<usize>,
+) -> PyResult<Part<Hit>> {
+    let lists = query.all_batch(rays, limit).map_err(no_memory)?;
+    Ok(Part { offsets: lists.offsets, answers: lists.items })
 }
 
 pub(crate) fn no_memory(error: impl ToString) -> PyErr {
@@ -94,45 +99,4 @@ pub(crate) fn no_memory(error: impl ToString) -> PyErr {
 
 pub(crate) fn wrong(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
-}
-
-/// Either mode.
-macro_rules! either {
-    ($mode:expr, $name:ident => $ask:expr) => {
-        match $mode {
-            Mode::Exact => {
-                let $name = &Exact::default();
-                $ask
-            }
-            Mode::Certified => {
-                let $name = &Certified::default();
-                $ask
-            }
-        }
-    };
-}
-
-/// The mode exact, whatever the name.
-macro_rules! exact_alone {
-    ($mode:expr, $name:ident => $ask:expr) => {{
-        let (Mode::Exact | Mode::Certified) = $mode;
-        let $name = &Exact::default();
-        $ask
-    }};
-}
-
-impl Scalar for f32 {
-    queries!(either);
-
-    fn has(_: Mode) -> bool {
-        true
-    }
-}
-
-impl Scalar for f64 {
-    queries!(exact_alone);
-
-    fn has(mode: Mode) -> bool {
-        matches!(mode, Mode::Exact)
-    }
 }

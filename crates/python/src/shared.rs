@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
-use intertri::{Exact, TriangleOf};
-use intertri_trace::{ModeFor, RefitError};
+use intertri::TriangleOf;
+use intertri_trace::RefitError;
 use pyo3::prelude::*;
 
 use crate::mesh::Mesh;
@@ -15,10 +15,7 @@ use crate::scalar::{Scalar, no_memory, wrong};
 /// began with.
 pub(crate) struct Shared<S: Scalar>(Mutex<Option<Arc<Mesh<S>>>>);
 
-impl<S: Scalar> Shared<S>
-where
-    Exact: ModeFor<S>,
-{
+impl<S: Scalar> Shared<S> {
     pub(crate) fn new(mesh: Mesh<S>) -> Self {
         Self(Mutex::new(Some(Arc::new(mesh))))
     }

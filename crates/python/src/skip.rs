@@ -1,7 +1,7 @@
 //! The triangles that rays skip.
 
-use intertri::Hit;
-use intertri_trace::{Bvh, Only, Select};
+use intertri::{Hit, Mode};
+use intertri_trace::{Bvh, Query};
 
 use crate::scalar::Scalar;
 
@@ -17,17 +17,19 @@ impl Skip<'_> {
     pub(crate) const NONE: Self = Self { numbers: &[], each: 0 };
 }
 
-/// Asks without the triangles that rays skip.
+/// A query without the triangles that rays skip.
 pub(crate) fn without<S: Scalar, A>(
     bvh: &Bvh<S>,
+    mode: Mode,
     skip: Skip<'_>,
-    ask: impl FnOnce(&Only<'_, S>) -> A,
+    ask: impl FnOnce(&mut Query<'_, S>) -> A,
 ) -> A {
+    let query = S::in_mode(bvh.query(), mode);
     if skip.numbers.iter().all(|&number| number < 0) {
-        return ask(&bvh.only(&Select::ALL));
+        return ask(&mut { query });
     }
     let hits = skip.numbers.iter().map(|&number| Hit { triangle: number as u32, ..Hit::MISS });
     let hits: Vec<Hit> = hits.collect();
     let lists: Vec<&[Hit]> = hits.chunks(skip.each).collect();
-    ask(&bvh.only(&Select { skip: &lists, ..Select::ALL }))
+    ask(&mut query.skip(&lists))
 }

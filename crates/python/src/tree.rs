@@ -5,8 +5,8 @@
 use std::num::NonZeroUsize;
 use std::time::Instant;
 
-use intertri::{Crossings, Exact, Hit, RayOf, TriangleOf};
-use intertri_trace::{ClosestPoint, ModeFor, Place, Select, Solid, SolidError};
+use intertri::{Crossings, Hit, Mode, RayOf, TriangleOf};
+use intertri_trace::{ClosestPoint, Containment, Solid, SolidError};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
@@ -19,7 +19,7 @@ use crate::picture::tiled;
 use crate::points::{by_slabs, of_points};
 use crate::pool::Workers;
 use crate::run::{Stop, run};
-use crate::scalar::{Mode, Scalar, no_memory, wrong};
+use crate::scalar::{Scalar, all, any, closest, named, no_memory, triangles, wrong};
 use crate::shared::Shared;
 use crate::skip::without;
 use crate::source::{Arrays, Source};
@@ -80,30 +80,32 @@ fn gather<S: Scalar>(vertices: &[S], faces: &[u32], stop: &Stop) -> PyResult<Vec
     Ok(triangles)
 }
 
-/// How a mesh winds around a place; `SURFACE` on the mesh.
-fn winding(place: Place) -> i32 {
-    match place {
-        Place::Outside => 0,
-        Place::Inside(times) => times,
-        Place::Surface => SURFACE,
+/// How a mesh winds around a point; `SURFACE` on the mesh.
+fn winding(containment: Containment) -> i32 {
+    match containment {
+        Containment::Outside => 0,
+        Containment::Inside(times) => times,
+        Containment::Surface => SURFACE,
     }
 }
 
 /// Fills `out` with how a mesh winds around points, as many at a time as there is memory for.
-fn wind<S: Scalar>(solid: &Solid<S>, points: &[[S; 3]], places: &mut Vec<Place>, out: &mut [i32])
-where
-    Exact: ModeFor<S>,
-{
+fn wind<S: Scalar>(
+    solid: &Solid<S>,
+    points: &[[S; 3]],
+    all: &mut Vec<Containment>,
+    out: &mut [i32],
+) {
     let mut size = points.len().max(1);
-    places.clear();
-    while size > 1 && places.try_reserve_exact(size).is_err() {
+    all.clear();
+    while size > 1 && all.try_reserve_exact(size).is_err() {
         size /= 2;
     }
-    places.resize(size, Place::Outside);
+    all.resize(size, Containment::Outside);
     for (points, out) in points.chunks(size).zip(out.chunks_mut(size)) {
-        let places = &mut places[..points.len()];
-        solid.place_batch(points, places);
-        out.iter_mut().zip(places).for_each(|(out, place)| *out = winding(*place));
+        let some = &mut all[..points.len()];
+        solid.classify_batch_into(points, some);
+        out.iter_mut().zip(some).for_each(|(out, one)| *out = winding(*one));
     }
 }
 
@@ -160,7 +162,7 @@ macro_rules! tree {
                 width: usize,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
-                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [Hit] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py)?;
                 answers(
@@ -170,9 +172,7 @@ macro_rules! tree {
                     width,
                     (out, Hit::MISS),
                     |rays, skip, hits| {
-                        without(mesh.solid.bvh(), skip, |bvh| {
-                            <$scalar>::closest(bvh, mode, rays, hits)
-                        });
+                        without(mesh.solid.bvh(), mode, skip, |query| closest(query, rays, hits));
                     },
                 )
             }
@@ -187,21 +187,12 @@ macro_rules! tree {
                 width: usize,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
-                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let out: &mut [u32] = rows(&mut out, rays.count)?;
                 let mesh = self.mesh.get(py)?;
-                answers(
-                    py,
-                    &small_or(threads, &rays)?,
-                    &rays,
-                    width,
-                    (out, 0),
-                    |rays, skip, triangles| {
-                        without(mesh.solid.bvh(), skip, |bvh| {
-                            <$scalar>::triangles(bvh, mode, rays, triangles)
-                        });
-                    },
-                )
+                answers(py, &small_or(threads, &rays)?, &rays, width, (out, 0), |rays, skip, to| {
+                    without(mesh.solid.bvh(), mode, skip, |query| triangles(query, rays, to));
+                })
             }
 
             /// Fills `out` with whether anything is hit.
@@ -214,7 +205,7 @@ macro_rules! tree {
                 width: usize,
                 mut out: PyReadwriteArray1<'_, bool>,
             ) -> PyResult<()> {
-                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let out = out.as_slice_mut()?;
                 if out.len() != rays.count {
                     return Err(PyValueError::new_err("out has another length"));
@@ -226,8 +217,8 @@ macro_rules! tree {
                     &rays,
                     width,
                     (out, false),
-                    |rays, skip, any| {
-                        without(mesh.solid.bvh(), skip, |bvh| <$scalar>::any(bvh, mode, rays, any));
+                    |rays, skip, to| {
+                        without(mesh.solid.bvh(), mode, skip, |query| any(query, rays, to));
                     },
                 )
             }
@@ -251,8 +242,8 @@ macro_rules! tree {
                 answers(py, &workers, &segments, width, (out, false), |rays, skip, visible| {
                     let ends = |ray: &RayOf<$scalar>| [ray.origin, ray.dir];
                     let segments: Vec<_> = rays.iter().map(ends).collect();
-                    without(mesh.solid.bvh(), skip, |bvh| {
-                        bvh.visible_within(&Exact::default(), &segments, bits.min(52), visible);
+                    without(mesh.solid.bvh(), Mode::exact(), skip, |query| {
+                        query.visible_within(&segments, bits.min(52), visible);
                     });
                 })
             }
@@ -284,10 +275,10 @@ macro_rules! tree {
                 width: usize,
                 limit: Option<usize>,
             ) -> PyResult<Lists<'py>> {
-                let (mode, rays) = (Mode::named::<$scalar>(mode)?, rays.source()?);
+                let (mode, rays) = (named::<$scalar>(mode)?, rays.source()?);
                 let mesh = self.mesh.get(py)?;
                 lists(py, &small_or(threads, &rays)?, &rays, width, |rays, skip| {
-                    without(mesh.solid.bvh(), skip, |bvh| <$scalar>::all(bvh, mode, rays, limit))
+                    without(mesh.solid.bvh(), mode, skip, |query| all(query, rays, limit))
                 })
             }
 
@@ -326,8 +317,8 @@ macro_rules! tree {
                     (out, [0; 2]),
                     |rays, skip, out| {
                         let mut counts = vec![Crossings::default(); rays.len()];
-                        without(mesh.solid.bvh(), skip, |bvh| {
-                            bvh.crossings_batch(&Exact::default(), rays, &mut counts);
+                        without(mesh.solid.bvh(), Mode::exact(), skip, |query| {
+                            query.count_crossings_batch_into(rays, &mut counts);
                         });
                         for (out, count) in out.iter_mut().zip(counts) {
                             *out = [count.signed, count.unsigned as i64];
@@ -347,14 +338,14 @@ macro_rules! tree {
                 let points = points.as_slice()?;
                 let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
-                let mut places = Vec::new();
+                let mut all = Vec::new();
                 by_slabs(
                     py,
                     &Workers::new(threads, points.len() < FEW)?,
                     points,
                     out,
                     |points, out| {
-                        wind(&mesh.solid, points, &mut places, out);
+                        wind(&mesh.solid, points, &mut all, out);
                     },
                 )
             }
@@ -377,7 +368,7 @@ macro_rules! tree {
                     points,
                     (out, none),
                     |points, out| {
-                        mesh.solid.bvh().closest_point_batch(points, radius, out);
+                        mesh.solid.bvh().closest_point_batch_into(points, radius, out);
                     },
                 )
             }
@@ -399,7 +390,7 @@ macro_rules! tree {
                     points,
                     (out, 0.0),
                     |points, out| {
-                        mesh.solid.signed_distance_batch(points, out);
+                        mesh.solid.signed_distance_batch_into(points, out);
                     },
                 )
             }
@@ -457,8 +448,7 @@ macro_rules! tree {
                     for _ in 0..times {
                         for (rays, least) in [(&in_rows, &mut a), (&by_tiles, &mut b)] {
                             let began = Instant::now();
-                            let bvh = mesh.solid.bvh().only(&Select::ALL);
-                            <$scalar>::closest(&bvh, Mode::Exact, rays, &mut hits);
+                            closest(&mut mesh.solid.bvh().query(), rays, &mut hits);
                             *least = least.min(began.elapsed().as_secs_f64());
                         }
                     }

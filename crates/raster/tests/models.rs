@@ -1,7 +1,7 @@
 //! Both eyes on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
 
 use crate::common::{rays_of, view_of};
-use intertri::{Certified, Hit, Ray, Threshold};
+use intertri::{Hit, Mode, Ray, Threshold};
 use intertri_raster::{
     Adjacency, Light, Verdict, Volume, differences, lit, shadow_differences, triangles,
 };
@@ -19,7 +19,7 @@ fn check(name: &str, scene: &Scene) {
     let bvh = Bvh::new(&soup).unwrap();
     let rays = rays_of(&scene.camera, width, height);
     let mut traced = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&Certified::default(), &rays, &mut traced);
+    bvh.query().mode(Mode::certified()).closest_batch_into(&rays, &mut traced);
     let seen = differences(&view, &soup, &drawn, &traced);
 
     let adjacency = Adjacency::new(&soup);
@@ -33,7 +33,7 @@ fn check(name: &str, scene: &Scene) {
         .map(|(ray, hit)| scene.light.shadow_ray(hit_point(ray, hit)))
         .collect();
     let mut blocked = vec![false; rays.len()];
-    bvh.any_batch(&Certified::default(), &shadow_rays, &mut blocked);
+    bvh.query().mode(Mode::certified()).any_batch_into(&shadow_rays, &mut blocked);
     let by_rays: Vec<bool> = blocked.iter().map(|blocked| !blocked).collect();
     let shadows = shadow_differences(&view, &traced, &volume, &counted, &by_rays);
 

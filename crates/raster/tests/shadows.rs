@@ -1,7 +1,7 @@
 //! Shadow volumes against brute-force shadow rays, for good meshes and every kind of bad one.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
-use intertri::{Double, Hit, Mode, Ray, Triangle};
+use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_raster::{
     Adjacency, Light, LightError, Verdict, View, Volume, facing, lit, shadow_differences,
     silhouette, triangles,
@@ -43,7 +43,7 @@ fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bo
                 Ray::new(origin, dir).between(0.0, reach as f32)
             }
         };
-        let blockers = Double::default().all(soup, &ray);
+        let blockers = Mode::certified().all(soup, &ray);
         blockers.iter().all(|blocker| blocker.triangle == hit.triangle)
     };
     hits.iter().enumerate().map(one).collect()

@@ -2,7 +2,7 @@
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
-use intertri::{Double, Hit, Mode, Triangle};
+use intertri::{Hit, Mode, Triangle};
 use intertri_raster::{Verdict, View, differences, facets, triangles};
 use intertri_reference::vector::Vector;
 use intertri_reference::z_buffer::ZBuffer;
@@ -22,7 +22,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     let drawn = triangles(&view, soup, THRESHOLD);
     let rays = rays_of(camera, width, height);
     let mut traced = vec![Hit::MISS; rays.len()];
-    Double::default().closest_batch(soup, &rays, &mut traced);
+    Mode::certified().closest_batch(soup, &rays, &mut traced);
     let verdicts = differences(&view, soup, &drawn, &traced);
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);

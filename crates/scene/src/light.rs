@@ -108,7 +108,7 @@ pub fn hit_point<S: Scalar>(ray: &RayOf<S>, hit: &Hit) -> [f64; 3] {
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Exact, Mode, Ray, Triangle};
+    use intertri::{Mode, Ray, Triangle};
 
     use super::*;
 
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn an_exact_shadow_ray_never_meets_its_triangle_and_all_that_stands_beside_it() {
-        let (exact, mut blocked) = (Exact::default(), 0);
+        let (exact, mut blocked) = (Mode::exact(), 0);
         for i in 0..3000_u32 {
             let angle = f64::from(i) * 2.399_963;
             let size = 1.07_f64.powi((i % 200) as i32 - 100);

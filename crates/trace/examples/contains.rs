@@ -4,7 +4,7 @@ use std::f32::consts::TAU;
 use std::time::Instant;
 
 use intertri::Triangle;
-use intertri_trace::{Place, Solid, SolidError};
+use intertri_trace::{Containment, Solid, SolidError};
 
 /// A torus about the y axis, its corners counter-clockwise as seen from outside.
 fn torus(around: usize, across: usize, large: f32, small: f32) -> Vec<Triangle> {
@@ -33,9 +33,8 @@ fn main() -> Result<(), SolidError> {
         |i: usize| [at(i % 128, 128, 6.0), at(i / 128 % 64, 64, 2.0), at(i / 8192, 128, 6.0)];
     let points: Vec<[f32; 3]> = (0..1 << 20).map(point).collect();
 
-    let mut contains = vec![false; points.len()];
     let start = Instant::now();
-    solid.contains_batch(&points, &mut contains);
+    let contains = solid.contains_batch(&points);
     let seconds = start.elapsed().as_secs_f64();
     let inside = contains.iter().filter(|&&contains| contains).count();
     let volume = inside as f32 / points.len() as f32 * 6.0 * 2.0 * 6.0;
@@ -47,9 +46,9 @@ fn main() -> Result<(), SolidError> {
 
     // Exactly: a vertex lies on the surface, and one step of f32 away from the axis it is outside.
     let [x, y, z] = mesh[0].0[0];
-    assert_eq!(solid.place([x, y, z]), Place::Surface);
-    assert_eq!(solid.place([x.next_up(), y, z]), Place::Outside);
-    assert_eq!(solid.place([x.next_down(), y, z]), Place::Inside(1));
+    assert_eq!(solid.classify([x, y, z]), Containment::Surface);
+    assert_eq!(solid.classify([x.next_up(), y, z]), Containment::Outside);
+    assert_eq!(solid.classify([x.next_down(), y, z]), Containment::Inside(1));
 
     // A mesh with a hole is told of, and where.
     println!("{}", Solid::new(&mesh[1..]).unwrap_err());

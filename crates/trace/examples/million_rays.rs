@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use intertri::{Exact, Hit, Ray};
+use intertri::Ray;
 use intertri_trace::{BuildError, Bvh};
 
 fn main() -> Result<(), BuildError> {
@@ -16,7 +16,7 @@ fn main() -> Result<(), BuildError> {
     let squares = (0..side - 1).flat_map(|z| (0..side - 1).map(move |x| z * side + x));
     let triangles: Vec<[u32; 3]> =
         squares.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]).collect();
-    let sea = Bvh::indexed(&positions, &triangles)?;
+    let sea = Bvh::from_indexed(&positions, &triangles)?;
 
     // A camera of 1024 by 1024 pixels; neighbours in the slice are neighbours in the picture.
     let pixel = |i: u32| {
@@ -25,15 +25,14 @@ fn main() -> Result<(), BuildError> {
     };
     let rays: Vec<Ray> = (0..1024 * 1024).map(pixel).collect();
 
-    let mut hits = vec![Hit::MISS; rays.len()];
     let start = Instant::now();
-    sea.closest_batch(&Exact::default(), &rays, &mut hits);
+    let hits = sea.closest_batch(&rays);
     let seconds = start.elapsed().as_secs_f64();
     let seen = hits.iter().filter(|hit| hit.is_hit()).count();
     println!("{} triangles, {} rays, {seen} hits", sea.len(), rays.len());
     println!("{:.1} million rays a second", rays.len() as f64 / seconds * 1e-6);
 
     // The same as asking one by one.
-    assert_eq!(hits[600_000].some(), sea.closest(&Exact::default(), &rays[600_000]));
+    assert_eq!(hits[600_000].some(), sea.closest(&rays[600_000]));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use intertri::{Exact, Hit, Ray, Triangle};
+use intertri::{Hit, Ray, Triangle};
 use intertri_trace::Bvh;
 
 /// A column of squares that is twisted the more, the later it is.
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let refit = bvh.refit(&triangles)?;
         let refitted = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        bvh.closest_batch(&Exact::default(), &rays, &mut hits);
+        bvh.query().closest_batch_into(&rays, &mut hits);
         let traced = start.elapsed().as_secs_f64();
         println!(
             "frame {frame}: refitted in {:.1} ms, costs {:.2} times what it did, traced in {:.1} ms",
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // The answers are those of a new tree, however worn it is; but a new one may be worth it.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
-            assert_eq!(anew.closest(&Exact::default(), &rays[99_000]), hits[99_000].some());
+            assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());
             println!("         built anew");
             bvh = anew;
         }

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::time::Instant;
 
-use intertri::{Exact, Ray};
+use intertri::Ray;
 use intertri_trace::Bvh;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let triangles: Vec<[u32; 3]> =
         squares.flat_map(|i| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]]).collect();
     let start = Instant::now();
-    let sea = Bvh::indexed(&positions, &triangles)?;
+    let sea = Bvh::from_indexed(&positions, &triangles)?;
     println!("{} triangles, built in {:.1} ms", sea.len(), start.elapsed().as_secs_f64() * 1e3);
 
     // To a file and back.
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     fs::remove_file(&path)?;
 
     let ray = Ray::new([8.0, 3.0, 8.0], [0.1, -1.0, 0.2]);
-    assert_eq!(loaded.closest(&Exact::default(), &ray), sea.closest(&Exact::default(), &ray));
+    assert_eq!(loaded.closest(&ray), sea.closest(&ray));
 
     // What is damaged is told, in a line.
     let mut saved = sea.to_bytes();

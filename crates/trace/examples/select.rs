@@ -5,8 +5,8 @@
 
 use std::error::Error;
 
-use intertri::{Exact, Hit, Ray, Triangle};
-use intertri_trace::{Bvh, Faces, Select};
+use intertri::{Hit, Ray, Triangle};
+use intertri_trace::{Bvh, Faces};
 
 /// What the bits of our masks mean.
 const SOLID: u32 = 0b001;
@@ -28,36 +28,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (window, lamp) = (z(6.0), rectangle([-1.0, -1.0, 8.0], [-1.0, 1.0, 8.0], [1.0, 1.0, 8.0]));
     // It is met from its back.
     let screen = rectangle([-4.0, -4.0, 4.0], [4.0, -4.0, 4.0], [4.0, 4.0, 4.0]);
-    let mut bvh = Bvh::of_meshes(&[&walls, &window, &lamp, &screen])?;
+    let mut bvh = Bvh::from_meshes(&[&walls, &window, &lamp, &screen])?;
     for (geometry, mask) in [SOLID, GLASS, SOLID | HELPER, SOLID].into_iter().enumerate() {
         bvh.set_mask(geometry, mask);
     }
 
-    let mode = Exact::default();
     let rays: Vec<Ray> = [0.3, 2.5].map(|x| Ray::new([x, 0.2, 1.0], [0.0, 0.0, 1.0])).to_vec();
     let told = |hits: &[Hit]| {
         let name =
             |hit: &Hit| format!("{} {} at {}", NAMES[hit.geometry as usize], hit.triangle, hit.t);
         hits.iter().map(name).collect::<Vec<_>>().join(", ")
     };
-    let all = bvh.all_batch(&mode, &rays, None)?;
+    let all = bvh.all_batch(&rays)?;
     for (ray, hits) in rays.iter().zip(all.iter()) {
         println!("from {:?}: {}", ray.origin, told(hits));
     }
 
     // What is not glass, and not seen from its back.
-    let seen = Select { mask: SOLID, faces: Faces::Front, ..Select::default() };
-    let lists = bvh.only(&seen).all_batch(&mode, &rays, None)?;
+    let lists = bvh.query().mask(SOLID).faces(Faces::Front).all_batch(&rays, None)?;
     println!("solid fronts: {}; {}", told(lists.of(0)), told(lists.of(1)));
-    assert!(lists.hits.iter().all(|hit| [0, 2].contains(&hit.geometry)));
+    assert!(lists.items.iter().all(|hit| [0, 2].contains(&hit.geometry)));
 
     // What each ray hits behind what it hit first.
-    let mut first = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&mode, &rays, &mut first);
+    let first = bvh.closest_batch(&rays);
     let skip: Vec<&[Hit]> = first.iter().map(std::slice::from_ref).collect();
-    let mut next = vec![Hit::MISS; rays.len()];
-    let behind = Select { skip: &skip, ..Select::default() };
-    bvh.only(&behind).closest_batch(&mode, &rays, &mut next);
+    let next = bvh.query().skip(&skip).closest_batch(&rays);
     println!("behind the first: {}", told(&next));
     for (ray, next) in next.iter().enumerate() {
         assert_eq!(*next, all.of(ray)[1]);

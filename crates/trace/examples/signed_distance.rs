@@ -27,9 +27,8 @@ fn main() -> Result<(), SolidError> {
     let at = |i: usize| (i as f32 - 49.5) / 30.0;
     let points: Vec<[f32; 3]> =
         (0..1_000_000).map(|i| [at(i % 100), at(i / 100 % 100), at(i / 10_000)]).collect();
-    let mut distances = vec![0.0; points.len()];
     let start = Instant::now();
-    solid.signed_distance_batch(&points, &mut distances);
+    let distances = solid.signed_distance_batch(&points);
     let seconds = start.elapsed().as_secs_f64();
 
     let inside = distances.iter().filter(|&&distance| distance < 0.0).count();

@@ -1,54 +1,127 @@
-//! A bounding volume hierarchy whose answers equal a plain loop's, bit for bit.
+//! A bounding volume hierarchy over triangles whose answers equal a plain loop's, bit for bit.
 //!
-//! One walk in four forms: a ray a call (`single`), streams of rays that have little in common
-//! (`stream`), bundles of coherent rays (`bundle`), beams of parallel ones (`beam`). `query` chooses.
-
-mod across;
-mod answers;
-mod beam;
+//! ```
+//! use intertri_trace::Bvh;
+//! use intertri_trace::intertri::{Ray, Triangle};
+//!
+//! let floor = Triangle::new([-9.0, 0.0, -9.0], [9.0, 0.0, -9.0], [0.0, 0.0, 9.0]);
+//! let wall = Triangle::new([-9.0, -9.0, 5.0], [9.0, -9.0, 5.0], [0.0, 9.0, 5.0]);
+//! let bvh = Bvh::new(&[wall, floor])?;
+//!
+//! let ray = Ray::new([0.0, 1.0, 0.0], [0.0, -0.5, 1.0]);
+//! let hit = bvh.closest(&ray).unwrap();
+//! assert_eq!((hit.triangle, hit.t), (1, 2.0));
+//!
+//! // A reflected ray, which never hits the triangle that it leaves.
+//! let reflected = bvh.spawn_ray(&hit, [0.0, 0.5, 1.0]);
+//! assert_eq!(bvh.closest(&reflected).unwrap().triangle, 0);
+//! # Ok::<(), intertri_trace::BuildError>(())
+//! ```
+//!
+//! Traversal runs in f32 lanes with conservative boxes. Leaves use the filter of the kernel, [`intertri`], and its exact
+//! arithmetic where f32 does not decide. So the hierarchy loses no hit, and no ray slips through a shared edge. An
+//! answer depends on the ray and the triangles alone: not on the tree, the number of threads, the other rays of a batch,
+//! or the CPU.
+//!
+//! # How to choose
+//!
+//! | you want | use |
+//! | --- | --- |
+//! | hits in the mode `exact`, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
+//! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its verbs |
+//! | inside or outside, signed distances | [`Solid`], for a closed mesh |
+//! | the closest point of a mesh | [`Bvh::closest_point`] |
+//! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
+//! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
+//!
+//! **One ray or many.** If you have many rays, call a batch: `closest_batch` and its sisters trace coherent rays as
+//! bundles and all others as ray streams, on all threads. A batch returns its answers; `…_into` writes them to a slice
+//! that you reuse. If you need one ray at a time, create one [`Query`] for each thread and keep it: it owns the
+//! traversal's scratch memory.
+//!
+//! ```
+//! use intertri_trace::{Bvh, Faces};
+//! use intertri_trace::intertri::{Hit, Mode, Ray, Triangle};
+//! let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+//! let bvh = Bvh::from_meshes(&[&[at(3.0)], &[at(5.0), at(7.0)]])?;
+//! let rays = [0.25, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
+//!
+//! let hits = bvh.closest_batch(&rays);
+//! assert!(hits[0].geometry == 0 && hits[1] == Hit::MISS);
+//!
+//! // Back faces alone, as the scalar f64 reference has them, into memory of your own.
+//! let mut hits = [Hit::MISS; 2];
+//! bvh.query().mode(Mode::certified()).faces(Faces::Back).closest_batch_into(&rays, &mut hits);
+//! assert_eq!(hits[0].t, 3.0);
+//! # Ok::<(), intertri_trace::BuildError>(())
+//! ```
+//!
+//! **Which mode.** Keep [`Mode::exact`](intertri::Mode::exact), the default. Use [`Query::once`] if a point on an edge
+//! or a corner must belong to one triangle only, and `Mode::certified` if you need the bits of the scalar f64 reference.
+//!
+//! **f32 or f64.** A [`Bvh`] over [`Triangle`](type@intertri::Triangle) takes coordinates in f32. If f32 does not hold
+//! your coordinates, such as UTM, build over [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same verbs
+//! and is exact for the f64 that you give. It takes more memory and time; see [`Bvh`].
+//!
+//! **Where triangles come from.** [`Bvh::new`] takes a slice, [`Bvh::from_indexed`] vertices and indices,
+//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry with a mask.
+//! [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved.
+//!
+//! # Features
+//!
+//! - `parallel` (default): builds, refits and traces batches on all threads, with rayon.
+//! - `std` (default): chooses the CPU's best instructions at run time. Without it, the instructions that the build was
+//!   compiled for are used; the crate still needs the standard library.
+//!
+//! # Threads
+//!
+//! Work runs in the rayon pool of the calling thread, which is the global one by default. To use a pool of your own,
+//! call inside of `ThreadPool::install`. [`Query::on_this_thread`] keeps a batch on the calling thread. A [`Bvh`] can be
+//! shared between threads; a [`Query`] belongs to one thread at a time.
+//!
+//! # Limits
+//!
+//! A hierarchy holds fewer than 2^31 triangles. It has triangles alone: no instances, curves or user geometry. A
+//! triangle with a NaN or an infinity is never hit, nor is one without area. Too little memory for a build, a refit, a
+//! loaded file or lists of hits is an error, not an abort.
+//!
+//! Build in release mode, or optimize this crate and `intertri` alone; the front page of [`intertri`] shows how.
+mod batch;
 mod build;
-mod bundle;
 mod bvh;
-mod given;
-mod memory;
+mod containment;
 mod morton;
 mod nearest;
-mod pairs;
-mod place;
-mod prefetch;
 mod query;
 mod refit;
 mod save;
-mod select;
-mod single;
+mod scalar;
+mod selection;
 mod solid;
-mod stop;
-mod stream;
-#[cfg(test)]
-mod test_numbers;
-mod threads;
 mod tree;
+mod util;
+mod walk;
 
 pub use intertri;
 
+pub use batch::{CrossingLists, HitLists, Lists};
 pub use build::BuildError;
-pub use bvh::Bvh;
-pub use given::{Given, ModeFor};
-pub use memory::OutOfMemory;
+pub use bvh::{Bvh, IndexedMesh};
+pub use containment::Containment;
 pub use nearest::ClosestPoint;
-pub use place::Place;
-#[cfg(feature = "fixed")]
-pub use query::FixedBvh;
-pub use query::{HitLists, Intersector, Only};
+pub use query::Query;
 pub use refit::{Refit, RefitError};
 pub use save::{LoadError, SAVED_MAGIC};
-pub use select::{Faces, Select};
+pub use scalar::BvhScalar;
+pub use selection::Faces;
 pub use solid::{Solid, SolidError};
+pub use tree::MeshTriangle;
+pub use util::memory::OutOfMemory;
 
-/// What the tests and the Python package build on. It changes without notice.
+/// What the Python package builds on. It changes without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::save::{checksum, seal};
-    pub use crate::stop::{StopToken, Stopped};
-    pub use crate::threads::on_this_thread;
+    pub use crate::util::stop::{StopToken, Stopped};
+    pub use crate::util::threads::on_this_thread;
 }

@@ -1,7 +1,7 @@
 //! Points along Morton's curve: neighbours in space one after the other.
 
-use crate::memory::{NoMemory, room};
 use crate::tree::Aabb;
+use crate::util::memory::{NoMemory, room};
 
 /// So few points stay as they are.
 const FEW: usize = 16;

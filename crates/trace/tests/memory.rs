@@ -8,8 +8,8 @@ use std::process::Command;
 use std::ptr::null_mut;
 
 use intertri_trace::internal::on_this_thread;
-use intertri_trace::intertri::{Exact, Hit, Ray, Ray64, Triangle, Triangle64};
-use intertri_trace::{Bvh, ClosestPoint, Place, Solid};
+use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
+use intertri_trace::{Bvh, ClosestPoint, Containment, Solid};
 
 /// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to be missing.
 const LEAST: usize = 1 << 19;
@@ -107,7 +107,7 @@ macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
         let moved: Vec<_> = triangles.iter().rev().copied().collect();
-        let (bvh, mode) = (Bvh::new(&triangles).unwrap(), Exact::default());
+        let bvh = Bvh::new(&triangles).unwrap();
         let saved = bvh.to_bytes();
         let rays: Vec<_> = (0..200_000)
             .map(|i| {
@@ -120,7 +120,7 @@ macro_rules! calls {
             rays.iter().map(|ray| [ray.origin[0], ray.origin[1], 0.1]).collect();
         let is_same = |made: &Bvh<$scalar>| {
             let probes = rays.iter().step_by(777);
-            probes.clone().all(|ray| made.closest(&mode, ray) == bvh.closest(&mode, ray))
+            probes.clone().all(|ray| made.closest(ray) == bvh.closest(ray))
         };
         let positions: Vec<[$scalar; 3]> = triangles.iter().flat_map(|t| t.0).collect();
         let faces: Vec<[u32; 3]> =
@@ -150,10 +150,12 @@ macro_rules! calls {
             }),
         };
         check("new", &mut || is_right(Bvh::new(&triangles).map_err(Into::into)));
-        check("of_meshes", &mut || {
-            is_right(Bvh::of_meshes(&[&triangles]).map(Bvh::into_one_mesh).map_err(Into::into))
+        check("from_meshes", &mut || {
+            is_right(Bvh::from_meshes(&[&triangles]).map(Bvh::into_one_mesh).map_err(Into::into))
         });
-        check("indexed", &mut || is_right(Bvh::indexed(&positions, &faces).map_err(Into::into)));
+        check("from_indexed", &mut || {
+            is_right(Bvh::from_indexed(&positions, &faces).map_err(Into::into))
+        });
         check("try_clone", &mut || is_right(bvh.try_clone().map_err(Into::into)));
         check("from_bytes", &mut || is_right(Bvh::from_bytes(&saved).map_err(Into::into)));
         check("read_from", &mut || is_right(Bvh::read_from(&saved[..]).map_err(Into::into)));
@@ -169,10 +171,10 @@ macro_rules! calls {
             let mut bytes = without_failing(|| Vec::with_capacity(saved.len()));
             bvh.write_to(&mut bytes).map(|()| assert_eq!(bytes.len(), saved.len())).is_ok()
         });
-        check("all_batch", &mut || match bvh.all_batch(&mode, &rays, None) {
+        check("all_batch", &mut || match bvh.all_batch(&rays) {
             Ok(lists) => without(&mut || {
                 let probes = (0..rays.len()).step_by(777);
-                probes.clone().all(|i| *lists.of(i) == bvh.all(&mode, &rays[i])[..])
+                probes.clone().all(|i| *lists.of(i) == bvh.all(&rays[i])[..])
             }),
             Err(_) => false,
         });
@@ -187,17 +189,17 @@ macro_rules! calls {
         });
 
         // These have no error: they do with less memory, where there is too little.
-        check("place_batch", &mut || {
-            let mut places = without_failing(|| vec![Place::Outside; points.len()]);
-            solid.place_batch(&points, &mut places);
+        check("classify_batch_into", &mut || {
+            let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
+            solid.classify_batch_into(&points, &mut all);
             without_failing(|| {
                 let probes = (0..points.len()).step_by(777);
-                probes.clone().all(|i| places[i] == solid.place(points[i]))
+                probes.clone().all(|i| all[i] == solid.classify(points[i]))
             })
         });
         check("signed_distance_batch", &mut || {
             let (points, mut far) = (&points[..20_000], without_failing(|| vec![0.0; 20_000]));
-            solid.signed_distance_batch(points, &mut far);
+            solid.signed_distance_batch_into(points, &mut far);
             without_failing(|| {
                 (0..20_000).step_by(777).all(|i| far[i] == solid.signed_distance(points[i]))
             })
@@ -205,12 +207,12 @@ macro_rules! calls {
         check("closest_point_batch", &mut || {
             let (points, mut near) =
                 (&points[..20_000], without_failing(|| vec![ClosestPoint::NONE; 20_000]));
-            bvh.closest_point_batch(points, f64::INFINITY, &mut near);
+            bvh.closest_point_batch_into(points, f64::INFINITY, &mut near);
             near.iter().all(|near| near.distance.is_finite())
         });
         check("closest_batch", &mut || {
             let mut hits = without_failing(|| vec![Hit::MISS; rays.len()]);
-            bvh.closest_batch(&mode, &rays, &mut hits);
+            bvh.query().closest_batch_into(&rays, &mut hits);
             hits.iter().any(|hit| hit.is_hit())
         });
         assert!(some >= 11, "only {some} calls had an allocation that could fail");

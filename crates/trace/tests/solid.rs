@@ -1,7 +1,7 @@
 //! Where points lie: batches and single points alike, on the surface, beside it, in it.
 
 use intertri::Triangle;
-use intertri_trace::{Bvh, Place, Solid};
+use intertri_trace::{Bvh, Containment, Solid};
 
 /// A sphere of some rings, the mesh of a globe; its corners run counter-clockwise as seen from outside.
 fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
@@ -39,41 +39,45 @@ fn a_batch_tells_what_single_points_are_told() {
     points.extend((0..9261).map(|i| [at(i % 21) + 0.4, at(i / 21 % 21), at(i / 441)]));
     points.extend([[f32::NAN, 0.0, 0.0], [f32::INFINITY; 3], [f32::MAX; 3], [1e-45, 0.0, 0.0]]);
 
-    let mut places = vec![Place::Surface; points.len()];
+    let mut containments = vec![Containment::Surface; points.len()];
     let mut contains = vec![false; points.len()];
-    solid.place_batch(&points, &mut places);
-    solid.contains_batch(&points, &mut contains);
-    for ((point, place), contains) in points.iter().zip(&places).zip(&contains) {
-        assert_eq!(*place, solid.place(*point), "{point:?}");
-        assert_eq!(*contains, *place != Place::Outside, "{point:?}");
+    solid.classify_batch_into(&points, &mut containments);
+    solid.contains_batch_into(&points, &mut contains);
+    for ((point, containment), contains) in points.iter().zip(&containments).zip(&contains) {
+        assert_eq!(*containment, solid.classify(*point), "{point:?}");
+        assert_eq!(*contains, *containment != Containment::Outside, "{point:?}");
     }
-    let count = |of: Place| places.iter().filter(|&&place| place == of).count();
-    assert!(count(Place::Surface) >= 3 * mesh.len());
-    let counts = [1, 2].map(|times| count(Place::Inside(times)));
+    let count =
+        |of: Containment| containments.iter().filter(|&&containment| containment == of).count();
+    assert!(count(Containment::Surface) >= 3 * mesh.len());
+    let counts = [1, 2].map(|times| count(Containment::Inside(times)));
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
     // Within the one that is turned inside out nothing winds around a point.
-    assert_eq!(solid.place([0.1, -0.02, 0.01]), Place::Inside(1));
-    assert_eq!(solid.place([-0.1, -0.02, 0.01]), Place::Outside);
-    assert_eq!(solid.place([0.5, 0.01, 0.02]), Place::Inside(2));
+    assert_eq!(solid.classify([0.1, -0.02, 0.01]), Containment::Inside(1));
+    assert_eq!(solid.classify([-0.1, -0.02, 0.01]), Containment::Outside);
+    assert_eq!(solid.classify([0.5, 0.01, 0.02]), Containment::Inside(2));
 }
 
 /// Masks are the rays': one mesh of two cannot be taken from what they wind around together.
 #[test]
 fn masks_do_not_open_a_solid() {
     let (one, other) = (globe(12, 0.0), globe(12, 5.0));
-    let mut bvh = Bvh::of_meshes(&[&one, &other]).unwrap();
+    let mut bvh = Bvh::from_meshes(&[&one, &other]).unwrap();
     bvh.set_mask(0, 0);
     let solid = Solid::assume_closed_bvh(bvh);
     let at = |i: usize| (i as f32 - 20.0) / 5.0;
     let mut points: Vec<[f32; 3]> =
         (0..1681).map(|i| [at(i % 41), 0.03 * at(i / 41), 0.1]).collect();
     points.extend(one.iter().map(|t| t.0[0]));
-    let mut places = vec![Place::Outside; points.len()];
-    solid.place_batch(&points, &mut places);
-    for (point, place) in points.iter().zip(&places) {
-        assert_eq!(*place, solid.place(*point), "{point:?}");
+    let mut containments = vec![Containment::Outside; points.len()];
+    solid.classify_batch_into(&points, &mut containments);
+    for (point, containment) in points.iter().zip(&containments) {
+        assert_eq!(*containment, solid.classify(*point), "{point:?}");
     }
-    assert_eq!(solid.place([0.0, 0.03, 0.01]), Place::Inside(1));
+    assert_eq!(solid.classify([0.0, 0.03, 0.01]), Containment::Inside(1));
     assert_eq!(solid.signed_distance([0.0, 0.0, 0.0]).signum(), -1.0);
-    assert!(places.iter().filter(|&&place| place == Place::Inside(1)).count() > 100);
+    assert!(
+        containments.iter().filter(|&&containment| containment == Containment::Inside(1)).count()
+            > 100
+    );
 }

@@ -1,6 +1,6 @@
 //! Builds and batches on all threads, as one thread has them: what a thread sanitizer watches.
 
-use intertri::{Certified, Hit, Ray, Triangle};
+use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 
 /// A number in -1..1 from any two.
@@ -29,13 +29,13 @@ fn many_rays_at_once_get_what_each_gets_alone() {
         let [x, y] = [i % 100, i / 100].map(|k| k as f32 / 100.0 - 0.5);
         Ray::new([0.0, 0.0, -3.0], [x, y, 1.0])
     }));
-    let mode = Certified::default();
+    let mode = Mode::certified();
     let bvh = Bvh::new(&triangles).unwrap();
     let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-    bvh.closest_batch(&mode, &rays, &mut closest);
-    bvh.any_batch(&mode, &rays, &mut any);
+    bvh.query().mode(mode).closest_batch_into(&rays, &mut closest);
+    bvh.query().mode(mode).any_batch_into(&rays, &mut any);
     for ((ray, hit), any) in rays.iter().zip(&closest).zip(&any) {
-        assert_eq!(bvh.closest(&mode, ray), hit.some());
+        assert_eq!(bvh.query().mode(mode).closest(ray), hit.some());
         assert_eq!(*any, hit.is_hit());
     }
     assert!(closest.iter().filter(|hit| hit.is_hit()).count() > 1000);

@@ -1,14 +1,16 @@
-//! The methods that the page compares, all by one question: rays of one origin against triangles.
+//! The methods that the page compares, behind one interface: rays of one origin against triangles.
 
 use intertri::simd::{Level, Mask, Simd, Vec3, WithSimd};
-use intertri::{Certified, ClosestHits, Counts, Exact, LaneQueries, Mode, RayPacket, Triangle};
+use intertri::{
+    ClosestHits, Counts, LeafSlot, Mode, PreparedTriangle, RayPacket, Triangle, TriangleId,
+};
 use intertri_lab::methods::baldwin_weber::BaldwinWeber;
 use intertri_lab::methods::embree::{EdgeForm, Robust};
 use intertri_lab::methods::moller_trumbore::MollerTrumbore;
 use intertri_lab::methods::woop::Woop;
 use intertri_lab::methods::{Intersector, Number, Real};
 
-/// Who is told of hits: packet, bits of the lanes, triangle, and the t of each lane.
+/// Receives hits: packet, bits of the lanes, triangle, and the t of each lane.
 pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
@@ -18,8 +20,8 @@ pub(crate) trait Sink {
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// What is asked: whether pairs hit, of which no t is told, or each ray's closest hit. Of the latter a method
-    /// may tell all hits, in the order of the triangles.
+    /// Whether to find each ray's closest hit, with t, or only which pairs hit. For closest hits a method may report
+    /// all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 
@@ -63,8 +65,8 @@ pub static METHODS: [Method; 8] = [
     published!("Embree robust f32", Robust, false),
     published!("Woop watertight f32", Woop { fall_back: true }, false),
     published!("Möller–Trumbore f64", MollerTrumbore { epsilon: 0.0 }, true),
-    mode!("intertri certified", Certified::default()),
-    mode!("intertri exact", Exact::default()),
+    mode!("intertri certified", Mode::certified()),
+    mode!("intertri exact", Mode::exact()),
 ];
 
 struct Published<'a, M, const DOUBLE: bool> {
@@ -113,44 +115,48 @@ fn published<M: Intersector, L: Real>(intersector: M, pairs: Pairs<'_>, sink: &m
 }
 
 /// A mode of the kernel.
-struct OfMode<'a, T> {
-    test: T,
+struct OfMode<'a> {
+    mode: Mode,
     pairs: Pairs<'a>,
     sink: &'a mut dyn Sink,
 }
 
-impl<T: LaneQueries> WithSimd for OfMode<'_, T> {
+impl WithSimd for OfMode<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self) {
-        let Self { test, pairs: Pairs { packets, triangles, closest }, sink } = self;
-        let prepared: Vec<_> = triangles.iter().map(|triangle| test.prepare(triangle)).collect();
-        let find = |place: u32| triangles[place as usize];
+        let Self { mode, pairs: Pairs { packets, triangles, closest }, sink } = self;
+        let filter = mode.filter();
+        let prepared: Vec<_> = triangles.iter().map(PreparedTriangle::new).collect();
+        let find = |LeafSlot(slot)| triangles[slot as usize];
         let mut counts = Counts::default();
         for (i, packet) in packets.iter().enumerate() {
-            let rays = test.prepare_packet_in::<S, 8>(packet);
+            let (rays, live) = (filter.prepare_packet_in::<S, 8>(packet), packet.live());
             if closest {
                 let mut best = ClosestHits::new(&packet.t_max);
-                test.packet_closest_of_in(
-                    &rays,
-                    &prepared,
-                    0,
-                    find,
-                    packet.live(),
-                    &mut best,
-                    &mut counts,
-                );
-                let t = test.hits_in(&rays, &best, find).t;
+                for (k, triangle) in (0..).zip(&prepared) {
+                    let names = (TriangleId(k), LeafSlot(k));
+                    filter.packet_closest_in(
+                        &rays,
+                        triangle,
+                        names,
+                        find,
+                        live,
+                        &mut best,
+                        &mut counts,
+                    );
+                }
+                let t = filter.hits_in(&rays, &best, find).t;
                 for lane in 0..8 {
-                    if let Some((k, _)) = best.lane(lane).triangle() {
+                    if let Some((TriangleId(k), _)) = best.lane(lane).triangle() {
                         sink.hits(i, 1 << lane, k as usize, &t);
                     }
                 }
                 continue;
             }
             for (k, triangle) in prepared.iter().enumerate() {
-                let bits = test.packet_any_in(&rays, triangle, packet.live(), &mut counts);
+                let bits = filter.packet_any_in(&rays, triangle, live, &mut counts);
                 if bits != 0 {
                     sink.hits(i, bits, k, &[0.0; 8]);
                 }
@@ -159,6 +165,6 @@ impl<T: LaneQueries> WithSimd for OfMode<'_, T> {
     }
 }
 
-fn of_mode<M: Mode>(mode: M, pairs: Pairs<'_>, sink: &mut dyn Sink) {
-    mode.level().run(OfMode { test: mode.test(), pairs, sink });
+fn of_mode(mode: Mode, pairs: Pairs<'_>, sink: &mut dyn Sink) {
+    mode.level().run(OfMode { mode, pairs, sink });
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use intertri::{Exact, Hit, Ray, RayPacket, Triangle, TriangleOf};
+use intertri::{Hit, Ray, RayPacket, Triangle, TriangleOf};
 use intertri_scene::{Scene, read};
 use intertri_trace::Bvh;
 
@@ -109,7 +109,7 @@ impl Model {
         let rays: Vec<Ray> =
             pixels.clone().map(|i| ray(&look.view, i % width, i / width)).collect();
         let hits = &mut look.hits[pixels];
-        self.bvh.closest_batch(&Exact::default(), &rays, hits);
+        self.bvh.query().closest_batch_into(&rays, hits);
         let shade = |(ray, hit): (&Ray, &Hit)| match hit.some() {
             Some(hit) => facing(&self.triangles[hit.triangle as usize], ray),
             None => 0,
@@ -117,7 +117,7 @@ impl Model {
         rays.iter().zip(&*hits).map(shade).collect()
     }
 
-    /// Asks a method for some rows of tiles (of eight rows of pixels), and compares with what [`Model::trace`]
+    /// Runs a method on some rows of tiles (of eight rows of pixels), and compares with what [`Model::trace`]
     /// found: the class of each pixel, tile row by tile row, and how many there are of each.
     ///
     /// # Panics
@@ -175,7 +175,7 @@ fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     }
 }
 
-/// The closest hits of packets; of equal t, the first.
+/// The closest hits of packets; if two have the same t, the first.
 struct Closest {
     t: Vec<[f64; 8]>,
     triangle: Vec<[Option<u32>; 8]>,

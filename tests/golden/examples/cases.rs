@@ -6,7 +6,7 @@
 
 use std::hint::black_box;
 
-use intertri::{Exact, Hit, Mode, Ray, Triangle};
+use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_scene::Scene;
 use intertri_trace::Bvh;
@@ -16,21 +16,21 @@ type Case = (&'static str, fn(times: u64));
 
 const CASES: [Case; 10] = [
     ("slice closest", |times| slice(times, |mode, some, ray| mode.closest(some, ray).is_some())),
-    ("slice any", |times| slice(times, Exact::any)),
+    ("slice any", |times| slice(times, Mode::any)),
     ("closest", |times| single(&built_in(), &camera(), times)),
     ("closest of a batch", |times| {
-        let (mode, bvh, rays) = (Exact::default(), built_in(), tile());
+        let (bvh, rays) = (built_in(), tile());
         let mut hits = vec![Hit::MISS; rays.len()];
         for _ in 0..times {
-            bvh.closest_batch(&mode, black_box(&rays), &mut hits);
+            bvh.query().closest_batch_into(black_box(&rays), &mut hits);
             black_box(&hits);
         }
     }),
     ("any", |times| {
-        let (mode, bvh, rays) = (Exact::default(), built_in(), scattered());
+        let (bvh, rays) = (built_in(), scattered());
         for _ in 0..times {
             for ray in &rays {
-                black_box(bvh.any(&mode, black_box(ray)));
+                black_box(bvh.any(black_box(ray)));
             }
         }
     }),
@@ -81,7 +81,7 @@ fn main() {
 }
 
 /// 256 rays, one after another, against a slice of 256 triangles.
-fn slice(times: u64, query: fn(&Exact, &[Triangle], &Ray) -> bool) {
+fn slice(times: u64, query: fn(Mode, &[Triangle], &Ray) -> bool) {
     let mut rng = Rng::new(3);
     let mut point = |size: f64| rng.cube().map(|x| (size * x) as f32);
     let triangle = |point: &mut dyn FnMut(f64) -> [f32; 3]| {
@@ -90,20 +90,19 @@ fn slice(times: u64, query: fn(&Exact, &[Triangle], &Ray) -> bool) {
         Triangle(corners.map(|c| [0, 1, 2].map(|k| middle[k] + c[k])))
     };
     let triangles: Vec<_> = (0..256).map(|_| triangle(&mut point)).collect();
-    let (mode, rays) = (Exact::default(), scattered());
+    let (mode, rays) = (Mode::exact(), scattered());
     for _ in 0..times {
         for ray in &rays {
-            black_box(query(&mode, black_box(&triangles), ray));
+            black_box(query(mode, black_box(&triangles), ray));
         }
     }
 }
 
 /// One ray after another, the closest hit by a hierarchy.
 fn single(bvh: &Bvh, rays: &[Ray], times: u64) {
-    let mode = Exact::default();
     for _ in 0..times {
         for ray in rays {
-            black_box(bvh.closest(&mode, black_box(ray)));
+            black_box(bvh.closest(black_box(ray)));
         }
     }
 }

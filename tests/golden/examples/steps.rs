@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use intertri::fixed::{Bits, Grid, Packet, Prepared};
 use intertri::simd::{Level, Simd, WithSimd};
-use intertri::{Certified, Double, Exact, Hit, Mode, Ray, Triangle};
+use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
@@ -19,21 +19,20 @@ fn main() {
     let args: Vec<String> = std::env::args().collect();
     let times = args.get(2).and_then(|times| times.parse().ok());
     let (Some(name), Some(times)) = (args.get(1), times) else { panic!("give NAME TIMES") };
-    let (certified, exact) = (Certified::default().at(LEVEL), Exact::at(LEVEL));
+    let (certified, exact) = (Mode::certified().at(LEVEL), Mode::exact().at(LEVEL));
     let mut inputs = Inputs(Rng::new(1));
     match &name[..] {
         "integers" => integers::<false>(&mut inputs, times),
         "grid" => integers::<true>(&mut inputs, times),
-        "slices certified" => slices(&mut inputs, &certified, times),
-        "slices exact" => slices(&mut inputs, &exact, times),
-        "slices double" => slices(&mut inputs, &Double::default().at(LEVEL), times),
-        "primary certified" => batches(&certified, &primary(), times),
-        "primary exact" => batches(&exact, &primary(), times),
-        "scattered certified" => batches(&certified, &inputs.scattered(), times),
-        "scattered exact" => batches(&exact, &inputs.scattered(), times),
-        "one certified" => one_by_one(&certified, &inputs.scattered(), times),
-        "one exact" => one_by_one(&exact, &inputs.scattered(), times),
-        "any certified" => any(&certified, &inputs.scattered(), times),
+        "slices certified" => slices(&mut inputs, certified, times),
+        "slices exact" => slices(&mut inputs, exact, times),
+        "primary certified" => batches(certified, &primary(), times),
+        "primary exact" => batches(exact, &primary(), times),
+        "scattered certified" => batches(certified, &inputs.scattered(), times),
+        "scattered exact" => batches(exact, &inputs.scattered(), times),
+        "one certified" => one_by_one(certified, &inputs.scattered(), times),
+        "one exact" => one_by_one(exact, &inputs.scattered(), times),
+        "any certified" => any(certified, &inputs.scattered(), times),
         _ => panic!("no step has the name {name}"),
     }
 }
@@ -102,7 +101,7 @@ impl<const FILTER: bool> WithSimd for Grids<'_, FILTER> {
 }
 
 /// Slices: 4096 pairs.
-fn slices<M: Mode>(inputs: &mut Inputs, mode: &M, times: u64) {
+fn slices(inputs: &mut Inputs, mode: Mode, times: u64) {
     let (triangles, rays) = (inputs.triangles(), inputs.rays());
     let mut hits = vec![Hit::MISS; rays.len()];
     for _ in 0..times {
@@ -112,30 +111,30 @@ fn slices<M: Mode>(inputs: &mut Inputs, mode: &M, times: u64) {
 }
 
 /// A batch of 4096 rays through the hierarchy of a sphere.
-fn batches<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+fn batches(mode: Mode, rays: &[Ray], times: u64) {
     let (bvh, mut hits) = (sphere(), vec![Hit::MISS; rays.len()]);
     for _ in 0..times {
-        bvh.closest_batch(mode, black_box(rays), &mut hits);
+        bvh.query().mode(mode).closest_batch_into(black_box(rays), &mut hits);
         black_box(&hits);
     }
 }
 
 /// The same, a ray a call.
-fn one_by_one<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {
         for ray in rays {
-            black_box(bvh.closest(mode, black_box(ray)));
+            black_box(bvh.query().mode(mode).closest(black_box(ray)));
         }
     }
 }
 
 /// The same: whether there is a hit.
-fn any<M: Mode>(mode: &M, rays: &[Ray], times: u64) {
+fn any(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {
         for ray in rays {
-            black_box(bvh.any(mode, black_box(ray)));
+            black_box(bvh.query().mode(mode).any(black_box(ray)));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How answers become one number.
 
 use intertri::Hit;
-use intertri_trace::{ClosestPoint, Place};
+use intertri_trace::{ClosestPoint, Containment};
 
 /// FNV-1a over 64-bit words, and how many answers are no miss.
 pub(crate) struct Digest {
@@ -47,12 +47,12 @@ impl Digest {
     }
 
     /// Where a point lies; outside is no hit.
-    pub(crate) fn place(&mut self, place: Place) {
-        self.hits += u64::from(place != Place::Outside);
-        self.word(match place {
-            Place::Outside => 0,
-            Place::Inside(times) => times as u64,
-            Place::Surface => u64::MAX / 2,
+    pub(crate) fn containment(&mut self, containment: Containment) {
+        self.hits += u64::from(containment != Containment::Outside);
+        self.word(match containment {
+            Containment::Outside => 0,
+            Containment::Inside(times) => times as u64,
+            Containment::Surface => u64::MAX / 2,
         });
     }
 }

@@ -1,8 +1,8 @@
 //! The section `doubles`: `exact` over scenes in f64, by every query.
 
 use intertri::simd::Level;
-use intertri::{Crossings, Exact, Hit, Ray, Ray64, Triangle64};
-use intertri_trace::{Bvh, Place, Solid};
+use intertri::{Hit, Mode, Ray, Ray64, Triangle64};
+use intertri_trace::{Bvh, Solid};
 
 use crate::Line;
 use crate::digest::Digest;
@@ -14,18 +14,17 @@ const PLACES: [(&str, [f64; 3]); 2] =
 
 /// The lines of all scenes, a third as large, so that f32 does not hold their coordinates.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
-    let mode = Exact::at(level);
     let mut lines = vec![];
     for scene in &scenes() {
         for (place, by) in PLACES {
-            of_scene(&format!("{}, {place}", scene.name), scene, by, mode, &mut lines);
+            of_scene(&format!("{}, {place}", scene.name), scene, by, level, &mut lines);
         }
     }
     lines
 }
 
 /// The lines of a scene that is moved by a vector.
-fn of_scene(name: &str, scene: &Scene, by: [f64; 3], mode: Exact, lines: &mut Vec<Line>) {
+fn of_scene(name: &str, scene: &Scene, by: [f64; 3], level: Level, lines: &mut Vec<Line>) {
     let third = |p: [f32; 3]| p.map(|x| f64::from(x) / 3.0);
     let moved = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + by[k]);
     let triangles: Vec<_> =
@@ -41,26 +40,24 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], mode: Exact, lines: &mut Ve
         lines.push(Line::new(name, "exact", query, &digest));
     };
 
-    let mut hits = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&mode, &rays, &mut hits);
-    put("closest, batch", of_hits(hits));
-    put("closest, one", of_hits(few.iter().map(|r| bvh.closest(&mode, r).unwrap_or(Hit::MISS))));
-    put("all", of_hits(few.iter().flat_map(|r| bvh.all(&mode, r))));
-    let lists = bvh.all_batch(&mode, few, Some(3)).expect("small");
-    put("all, first three", of_hits(lists.hits));
-    let slices = few.iter().map(|r| mode.closest64(&triangles, r).unwrap_or(Hit::MISS));
+    let mut query = bvh.query().at(level);
+    put("closest, batch", of_hits(query.closest_batch(&rays)));
+    put("closest, one", of_hits(few.iter().map(|r| query.closest(r).unwrap_or(Hit::MISS))));
+    put("all", of_hits(few.iter().flat_map(|r| query.all(r))));
+    let lists = query.all_batch(few, Some(3)).expect("small");
+    put("all, first three", of_hits(lists.items));
+    let mode = Mode::exact().at(level);
+    let slices = few.iter().map(|r| mode.closest(&triangles, r).unwrap_or(Hit::MISS));
     put("closest, slices", of_hits(slices));
 
-    let (mut any, mut digest) = (vec![false; rays.len()], Digest::new());
-    bvh.any_batch(&mode, &rays, &mut any);
-    for any in any {
+    let mut digest = Digest::new();
+    for any in query.any_batch(&rays) {
         digest.truth(any);
     }
     put("any", digest);
 
-    let (mut counts, mut digest) = (vec![Crossings::default(); rays.len()], Digest::new());
-    bvh.crossings_batch(&mode, &rays, &mut counts);
-    for count in counts {
+    let mut digest = Digest::new();
+    for count in query.count_crossings_batch(&rays) {
         digest.hits += count.unsigned;
         digest.word(count.signed as u64);
         digest.word(count.unsigned);
@@ -71,10 +68,9 @@ fn of_scene(name: &str, scene: &Scene, by: [f64; 3], mode: Exact, lines: &mut Ve
         let solid = Solid::assume_closed(&triangles).expect("small");
         let points = rays.iter().map(|r| [0, 1, 2].map(|k| r.origin[k] + 0.9 * r.dir[k]));
         let points: Vec<_> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
-        let (mut places, mut digest) = (vec![Place::Outside; points.len()], Digest::new());
-        solid.place_batch(&points, &mut places);
-        for place in places {
-            digest.place(place);
+        let mut digest = Digest::new();
+        for containment in solid.classify_batch(&points) {
+            digest.containment(containment);
         }
         put("contains", digest);
     }

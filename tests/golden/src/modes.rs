@@ -1,8 +1,8 @@
-//! The section `modes`: `certified`, `double` and `exact` over f32 scenes, by every query.
+//! The section `modes`: `certified` and `exact` over f32 scenes, by every query.
 
 use intertri::simd::Level;
-use intertri::{Certified, Crossings, Double, Exact, Hit, Mode};
-use intertri_trace::{Bvh, Place, Solid};
+use intertri::{Hit, Mode};
+use intertri_trace::{Bvh, Solid};
 
 use crate::Line;
 use crate::digest::Digest;
@@ -13,11 +13,10 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
         let bvh = Bvh::new(&scene.triangles).expect("small");
-        let (certified, double) = (Certified::new(scene.threshold), Double::new(scene.threshold));
-        of_mode(scene, &bvh, &certified.at(level), "certified", &mut lines);
-        of_mode(scene, &bvh, &double.at(level), "double", &mut lines);
-        of_mode(scene, &bvh, &Exact::at(level), "exact", &mut lines);
-        of_crossings(scene, &bvh, Exact::at(level), &mut lines);
+        let certified = Mode::certified_with(scene.threshold);
+        of_mode(scene, &bvh, certified.at(level), "certified", &mut lines);
+        of_mode(scene, &bvh, Mode::exact().at(level), "exact", &mut lines);
+        of_crossings(scene, &bvh, Mode::exact().at(level), &mut lines);
         if scene.closed {
             lines.push(contains(scene));
         }
@@ -26,15 +25,15 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
 }
 
 /// The lines of a mode.
-fn of_mode<M: Mode>(scene: &Scene, bvh: &Bvh, mode: &M, name: &str, lines: &mut Vec<Line>) {
+fn of_mode(scene: &Scene, bvh: &Bvh, mode: Mode, name: &str, lines: &mut Vec<Line>) {
     let Scene { triangles, rays, .. } = scene;
-    let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+    let mut query = bvh.query().mode(mode);
     let mut put = |query: &str, digest: Digest| {
         lines.push(Line::new(&scene.name, name, query, &digest));
     };
 
     let mut digest = Digest::new();
-    bvh.closest_batch(mode, rays, &mut hits);
+    let mut hits = query.closest_batch(rays);
     for hit in &hits {
         digest.hit(hit);
     }
@@ -43,7 +42,7 @@ fn of_mode<M: Mode>(scene: &Scene, bvh: &Bvh, mode: &M, name: &str, lines: &mut 
     let mut digest = Digest::new();
     let few = &rays[..rays.len().min(100)];
     for ray in few {
-        digest.hit(&bvh.closest(mode, ray).unwrap_or(Hit::MISS));
+        digest.hit(&query.closest(ray).unwrap_or(Hit::MISS));
     }
     put("closest, one", digest);
 
@@ -56,28 +55,27 @@ fn of_mode<M: Mode>(scene: &Scene, bvh: &Bvh, mode: &M, name: &str, lines: &mut 
     put("closest, slices", digest);
 
     let mut digest = Digest::new();
-    bvh.any_batch(mode, rays, &mut any);
-    for any in any {
+    for any in query.any_batch(rays) {
         digest.truth(any);
     }
     put("any", digest);
 
     let mut digest = Digest::new();
-    for hit in few.iter().flat_map(|ray| bvh.all(mode, ray)) {
+    for hit in few.iter().flat_map(|ray| query.all(ray)) {
         digest.hit(&hit);
     }
     put("all", digest);
 }
 
 /// The line of crossings, by `exact`.
-fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Exact, lines: &mut Vec<Line>) {
+fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
     let Scene { name, rays, .. } = scene;
     let mut digest = Digest::new();
-    let mut counts = vec![Crossings::default(); rays.len()];
-    bvh.crossings_batch(&mode, rays, &mut counts);
+    let mut query = bvh.query().mode(mode);
+    let counts = query.count_crossings_batch(rays);
     for (ray, count) in rays.iter().zip(&counts).take(100) {
         digest.word(count.signed as u64);
-        for crossing in bvh.crossings(&mode, ray) {
+        for crossing in query.crossings(ray) {
             digest.hit(&crossing.hit);
             digest.word(crossing.leaves.into());
         }
@@ -90,11 +88,9 @@ fn contains(Scene { name, triangles, rays, .. }: &Scene) -> Line {
     let solid = Solid::new(triangles).expect("closed");
     let points = rays.iter().map(|ray| [0, 1, 2].map(|k| ray.origin[k] + 0.9 * ray.dir[k]));
     let points: Vec<[f32; 3]> = points.chain(triangles.iter().map(|t| t.0[0])).collect();
-    let mut places = vec![Place::Outside; points.len()];
-    solid.place_batch(&points, &mut places);
     let mut digest = Digest::new();
-    for place in places {
-        digest.place(place);
+    for containment in solid.classify_batch(&points) {
+        digest.containment(containment);
     }
     Line::new(name, "exact", "contains", &digest)
 }

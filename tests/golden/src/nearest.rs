@@ -1,7 +1,7 @@
 //! The section `nearest`: closest points of meshes, and signed distances to closed ones.
 
 use intertri::simd::Level;
-use intertri_trace::{Bvh, ClosestPoint, Solid};
+use intertri_trace::{Bvh, Solid};
 
 use crate::Line;
 use crate::digest::Digest;
@@ -21,10 +21,8 @@ pub(crate) fn answers(_: Level) -> Vec<Line> {
         lines.push(closest(scene, &bvh, &points, "closest point within 0.25", 0.25));
         if scene.closed {
             let solid = Solid::new(&scene.triangles).expect("closed");
-            let mut distances = vec![0.0; points.len()];
-            solid.signed_distance_batch(&points, &mut distances);
             let mut digest = Digest::new();
-            for distance in distances {
+            for distance in solid.signed_distance_batch(&points) {
                 digest.hits += u64::from(distance < 0.0);
                 digest.number(distance);
             }
@@ -36,10 +34,8 @@ pub(crate) fn answers(_: Level) -> Vec<Line> {
 
 /// The line of closest points within a radius.
 fn closest(scene: &Scene, bvh: &Bvh, points: &[[f32; 3]], query: &str, radius: f64) -> Line {
-    let mut closest = vec![ClosestPoint::NONE; points.len()];
-    bvh.closest_point_batch(points, radius, &mut closest);
     let mut digest = Digest::new();
-    for found in &closest {
+    for found in &bvh.closest_point_batch(points, radius) {
         digest.closest_point(found);
     }
     Line::new(&scene.name, "exact", query, &digest)

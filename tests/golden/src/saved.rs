@@ -1,7 +1,7 @@
 //! The section `saved`: the answers of hierarchies that were saved and loaded, and of those that were moved.
 
 use intertri::simd::Level;
-use intertri::{Exact, Hit, Triangle};
+use intertri::{Hit, Mode, Triangle};
 use intertri_trace::Bvh;
 
 use crate::Line;
@@ -10,14 +10,14 @@ use crate::scenes::scenes;
 
 /// The lines of all scenes.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
-    let mode = Exact::at(level);
+    let mode = Mode::exact().at(level);
     let mut lines = vec![];
     for scene in &scenes() {
         let bytes = Bvh::new(&scene.triangles).expect("small").to_bytes();
         let mut bvh = Bvh::from_bytes(&bytes).expect("just saved");
         let mut put = |bvh: &Bvh, query: &str| {
             let mut hits = vec![Hit::MISS; scene.rays.len()];
-            bvh.closest_batch(&mode, &scene.rays, &mut hits);
+            bvh.query().mode(mode).closest_batch_into(&scene.rays, &mut hits);
             let mut digest = Digest::new();
             for hit in &hits {
                 digest.hit(hit);

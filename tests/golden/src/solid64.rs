@@ -1,7 +1,7 @@
 //! The section `solid64`: hierarchies over f64 that were saved and loaded, or moved; closest points and signed distances.
 
 use intertri::simd::Level;
-use intertri::{Exact, Hit, Ray64, Triangle64, TriangleOf};
+use intertri::{Hit, Ray64, Triangle64, TriangleOf};
 use intertri_trace::{Bvh, ClosestPoint, Solid};
 
 use crate::Line;
@@ -28,7 +28,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
             let points: Vec<[f64; 3]> = rays.iter().map(near).collect();
             let solid = Solid::assume_closed_bvh(bvh.clone());
             let mut distances = vec![0.0; points.len()];
-            solid.signed_distance_batch(&points, &mut distances);
+            solid.signed_distance_batch_into(&points, &mut distances);
             let mut digest = Digest::new();
             for distance in distances {
                 digest.hits += u64::from(distance < 0.0);
@@ -59,7 +59,7 @@ fn near(ray: &Ray64) -> [f64; 3] {
 
 fn hits(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], level: Level, query: &str) -> Line {
     let mut hits = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&Exact::at(level), rays, &mut hits);
+    bvh.query().at(level).closest_batch_into(rays, &mut hits);
     let mut digest = Digest::new();
     for hit in &hits {
         digest.hit(hit);
@@ -72,7 +72,7 @@ fn nearest(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], query: &str) -> Line {
     let origins = rays.iter().map(|ray| ray.origin);
     let points: Vec<[f64; 3]> = origins.chain(rays.iter().map(near)).collect();
     let mut closest = vec![ClosestPoint::NONE; points.len()];
-    bvh.closest_point_batch(&points, f64::INFINITY, &mut closest);
+    bvh.closest_point_batch_into(&points, f64::INFINITY, &mut closest);
     let mut digest = Digest::new();
     for found in &closest {
         digest.closest_point(found);

@@ -1,10 +1,10 @@
 //! The mode `exact` against integers of any size: pairs at every tier, scenes by every way to ask, and closed
 //! fans around points.
 
-use intertri::internal::exact::{self, Rule, Side, Tier};
+use intertri::internal::exact::{self, Side, Tier};
 use intertri::simd::Level;
-use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle, TriangleOf};
-use intertri_trace::{Bvh, Place, Solid};
+use intertri::{Crossing, Crossings, Hit, Mode, Ray, Rule, Triangle, TriangleOf};
+use intertri_trace::{Bvh, Containment, MeshTriangle, Solid};
 
 use super::input::Input;
 use crate::oracle::{self, Truth};
@@ -111,54 +111,71 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     }
 }
 
-/// A scene by the plain loops and by the hierarchy: closest, any, all, crossings; one by one and in batches.
+/// A scene by the plain loops and by the hierarchy: closest, any, all, crossings; one by one and in batches; by the
+/// closed rule, and by the rule that gives each point to one triangle.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
     let bvh = Bvh::new(triangles).unwrap();
-    for mode in [Exact::at(Level::best()), Exact::at(Level::PORTABLE)] {
-        let (mut looped, mut hits) = (vec![Hit::MISS; rays.len()], vec![Hit::MISS; rays.len()]);
-        let (mut any, mut counts) =
-            (vec![false; rays.len()], vec![Crossings::default(); rays.len()]);
+    for level in [Level::best(), Level::PORTABLE] {
+        let mode = Mode::exact().at(level);
+        let mut looped = vec![Hit::MISS; rays.len()];
         mode.closest_batch(triangles, rays, &mut looped);
-        bvh.closest_batch(&mode, rays, &mut hits);
-        bvh.any_batch(&mode, rays, &mut any);
-        bvh.crossings_batch(&mode, rays, &mut counts);
-        let mut numbers = vec![0; rays.len()];
-        bvh.triangles_batch(&mode, rays, &mut numbers);
+        let mut query = bvh.query().at(level);
+        let (hits, any) = (query.closest_batch(rays), query.any_batch(rays));
+        let (counts, names) =
+            (query.count_crossings_batch(rays), query.closest_triangle_batch(rays));
 
         for (i, (ray, want)) in rays.iter().zip(&truth).enumerate() {
-            let at = format!("{} ray {i}", mode.level().name());
+            let at = format!("{} ray {i}", level.name());
             let first = want.closed.first();
             let one = |hit: Option<Hit>| hit.unwrap_or(Hit::MISS);
-            let closest = [
-                looped[i],
-                hits[i],
-                one(mode.closest(triangles, ray)),
-                one(bvh.closest(&mode, ray)),
-            ];
+            let closest =
+                [looped[i], hits[i], one(mode.closest(triangles, ray)), one(query.closest(ray))];
             for hit in closest {
                 same!(scene, is_right(hit, first), true, format!("{at}: {hit:?}"));
             }
-            let triangle = first.map_or(Hit::MISS.triangle, |(i, _)| *i as u32);
-            same!(scene, numbers[i], triangle, at);
-            let is_hit = [any[i], mode.any(triangles, ray), bvh.any(&mode, ray)];
+            let name = |(i, _): &(usize, Truth)| MeshTriangle { triangle: *i as u32, geometry: 0 };
+            same!(scene, names[i], first.map_or(MeshTriangle::MISS, name), at);
+            let is_hit = [any[i], mode.any(triangles, ray), query.any(ray)];
             same!(scene, is_hit, [first.is_some(); 3], at);
 
-            for all in [mode.all(triangles, ray), bvh.all(&mode, ray)] {
+            for all in [mode.all(triangles, ray), query.all(ray)] {
                 same!(scene, all.len(), want.closed.len(), at);
                 for (hit, want) in all.into_iter().zip(&want.closed) {
                     same!(scene, is_right(hit, Some(want)), true, format!("{at}, all: {hit:?}"));
                 }
             }
-            for all in [mode.crossings(triangles, ray), bvh.crossings(&mode, ray)] {
-                let all: Vec<_> = all.iter().map(|c| (c.hit.triangle as usize, c.leaves)).collect();
-                same!(scene, all, want.once, at);
-            }
             let mut count = Crossings::default();
             want.once.iter().for_each(|&(_, leaves)| count.add(leaves));
             same!(scene, counts[i], count, at);
         }
+        crossings(scene, &bvh, &truth, level);
+    }
+}
+
+/// The crossings of a scene, however they are asked for.
+fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
+    let (triangles, rays, once) = (&scene.triangles[..], &scene.rays[..], Mode::once().at(level));
+    let lists = bvh.query().at(level).crossings_batch(rays, None).unwrap();
+    let (mut query, mut only) = (bvh.query().at(level), bvh.query().at(level).once());
+    for (i, (ray, want)) in rays.iter().zip(truth).enumerate() {
+        let at = format!("{} ray {i}", level.name());
+        let crossed = query.crossings(ray);
+        let sides: Vec<_> = crossed.iter().map(|c| (c.hit.triangle as usize, c.leaves)).collect();
+        same!(scene, sides, want.once, at);
+        same!(scene, Mode::exact().at(level).crossings(triangles, ray), crossed, at);
+        same!(scene, lists.of(i), crossed, at);
+        same!(scene, query.next_crossing(ray), crossed.first().copied(), at);
+        let hits: Vec<Hit> = crossed.iter().map(|Crossing { hit, .. }| *hit).collect();
+        for all in [once.all(triangles, ray), only.all(ray)] {
+            same!(scene, all, hits, at);
+        }
+        for first in [once.closest(triangles, ray), only.closest(ray)] {
+            same!(scene, first, hits.first().copied(), at);
+        }
+        let is_hit = [once.any(triangles, ray), only.any(ray)];
+        same!(scene, is_hit, [!hits.is_empty(); 2], at);
     }
 }
 
@@ -189,17 +206,16 @@ fn fan(input: &mut Input<'_>) {
 
     let solid = Solid::new(triangles).unwrap();
     let is_on = triangles.iter().any(|triangle| oracle::is_on(origin, triangle));
-    same!(&scene, solid.place(origin) == Place::Surface, is_on, "on the surface");
+    same!(&scene, solid.classify(origin) == Containment::Surface, is_on, "on the surface");
     if is_on {
         return;
     }
-    let winding = match solid.place(origin) {
-        Place::Inside(times) => times,
+    let winding = match solid.classify(origin) {
+        Containment::Inside(times) => times,
         _ => 0,
     };
-    let (mut counts, mut any) = (vec![Crossings::default(); rays.len()], vec![false; rays.len()]);
-    solid.bvh().crossings_batch(&Exact::default(), rays, &mut counts);
-    solid.bvh().any_batch(&Exact::default(), rays, &mut any);
+    let (query, any) = (solid.bvh().query(), solid.bvh().any_batch(rays));
+    let counts = query.count_crossings_batch(rays);
     for ((ray, count), any) in rays.iter().zip(counts).zip(any) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));

@@ -3,7 +3,7 @@
 use std::array::from_fn;
 use std::collections::HashMap;
 
-use intertri::{Double, Hit, Mode, Ray, Triangle};
+use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_raster::{
     ALL_WALLS, Adjacency, Light, NO_FAR_WALL, Point4, Scratch, Verdict, View, Volume, clip_edge,
     clip_facet, differences, facets, lit, outcode, shadow_differences, triangles,
@@ -257,7 +257,7 @@ pub fn shadows(bytes: &[u8]) {
         .map(|(x, y)| camera.ray(x, y, SIZE.0, SIZE.1))
         .collect();
     let mut traced = vec![Hit::MISS; rays.len()];
-    Double::default().closest_batch(&soup, &rays, &mut traced);
+    Mode::certified().closest_batch(&soup, &rays, &mut traced);
     for (i, verdict) in differences(&view, &soup, &drawn, &traced).into_iter().enumerate() {
         let what = || format!("pixel {i}: {:?} {:?}\n{camera:?} {soup:?}", drawn[i], traced[i]);
         assert_ne!(verdict, Verdict::Unexcused, "{}", what());
@@ -289,6 +289,6 @@ fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> 
         }
         Light::Directional { toward, .. } => Ray::new(p.map(|x| x as f32), toward),
     };
-    let blockers = Double::default().all(soup, &ray);
+    let blockers = Mode::certified().all(soup, &ray);
     blockers.iter().all(|blocker| blocker.triangle == hit.triangle)
 }

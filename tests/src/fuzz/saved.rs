@@ -1,8 +1,8 @@
 //! Saved hierarchies, over f32 and f64: whatever the bytes are, an error or a hierarchy that answers rightly.
 
-use intertri::{Certified, Exact, Hit, RayOf, TriangleOf};
+use intertri::{Hit, Mode, RayOf, TriangleOf};
 use intertri_trace::internal::seal;
-use intertri_trace::{Bvh, Given, LoadError, ModeFor, SAVED_MAGIC};
+use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 
 use super::input::Input;
 
@@ -33,15 +33,12 @@ fn loaded(file: &[u8], more: &[u8]) {
 }
 
 /// A scene that is saved, damaged at some words, and mended.
-fn damaged<S: Asked>(bytes: &[u8], in_meshes: bool)
-where
-    Exact: ModeFor<S>,
-{
+fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     let mut input = Input::new(bytes);
     let triangles = S::triangles(&mut input, 60);
     let mut bvh = if in_meshes {
         let (one, other) = triangles.split_at(input.below(triangles.len() + 1));
-        let mut bvh = Bvh::of_meshes(&[one, &[], other]).unwrap();
+        let mut bvh = Bvh::from_meshes(&[one, &[], other]).unwrap();
         bvh.set_mask(input.below(3), input.number().to_bits());
         bvh
     } else {
@@ -72,10 +69,7 @@ where
 }
 
 /// Loads a file; what it holds must answer as a hierarchy that is built over the same triangles.
-fn answers<S: Asked>(file: &[u8], more: &[u8]) -> Result<(), LoadError>
-where
-    Exact: ModeFor<S>,
-{
+fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     let mut bvh = match Bvh::<S>::from_bytes(file) {
         Ok(bvh) => bvh,
         Err(error) => {
@@ -89,15 +83,16 @@ where
         return Ok(());
     }
 
-    // Every triangle is of one of the meshes, in their order; what is asked then is asked of all.
-    let names: Vec<_> = (0..triangles.len() as u32).map(|i| bvh.geometry_of(i)).collect();
-    assert!(names.is_sorted() && names.iter().all(|name| (name.0 as usize) < bvh.geometries()));
-    assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
-    bvh = bvh.into_one_mesh();
     let mut input = Input::new(more);
     let nothing = [TriangleOf([[S::ZERO; 3]; 3])];
     let all = if triangles.is_empty() { &nothing[..] } else { &triangles };
     let rays: Vec<RayOf<S>> = (0..8).map(|_| S::ray(&mut input, all)).collect();
+
+    // Every triangle belongs to one of the meshes; later queries see them as one.
+    assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
+    let several = bvh.clone();
+    bvh = bvh.into_one_mesh();
+    names_are_sound(&several, &bvh, &rays);
     same(&bvh, &Bvh::new(&triangles).unwrap(), &rays);
 
     // What was loaded can be moved.
@@ -107,28 +102,46 @@ where
     Ok(())
 }
 
-fn same<S: Asked>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>])
-where
-    Exact: ModeFor<S>,
-{
-    let exact = Exact::default();
+/// Hits among several meshes are some of the hits among the same triangles in one mesh, with other names for the
+/// triangles: in the same order, and each for the right triangle.
+fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
+    let mut names = Vec::new();
     for ray in rays {
-        assert_eq!(one.all(&exact, ray), other.all(&exact, ray), "{ray:?}");
-        assert_eq!(one.closest(&exact, ray), other.closest(&exact, ray), "{ray:?}");
+        let all = one.all(ray);
+        let mut rest = all.iter();
+        for hit in several.all(ray) {
+            assert!((hit.geometry as usize) < several.geometries(), "{hit:?}");
+            let triangle = several.triangle(&hit);
+            let is_same = |found: &&Hit| {
+                let numbers = |hit: &Hit| [hit.t, hit.u, hit.v].map(f64::to_bits);
+                numbers(found) == numbers(&hit) && one.triangle(found) == triangle
+            };
+            let found = rest.find(is_same).expect("the hit is among all");
+            // Equal triangles at one t cannot be told apart.
+            let twins = all.iter().filter(is_same).count();
+            if twins == 1 {
+                names.push((found.triangle, (hit.geometry, hit.triangle)));
+            }
+        }
+    }
+    names.sort_unstable();
+    assert!(names.is_sorted_by_key(|(_, name)| *name), "{names:?}");
+}
+
+fn same<S: FuzzScalar>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>]) {
+    for ray in rays {
+        assert_eq!(one.all(ray), other.all(ray), "{ray:?}");
+        assert_eq!(one.closest(ray), other.closest(ray), "{ray:?}");
+        assert_eq!(one.crossings(ray), other.crossings(ray), "{ray:?}");
         S::same_by_others(one, other, ray);
         let near = |bvh: &Bvh<S>| bvh.closest_point(ray.origin, f64::INFINITY);
         assert_eq!(near(one), near(other), "{:?}", ray.origin);
     }
-    let closest = |bvh: &Bvh<S>| {
-        let mut hits = vec![Hit::MISS; rays.len()];
-        bvh.closest_batch(&exact, rays, &mut hits);
-        hits
-    };
-    assert_eq!(closest(one), closest(other));
+    assert_eq!(one.closest_batch(rays), other.closest_batch(rays));
 }
 
 /// A scalar in which scenes are made of bytes.
-trait Asked: Given {
+trait FuzzScalar: BvhScalar {
     /// Some triangles.
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
     /// A ray, often at one of the triangles.
@@ -137,7 +150,7 @@ trait Asked: Given {
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);
 }
 
-impl Asked for f32 {
+impl FuzzScalar for f32 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         input.triangles(at_most)
     }
@@ -147,11 +160,11 @@ impl Asked for f32 {
     }
 
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>) {
-        let mode = Certified::default();
+        let mode = Mode::certified();
         // The reference's weights may be no numbers.
         let bits = |bvh: &Bvh<Self>| {
             let number = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
-            let hit = bvh.closest(&mode, ray);
+            let hit = bvh.query().mode(mode).closest(ray);
             hit.map(|hit| (hit.triangle, [hit.t, hit.u, hit.v].map(number)))
         };
         assert_eq!(bits(one), bits(other), "{ray:?}");
@@ -159,7 +172,7 @@ impl Asked for f32 {
 }
 
 /// Numbers of f32, moved and with more digits.
-impl Asked for f64 {
+impl FuzzScalar for f64 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         let triangles = input.triangles(at_most);
         let moved = input.one_of(&[0.0, 0.0, 1e6, 1e12, 1e300]);

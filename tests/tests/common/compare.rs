@@ -1,10 +1,9 @@
 //! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
 
 use intertri::internal::exact::{
-    self, Rule, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t,
-    t_from,
+    self, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t, t_from,
 };
-use intertri::{RayOf, Scalar, TriangleOf};
+use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle::{self, Truth, truth};
 
@@ -69,7 +68,8 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
     let is_hit = truth.is_some_and(Truth::is_closed_hit);
     let crossing = leaves.filter(|_| truth.is_some());
     let crossing = crossing.map(|leaves| if leaves { Side::Leaves } else { Side::Enters });
-    assert_eq!(exact::hit(ray, triangle), is_hit, "{ray:?} {triangle:?}");
+    assert_eq!(exact::hit(Rule::Closed, ray, triangle), is_hit, "{ray:?} {triangle:?}");
+    assert_eq!(exact::hit(Rule::Once, ray, triangle), crossing.is_some(), "{ray:?} {triangle:?}");
     assert_eq!(exact::crossing(ray, triangle), crossing, "{ray:?} {triangle:?}");
     for tier in Tier::ALL.into_iter().filter(|_| all) {
         let of = |rule| crossing_from(tier, rule, ray, triangle);

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use intertri::internal::exact::{self, Rule, Side, Tier, crossing_from};
-use intertri::{Crossings, Exact, Hit, Mode, Ray, Triangle, TriangleOf};
+use intertri::internal::exact::{self, Side, Tier, crossing_from};
+use intertri::{Hit, Mode, Ray, Rule, Triangle, TriangleOf};
 use intertri_lab::rng::Rng;
 use intertri_tests::oracle;
-use intertri_trace::{Place, Solid};
+use intertri_trace::{Containment, Solid};
 
 use super::solids::{Closed, meshes};
 
@@ -77,7 +77,7 @@ fn signed_crossings_are_the_winding_number() {
                 let (mut crossings, mut hits) = (0, 0);
                 for triangle in triangles {
                     let side = exact::crossing(&ray, triangle);
-                    let hit = exact::hit(&ray, triangle);
+                    let hit = exact::hit(Rule::Closed, &ray, triangle);
                     assert!(hit || side.is_none(), "{ray:?} {triangle:?}");
                     crossings += side.map_or(0, Side::sign);
                     hits += u32::from(hit);
@@ -103,7 +103,8 @@ fn signed_crossings_are_the_winding_number() {
 fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i32, usize> {
     let Closed { name, triangles, .. } = mesh;
     let solid = Solid::new(triangles).unwrap();
-    let (bvh, exact) = (solid.bvh(), Exact::default());
+    let (bvh, exact) = (solid.bvh(), Mode::exact());
+    let mut query = bvh.query();
     let (mut seen, mut done) = (BTreeMap::new(), 0);
     for i in 0.. {
         if done >= rays {
@@ -112,21 +113,19 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
         let origin = origin(i, mesh, rng);
         // Solid angles round, and on the surface there is no winding number.
         if triangles.iter().any(|triangle| oracle::is_on(origin, triangle)) {
-            assert_eq!(solid.place(origin), Place::Surface, "{name} {origin:?}");
+            assert_eq!(solid.classify(origin), Containment::Surface, "{name} {origin:?}");
             continue;
         }
         let Some(winding) = winding(triangles, origin) else { continue };
-        let place = if winding == 0 { Place::Outside } else { Place::Inside(winding) };
-        assert_eq!(solid.place(origin), place, "{name} {origin:?}");
+        let containment =
+            if winding == 0 { Containment::Outside } else { Containment::Inside(winding) };
+        assert_eq!(solid.classify(origin), containment, "{name} {origin:?}");
 
         // From one origin, as a bundle, or each from its own side of it.
         let dirs = (0..3).flat_map(|_| directions(triangles, origin, rng));
         let rays: Vec<Ray> = dirs.map(|dir| Ray::new(origin, dir)).collect();
-        let mut counts = vec![Crossings::default(); rays.len()];
-        let (mut any, mut hits) = (vec![false; rays.len()], vec![Hit::MISS; rays.len()]);
-        bvh.crossings_batch(&exact, &rays, &mut counts);
-        bvh.any_batch(&exact, &rays, &mut any);
-        bvh.closest_batch(&exact, &rays, &mut hits);
+        let (counts, lists) = (query.count_crossings_batch(&rays), bvh.crossings_batch(&rays));
+        let (any, hits, lists) = (bvh.any_batch(&rays), bvh.closest_batch(&rays), lists.unwrap());
         for (k, ray) in rays.iter().enumerate() {
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
@@ -135,11 +134,14 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);
-                let one = bvh.closest(&exact, ray).unwrap_or(Hit::MISS);
+                let one = query.closest(ray).unwrap_or(Hit::MISS);
                 assert_eq!([bits(hits[k]), bits(one)], [bits(want); 2], "{name} {ray:?}");
-                assert_eq!(bvh.all(&exact, ray), exact.all(triangles, ray), "{name} {ray:?}");
+                assert_eq!(query.all(ray), exact.all(triangles, ray), "{name} {ray:?}");
                 let crossings = exact.crossings(triangles, ray);
-                assert_eq!(bvh.crossings(&exact, ray), crossings, "{name} {ray:?}");
+                assert_eq!(query.crossings(ray), crossings, "{name} {ray:?}");
+                assert_eq!(lists.of(k), crossings, "{name} {ray:?}");
+                let next = query.next_crossing(ray);
+                assert_eq!(next, crossings.first().copied(), "{name} {ray:?}");
                 assert_eq!(counts[k].unsigned, crossings.len() as u64, "{name} {ray:?}");
             }
         }

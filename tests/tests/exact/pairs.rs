@@ -1,7 +1,7 @@
 //! Pairs of every kind in f32, and two that are hard in their own ways.
 
 use intertri::internal::exact::{self, t};
-use intertri::{Crossing, Exact, Hit, Mode, Ray, Triangle};
+use intertri::{Crossing, Hit, Mode, Ray, Rule, Triangle};
 use intertri_trace::Bvh;
 
 use super::cases::{KINDS, case};
@@ -28,8 +28,8 @@ fn a_triangle_without_an_f64_normal_is_hit() {
     let triangle = Triangle([a, b, c].map(|[x, y]: [f32; 2]| [x, y, 0.0]));
     assert_eq!(triangle.normal(), [0.0; 3]);
     for [x, y, z] in triangle.0 {
-        assert!(exact::hit(&Ray::new([x, y, z - 1.0], [0.0, 0.0, 1.0]), &triangle));
-        assert!(exact::hit(&Ray::new([x, y, z + 1.0], [0.0, 0.0, -1.0]), &triangle));
+        assert!(exact::hit(Rule::Closed, &Ray::new([x, y, z - 1.0], [0.0, 0.0, 1.0]), &triangle));
+        assert!(exact::hit(Rule::Closed, &Ray::new([x, y, z + 1.0], [0.0, 0.0, -1.0]), &triangle));
     }
 }
 
@@ -45,16 +45,15 @@ fn equal_rounded_t_are_told_apart() {
     let triangles = [at(2.0_f32.powi(-60)), at(2.0_f32.powi(-61)), at(2.0_f32.powi(-61))];
     let ray = Ray::new([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     assert!(triangles.iter().all(|triangle| t(&ray, triangle) == t(&ray, &triangles[0])));
-    let (mode, bvh) = (Exact::default(), Bvh::new(&triangles).unwrap());
+    let (mode, bvh) = (Mode::exact(), Bvh::new(&triangles).unwrap());
     let numbers = |hits: Vec<Hit>| hits.iter().map(|hit| hit.triangle).collect::<Vec<_>>();
     let crossings = |all: Vec<Crossing>| numbers(all.iter().map(|one| one.hit).collect());
     assert_eq!(numbers(mode.all(&triangles, &ray)), [1, 2, 0]);
-    assert_eq!(numbers(bvh.all(&mode, &ray)), [1, 2, 0]);
+    assert_eq!(numbers(bvh.all(&ray)), [1, 2, 0]);
     assert_eq!(crossings(mode.crossings(&triangles, &ray)), [1, 2, 0]);
-    assert_eq!(crossings(bvh.crossings(&mode, &ray)), [1, 2, 0]);
-    let mut hits = vec![Hit::MISS; 2000];
-    bvh.closest_batch(&mode, &vec![ray; 2000], &mut hits);
+    assert_eq!(crossings(bvh.crossings(&ray)), [1, 2, 0]);
+    let mut hits = bvh.closest_batch(&vec![ray; 2000]);
     hits[0] = mode.closest(&triangles, &ray).unwrap();
-    hits[1] = bvh.closest(&mode, &ray).unwrap();
+    hits[1] = bvh.closest(&ray).unwrap();
     assert!(hits.iter().all(|hit| hit.triangle == 1));
 }

@@ -2,14 +2,14 @@
 
 use intertri::internal::exact;
 use intertri::simd::Level;
-use intertri::{Exact, Hit, Ray64, Triangle64};
+use intertri::{Crossing, Hit, Mode, Ray64, Rule, Triangle64};
 use intertri_lab::rng::Rng;
-use intertri_trace::Bvh;
+use intertri_trace::{Bvh, MeshTriangle};
 
 /// The hits of a ray in their order.
 fn hits(triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let found = |(i, triangle): (usize, &Triangle64)| {
-        exact::hit(ray, triangle).then(|| {
+        exact::hit(Rule::Closed, ray, triangle).then(|| {
             let (t, u, v) = exact::attributes(ray, triangle);
             Hit { t, u, v, triangle: i as u32, geometry: 0 }
         })
@@ -27,36 +27,42 @@ pub(crate) fn check(name: &str, triangles: &[Triangle64], rays: &[Ray64]) -> usi
     let bvh = Bvh::new(triangles).unwrap();
     let wanted: Vec<Vec<Hit>> = rays.iter().map(|ray| hits(triangles, ray)).collect();
     for level in Level::all() {
-        let mode = Exact::at(level);
-        let (mut closest, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-        let mut index = vec![0; rays.len()];
-        bvh.closest_batch(&mode, rays, &mut closest);
-        bvh.any_batch(&mode, rays, &mut any);
-        bvh.triangles_batch(&mode, rays, &mut index);
-        let mut intersector = bvh.intersector(&mode);
+        let mode = Mode::exact().at(level);
+        let (mut query, mut once) = (bvh.query().at(level), bvh.query().once().at(level));
+        let (closest, any) = (query.closest_batch(rays), query.any_batch(rays));
+        let triangle = query.closest_triangle_batch(rays);
+        let lists = [None, Some(1)].map(|limit| query.crossings_batch(rays, limit).unwrap());
         for (i, (ray, want)) in rays.iter().zip(&wanted).enumerate() {
             let what = || format!("{name} {} ray {i}: {ray:?}", level.name());
             let first = want.first().copied();
+            let of = |hit: Hit| MeshTriangle { triangle: hit.triangle, geometry: 0 };
             assert_eq!(closest[i].some(), first, "closest batch, {}", what());
-            assert_eq!(bvh.closest(&mode, ray), first, "closest, {}", what());
-            assert_eq!(index[i], first.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle), "{}", what());
+            assert_eq!(bvh.query().at(level).closest(ray), first, "closest, {}", what());
+            assert_eq!(triangle[i], first.map_or(MeshTriangle::MISS, of), "{}", what());
             assert_eq!(any[i], first.is_some(), "any batch, {}", what());
-            assert_eq!(bvh.any(&mode, ray), first.is_some(), "any, {}", what());
-            assert_eq!(intersector.closest(ray), first, "intersector, {}", what());
-            let position = intersector.triangle(ray);
-            assert_eq!(position, first.map(|hit| hit.triangle), "intersector, {}", what());
-            assert_eq!(intersector.any(ray), first.is_some(), "intersector, {}", what());
-            assert_eq!(&bvh.all(&mode, ray), want, "all, {}", what());
-            assert_eq!(mode.closest64(triangles, ray), first, "closest of a slice, {}", what());
-            assert_eq!(mode.any64(triangles, ray), first.is_some(), "any of a slice, {}", what());
-            assert_eq!(&mode.all64(triangles, ray), want, "all of a slice, {}", what());
-            let crossings = bvh.crossings(&mode, ray);
-            let sided = want.iter().filter_map(|hit| {
+            assert_eq!(bvh.query().at(level).any(ray), first.is_some(), "any, {}", what());
+            assert_eq!(query.closest(ray), first, "kept query, {}", what());
+            assert_eq!(query.closest_triangle(ray), first.map(of), "kept query, {}", what());
+            assert_eq!(query.any(ray), first.is_some(), "kept query, {}", what());
+            assert_eq!(&query.all(ray), want, "all, {}", what());
+            assert_eq!(mode.closest(triangles, ray), first, "closest of a slice, {}", what());
+            assert_eq!(mode.any(triangles, ray), first.is_some(), "any of a slice, {}", what());
+            assert_eq!(&mode.all(triangles, ray), want, "all of a slice, {}", what());
+
+            // Crossings are the hits by the rule that gives each point to one triangle.
+            let sided = want.iter().filter_map(|&hit| {
                 let side = exact::crossing(ray, &triangles[hit.triangle as usize])?;
-                Some((*hit, side == exact::Side::Leaves))
+                Some(Crossing { hit, leaves: side == exact::Side::Leaves })
             });
-            let crossings = crossings.iter().map(|crossing| (crossing.hit, crossing.leaves));
-            assert!(crossings.eq(sided), "crossings, {}", what());
+            let sided: Vec<Crossing> = sided.collect();
+            assert_eq!(query.crossings(ray), sided, "crossings, {}", what());
+            assert_eq!(mode.crossings(triangles, ray), sided, "of a slice, {}", what());
+            assert_eq!(query.next_crossing(ray), sided.first().copied(), "next, {}", what());
+            assert_eq!(lists[0].of(i), sided, "batch, {}", what());
+            assert_eq!(lists[1].of(i), &sided[..sided.len().min(1)], "limit, {}", what());
+            let hits: Vec<Hit> = sided.iter().map(|crossing| crossing.hit).collect();
+            let of_slice = Mode::once().at(level).all(triangles, ray);
+            assert_eq!((once.all(ray), of_slice), (hits.clone(), hits), "once, {}", what());
         }
     }
     wanted.iter().filter(|hits| !hits.is_empty()).count()
@@ -176,7 +182,7 @@ fn what_is_not_finite_or_nothing() {
     rays.push(Ray64::new([5e5; 3], [5e-324; 3]));
     rays.push(Ray64::new([5e5; 3], [f64::MAX; 3]));
     assert!(check("odd numbers", &triangles, &rays) > 100);
-    assert!(Bvh::<f64>::new(&[]).unwrap().closest(&Exact::default(), &rays[0]).is_none());
+    assert!(Bvh::<f64>::new(&[]).unwrap().closest(&rays[0]).is_none());
 }
 
 /// A t beyond f64 is infinite, one below it 0; both are hits of the whole ray.
@@ -185,12 +191,12 @@ fn t_beyond_f64() {
     let wall = |z: f64| Triangle64([[-1.0, -1.0, z], [3.0, -1.0, z], [-1.0, 3.0, z]]);
     let far = Bvh::new(&[wall(1e10)]).unwrap();
     let ray = Ray64::new([0.0; 3], [0.0, 0.0, 5e-324]);
-    let hit = far.closest(&Exact::default(), &ray).unwrap();
+    let hit = far.closest(&ray).unwrap();
     assert_eq!((hit.t, hit.triangle), (f64::INFINITY, 0));
-    assert!(far.any(&Exact::default(), &ray));
-    assert!(!far.any(&Exact::default(), &ray.between(0.0, f64::MAX)));
+    assert!(far.any(&ray));
+    assert!(!far.any(&ray.between(0.0, f64::MAX)));
     let near = Bvh::new(&[wall(1e-320)]).unwrap();
     let ray = Ray64::new([0.0; 3], [0.0, 0.0, 1e300]);
-    assert_eq!(near.closest(&Exact::default(), &ray).map(|hit| hit.t), Some(0.0));
-    assert!(!near.any(&Exact::default(), &ray.between(5e-324, 1.0)));
+    assert_eq!(near.closest(&ray).map(|hit| hit.t), Some(0.0));
+    assert!(!near.any(&ray.between(5e-324, 1.0)));
 }

@@ -1,7 +1,7 @@
 //! Closed meshes in f64, far from the origin: rays at their corners and edges cross them as often as they wind around
 //! the origin, through a hierarchy.
 
-use intertri::{Crossings, Exact, Hit, Ray64, Triangle64};
+use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
@@ -67,7 +67,7 @@ fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
 
 #[test]
 fn signed_crossings_are_the_winding_number() {
-    let (mut rng, mode, mut inside) = (Rng::new(40), Exact::default(), 0);
+    let (mut rng, mut inside) = (Rng::new(40), 0);
     let places = [
         (1.0, [0.0; 3]),
         (1.0, [1_048_576.0, -524_288.0, 262_144.0]),
@@ -89,11 +89,8 @@ fn signed_crossings_are_the_winding_number() {
                     .into_iter()
                     .map(|dir| Ray64::new(origin, dir))
                     .collect();
-                let mut counts = vec![Crossings::default(); rays.len()];
-                let (mut any, mut hits) = (vec![false; rays.len()], vec![Hit::MISS; rays.len()]);
-                bvh.crossings_batch(&mode, &rays, &mut counts);
-                bvh.any_batch(&mode, &rays, &mut any);
-                bvh.closest_batch(&mode, &rays, &mut hits);
+                let counts = bvh.query().count_crossings_batch(&rays);
+                let (any, hits) = (bvh.any_batch(&rays), bvh.closest_batch(&rays));
                 for (k, ray) in rays.iter().enumerate() {
                     let what = format!("{size:e} {centre:?} {on_grid} {ray:?}");
                     assert_eq!(counts[k].signed, winding, "{what}");

@@ -6,7 +6,7 @@ use intertri::internal::exact::{Tier, closer_from, closest, has_area, squares};
 use intertri::simd::Vec3;
 use intertri::{Triangle64, TriangleOf};
 use intertri_lab::rng::Rng;
-use intertri_trace::{Bvh, ClosestPoint, Place, Solid};
+use intertri_trace::{Bvh, ClosestPoint, Containment, Solid};
 
 use super::hierarchy::soup;
 use crate::nearest::flatten;
@@ -130,7 +130,7 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
 fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let mut answers = vec![ClosestPoint::NONE; points.len()];
-    bvh.closest_point_batch(points, f64::INFINITY, &mut answers);
+    bvh.closest_point_batch_into(points, f64::INFINITY, &mut answers);
     let finite = |t: &Triangle64| t.0.as_flattened().iter().all(|x| x.is_finite());
     for (&point, answer) in points.iter().zip(&answers) {
         let there = (0..triangles.len()).filter(|&i| finite(&triangles[i]));
@@ -198,11 +198,13 @@ fn a_nanometre_is_told_at_utm() {
     for d in [1e-9, 1e-6, 0.25] {
         let point = at(d);
         let inside = solid.signed_distance(point);
-        assert_eq!((inside, solid.place(point)), (x - point[0], Place::Inside(1)));
+        assert_eq!((inside, solid.classify(point)), (x - point[0], Containment::Inside(1)));
         let point = at(-d);
         assert_eq!(solid.signed_distance(point), x - point[0]);
     }
-    assert!(solid.signed_distance(at(0.0)) == 0.0 && solid.place(at(0.0)) == Place::Surface);
+    assert!(
+        solid.signed_distance(at(0.0)) == 0.0 && solid.classify(at(0.0)) == Containment::Surface
+    );
     assert!(solid.signed_distance([f64::NAN, 0.0, 0.0]).is_nan());
     let closest = solid.bvh().closest_point(at(-1e-6), f64::INFINITY).unwrap();
     assert_eq!(closest.point, at(0.0));

@@ -1,6 +1,6 @@
 //! Hierarchies over f64 that were saved and loaded, or refitted: their answers are those of a new build.
 
-use intertri::{Exact, Hit, Ray64, Triangle64};
+use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::internal::seal;
 use intertri_trace::{Bvh, LoadError};
@@ -33,16 +33,11 @@ fn rays(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Ray64> {
 
 /// Two hierarchies give the same answers.
 fn assert_same(one: &Bvh<f64>, other: &Bvh<f64>, rays: &[Ray64], what: &str) {
-    let mode = Exact::default();
-    let batch = |bvh: &Bvh<f64>| {
-        let mut hits = vec![Hit::MISS; rays.len()];
-        bvh.closest_batch(&mode, rays, &mut hits);
-        hits
-    };
     assert_eq!((one.len(), one.bounds()), (other.len(), other.bounds()), "{what}");
-    assert_eq!(batch(one), batch(other), "{what}");
+    assert_eq!(one.closest_batch(rays), other.closest_batch(rays), "{what}");
     for ray in rays {
-        assert_eq!(one.all(&mode, ray), other.all(&mode, ray), "{what}: {ray:?}");
+        assert_eq!(one.all(ray), other.all(ray), "{what}: {ray:?}");
+        assert_eq!(one.crossings(ray), other.crossings(ray), "{what}: {ray:?}");
         let near = |bvh: &Bvh<f64>| bvh.closest_point(ray.origin, f64::INFINITY);
         assert_eq!(near(one), near(other), "{what}: {ray:?}");
     }
@@ -76,7 +71,7 @@ fn what_is_saved_is_loaded() {
 fn geometries_are_saved_and_moved() {
     let mut rng = Rng::new(9);
     let soup = mixed(300, 1.0, 1e6, &mut rng);
-    let mut bvh = Bvh::of_meshes(&[&soup[..100], &[], &soup[100..]]).unwrap();
+    let mut bvh = Bvh::from_meshes(&[&soup[..100], &[], &soup[100..]]).unwrap();
     bvh.set_mask(2, 0b10);
     let rays = rays(100, 1.0, 1e6, &mut rng);
     let loaded = Bvh::<f64>::from_bytes(&bvh.to_bytes()).unwrap();

@@ -1,6 +1,6 @@
 //! Rays that start on a triangle given in f64 never hit it.
 
-use intertri::{Exact, Hit, Ray64, RayOf, Triangle64, internal::exact, spawn_ray};
+use intertri::{Hit, Ray64, RayOf, Rule, Triangle64, internal::exact, spawn_ray};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
@@ -12,7 +12,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(64));
     for i in 0..60_000 {
         let (ray, triangle) = case(i % KINDS, &mut rng);
-        if !exact::hit(&ray, &triangle) {
+        if !exact::hit(Rule::Closed, &ray, &triangle) {
             continue;
         }
         let (t, u, v) = exact::attributes(&ray, &triangle);
@@ -23,7 +23,7 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
         let grazing = [0, 1, 2].map(|k| along(b)[k] + any[k] * 1e-14 * along(c)[k]);
         for dir in [any, grazing, along(c), ray.dir, ray.dir.map(|x| -x)] {
             let next = spawn_ray(&hit, &triangle, dir);
-            assert!(!exact::hit(&next, &triangle), "{ray:?} {triangle:?} {next:?}");
+            assert!(!exact::hit(Rule::Closed, &next, &triangle), "{ray:?} {triangle:?} {next:?}");
             moved += u32::from(next.origin != hit.point(&ray));
             left += 1;
         }
@@ -38,17 +38,17 @@ fn it_leaves_a_wall_by_nanometres() {
     let wall = Triangle64([[x, y, 0.0], [x + 3.1, y + 4.2, 0.0], [x, y, 3.0]]);
     let normal = [0.804, -0.594, 0.0];
     let near = Triangle64(wall.0.map(|c| [0, 1, 2].map(|k| c[k] + 1e-6 * normal[k])));
-    let (exact, bvh) = (Exact::default(), Bvh::new(&[near]).unwrap());
+    let bvh = Bvh::new(&[near]).unwrap();
     let mut rng = Rng::new(65);
     for _ in 0..2000 {
         let (p, q) = (0.2 + 0.5 * rng.unit(), 0.1 + 0.1 * rng.unit());
         let on = [x + 3.1 * p, y + 4.2 * p, 3.0 * q];
         let from = [0, 1, 2].map(|k| on[k] + 7.0 * normal[k]);
         let ray = Ray64::new(from, [0, 1, 2].map(|k| on[k] - from[k]));
-        let hit = Bvh::new(&[wall]).unwrap().closest(&exact, &ray).unwrap();
+        let hit = Bvh::new(&[wall]).unwrap().closest(&ray).unwrap();
         let next: RayOf<f64> = spawn_ray(&hit, &wall, normal);
         let off = [0, 1, 2].map(|k| (next.origin[k] - hit.point(&ray)[k]).abs());
         assert!(off.iter().all(|&off| off < 4e-9), "{off:?}");
-        assert!(!exact::hit(&next, &wall) && bvh.any(&exact, &next), "{next:?}");
+        assert!(!exact::hit(Rule::Closed, &next, &wall) && bvh.any(&next), "{next:?}");
     }
 }

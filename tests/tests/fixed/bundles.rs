@@ -4,9 +4,8 @@ use intertri::Hit;
 use intertri::Ray as Line;
 use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks};
 use intertri::simd::Level;
-use intertri_trace::FixedBvh;
 
-use super::{Numbers, add, hierarchy, sub};
+use super::{GridBvh, Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 
@@ -102,7 +101,7 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let corners = scene(&mut n, &grid);
         let triangles: Vec<Triangle> =
             corners.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-        let (bvh, blocks) = (FixedBvh::new(&triangles).unwrap(), blocks(&triangles));
+        let (bvh, blocks) = (GridBvh::new(&triangles), blocks(&triangles));
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
@@ -130,9 +129,8 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
                 want = closest(&rays);
             }
 
-            let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-            bvh.closest_batch(mode, &rays, &mut hits);
-            bvh.any_batch(mode, &rays, &mut any);
+            let query = bvh.query(mode.level());
+            let (hits, any) = (query.closest_batch(&rays), query.any_batch(&rays));
             for (((ray, want), hit), any) in rays.iter().zip(want).zip(hits).zip(any) {
                 assert_eq!((hit, any), (want, want.is_hit()), "{b} {kind} {mode:?} {ray:?}");
                 met += usize::from(hit.is_hit());

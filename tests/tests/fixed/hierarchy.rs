@@ -2,10 +2,9 @@
 
 use intertri::fixed::{Bits, Fixed, Grid, Triangle, blocks, scalar};
 use intertri::simd::Level;
-use intertri::{Hit, Ray};
-use intertri_trace::FixedBvh;
+use intertri::{Crossing, Crossings, Hit, Ray};
 
-use super::{Numbers, add, solids, sub};
+use super::{GridBvh, Numbers, add, solids, sub};
 
 /// A sphere, loose triangles, slivers and flat ones, some of them twice, in -1..=1.
 pub(crate) fn scene(n: &mut Numbers) -> Vec<[[f32; 3]; 3]> {
@@ -43,7 +42,7 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         let corners: Vec<_> = scene.iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
         let triangles: Vec<Triangle> =
             corners.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
-        let bvh = FixedBvh::new(&triangles).unwrap();
+        let bvh = GridBvh::new(&triangles);
         let blocks: Vec<_> = blocks(&triangles).collect();
 
         // Rays exactly at corners, at the middles of edges, along axes, on surfaces, at random; whole
@@ -83,21 +82,27 @@ fn the_hierarchy_answers_as_the_queries_over_all_triangles() {
         for (i, ray) in rays.iter().enumerate() {
             // The levels have equal answers, and take turns.
             let mode = &levels[i % levels.len()];
-            let closest = mode.closest(&blocks, ray);
-            assert_eq!(bvh.closest(mode, ray), closest, "{b} {ray:?}");
-            assert_eq!(bvh.any(mode, ray), closest.is_some(), "{b} {ray:?}");
-            assert_eq!(bvh.crossings(mode, ray), mode.crossings(&blocks, ray), "{b} {ray:?}");
+            let (closest, mut query) = (mode.closest(&blocks, ray), bvh.query(mode.level()));
+            assert_eq!(query.closest(ray), closest, "{b} {ray:?}");
+            assert_eq!(query.any(ray), closest.is_some(), "{b} {ray:?}");
             let all = mode.all(&blocks, ray);
-            assert_eq!(bvh.all(mode, ray), all, "{b} {ray:?}");
+            assert_eq!(query.all(ray), all, "{b} {ray:?}");
+            let side = |hit: &Hit| {
+                let crossing = scalar::crossing(ray, &triangles[hit.triangle as usize]);
+                Crossing { hit: *hit, leaves: crossing.unwrap().leaves }
+            };
+            let sides: Vec<Crossing> = all.iter().map(side).collect();
+            assert_eq!(query.crossings(ray), sides, "{b} {ray:?}");
             met += usize::from(closest.is_some());
             crossed += all.len();
         }
-        let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
-        bvh.closest_batch(&Fixed::default(), &rays, &mut hits);
-        bvh.any_batch(&Fixed::default(), &rays, &mut any);
-        for ((ray, hit), any) in rays.iter().zip(hits).zip(any) {
-            let one = bvh.closest(&levels[0], ray).unwrap_or(Hit::MISS);
-            assert_eq!((hit, any), (one, hit.is_hit()));
+        let query = bvh.query(Level::best());
+        let (hits, any) = (query.closest_batch(&rays), query.any_batch(&rays));
+        let counts = query.count_crossings_batch(&rays);
+        for (((ray, hit), any), count) in rays.iter().zip(hits).zip(any).zip(counts) {
+            let one = levels[0].closest(&blocks, ray).unwrap_or(Hit::MISS);
+            assert_eq!((hit, any), (one, hit.is_hit()), "{b} {ray:?}");
+            assert_eq!(count, levels[0].crossings(&blocks, ray), "{b} {ray:?}");
         }
         asked += rays.len();
     }
@@ -111,20 +116,21 @@ fn a_hierarchy_over_nothing_or_over_points_has_no_hits() {
     let point = grid.triangle_of([[3, 0, 0]; 3]).unwrap();
     let ray = grid.ray_of([0; 3], [1, 0, 0]).unwrap();
     for triangles in [vec![], vec![point; 20]] {
-        let (bvh, mode) = (FixedBvh::new(&triangles).unwrap(), Fixed::default());
-        assert_eq!(bvh.closest(&mode, &ray), None);
-        assert!(!bvh.any(&mode, &ray) && bvh.all(&mode, &ray).is_empty());
-        assert_eq!(bvh.crossings(&mode, &ray).unsigned, 0);
+        let bvh = GridBvh::new(&triangles);
+        let mut query = bvh.query(Level::best());
+        assert_eq!(query.closest(&ray), None);
+        assert!(!query.any(&ray) && query.all(&ray).is_empty());
+        assert!(query.crossings(&ray).is_empty());
+        assert_eq!(query.count_crossings_batch(&[ray]), [Crossings::default()]);
     }
 }
 
 /// Two triangles that share an edge, folded onto each other and nearly in one plane, and rays that pass so
-/// near to the edge that both t round to one f64 though they differ: the first hit is told by the ratios.
+/// near to the edge that both t round to one f64 though they differ: the ratios decide which hit is first.
 #[test]
 fn t_that_round_alike_are_compared_as_ratios() {
     let mut n = Numbers(7);
     let grid = Grid::at(Bits::FINE, 0, [0; 3]).unwrap();
-    let mode = Fixed::default();
     let mut found = 0;
     for _ in 0..200 {
         let (a, b, c) = (n.vector(1 << 19), n.vector(1 << 19), n.vector(1 << 19));
@@ -154,13 +160,13 @@ fn t_that_round_alike_are_compared_as_ratios() {
         // Whichever comes first in the slice, alone and in a batch, which is a bundle: one origin.
         for turned in [false, true] {
             let triangles = if turned { [pair[1], pair[0]] } else { pair };
-            let bvh = FixedBvh::new(&triangles).unwrap();
+            let bvh = GridBvh::new(&triangles);
             let lines: Vec<_> = rays.iter().flat_map(|(ray, _)| [*ray; 4]).collect();
-            let mut hits = vec![Hit::MISS; lines.len()];
-            bvh.closest_batch(&mode, &lines, &mut hits);
+            let mut query = bvh.query(Level::best());
+            let hits = query.closest_batch(&lines);
             for ((ray, first), hits) in rays.iter().zip(hits.chunks(4)) {
                 let nearer = (first ^ usize::from(turned)) as u32;
-                assert_eq!(bvh.closest(&mode, ray).map(|hit| hit.triangle), Some(nearer));
+                assert_eq!(query.closest(ray).map(|hit| hit.triangle), Some(nearer));
                 assert!(hits.iter().all(|hit| hit.triangle == nearer), "{ray:?}");
             }
         }

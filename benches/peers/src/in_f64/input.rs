@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use intertri::{Exact, Ray, Ray64, RayOf, Triangle64, TriangleOf};
+use intertri::{Mode, Ray, Ray64, RayOf, Triangle64, TriangleOf};
 use intertri_scene::Mesh;
-use intertri_trace::{Bvh, Given, ModeFor};
+use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
 use super::own::Own;
 use crate::bvh::TwoWay;
@@ -73,7 +73,7 @@ impl Input {
 
     /// What is right, by a call a ray.
     pub fn truth(&self, rays: &[Ray64], question: Question) -> Vec<Answer> {
-        let mut single = Single::new(self.bvh.clone(), Exact::default());
+        let mut single = Single::new(self.bvh.clone(), Mode::exact());
         single.load(rays, question);
         single.trace(0..rays.len());
         Engine::<Ray64>::answers(&single)
@@ -81,7 +81,7 @@ impl Input {
 
     /// Ours, by a name of the input.
     pub fn ours(&self, name: &str, rays: &Arc<[Ray64]>) -> Vec<Named> {
-        let (bvh, mode) = (&self.bvh, Exact::default());
+        let (bvh, mode) = (&self.bvh, Mode::exact());
         let engine =
             |form: &str, engine: Box<dyn Engine>| -> Named { (format!("{name}{form}"), engine) };
         vec![
@@ -120,15 +120,12 @@ impl Input {
 }
 
 /// How many tests a ray takes, and how many of them the resolver settles.
-pub fn counts<S: Given>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2]
-where
-    Exact: ModeFor<S>,
-{
-    let mode = Exact::default();
+pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
+    let query = bvh.query();
     let counts = if question.any {
-        bvh.any_batch(&mode, rays, &mut vec![false; rays.len()])
+        query.any_batch_into(rays, &mut vec![false; rays.len()])
     } else {
-        bvh.triangles_batch(&mode, rays, &mut vec![0; rays.len()])
+        query.closest_triangle_batch_into(rays, &mut vec![MeshTriangle::MISS; rays.len()])
     };
     [counts.tests, counts.undecided].map(|count| count as f64 / rays.len() as f64)
 }

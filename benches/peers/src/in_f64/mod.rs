@@ -6,7 +6,7 @@ mod own;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use intertri::{Exact, Ray64};
+use intertri::{Mode, Ray64};
 use intertri_scene::Scene;
 use intertri_trace::Bvh;
 use rayon::ThreadPool;
@@ -115,7 +115,7 @@ fn cell(
     let rays = rays::rays(kind, &scene.given, &scene.in_f32, size, order);
     let casts: Vec<Ray64> = rays.iter().map(widened).collect();
     let moved: Arc<[Ray64]> = casts.iter().map(|ray| scene.moved.ray(ray)).collect();
-    let (exact, mode) = (&scene.in_f32, Exact::default());
+    let (exact, mode) = (&scene.in_f32, Mode::exact());
     let mut engines: Vec<Named> = vec![
         ("exact".into(), Box::new(Batch::new(exact.clone(), mode))),
         ("exact-triangles".into(), Box::new(Triangles::new(exact.clone(), mode))),

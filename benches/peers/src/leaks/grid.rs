@@ -3,9 +3,9 @@
 //! Its finest grid has longer differences than directions. Here the grid is coarser by three bits and
 //! directions are six bits longer: the difference of any two points of the grid is a direction.
 
-use intertri::fixed::{Bits, Fixed, Grid, GridError, Ray};
-use intertri::{Hit, Triangle};
-use intertri_trace::FixedBvh;
+use intertri::Triangle;
+use intertri::fixed::{self, Bits, Grid, GridError, Ray};
+use intertri_trace::Bvh;
 
 use super::aim::Aim;
 
@@ -25,9 +25,10 @@ pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
         Ok::<_, GridError>((triangles?, rays?))
     };
     let (triangles, rays) = snapped().map_err(|e| e.to_string())?;
-    let bvh = FixedBvh::new(&triangles).map_err(|e| e.to_string())?;
-    let mut hits = vec![Hit::MISS; rays.len()];
-    bvh.closest_batch(&Fixed::default(), &rays, &mut hits);
+    let in_f32: Vec<_> = triangles.iter().map(fixed::Triangle::to_f32).collect();
+    let bvh = Bvh::new(&in_f32).map_err(|e| e.to_string())?;
+    let lines: Vec<_> = rays.iter().map(|ray| *ray.to_f32()).collect();
+    let hits = bvh.query().once().closest_batch(&lines);
     Ok(hits.iter().filter(|hit| !hit.is_hit()).count())
 }
 

@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
-use intertri::{Certified, Double, Exact, Mode, Ray, Triangle};
+use intertri::simd::Level;
+use intertri::{Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 use rayon::prelude::*;
 
@@ -124,9 +125,10 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// How many hits each ray has, by `double`.
+/// How many hits each ray has, by `certified` at the portable level, a call a ray.
 fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
-    let count = |ray| bvh.all(&Double::default(), ray).len().min(limit.unwrap_or(usize::MAX));
+    let mode = Mode::certified().at(Level::PORTABLE);
+    let count = |ray| bvh.query().mode(mode).all(ray).len().min(limit.unwrap_or(usize::MAX));
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
@@ -150,9 +152,9 @@ fn engines(
         }
         let engine: Option<Box<dyn Engine>> = match name {
             "certified" | "certified-single" => {
-                Some(ours(name, bvh, Certified::default(), options.limit))
+                Some(ours(name, bvh, Mode::certified(), options.limit))
             }
-            "exact" | "exact-single" => Some(ours(name, bvh, Exact::default(), options.limit)),
+            "exact" | "exact-single" => Some(ours(name, bvh, Mode::exact(), options.limit)),
             "obvhs-2" | "obvhs-8" => {
                 Some(Box::new(obvhs::Every::new(triangles, name == "obvhs-8")))
             }
@@ -182,12 +184,7 @@ fn engines(
 }
 
 /// A mode of ours: a batch, or a call a ray.
-fn ours<M: Mode + 'static>(
-    name: &str,
-    bvh: &Arc<Bvh>,
-    mode: M,
-    limit: Option<usize>,
-) -> Box<dyn Engine> {
+fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode, limit: Option<usize>) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     if name.ends_with("single") {
         Box::new(ours::Single::new(bvh, mode))

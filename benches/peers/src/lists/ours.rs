@@ -10,29 +10,30 @@ use super::answer;
 use crate::engine::{Answer, Engine, Question, Singles};
 
 /// The batch call.
-pub struct Batch<M> {
+pub struct Batch {
     bvh: Arc<Bvh>,
-    mode: M,
+    mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
     /// By the part that was asked.
     lists: Vec<(usize, HitLists)>,
 }
 
-impl<M: Mode> Batch<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M, limit: Option<usize>) -> Self {
+impl Batch {
+    pub fn new(bvh: Arc<Bvh>, mode: Mode, limit: Option<usize>) -> Self {
         Self { bvh, mode, limit, rays: vec![], lists: vec![] }
     }
 }
 
-impl<M: Mode> Engine for Batch<M> {
+impl Engine for Batch {
     fn load(&mut self, rays: &[Ray], _: Question) {
         self.rays = rays.to_vec();
         self.lists.clear();
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        let lists = self.bvh.all_batch(&self.mode, &self.rays[part.clone()], self.limit);
+        let query = self.bvh.query().mode(self.mode);
+        let lists = query.all_batch(&self.rays[part.clone()], self.limit);
         let lists = lists.expect("memory for the lists");
         self.lists.retain(|(first, old)| *first + old.len() <= part.start || *first >= part.end);
         self.lists.push((part.start, lists));
@@ -50,26 +51,27 @@ impl<M: Mode> Engine for Batch<M> {
 }
 
 /// The call for a single ray.
-pub struct Single<M> {
+pub struct Single {
     bvh: Arc<Bvh>,
-    mode: M,
+    mode: Mode,
     rays: Singles<Ray>,
 }
 
-impl<M: Mode> Single<M> {
-    pub fn new(bvh: Arc<Bvh>, mode: M) -> Self {
+impl Single {
+    pub fn new(bvh: Arc<Bvh>, mode: Mode) -> Self {
         Self { bvh, mode, rays: Singles::default() }
     }
 }
 
-impl<M: Mode> Engine for Single<M> {
+impl Engine for Single {
     fn load(&mut self, rays: &[Ray], question: Question) {
         self.rays.load(rays, question, |ray| *ray);
     }
 
     fn trace(&mut self, part: Range<usize>) {
         let Self { bvh, mode, rays } = self;
-        rays.trace(part, |ray| answer(bvh.all(mode, ray).len()), |ray| bvh.any(mode, ray));
+        let query = || bvh.query().mode(*mode);
+        rays.trace(part, |ray| answer(query().all(ray).len()), |ray| query().any(ray));
     }
 
     fn answers(&self) -> Vec<Answer> {

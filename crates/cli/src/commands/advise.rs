@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use intertri::fixed::{Bits, Grid};
-use intertri::{Certified, Double, Hit, Ray, Threshold, Triangle};
+use intertri::{Hit, Ray, Threshold, Triangle};
 use intertri_lab::advise::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
 use intertri_scene::{Rounding, Scene};
 use intertri_trace::Bvh;
@@ -236,7 +236,6 @@ fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Ve
     let double = Some(Arithmetic::Double { threshold: threshold.get() });
     candidates.push(floating("exact", None, Some(EngineName::Exact)));
     candidates.push(floating("certified", double, Some(EngineName::Certified)));
-    candidates.push(floating("double", double, Some(EngineName::Double)));
     candidates.push(floating("plain f32", Some(Arithmetic::Single), None));
     candidates
 }
@@ -269,22 +268,11 @@ impl Trials<'_> {
 
     /// Makes an engine. Those that do not snap the triangles share one hierarchy.
     fn engine(&mut self, name: EngineName, bits: Bits) -> Result<RayEngine> {
-        if name == EngineName::Exact {
+        if name != EngineName::Fixed {
             return self.engines.engine(name);
         }
-        let threshold = self.threshold;
-        Ok(match self.engines.engine(EngineName::Certified)? {
-            RayEngine::Certified(bvh, _) if name == EngineName::Certified => {
-                RayEngine::Certified(bvh, Certified::new(threshold))
-            }
-            RayEngine::Certified(bvh, _) if name == EngineName::Double => {
-                RayEngine::Double(bvh, Double::new(threshold))
-            }
-            _ => {
-                let engines = Engines::new(self.triangles, threshold);
-                engines.on_grid(bits, vec![self.eye]).engine(name)?
-            }
-        })
+        let engines = Engines::new(self.triangles, self.threshold);
+        engines.on_grid(bits, vec![self.eye]).engine(name)
     }
 }
 

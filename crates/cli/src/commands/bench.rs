@@ -111,13 +111,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     origins.extend(kinds.iter().flat_map(|kind| kind.rays.iter().map(|ray| ray.origin)));
     let mut engines =
         Engines::new(&triangles, Threshold::default()).on_grid(Bits::FINE, origins).with_bvh(bvh);
-    let names = [
-        EngineName::Exact,
-        EngineName::Certified,
-        EngineName::Double,
-        EngineName::Fixed,
-        EngineName::Reference,
-    ];
+    let names =
+        [EngineName::Exact, EngineName::Certified, EngineName::Fixed, EngineName::Reference];
     let contenders: Vec<RayEngine> =
         names.into_iter().map(|name| engines.engine(name)).collect::<Result<_>>()?;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use intertri_scene::Coordinate;
-use intertri_trace::{Bvh, Given};
+use intertri_trace::{Bvh, BvhScalar};
 
 use crate::engine::model::{Model, ModelIn, ModelOptions};
 use crate::engine::scalar_name::ScalarName;
@@ -65,7 +65,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 }
 
 /// Builds and saves in a scalar.
-fn build<S: Coordinate + Given>(
+fn build<S: Coordinate + BvhScalar>(
     options: &Options,
     model: ModelIn<S>,
     mut seconds: BuildSeconds,

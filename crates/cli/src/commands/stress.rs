@@ -3,7 +3,7 @@
 use std::fmt;
 
 use clap::Args;
-use intertri::{Exact, Ray64, Triangle64};
+use intertri::{Ray64, Triangle64};
 use intertri_lab::draw;
 use intertri_lab::methods::METHODS;
 use intertri_lab::stress::{OffsetErrors, Onset, SWEEPS, first, sweep_all, sweep_offsets};
@@ -98,7 +98,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
 fn in_f64(triangles: &[Triangle64], rays: &[Ray64]) -> Vec<bool> {
     let mut hits = vec![false; rays.len()];
     if let Ok(bvh) = Bvh::new(triangles) {
-        bvh.any_batch(&Exact::default(), rays, &mut hits);
+        bvh.query().any_batch_into(rays, &mut hits);
     }
     hits
 }

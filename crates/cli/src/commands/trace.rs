@@ -7,7 +7,7 @@ use clap::Args;
 use intertri::fixed::Bits;
 use intertri::{RayOf, Threshold, TriangleOf};
 use intertri_scene::{Coordinate, Rays, RaysFormat, Rounding};
-use intertri_trace::{Bvh, Given};
+use intertri_trace::{Bvh, BvhScalar};
 
 use crate::commands::options::{grid_bits, grid_bounds, rays_format, threshold_of};
 use crate::engine::batch::{Batch, Question};
@@ -122,7 +122,7 @@ pub(crate) struct Options {
     skip_outside: bool,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
-    /// engines certified, double and reference [default: 1e-9]
+    /// engines certified and reference [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
@@ -248,7 +248,7 @@ fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result
 type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding, ModelNotes);
 
 /// Keeps of a model what is traced, and drops its mesh.
-fn corners<S: Coordinate + Given>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
+fn corners<S: Coordinate + BvhScalar>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     Ok((triangles, model.bvh, model.rounding, model.notes))
 }

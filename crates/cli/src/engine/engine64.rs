@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use intertri::{Counts, Crossing, Exact, Hit, Ray64, Triangle64};
+use intertri::{Counts, Crossing, Hit, Ray64, Triangle64};
 use intertri_trace::Bvh;
 
 use crate::engine::name::EngineName;
@@ -22,7 +22,7 @@ impl Engine64 {
     pub(crate) fn check(name: EngineName) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
-            EngineName::Certified | EngineName::Double | EngineName::Reference => {
+            EngineName::Certified | EngineName::Reference => {
                 "answers as the scalar f64 reference does for coordinates in f32"
             }
             EngineName::Fixed => "snaps coordinates in f32 to its grid",
@@ -66,7 +66,7 @@ impl Tracer for Engine64 {
 
     fn closest(&self, rays: &[Ray64], hits: &mut [Hit]) -> Counts {
         match self {
-            Self::Exact(bvh) => bvh.closest_batch(&Exact::default(), rays, hits),
+            Self::Exact(bvh) => bvh.query().closest_batch_into(rays, hits),
             Self::Oracle(triangles) => {
                 oracle::closest_batch(triangles, rays, hits);
                 Counts::default()
@@ -76,7 +76,7 @@ impl Tracer for Engine64 {
 
     fn any(&self, rays: &[Ray64], hits: &mut [bool]) -> Counts {
         match self {
-            Self::Exact(bvh) => bvh.any_batch(&Exact::default(), rays, hits),
+            Self::Exact(bvh) => bvh.query().any_batch_into(rays, hits),
             Self::Oracle(triangles) => {
                 oracle::any_batch(triangles, rays, hits);
                 Counts::default()
@@ -86,14 +86,14 @@ impl Tracer for Engine64 {
 
     fn all(&self, ray: &Ray64) -> Vec<Hit> {
         match self {
-            Self::Exact(bvh) => bvh.all(&Exact::default(), ray),
+            Self::Exact(bvh) => bvh.all(ray),
             Self::Oracle(triangles) => oracle::all(triangles, ray),
         }
     }
 
     fn crossings(&self, ray: &Ray64) -> Vec<Crossing> {
         match self {
-            Self::Exact(bvh) => bvh.crossings(&Exact::default(), ray),
+            Self::Exact(bvh) => bvh.crossings(ray),
             Self::Oracle(_) => Vec::new(),
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use intertri::fixed::Bits;
-use intertri::{Certified, Double, Exact, Threshold, Triangle};
+use intertri::{Mode, Threshold, Triangle};
 use intertri_trace::Bvh;
 
 use crate::engine::fixed::{FixedScene, GridReport};
@@ -45,11 +45,10 @@ impl<'a> Engines<'a> {
     /// The engine of that name.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {
-            EngineName::Exact => RayEngine::Exact(self.bvh()?, Exact::default()),
+            EngineName::Exact => RayEngine::Hierarchy(self.bvh()?, Mode::exact()),
             EngineName::Certified => {
-                RayEngine::Certified(self.bvh()?, Certified::new(self.threshold))
+                RayEngine::Hierarchy(self.bvh()?, Mode::certified_with(self.threshold))
             }
-            EngineName::Double => RayEngine::Double(self.bvh()?, Double::new(self.threshold)),
             EngineName::Fixed => RayEngine::Fixed(self.fixed()?),
             EngineName::Reference => timed(&mut self.seconds, || {
                 RayEngine::Reference(ReferenceScene::new(self.triangles, self.threshold))

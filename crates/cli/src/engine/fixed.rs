@@ -1,8 +1,8 @@
 //! The engine `fixed`: a scene snapped to an integer grid, and traced there exactly.
 
-use intertri::fixed::{Bits, Fixed, Grid, GridError, Ray as Snapped, Triangle as Facet};
+use intertri::fixed::{Bits, Grid, GridError, Ray as Snapped};
 use intertri::{Crossing, Hit, Ray, Triangle};
-use intertri_trace::FixedBvh;
+use intertri_trace::Bvh;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -16,7 +16,8 @@ const CHUNK: usize = 4096;
 /// A scene on a grid.
 pub(crate) struct FixedScene {
     grid: Grid,
-    bvh: FixedBvh,
+    /// Over the snapped triangles, in units of the grid: integers, which f32 hold exactly.
+    bvh: Bvh,
     /// A ray with an empty interval: it stands for rays that have no direction.
     never: Snapped,
     /// How far the point that snapping moved most is from where it was.
@@ -30,9 +31,9 @@ impl FixedScene {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
         let grid = Grid::around(points.clone(), bits)?;
-        let mut facets: Vec<Facet> = room(triangles.len(), "triangles")?;
+        let mut snapped: Vec<Triangle> = room(triangles.len(), "triangles")?;
         for triangle in triangles {
-            facets.push(grid.triangle(triangle)?);
+            snapped.push(grid.triangle(triangle)?.to_f32());
         }
         let mut moved: f64 = 0.0;
         for point in points {
@@ -40,7 +41,7 @@ impl FixedScene {
         }
 
         let bar = Progress::new("build", Some(triangles.len() as u64));
-        let bvh = FixedBvh::with_progress(&facets, &|done, total| bar.set(done, total))?;
+        let bvh = Bvh::with_progress(&snapped, &|done, total| bar.set(done, total))?;
         let never = grid.ray_of([0; 3], [1, 0, 0])?.between(0.0, 0.0);
         Ok(Self { grid, bvh, never, moved })
     }
@@ -59,43 +60,52 @@ impl FixedScene {
 
     /// The closest hit of each ray.
     pub(crate) fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
-        self.chunks(rays, hits, |rays, hits| {
-            self.bvh.closest_batch(&Fixed::default(), rays, hits);
+        self.chunks(rays, hits, |snapped, lines, hits| {
+            self.bvh.query().once().closest_batch_into(lines, hits);
+            for (hit, ray) in hits.iter_mut().zip(snapped) {
+                hit.t = ray.t_of_caller(hit.t);
+            }
         });
     }
 
     /// Whether each ray hits anything.
     pub(crate) fn any(&self, rays: &[Ray], hits: &mut [bool]) {
-        self.chunks(rays, hits, |rays, hits| {
-            self.bvh.any_batch(&Fixed::default(), rays, hits);
+        self.chunks(rays, hits, |_, lines, hits| {
+            self.bvh.query().once().any_batch_into(lines, hits);
         });
     }
 
-    /// Every hit of a ray, in order of t; of equal t, of the triangles.
+    /// Every hit of a ray, by t, then by triangle.
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
-        let ray = self.grid.ray(ray).unwrap_or(self.never);
-        self.bvh.all(&Fixed::default(), &ray)
+        self.crossings(ray).into_iter().map(|crossing| crossing.hit).collect()
     }
 
     /// The same, and from which side the ray crosses.
     pub(crate) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
-        self.bvh.all_crossings(&Fixed::default(), &ray)
+        let mut crossings = self.bvh.crossings(ray.to_f32());
+        for Crossing { hit, .. } in &mut crossings {
+            hit.t = ray.t_of_caller(hit.t);
+        }
+        crossings
     }
 
-    /// Snaps rays to the grid and asks for their answers, in chunks that stay in the cache.
+    /// Snaps rays to the grid and traces them there, in chunks that stay in the cache: `trace` gets the snapped rays,
+    /// and the same in f32.
     fn chunks<T: Send>(
         &self,
         rays: &[Ray],
         answers: &mut [T],
-        ask: impl Fn(&[Snapped], &mut [T]) + Sync,
+        trace: impl Fn(&[Snapped], &[Ray], &mut [T]) + Sync,
     ) {
         let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
-        let buffer = || vec![self.never; CHUNK];
-        chunks.for_each_init(buffer, |snapped, (rays, answers)| {
+        let buffers = || (vec![self.never; CHUNK], Vec::with_capacity(CHUNK));
+        chunks.for_each_init(buffers, |(snapped, lines), (rays, answers)| {
             let snapped = &mut snapped[..rays.len()];
             self.grid.rays(rays, snapped, |_, _| self.never);
-            ask(snapped, answers);
+            lines.clear();
+            lines.extend(snapped.iter().map(|ray| *ray.to_f32()));
+            trace(snapped, lines, answers);
         });
     }
 

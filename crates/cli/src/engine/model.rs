@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use intertri_scene::{Coordinate, Mesh, Note, Notes, Rounding, load_model};
-use intertri_trace::{Bvh, Given, LoadError, SAVED_MAGIC};
+use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 use serde::Serialize;
 
 use crate::engine::memory::{filled, room};
@@ -37,7 +37,7 @@ enum Content {
 }
 
 /// A model in the scalar in which it is traced.
-pub(crate) struct ModelIn<S: Given> {
+pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) mesh: Mesh<S>,
     /// The hierarchy over it, if that was saved in this scalar.
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
@@ -167,24 +167,24 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
 }
 
 /// Loads a saved hierarchy, several meshes as one, so that hits have the numbers of its triangles.
-fn saved<S: Given>(path: &Path) -> Result<Bvh<S>> {
+fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())
 }
 
 /// The model of a hierarchy that was saved in the scalar that is asked for.
-fn with_bvh<S: Coordinate + Given>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
+fn with_bvh<S: Coordinate + BvhScalar>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
     let mesh = mesh(&bvh)?;
     Ok(ModelIn { bvh: Some(Arc::new(bvh)), ..of_mesh(mesh, Rounding::default()) })
 }
 
 /// The model of a mesh.
-fn of_mesh<S: Given>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
+fn of_mesh<S: BvhScalar>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
     ModelIn { mesh, bvh: None, rounding, notes: ModelNotes::default() }
 }
 
 /// A mesh in another scalar.
-fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
+fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
     // Vertices that no triangle has may be anything.
     let mut is_used = filled(mesh.positions.len(), false, "vertices")?;
     mesh.triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
@@ -211,7 +211,7 @@ fn in_scalar<S: Coordinate, T: Coordinate + Given>(mesh: Mesh<S>) -> Result<Mode
 
 /// The triangles of a hierarchy, each with positions of its own. One that is not finite is not kept there: it
 /// becomes a point of another, so that it changes no bounds.
-fn mesh<S: Coordinate + Given>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
+fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();
     let Some(kept) = triangles.iter().map(|triangle| &triangle.0).find(is_kept) else {

@@ -14,8 +14,6 @@ pub(crate) enum EngineName {
     Exact,
     /// f32 lanes under a proven bound, f64 where it cannot decide; a hierarchy
     Certified,
-    /// f64 lanes; a hierarchy
-    Double,
     /// Integers: exact on a grid that the scene is snapped to (--grid), and so another scene's
     /// answers by a rounding; a hierarchy
     Fixed,
@@ -29,7 +27,7 @@ pub(crate) enum EngineName {
 
 impl EngineName {
     /// Why the rasterizer is not asked for rays.
-    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, double, fixed, reference or oracle";
+    pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, fixed, reference or oracle";
 
     /// Whether it answers for the real numbers that the coordinates are.
     pub(crate) fn is_exact(self) -> bool {
@@ -38,7 +36,7 @@ impl EngineName {
 
     /// Whether it has the threshold of document A.
     pub(crate) fn has_threshold(self) -> bool {
-        matches!(self, Self::Certified | Self::Double | Self::Reference | Self::Raster)
+        matches!(self, Self::Certified | Self::Reference | Self::Raster)
     }
 }
 

@@ -80,7 +80,7 @@ fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> 
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Exact, Mode, Ray};
+    use intertri::{Mode, Ray};
     use intertri_lab::families::adversarial;
     use intertri_lab::rng::Rng;
 
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn it_answers_as_the_mode_does_over_all_triangles() {
         let mut rng = Rng::new(71);
-        let (mode, mut hits) = (Exact::default(), 0);
+        let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
             // Some lie twice, so that t is equal.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use intertri::{Certified, Counts, Crossing, Double, Exact, Hit, Ray, Triangle};
+use intertri::{Counts, Crossing, Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 
 use crate::engine::fixed::FixedScene;
@@ -12,9 +12,8 @@ use crate::engine::tracer::Tracer;
 
 /// An engine that answers for coordinates in f32.
 pub(crate) enum RayEngine {
-    Exact(Arc<Bvh>, Exact),
-    Certified(Arc<Bvh>, Certified),
-    Double(Arc<Bvh>, Double),
+    /// A hierarchy, in a mode.
+    Hierarchy(Arc<Bvh>, Mode),
     Fixed(Arc<FixedScene>),
     Reference(ReferenceScene),
     Oracle(Vec<Triangle>),
@@ -31,7 +30,11 @@ impl Tracer for RayEngine {
     }
 
     fn is_exact(&self) -> bool {
-        matches!(self, Self::Exact(..) | Self::Oracle(_))
+        match self {
+            Self::Hierarchy(_, mode) => *mode == Mode::exact(),
+            Self::Oracle(_) => true,
+            Self::Fixed(_) | Self::Reference(_) => false,
+        }
     }
 
     fn place(&self, point: [f32; 3]) -> [f32; 3] {
@@ -47,9 +50,7 @@ impl Tracer for RayEngine {
 
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]) -> Counts {
         match self {
-            Self::Exact(bvh, mode) => bvh.closest_batch(mode, rays, hits),
-            Self::Certified(bvh, mode) => bvh.closest_batch(mode, rays, hits),
-            Self::Double(bvh, mode) => bvh.closest_batch(mode, rays, hits),
+            Self::Hierarchy(bvh, mode) => bvh.query().mode(*mode).closest_batch_into(rays, hits),
             Self::Fixed(scene) => {
                 scene.closest(rays, hits);
                 Counts::default()
@@ -67,9 +68,7 @@ impl Tracer for RayEngine {
 
     fn any(&self, rays: &[Ray], hits: &mut [bool]) -> Counts {
         match self {
-            Self::Exact(bvh, mode) => bvh.any_batch(mode, rays, hits),
-            Self::Certified(bvh, mode) => bvh.any_batch(mode, rays, hits),
-            Self::Double(bvh, mode) => bvh.any_batch(mode, rays, hits),
+            Self::Hierarchy(bvh, mode) => bvh.query().mode(*mode).any_batch_into(rays, hits),
             Self::Fixed(scene) => {
                 scene.any(rays, hits);
                 Counts::default()
@@ -87,9 +86,7 @@ impl Tracer for RayEngine {
 
     fn all(&self, ray: &Ray) -> Vec<Hit> {
         match self {
-            Self::Exact(bvh, mode) => bvh.all(mode, ray),
-            Self::Certified(bvh, mode) => bvh.all(mode, ray),
-            Self::Double(bvh, mode) => bvh.all(mode, ray),
+            Self::Hierarchy(bvh, mode) => bvh.query().mode(*mode).all(ray),
             Self::Fixed(scene) => scene.all(ray),
             Self::Reference(scene) => scene.all(ray),
             Self::Oracle(triangles) => oracle::all(triangles, ray),
@@ -98,9 +95,9 @@ impl Tracer for RayEngine {
 
     fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         match self {
-            Self::Exact(bvh, mode) => bvh.crossings(mode, ray),
+            Self::Hierarchy(bvh, _) => bvh.crossings(ray),
             Self::Fixed(scene) => scene.crossings(ray),
-            _ => Vec::new(),
+            Self::Reference(_) | Self::Oracle(_) => Vec::new(),
         }
     }
 }

@@ -155,7 +155,7 @@ impl RenderReport {
         if self.tests > 0 {
             let share = self.undecided as f64 / self.tests as f64 * 100.0;
             let how = match self.engine {
-                EngineName::Certified | EngineName::Double => "in f64",
+                EngineName::Certified => "in f64",
                 _ => "exactly",
             };
             writeln!(f, "{:>12} tests, {share:.4} % settled {how}", grouped(self.tests))?;

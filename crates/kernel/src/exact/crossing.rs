@@ -13,7 +13,12 @@ use crate::packet::RayLanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Who owns an edge.
+/// Which triangles own an edge or a corner that they share.
+///
+/// ```
+/// use intertri::{Mode, Rule};
+/// assert_eq!(Mode::once().rule(), Some(Rule::Once));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// Each triangle that it belongs to: the ray meets the closed triangle.

@@ -66,9 +66,9 @@ use core::cmp::Ordering;
 
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray meets a closed triangle within its interval: edges and corners belong to it.
-pub fn hit<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
-    crossing_from(Tier::Float, Rule::Closed, ray, triangle).is_some()
+/// Whether a ray meets a triangle within its interval, by a rule for who owns its edges and corners.
+pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }
 
 /// The side from which a ray crosses a triangle within its interval, if it does: each point of a mesh belongs to one

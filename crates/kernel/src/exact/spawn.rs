@@ -21,25 +21,25 @@ use crate::simd::Vec3;
 use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 
 /// A ray in direction `dir` from where another ray hit a triangle. It never hits that triangle in the mode
-/// [`Exact`](crate::Exact), whatever the direction.
+/// [`Mode::exact`](crate::Mode::exact), whatever the direction.
 ///
 /// It starts at the point with the hit's weights, rounded to the scalar, or beside it on the side to which `dir` goes:
 /// along each axis no farther from the true point than six units in the last place of its largest coordinate, or
 /// `2^-46` of the triangle's largest coordinate if that is more. It may miss what is nearer than that, and it may start
-/// farther away if the weights are not those of [`Exact`](crate::Exact). Its interval is all of `t > 0`. Near an edge it
+/// farther away if the weights are not those of [`Mode::exact`](crate::Mode::exact). Its interval is all of `t > 0`. Near an edge it
 /// may hit the triangle on the other side of it: to ask whether two points see each other, take `Bvh::visible` of
 /// `intertri-trace`.
 ///
 /// If the hit is a miss, or no start can be found, the origin is NaN: the ray hits nothing, whatever its interval.
 ///
 /// ```
-/// use intertri::{Exact, Mode, Ray, Triangle, spawn_ray};
+/// use intertri::{Mode, Ray, Triangle, spawn_ray};
 /// let slope = Triangle::new([0.0, 0.1, 0.3], [7.0, 0.2, 0.4], [0.3, 6.0, 1.7]);
 /// let ray = Ray::new([1.3, 1.1, 9.0], [0.1, 0.07, -1.0]);
-/// let hit = Exact::default().closest(&[slope], &ray).unwrap();
+/// let hit = Mode::exact().closest(&[slope], &ray).unwrap();
 /// for dir in [[0.0, 0.3, 1.0], [0.0, 0.3, -1.0]] {
 ///     let next = spawn_ray(&hit, &slope, dir);
-///     assert!(!Exact::default().any(&[slope], &next));
+///     assert!(!Mode::exact().any(&[slope], &next));
 ///     assert!((0..3).all(|k| (f64::from(next.origin[k]) - hit.point(&ray)[k]).abs() < 1e-6));
 /// }
 /// ```
@@ -101,11 +101,11 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
 /// It ends as far from the target as it starts from the hit, and by the rounding of its direction.
 ///
 /// ```
-/// use intertri::{Exact, Mode, Ray, Triangle, spawn_ray_to};
+/// use intertri::{Mode, Ray, Triangle, spawn_ray_to};
 /// let floor = Triangle::new([-9.0, 0.1, -9.0], [9.0, 0.2, -9.0], [0.0, 0.3, 9.0]);
-/// let hit = Exact::default().closest(&[floor], &Ray::new([0.3, 5.0, 0.1], [0.1, -1.0, 0.2])).unwrap();
+/// let hit = Mode::exact().closest(&[floor], &Ray::new([0.3, 5.0, 0.1], [0.1, -1.0, 0.2])).unwrap();
 /// let to_light = spawn_ray_to(&hit, &floor, [3.0, 7.0, 1.0]);
-/// assert!(!Exact::default().any(&[floor], &to_light));
+/// assert!(!Mode::exact().any(&[floor], &to_light));
 /// // What is behind the light casts no shadow.
 /// assert_eq!(to_light.t_max, 1.0);
 /// ```

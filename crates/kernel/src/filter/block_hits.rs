@@ -1,26 +1,25 @@
 //! All hits of a ray with a block of triangles, as far as the filter tells.
 
-use crate::intersect::{Counts, PreparedRay, Test};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
 
-use super::Filter;
-use super::decided::Decided;
 use super::edges::{Edges, Rays, Triangles};
+use super::verdicts::Verdicts;
+use super::{Counts, Filter, PreparedRay};
 
 /// What a ray does to the triangles of a block. A lane that is in neither mask is a miss.
 ///
 /// ```
 /// use intertri::internal::BlockHits;
 /// use intertri::simd::{Simd, WithSimd, dispatch};
-/// use intertri::{Counts, Exact, LaneQueries, Mode, Ray, Triangle, TriangleBlock};
+/// use intertri::{Counts, Mode, Ray, Triangle, TriangleBlock};
 ///
 /// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Ray);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Option<BlockHits>;
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Self::Output {
-///         let (test, counts) = (Exact::default().test(), &mut Counts::default());
+///         let (test, counts) = (Mode::exact().filter(), &mut Counts::default());
 ///         test.block_hits_in::<S>(&test.prepare_ray(self.1), self.0, self.1.t_max, counts)
 ///     }
 /// }
@@ -53,17 +52,17 @@ impl Filter<'_> {
     #[inline(always)]
     pub fn block_hits_in<S: Simd>(
         &self,
-        ray: &PreparedRay<Self>,
+        ray: &PreparedRay,
         block: &TriangleBlock<8>,
         far: f32,
         counts: &mut Counts,
     ) -> Option<BlockHits> {
         let (triangles, live) = (Triangles::<S::F32x8>::of_block(block, self.room), block.live());
-        let rays = Rays::splat(&ray.constants);
+        let rays = Rays::splat(&ray.lanes);
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(&triangles, &rays);
         let far = Lanes::splat(far);
-        let Decided { hit, undecided, t_lo, t_hi } =
+        let Verdicts { hit, undecided, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
         if hit | undecided == 0 {
             return None;

@@ -74,17 +74,8 @@ pub(super) const NORM_UP: f32 = 1.0 + 16.0 * U;
 /// See [`NORM_UP`]: 2^-49.
 pub(super) const NORM_ADD: f32 = f32::from_bits((127 - 49) << 23);
 
-/// A linear form of the direction, rounded to f32, is within `FORM |form|₂ |d|₂`.
-pub(super) const FORM: f32 = 4.25 * U;
-
 /// The reference's own noise, relative to `|d|₂ h (|A|₂ + h)`, and what f64 loses in a view.
 pub(super) const NOISE: f32 = 0.25 * U;
-
-/// A beam reaches this share of its largest number farther than half its width.
-pub(super) const BEAM_REACH: f32 = 4.0 * U;
-
-/// Below `-BEAM` times a beam's length the most that a form comes to is surely negative for all its rays.
-pub(super) const BEAM: f32 = 3.0;
 
 /// On a projection no point is farther from the middle than this, in x or in y.
 pub(super) const SCREEN_EDGE: f32 = 0.5;

@@ -17,9 +17,9 @@ use crate::simd::{Lanes, Mask};
 use crate::{Ray, Threshold, Triangle, TriangleOf};
 
 use super::bound;
-use super::decided::Decided;
 use super::longest_edge::longest_edge;
 use super::room::Room;
+use super::verdicts::Verdicts;
 
 /// Triangles as lanes, with what the filter asks of them.
 #[derive(Clone, Copy)]
@@ -67,7 +67,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
 
     /// From the corners and the longest edge.
     #[inline(always)]
-    pub(super) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
+    pub(crate) fn new([c1, c2, c3]: [Vec3<F>; 3], h: F) -> Self {
         Self::of_edges([c1, c1 - c2, c3 - c1], h)
     }
 
@@ -206,14 +206,6 @@ impl<F: Copy> Rays<F> {
     #[inline(always)]
     pub(super) fn off(&self) -> F {
         self.off
-    }
-    #[inline(always)]
-    pub(super) fn above(&self) -> F {
-        self.above
-    }
-    #[inline(always)]
-    pub(super) fn below(&self) -> F {
-        self.below
     }
 }
 
@@ -384,7 +376,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         far: F,
         live: u32,
         (threshold, room): (Threshold, &Room),
-    ) -> Decided<F> {
+    ) -> Verdicts<F> {
         let splat = F::splat;
         let Self { den, least, .. } = *self;
         let sure = self.sure();
@@ -394,7 +386,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
-        let nothing = Decided { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
+        let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
             // A single number is compared without a minimum, which WebAssembly takes by a branch, and most triangles
             // need no plane. Of several side by side rarely all are outside.
@@ -438,7 +430,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             hit |= (maybe & clear & inside).bits() & undecided;
             undecided &= maybe.bits() & !hit;
         }
-        Decided { hit, undecided, t_lo, t_hi }
+        Verdicts { hit, undecided, t_lo, t_hi }
     }
 }
 

@@ -1,4 +1,4 @@
-//! What the filter goes by, laid open, so that its bounds can be held against exact arithmetic.
+//! The numbers by which the filter decides, laid open, so that tests can compare its bounds with exact arithmetic.
 
 use crate::packet::{Copy32, TriangleBlock};
 use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
@@ -88,7 +88,7 @@ impl Evidence {
     }
 
     /// The same for copies of what is given in f64, whose corners are no farther from the origin than `reach`, as a sum
-    /// of coordinates; of the precheck there is nothing to tell.
+    /// of coordinates; the precheck's numbers mean nothing then.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));

@@ -4,27 +4,24 @@
 //! ```text
 //!   rays, triangles ──► filter (f32, 8 lanes) ──► surely a miss   nearly all, by their edges
 //!                                            ├──► surely a hit    t lies in an f32 interval; its f64
-//!                                            │                    bits only where somebody needs them
+//!                                            │                    bits are computed where they are needed
 //!                                            └──► undecided       about 1 in 10,000: to the resolver
 //! ```
 //!
-//! Three forms: any rays and triangles ([`edges`], after a [`precheck`]); rays that share an origin
-//! ([`shared_origin`]), a whole packet at once ([`beam`]); and bundles of such rays, projected
+//! Two forms: any rays and triangles ([`edges`]), and bundles of rays that share an origin, projected
 //! ([`projection`]).
 
-mod beam;
 mod block_hits;
 mod bound;
-mod decided;
 mod edges;
 mod evidence;
 mod longest_edge;
 mod parallel_rays;
 mod precheck;
+mod prepared;
 pub(crate) mod projection;
 mod room;
-mod shared_origin;
-mod shared_origin_list;
+mod verdicts;
 #[cfg(all(test, feature = "std"))]
 mod worst;
 
@@ -32,23 +29,45 @@ pub use block_hits::BlockHits;
 pub use edges::{Rays, Triangles};
 pub use evidence::Evidence;
 pub use parallel_rays::{AlongAxis, Axis, LaneHits};
-pub use precheck::{Constants, Precheck};
-pub use shared_origin::SharedOriginBlock;
+pub use prepared::{PreparedPacket, PreparedRay, PreparedTriangle};
+pub use room::Room;
+pub use verdicts::Counts;
+pub(crate) use verdicts::Verdicts;
 
-use crate::intersect::{ClosestHits, Counts, Found, PreparedPacket, Test, closest_of};
-use crate::packet::{RayPacket, TriangleBlock};
+use crate::Threshold;
+use crate::exact::Rule;
+use crate::packet::TriangleBlock;
 use crate::resolve::{Originals, Resolver};
-use crate::simd::{Lane, Lanes, Level, Mask, Simd, Vec3, Width};
-use crate::{Ray, Threshold, Triangle};
+use crate::simd::{Lanes, Level, Simd};
 
-use beam::Beam;
-use decided::found;
 use edges::Edges;
 use projection::{Frame, Outlines, Points, Starts};
-pub use room::Room;
-use shared_origin_list::SharedOriginList;
 
-/// f32 lanes under a proven bound, and a resolver for what they leave undecided.
+/// f32 lanes under a proven bound, and a resolver for what they leave undecided: the test of a mode, for loops of your
+/// own over packets and blocks. [`Mode::filter`](crate::Mode::filter) makes one.
+///
+/// Enter a loop by [`WithSimd`](crate::simd::WithSimd), which compiles it for each level of instructions. A
+/// [`TriangleId`](crate::TriangleId) is a triangle's own number, which breaks ties; a [`LeafSlot`](crate::LeafSlot) is
+/// where you store the triangle, and `find` closures get it back.
+///
+/// ```
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Counts, Filter, Mode, Ray, Triangle, TriangleBlock};
+///
+/// /// Which of up to eight triangles a ray hits.
+/// struct Hits<'a>(Filter<'a>, &'a Ray, &'a TriangleBlock<8>);
+/// impl WithSimd for Hits<'_> {
+///     type Output = u32;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> u32 {
+///         self.0.block_in::<S, 8>(self.1, self.2, &mut Counts::default()).bits
+///     }
+/// }
+///
+/// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+/// let (ray, block) = (Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]), TriangleBlock::new(&[at(1.0), at(-1.0)]));
+/// assert_eq!(dispatch(Hits(Mode::exact().filter(), &ray, &block)), 0b01);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Filter<'a> {
     threshold: Threshold,
@@ -65,24 +84,25 @@ impl<'a> Filter<'a> {
         Self { threshold, resolver: Resolver::Document(threshold.get()), level, room: &Room::NONE }
     }
 
-    /// For rays and triangles of one grid, in f32: what these decide of integers that they hold exactly
-    /// is so, and of the rest the integers decide (`docs/numerics/certified.md`, section 10).
-    #[inline]
-    pub fn on_grid(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Grid, level, room: &Room::EXACT }
-    }
-
     /// For any rays and triangles, right on their coordinates (`docs/numerics/exact.md`).
     #[inline]
-    pub fn exact(level: Level) -> Self {
-        Self { threshold: Threshold::ZERO, resolver: Resolver::Exact, level, room: &Room::EXACT }
+    pub fn exact(rule: Rule, level: Level) -> Self {
+        let resolver = Resolver::Exact(rule);
+        Self { threshold: Threshold::ZERO, resolver, level, room: &Room::EXACT }
     }
 
-    /// For copies of what is given in f64, right on the originals (`docs/numerics/f64.md`), with room for their
-    /// rounding.
+    /// For f32 copies of coordinates given in f64, right on the originals (`docs/numerics/f64.md`), with room for
+    /// the rounding of the copies.
+    #[doc(hidden)]
     #[inline]
     pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {
         Self { threshold: Threshold::ZERO, resolver: Resolver::Originals(originals), level, room }
+    }
+
+    /// The level of instructions to run on.
+    #[inline]
+    pub fn level(&self) -> Level {
+        self.level
     }
 
     /// What settles undecided pairs.
@@ -96,157 +116,39 @@ impl<'a> Filter<'a> {
     pub fn threshold(&self) -> Threshold {
         self.threshold
     }
-}
 
-impl Test for Filter<'_> {
-    type Rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Rays<F>;
-    type Triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>> = Triangles<F>;
-    type Constants = Constants;
-    type Precheck<F: Lanes<Scalar = f32>> = Precheck<F>;
-    type Ray = Rays<f32>;
-
+    /// What to leave for rounding.
     #[inline(always)]
-    fn level(&self) -> Level {
-        self.level
+    pub(crate) fn room(&self) -> &'a Room {
+        self.room
     }
 
+    /// A t below which a hit surely lies before the far end of a ray: the end itself, where that is known exactly.
     #[inline(always)]
-    fn resolver(&self) -> Resolver<'_> {
-        self.resolver
-    }
-
-    #[inline(always)]
-    fn sure_end(&self, t_max: f32) -> f32 {
-        // That of a copy is rounded up.
+    pub(crate) fn sure_end(&self, t_max: f32) -> f32 {
+        // The end of a copied ray is rounded up.
         if self.room.copies { t_max.next_down() } else { t_max }
     }
 
+    /// Which of the `live` lanes are hits with `t_min <= t` and, surely or perhaps, `t <= far`.
     #[inline(always)]
-    fn rays<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
-        &self,
-        packet: &RayPacket<N>,
-    ) -> Rays<F> {
-        Rays::of_packet(packet, self.threshold, self.room)
-    }
-
-    #[inline(always)]
-    fn ray(&self, ray: &Ray) -> Rays<f32> {
-        Rays::of_ray(ray, self.threshold, self.room)
-    }
-
-    #[inline(always)]
-    fn one_ray<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(&self, ray: &Rays<f32>) -> Rays<F> {
-        Rays::splat(ray)
-    }
-
-    #[inline(always)]
-    fn triangles<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>, const N: usize>(
-        &self,
-        block: &TriangleBlock<N>,
-    ) -> Triangles<F> {
-        Triangles::of_block(block, self.room)
-    }
-
-    #[inline(always)]
-    fn triangles_of_corners<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
-        &self,
-        corners: [Vec3<F>; 3],
-        longest_edges: Option<F>,
-    ) -> Triangles<F> {
-        match longest_edges {
-            Some(longest_edges) => Triangles::new(corners, longest_edges),
-            None => Triangles::of_corners(corners),
-        }
-    }
-
-    #[inline(always)]
-    fn constants(&self, triangle: &Triangle) -> Constants {
-        Constants::new(triangle)
-    }
-
-    #[inline(always)]
-    fn one_triangle<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
-        &self,
-        triangle: &Triangle,
-        constants: &Constants,
-    ) -> Triangles<F> {
-        Triangles::splat(triangle, constants.h)
-    }
-
-    #[inline(always)]
-    fn precheck<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
-        &self,
-        rays: &Rays<F>,
-    ) -> Precheck<F> {
-        Precheck::new(rays)
-    }
-
-    #[inline(always)]
-    fn maybe<F: Lanes<Scalar = f32>>(
-        &self,
-        triangle: &Constants,
-        precheck: &Precheck<F>,
-        live: F::Mask,
-    ) -> bool {
-        (!precheck.sure_miss(triangle) & live).any()
-    }
-
-    #[inline(always)]
-    fn test<F: Lanes<Scalar = f32>, D: Lanes<Scalar = f64>>(
+    pub(crate) fn test<F: Lanes<Scalar = f32>>(
         &self,
         triangles: &Triangles<F>,
         rays: &Rays<F>,
         far: F,
         live: u32,
         counts: &mut Counts,
-    ) -> Option<Found<F, D>> {
+    ) -> Verdicts<F> {
         counts.tests += u64::from(live.count_ones());
         let edges = Edges::new(triangles, rays);
-        let decided = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
-        Some(found(&decided, counts))
+        let verdicts = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
+        counts.undecided += u64::from(verdicts.undecided.count_ones());
+        verdicts
     }
 }
 
 impl Filter<'_> {
-    /// Eight triangles as they are seen from the origin that rays share (document D): computed once,
-    /// it makes each ray's test three dot products.
-    ///
-    /// An example stands at [`SharedOriginBlock`].
-    #[inline(always)]
-    pub fn shared_origin_in<S: Simd>(
-        &self,
-        block: &TriangleBlock<8>,
-        origin: [f32; 3],
-    ) -> SharedOriginBlock {
-        SharedOriginBlock::new::<S::F64x8>(block, origin, self.threshold.get())
-    }
-
-    /// [`LaneQueries::packet_closest_of_in`](crate::LaneQueries::packet_closest_of_in) for rays that all
-    /// start at the origin of the blocks; index and place of the i-th triangle are `first + i`, every
-    /// block but the last full. The packet is held against eight triangles at once before its rays are:
-    /// what it cannot reach at all costs little if its rays are alike.
-    ///
-    /// An example stands at [`SharedOriginBlock`].
-    #[inline(always)]
-    pub fn shared_origin_closest_in<S: Simd, const N: usize>(
-        &self,
-        rays: &PreparedPacket<'_, Self, S, N>,
-        blocks: &[SharedOriginBlock],
-        first: u32,
-        find: impl Fn(u32) -> Triangle,
-        live: u32,
-        closest: &mut ClosestHits<<Lane<N> as Width>::F<S>, N>,
-        counts: &mut Counts,
-    ) where
-        Lane<N>: Width,
-    {
-        let (resolver, packet, rays) = (self.resolver, rays.packet(), rays.lanes());
-        let beam = Beam::of::<_, N>(rays);
-        let list =
-            SharedOriginList::<S, _, N> { resolver, packet, rays, beam, blocks, first, find, live };
-        closest_of(&list, live, closest, counts);
-    }
-
     /// The triangles of one block or two as a frame projects them, for rays none of which has a smaller
     /// z than `slowest`. Those of the second begin at lane 8.
     ///
@@ -266,6 +168,7 @@ impl Filter<'_> {
     }
 
     /// Whether rays and triangles are copies of what is given in f64.
+    #[doc(hidden)]
     #[inline]
     pub fn is_of_copies(&self) -> bool {
         self.room.copies

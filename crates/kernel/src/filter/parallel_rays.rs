@@ -10,13 +10,12 @@
 //! Bound and proof: `docs/numerics/exact.md`, section 10.
 
 use crate::Ray;
-use crate::intersect::{Counts, PreparedPacket, Test};
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd, Vec3};
 
-use super::decided::Decided;
 use super::edges::{Edges, Rays, Triangles};
-use super::{Filter, bound};
+use super::verdicts::Verdicts;
+use super::{Counts, Filter, PreparedPacket, bound};
 
 /// The axis of parallel rays.
 #[derive(Clone, Copy)]
@@ -31,7 +30,7 @@ pub struct Axis {
 /// ```
 /// use intertri::internal::{AlongAxis, LaneHits};
 /// use intertri::simd::{Simd, Vec3, WithSimd, dispatch};
-/// use intertri::{Counts, Exact, LaneQueries, Mode, Ray, RayPacket, Triangle, TriangleBlock};
+/// use intertri::{Counts, Mode, Ray, RayPacket, Triangle, TriangleBlock};
 ///
 /// /// Rays up from a row of points, around an axis at x = 0.
 /// struct Up<'a>(&'a [Ray], &'a TriangleBlock<8>);
@@ -39,7 +38,7 @@ pub struct Axis {
 ///     type Output = (u32, u32, LaneHits);
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Self::Output {
-///         let (test, packet, mut along) = (Exact::default().test(), RayPacket::new(self.0), AlongAxis::default());
+///         let (test, packet, mut along) = (Mode::exact().filter(), RayPacket::new(self.0), AlongAxis::default());
 ///         let axis = test.axis(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]), [0.5, 0.0, 0.0], 1.0);
 ///         let reached = test.along_in::<S>(&axis, self.1, &mut along);
 ///         let maybe = along.maybe_in::<S>(1, &Vec3::load(&packet.origin));
@@ -145,7 +144,7 @@ impl Filter<'_> {
     #[inline(always)]
     pub fn lane_hits_in<S: Simd>(
         &self,
-        rays: &PreparedPacket<'_, Self, S, 16>,
+        rays: &PreparedPacket<'_, S, 16>,
         block: &TriangleBlock<8>,
         lane: usize,
         live: u32,
@@ -153,9 +152,9 @@ impl Filter<'_> {
     ) -> LaneHits {
         let triangle = Triangles::<S::F32x16>::of_lane(block, lane, self.room);
         counts.tests += u64::from(live.count_ones());
-        let (packet, rays) = (rays.packet(), rays.lanes());
+        let (packet, rays) = (rays.packet, &rays.lanes);
         let (edges, far) = (Edges::new(&triangle, rays), Lanes::load(&packet.t_max));
-        let Decided { hit, undecided, t_hi, .. } =
+        let Verdicts { hit, undecided, t_hi, .. } =
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 

@@ -1,4 +1,4 @@
-//! The precheck: do rays of any origin surely miss a triangle?
+//! The precheck of packets: do rays of any origin surely miss a triangle?
 //!
 //! ```text
 //!   V/h = v·d + h5/h·m     with the moments   v = h5 × c1 / h         of an edge
@@ -7,9 +7,9 @@
 //!   U = D - V - W          a miss: two of them have different signs
 //! ```
 //!
-//! No translation, and all that is asked of a triangle are sixteen numbers. The price is an error that
-//! goes with the distances from the world's origin. A precheck may afford that: what it lets through,
-//! the filter decides. Bound and proof: `docs/numerics/certified.md`.
+//! It needs no translation, and sixteen numbers of a triangle. The price is an error that grows with the distances
+//! from the world's origin. A precheck can afford that: the filter decides what it lets through. Bound and proof:
+//! `docs/numerics/certified.md`, section 8.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;
@@ -23,9 +23,9 @@ use super::room::Room;
 /// What is computed from a triangle once.
 //
 // What every precheck needs fills one cache line.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-pub struct Constants {
+pub(crate) struct Constants {
     v: Vec3<f32>,
     w: Vec3<f32>,
     /// The edges and the normal, over h.
@@ -57,9 +57,9 @@ impl Constants {
     }
 }
 
-/// What the precheck asks of rays.
+/// What the precheck needs of rays.
 #[derive(Clone, Copy)]
-pub struct Precheck<F> {
+pub(crate) struct Precheck<F> {
     dir: Vec3<F>,
     moment: Vec3<F>,
     len: F,

@@ -73,12 +73,6 @@ impl Ray {
         Self { line: crate::Ray::new(f32s(origin), f32s(dir)), exponent: 0 }
     }
 
-    /// The ray that [`Ray::to_f32`] gave, in units of the grid.
-    #[inline(always)]
-    pub(crate) fn of_f32(line: &crate::Ray) -> Self {
-        Self { line: *line, exponent: 0 }
-    }
-
     /// The origin.
     #[inline(always)]
     pub fn origin(&self) -> [i32; 3] {

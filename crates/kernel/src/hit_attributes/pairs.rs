@@ -7,7 +7,7 @@ use crate::barycentric::Coefficients;
 use crate::document::Tri;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Simd};
-use crate::{Hit, Ray, Triangle};
+use crate::{Hit, Ray, RayOf, Scalar, Triangle, TriangleId, TriangleOf};
 
 /// Up to eight rays, each with a triangle that it is known to hit, for a loop at some level of
 /// instructions.
@@ -15,7 +15,7 @@ use crate::{Hit, Ray, Triangle};
 /// ```
 /// use intertri::internal::Pairs;
 /// use intertri::simd::{Simd, WithSimd, dispatch};
-/// use intertri::{Hit, Ray, Triangle};
+/// use intertri::{Hit, Ray, Triangle, TriangleId};
 ///
 /// struct Meet;
 /// impl WithSimd for Meet {
@@ -24,7 +24,7 @@ use crate::{Hit, Ray, Triangle};
 ///     fn run<S: Simd>(self) -> [Hit; 8] {
 ///         let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 ///         let mut pairs = Pairs::new();
-///         pairs.set(0, &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]), &triangle, 7);
+///         pairs.set(0, &Ray::new([0.25, 0.5, 0.0], [0.0, 0.0, 2.0]), &triangle, TriangleId(7));
 ///         pairs.hits_in::<S>()
 ///     }
 /// }
@@ -51,9 +51,9 @@ impl Pairs {
         Self { corners: [zero; 3], origin: zero, dir: zero, index: [0; 8] }
     }
 
-    /// Puts a ray and its triangle, whose index is `index`, into a lane of eight.
+    /// Puts a ray and its triangle into a lane of eight.
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, ray: &Ray, triangle: &Triangle, index: u32) {
+    pub fn set(&mut self, lane: usize, ray: &Ray, triangle: &Triangle, id: TriangleId) {
         for axis in 0..3 {
             for corner in 0..3 {
                 self.corners[corner][axis][lane] = triangle.0[corner][axis];
@@ -61,15 +61,15 @@ impl Pairs {
             self.origin[axis][lane] = ray.origin[axis];
             self.dir[axis][lane] = ray.dir[axis];
         }
-        self.index[lane] = index;
+        self.index[lane] = id.0;
     }
 
     /// The ray and the triangle in a lane, and the triangle's index.
     #[inline]
-    pub fn pair(&self, lane: usize) -> (Ray, Triangle, u32) {
+    pub fn pair(&self, lane: usize) -> (Ray, Triangle, TriangleId) {
         let vec3 = |rows: &[[f32; 8]; 3]| rows.each_ref().map(|row| row[lane]);
         let ray = Ray::new(vec3(&self.origin), vec3(&self.dir));
-        (ray, Triangle(self.corners.each_ref().map(vec3)), self.index[lane])
+        (ray, Triangle(self.corners.each_ref().map(vec3)), TriangleId(self.index[lane]))
     }
 
     /// Corners, origins and directions of the lanes from a place on.
@@ -131,9 +131,13 @@ fn crossing<D: Lanes<Scalar = f64>>(
 
 /// [`Pairs::hits_in`] of one pair.
 #[inline(always)]
-pub(crate) fn of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+pub(crate) fn of_pair<S: Scalar>(
+    ray: &RayOf<S>,
+    triangle: &TriangleOf<S>,
+    TriangleId(index): TriangleId,
+) -> Hit {
     let [c1, c2, c3] = triangle.0;
-    let vec3 = |[x, y, z]: [f32; 3]| Vec3::<f64>::splat([x.into(), y.into(), z.into()]);
+    let vec3 = |[x, y, z]: [S; 3]| Vec3::<f64>::splat([x.into(), y.into(), z.into()]);
     let corners = [vec3(c1), vec3(c2), vec3(c3)];
     let [t, u, v] = crossing(corners, vec3(ray.origin), vec3(ray.dir));
     Hit { t, u, v, triangle: index, geometry: 0 }

@@ -22,7 +22,7 @@ use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 /// ```
 /// use intertri::internal::{HitCoefficients, SharedOriginHit};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
-/// use intertri::{Certified, Hit, Mode, Ray, Triangle, TriangleBlock};
+/// use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 ///
 /// struct Meet<'a>(&'a TriangleBlock<8>, &'a Ray);
 /// impl WithSimd for Meet<'_> {
@@ -40,7 +40,7 @@ use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let (eight, ray) = ([at(5.0); 8], Ray::new([0.25, 0.5, 0.0], [-0.05, 0.0, 2.0]));
 /// let hit = dispatch(Meet(&TriangleBlock::new(&eight), &ray));
-/// assert_eq!(Some(hit), Certified::default().closest(&eight, &ray));
+/// assert_eq!(Some(hit), Mode::certified().closest(&eight, &ray));
 /// ```
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]

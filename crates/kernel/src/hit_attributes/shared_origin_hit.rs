@@ -6,8 +6,7 @@ use crate::simd::Simd;
 /// A triangle as it is seen from one origin, ready to tell where a ray from there meets it: by the document's
 /// operations, or exactly.
 ///
-/// Examples stand at [`HitCoefficients`](super::HitCoefficients) and
-/// [`fixed::HitCoefficients`](crate::fixed::HitCoefficients).
+/// An example stands at [`HitCoefficients`](super::HitCoefficients).
 pub trait SharedOriginHit: Copy + Default {
     /// Eight triangles: `corners[k][axis][lane]` is of corner k+1.
     fn eight_in<S: Simd>(

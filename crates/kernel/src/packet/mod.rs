@@ -226,7 +226,7 @@ impl TriangleBlock<8> {
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
-    /// use intertri::{Exact, Mode, Ray, Triangle, TriangleBlock};
+    /// use intertri::{Mode, Ray, Triangle, TriangleBlock};
     ///
     /// struct Without<'a>(&'a TriangleBlock<8>, u32);
     /// impl WithSimd for Without<'_> {
@@ -239,7 +239,7 @@ impl TriangleBlock<8> {
     /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
     /// let block = dispatch(Without(&TriangleBlock::new(&[at(5.0), at(3.0)]), 0b10));
     /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
-    /// assert!(Exact::default().block(&ray, &block).iter().eq([(0, 5.0)]));
+    /// assert!(Mode::exact().block(&ray, &block).iter().eq([(0, 5.0)]));
     /// ```
     #[inline(always)]
     pub fn of_lanes_in<S: Simd>(corners: [[[f32; 8]; 3]; 3], live: u32) -> Self {
@@ -281,10 +281,10 @@ pub struct Copy32 {
 /// The answers of a packet of rays or a block of triangles.
 ///
 /// ```
-/// use intertri::{Certified, PacketHits, Mode, Ray, Triangle, TriangleBlock};
+/// use intertri::{Mode, PacketHits, Ray, Triangle, TriangleBlock};
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let block = TriangleBlock::<4>::new(&[at(5.0), at(-1.0), at(3.0)]);
-/// let hits: PacketHits<4> = Certified::default().block(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &block);
+/// let hits: PacketHits<4> = Mode::certified().block(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &block);
 /// let nearest = hits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
 /// assert_eq!(nearest, Some((2, 3.0)));
 /// ```

@@ -8,22 +8,22 @@ use crate::simd::{Lanes, Vec3};
 
 /// Triangles prepared for many rays.
 ///
-/// The queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes anew for each ray. `Blocks` does it once,
-/// and keeps a copy of them. It answers as the slice does. For more than some hundred triangles a hierarchy is faster,
+/// Queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes for each ray. `Blocks` does it
+/// once, and keeps a copy of them. The answers are those of the slice. For more than some hundred triangles a hierarchy is faster,
 /// such as `Bvh` of the crate `intertri-trace`.
 ///
 /// ```
-/// use intertri::{Blocks, Exact, Mode, Ray, Triangle};
+/// use intertri::{Blocks, Mode, Ray, Triangle};
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let walls = [at(5.0), at(-1.0), at(3.0)];
 /// let blocks = Blocks::new(&walls);
 ///
-/// let (mode, ray) = (Exact::default(), Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]));
-/// let hit = blocks.closest(&mode, &ray).unwrap();
+/// let (mode, ray) = (Mode::exact(), Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]));
+/// let hit = blocks.closest(mode, &ray).unwrap();
 /// assert_eq!((hit.triangle, hit.t), (2, 3.0));
 /// assert_eq!(Some(hit), mode.closest(&walls, &ray));
-/// assert!(blocks.any(&mode, &ray));
-/// assert_eq!(blocks.all(&mode, &ray), mode.all(&walls, &ray));
+/// assert!(blocks.any(mode, &ray));
+/// assert_eq!(blocks.all(mode, &ray), mode.all(&walls, &ray));
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
@@ -63,7 +63,7 @@ impl Blocks {
     /// A triangle.
     ///
     /// # Panics
-    /// If there are not so many.
+    /// If the index is out of bounds.
     pub fn triangle(&self, index: usize) -> Triangle {
         assert!(index < self.len, "there are {} triangles", self.len);
         self.blocks[index / 16].0.triangle(index % 16)

@@ -1,14 +1,13 @@
-//! What users ask: queries over slices of any length, and the modes that answer them.
+//! Queries over slices of any length, and the modes that answer them.
 
 mod blocks;
-mod in_f64;
+mod document64;
+mod exact64;
 mod mode;
-mod modes;
 mod rows;
+mod slice_queries;
 mod slices;
-mod which;
 
 pub use blocks::Blocks;
 pub use mode::Mode;
-pub use modes::{Certified, Double, Exact};
-pub use which::Which;
+pub use slice_queries::SliceScalar;

@@ -1,202 +1,234 @@
-//! The queries that every mode answers.
+//! The modes, and the queries over slices that each of them answers.
 
 use alloc::vec::Vec;
 
 use super::blocks::Blocks;
 use super::rows::Rows;
-use super::which::Which;
-use crate::intersect::{Counts, LaneQueries, Prepared, Test};
+use crate::exact::Rule;
+use crate::filter::{Counts, Filter, PreparedTriangle};
 use crate::packet::{PacketHits, RayPacket, TriangleBlock};
 use crate::simd::{Lane, Level, Simd, Width, WithSimd};
-use crate::{Hit, Ray, Triangle};
+use crate::{Hit, Ray, Threshold};
 
-/// A way to decide hits.
+/// How hits are decided, and on which CPU instructions.
 ///
-/// [`Exact`](crate::Exact) is right on the coordinates as given: a triangle is hit where the true ray meets it.
-/// [`Certified`](crate::Certified) and [`Double`](crate::Double) give the same answers, those of a plain loop over
-/// the scalar f64 reference: a triangle is hit where the document's `InterTri` returns 1. In all of them a hit counts
-/// where `t_min <= t < t_max` and `t > 0`. A point on an edge or a corner belongs to every triangle that has it, as
-/// far as the mode can tell. A ray or a triangle with a NaN or an infinity is never hit, nor is a triangle without
-/// area.
+/// | mode | a triangle is hit where |
+/// | --- | --- |
+/// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
+/// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
+/// | [`Mode::certified`] | the f64 operations of document A say so, in their order: bit for bit a plain loop over that scalar reference |
 ///
-/// [`closest`](Mode::closest), [`any`](Mode::any) and [`all`](Mode::all) take slices of any length. An
-/// author of a hierarchy asks the mode's [`test`](Mode::test), within loops of their own.
+/// In every mode a hit counts where `t_min <= t < t_max` and `t > 0`. A ray or a triangle with a NaN or an infinity
+/// is never hit, nor is a triangle without area. If two triangles are hit at one t, the lower index is the closer one.
+/// Answers are the same on every CPU and at every [`Level`].
+///
+/// [`closest`](Mode::closest), [`any`](Mode::any), [`all`](Mode::all) and [`crossings`](Mode::crossings) take slices
+/// of any length, in f32 or f64; t, u and v come in f64. [`packet`](Mode::packet) and [`block`](Mode::block) take 4, 8
+/// or 16 rays or triangles side by side. If you write a hierarchy of your own, use the mode's
+/// [`filter`](Mode::filter) in its loops.
+///
+/// # Exact
+/// f32 lanes under a proven bound, and exact arithmetic where it does not decide. A hit is decided on the coordinates
+/// as given; t, u and v are the true numbers, each rounded once. No ray slips through a mesh where two of its triangles
+/// share an edge. A ray that starts on a triangle does not hit it there, and a ray parallel to a triangle does not
+/// hit it. Definition and proof: `docs/numerics/exact.md`.
 ///
 /// ```
-/// use intertri::{Mode, Ray, Triangle};
-/// /// How many triangles a ray meets, in any mode.
-/// fn depth<M: Mode>(mode: &M, triangles: &[Triangle], ray: &Ray) -> usize {
-///     mode.all(triangles, ray).len()
-/// }
+/// use intertri::{Mode, Ray, Triangle, simd::Level};
+/// // A square of two triangles, and a ray exactly through their common edge.
+/// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
+/// let square = [Triangle::new(a, b, c), Triangle::new(d, c, b)];
+/// let ray = Ray::new([0.3, 0.7, 0.0], [0.0, 0.0, 3.0]);
+/// let hit = Mode::exact().closest(&square, &ray).unwrap();
+/// assert_eq!((hit.triangle, hit.t), (0, 5.0 / 3.0));
+/// assert_eq!(Mode::exact().at(Level::PORTABLE).closest(&square, &ray), Some(hit));
+/// // Both triangles own their edge; once, only one of them does.
+/// assert_eq!((Mode::exact().all(&square, &ray).len(), Mode::once().all(&square, &ray).len()), (2, 1));
 /// ```
-pub trait Mode: Copy + Send + Sync {
-    /// How it tests rays against triangles.
-    type Test: LaneQueries + Into<Which<'static>>;
+///
+/// # Certified
+/// The same f32 lanes, and the reference's own f64 operations where they do not decide. It has the document's
+/// [`Threshold`].
+///
+/// ```
+/// use intertri::{Mode, Ray, Threshold, Triangle};
+/// // In a scene of size 1e-7 the default threshold of 1e-9 is a distance.
+/// let small = Triangle::new([0.0, 0.0, 5e-10], [1e-7, 0.0, 5e-10], [0.0, 1e-7, 5e-10]);
+/// let ray = Ray::new([2e-8, 2e-8, 0.0], [0.0, 0.0, 1.0]);
+/// assert!(!Mode::certified().any(&[small], &ray));
+/// assert!(Mode::certified_with(Threshold::new(1e-30).unwrap()).any(&[small], &ray));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    arithmetic: Arithmetic,
+    level: Level,
+}
 
-    /// The test, for loops of one's own: see [`LaneQueries`].
-    fn test(&self) -> Self::Test;
+/// What decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Arithmetic {
+    Exact(Rule),
+    Document(Threshold),
+}
 
-    /// The level of instructions that it runs on.
-    fn level(&self) -> Level {
-        self.test().level()
+impl Default for Mode {
+    fn default() -> Self {
+        Self::exact()
+    }
+}
+
+impl Mode {
+    /// Right on the coordinates as given; edges and corners belong to every triangle that has them.
+    pub fn exact() -> Self {
+        Self::of(Arithmetic::Exact(Rule::Closed))
     }
 
-    /// The closest hit; of equal t, the lowest index.
-    ///
-    /// ```
-    /// use intertri::{Certified, Mode, Ray, Triangle};
-    /// let near = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// let far = Triangle::new([0.0, 0.0, 9.0], [1.0, 0.0, 9.0], [0.0, 1.0, 9.0]);
-    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 2.0]);
-    /// let hit = Certified::default().closest(&[far, near], &ray).unwrap();
-    /// assert_eq!((hit.triangle, hit.t, hit.u, hit.v), (1, 2.5, 0.25, 0.25));
-    /// ```
-    fn closest(&self, triangles: &[Triangle], ray: &Ray) -> Option<Hit> {
-        self.test().into().closest(Rows::Slice(triangles), ray)
+    /// Right on the coordinates as given; a point on an edge or a corner belongs to one of the triangles that have it,
+    /// as if the ray's direction were moved by (ε, ε², ε³). Through a closed mesh a ray goes once where it meets an
+    /// edge.
+    pub fn once() -> Self {
+        Self::of(Arithmetic::Exact(Rule::Once))
     }
 
-    /// Whether anything is hit.
-    ///
-    /// ```
-    /// use intertri::{Certified, Mode, Ray, Triangle};
-    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
-    /// assert!(Certified::default().any(&[wall], &ray));
-    /// // The interval is open at its far end.
-    /// assert!(!Certified::default().any(&[wall], &ray.between(0.0, 5.0)));
-    /// ```
-    fn any(&self, triangles: &[Triangle], ray: &Ray) -> bool {
-        self.test().into().any(Rows::Slice(triangles), ray)
+    /// The answers of document A's f64 reference, bit for bit, with the default threshold.
+    pub fn certified() -> Self {
+        Self::certified_with(Threshold::DEFAULT)
     }
 
-    /// Every hit, in order of t; of equal t, of the index.
-    ///
-    /// ```
-    /// use intertri::{Certified, Mode, Ray, Triangle};
-    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
-    /// let ray = Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]);
-    /// let hits = Certified::default().all(&[at(5.0), at(-1.0), at(3.0)], &ray);
-    /// assert!(hits.iter().map(|hit| hit.triangle).eq([2, 0]));
-    /// ```
-    fn all(&self, triangles: &[Triangle], ray: &Ray) -> Vec<Hit> {
-        self.test().into().all(Rows::Slice(triangles), ray)
+    /// The answers of document A's f64 reference, bit for bit, with this threshold.
+    pub fn certified_with(threshold: Threshold) -> Self {
+        Self::of(Arithmetic::Document(threshold))
     }
 
-    /// [`Mode::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where
-    /// there is none. Many rays from one origin share what depends on it.
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    ///
-    /// ```
-    /// use intertri::{Certified, Hit, Mode, Ray, Triangle};
-    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// let rays = [0.25, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
-    /// let mut hits = [Hit::MISS; 2];
-    /// Certified::default().closest_batch(&[wall], &rays, &mut hits);
-    /// assert_eq!(hits.map(|hit| hit.is_hit()), [true, false]);
-    /// ```
-    fn closest_batch(&self, triangles: &[Triangle], rays: &[Ray], hits: &mut [Hit]) {
-        self.test().into().closest_batch(triangles, rays, hits);
+    fn of(arithmetic: Arithmetic) -> Self {
+        Self { arithmetic, level: Level::best() }
     }
 
-    /// A triangle with what this mode's test computes from it once.
-    ///
-    /// ```
-    /// use intertri::{Certified, Mode, Triangle};
-    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
-    /// let prepared = Certified::default().prepare(&wall);
-    /// ```
-    fn prepare(&self, triangle: &Triangle) -> Prepared<Self::Test> {
-        self.test().prepare(triangle)
+    /// The same mode at another level of instructions. The answers do not depend on it.
+    pub fn at(self, level: Level) -> Self {
+        Self { level, ..self }
     }
 
+    /// The level of instructions that it runs on: this CPU's best unless another was chosen.
+    pub fn level(self) -> Level {
+        self.level
+    }
+
+    /// The f32 filter with the mode's resolver, for loops of your own.
+    #[inline]
+    pub fn filter(self) -> Filter<'static> {
+        match self.arithmetic {
+            Arithmetic::Exact(rule) => Filter::exact(rule, self.level),
+            Arithmetic::Document(threshold) => Filter::certified(threshold, self.level),
+        }
+    }
+
+    /// Which triangles own an edge, if the mode is exact.
+    ///
+    /// ```
+    /// use intertri::{Mode, Rule};
+    /// assert_eq!(Mode::exact().rule(), Some(Rule::Closed));
+    /// assert_eq!(Mode::certified().rule(), None);
+    /// ```
+    pub fn rule(self) -> Option<Rule> {
+        match self.arithmetic {
+            Arithmetic::Exact(rule) => Some(rule),
+            Arithmetic::Document(_) => None,
+        }
+    }
+
+    pub(super) fn arithmetic(self) -> Arithmetic {
+        self.arithmetic
+    }
+}
+
+/// Rays or triangles side by side.
+impl Mode {
     /// N rays, 4, 8 or 16, against one triangle.
     ///
     /// ```
-    /// use intertri::{Certified, Mode, Ray, RayPacket, Triangle};
-    /// let mode = Certified::default();
-    /// let triangle = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
     /// let rays = [0.25, 0.75].map(|x| Ray::new([x, 0.5, 0.0], [0.0, 0.0, 1.0]));
-    /// let hits = mode.packet(&RayPacket::<4>::new(&rays), &mode.prepare(&triangle));
+    /// let hits = Mode::exact().packet(&RayPacket::<4>::new(&rays), &PreparedTriangle::new(&wall));
     /// assert_eq!((hits.bits, hits.t[0]), (0b01, 5.0));
     /// ```
-    fn packet<const N: usize>(
-        &self,
+    pub fn packet<const N: usize>(
+        self,
         rays: &RayPacket<N>,
-        triangle: &Prepared<Self::Test>,
+        triangle: &PreparedTriangle,
     ) -> PacketHits<N>
     where
         Lane<N>: Width,
     {
-        self.level().run(Packet { test: self.test(), rays, triangle })
+        self.level.run(Packet { filter: self.filter(), rays, triangle })
     }
 
     /// One ray against N triangles, 4, 8 or 16.
     ///
     /// ```
-    /// use intertri::{Certified, Mode, Ray, Triangle, TriangleBlock};
+    /// use intertri::{Mode, Ray, Triangle, TriangleBlock};
     /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
     /// let block = TriangleBlock::<8>::new(&[at(5.0), at(-1.0), at(3.0)]);
-    /// let hits = Certified::default().block(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &block);
+    /// let hits = Mode::exact().block(&Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]), &block);
     /// assert_eq!((hits.bits, hits.t[0], hits.t[2]), (0b101, 5.0, 3.0));
     /// ```
-    fn block<const N: usize>(&self, ray: &Ray, block: &TriangleBlock<N>) -> PacketHits<N>
+    pub fn block<const N: usize>(self, ray: &Ray, block: &TriangleBlock<N>) -> PacketHits<N>
     where
         Lane<N>: Width,
     {
-        self.level().run(Block { test: self.test(), ray, block })
+        self.level.run(Block { filter: self.filter(), ray, block })
     }
 }
 
 impl Blocks {
     /// [`Mode::closest`] of these triangles.
-    pub fn closest<M: Mode>(&self, mode: &M, ray: &Ray) -> Option<Hit> {
-        mode.test().into().closest(Rows::Blocks(self), ray)
+    pub fn closest(&self, mode: Mode, ray: &Ray) -> Option<Hit> {
+        super::slices::closest(mode.filter(), Rows::Blocks(self), ray)
     }
 
     /// [`Mode::any`] of these triangles.
-    pub fn any<M: Mode>(&self, mode: &M, ray: &Ray) -> bool {
-        mode.test().into().any(Rows::Blocks(self), ray)
+    pub fn any(&self, mode: Mode, ray: &Ray) -> bool {
+        super::slices::any(mode.filter(), Rows::Blocks(self), ray)
     }
 
     /// [`Mode::all`] of these triangles.
-    pub fn all<M: Mode>(&self, mode: &M, ray: &Ray) -> Vec<Hit> {
-        mode.test().into().all(Rows::Blocks(self), ray)
+    pub fn all(&self, mode: Mode, ray: &Ray) -> Vec<Hit> {
+        super::slices::all(mode.filter(), Rows::Blocks(self), ray)
     }
 }
 
-struct Packet<'a, T: Test, const N: usize> {
-    test: T,
+struct Packet<'a, const N: usize> {
+    filter: Filter<'a>,
     rays: &'a RayPacket<N>,
-    triangle: &'a Prepared<T>,
+    triangle: &'a PreparedTriangle,
 }
 
-impl<T: Test, const N: usize> WithSimd for Packet<'_, T, N>
+impl<const N: usize> WithSimd for Packet<'_, N>
 where
     Lane<N>: Width,
 {
     type Output = PacketHits<N>;
     #[inline(always)]
     fn run<S: Simd>(self) -> PacketHits<N> {
-        let rays = self.test.prepare_packet_in::<S, N>(self.rays);
-        self.test.packet_in(&rays, self.triangle, &mut Counts::default())
+        let rays = self.filter.prepare_packet_in::<S, N>(self.rays);
+        self.filter.packet_in(&rays, self.triangle, &mut Counts::default())
     }
 }
 
-struct Block<'a, T, const N: usize> {
-    test: T,
+struct Block<'a, const N: usize> {
+    filter: Filter<'a>,
     ray: &'a Ray,
     block: &'a TriangleBlock<N>,
 }
 
-impl<T: Test, const N: usize> WithSimd for Block<'_, T, N>
+impl<const N: usize> WithSimd for Block<'_, N>
 where
     Lane<N>: Width,
 {
     type Output = PacketHits<N>;
     #[inline(always)]
     fn run<S: Simd>(self) -> PacketHits<N> {
-        self.test.block_in::<S, N>(self.ray, self.block, &mut Counts::default())
+        self.filter.block_in::<S, N>(self.ray, self.block, &mut Counts::default())
     }
 }

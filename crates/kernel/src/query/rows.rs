@@ -3,8 +3,9 @@
 use bytemuck::Zeroable;
 
 use super::blocks::Blocks;
-use crate::Triangle;
+use crate::filter::Triangles;
 use crate::simd::{Lanes, Simd, Vec3};
+use crate::{LeafSlot, Triangle};
 
 /// Triangles that can be read by rows.
 #[derive(Clone, Copy)]
@@ -25,22 +26,21 @@ impl Rows<'_> {
 
     /// A triangle.
     #[inline(always)]
-    pub(super) fn triangle(self, index: u32) -> Triangle {
+    pub(super) fn triangle(self, LeafSlot(index): LeafSlot) -> Triangle {
         match self {
             Self::Slice(triangles) => triangles[index as usize],
             Self::Blocks(blocks) => blocks.triangle(index as usize),
         }
     }
 
-    /// The corners of the row that begins at a triangle, and bounds of their longest edges if these are known. Lanes
-    /// beyond the last triangle hold any numbers.
+    /// The row that begins at a triangle. Lanes beyond the last triangle hold any numbers.
     #[inline(always)]
-    pub(super) fn row<S: Simd>(self, first: usize) -> ([Vec3<S::F32s>; 3], Option<S::F32s>) {
+    pub(super) fn row<S: Simd>(self, first: usize) -> Triangles<S::F32s> {
         match self {
-            Self::Slice(triangles) => (transposed::<S>(&triangles[first..]), None),
+            Self::Slice(triangles) => Triangles::of_corners(transposed::<S>(&triangles[first..])),
             Self::Blocks(blocks) => {
                 let (corners, longest_edges) = blocks.row::<S::F32s>(first);
-                (corners, Some(longest_edges))
+                Triangles::new(corners, longest_edges)
             }
         }
     }

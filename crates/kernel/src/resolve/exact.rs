@@ -3,11 +3,12 @@
 use core::cmp::Ordering;
 
 use crate::exact;
-use crate::{Hit, Ray, Triangle};
+use crate::exact::Rule;
+use crate::{Hit, Ray, Triangle, TriangleId};
 
 /// See [`Resolver::hit`](super::Resolver::hit).
-pub(super) fn hit(ray: &Ray, triangle: &Triangle) -> Option<f64> {
-    exact::hit(ray, triangle).then(|| exact::t(ray, triangle))
+pub(super) fn hit(rule: Rule, ray: &Ray, triangle: &Triangle) -> Option<f64> {
+    exact::hit(rule, ray, triangle).then(|| exact::t(ray, triangle))
 }
 
 /// See [`Resolver::t`](super::Resolver::t).
@@ -29,7 +30,7 @@ pub(super) fn touch(ray: &Ray, a: &Triangle, b: &Triangle) -> bool {
 
 /// See [`Resolver::hit_attributes`](super::Resolver::hit_attributes).
 #[inline(never)]
-pub(super) fn hit_attributes(ray: &Ray, triangle: &Triangle, index: u32) -> Hit {
+pub(super) fn hit_attributes(ray: &Ray, triangle: &Triangle, TriangleId(index): TriangleId) -> Hit {
     let (t, u, v) = exact::attributes(ray, triangle);
     Hit { t, u, v, triangle: index, geometry: 0 }
 }

@@ -4,17 +4,14 @@
 //!   filter (f32 lanes) ──► surely a miss      nearly all
 //!                     ├──► surely a hit       its t lies in an f32 interval
 //!                     └──► undecided ──► Resolver ──► document   the f64 operations of document A
-//!                                                ├──► grid       integers of a grid
 //!                                                ├──► exact      f64 under a bound, or integers
-//!                                                └──► originals  the same, of what is given in f64
+//!                                                └──► originals  the same, of coordinates given in f64
 //! ```
 //!
-//! A mode is this and nothing else: the filter and the walk through a hierarchy are the same for all.
-//! The set is closed. A resolver is asked rarely and out of line, so that no code is compiled again for
-//! one.
+//! The resolver makes the mode: the filter and the traversal of a hierarchy are the same for all. It is called
+//! rarely and out of line.
 
 mod exact;
-mod grid;
 mod originals;
 mod shared_origin;
 
@@ -23,21 +20,19 @@ pub use shared_origin::SharedOrigin;
 
 use core::cmp::Ordering;
 
-use crate::exact::Side;
+use crate::exact::{Rule, Side};
 use crate::hit_attributes::Pairs;
 use crate::simd::Simd;
-use crate::{Hit, Ray, Triangle, document};
+use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
 /// What settles undecided pairs, one at a time.
 #[derive(Clone, Copy, Debug)]
 pub enum Resolver<'a> {
     /// The operations of document A in f64, with this threshold.
     Document(f64),
-    /// Integers: for rays and triangles of a grid, in f32, which hold them exactly.
-    Grid,
-    /// Right on the coordinates as given; edges and corners belong to every triangle that has them.
-    Exact,
-    /// The same of originals, of which the filter has seen copies.
+    /// Right on the coordinates as given, with a rule for who owns an edge.
+    Exact(Rule),
+    /// The same for originals, of which the filter sees copies.
     Originals(&'a dyn Originals),
 }
 
@@ -49,22 +44,15 @@ impl<'a> Resolver<'a> {
         !matches!(self, Self::Document(_))
     }
 
-    /// Whether shadow rays may be asked from where they end: the bounds for that are derived of the
-    /// document's operations and of exact ones (`docs/numerics/projection.md`, section 6).
-    #[inline]
-    pub fn may_reverse(self) -> bool {
-        matches!(self, Self::Document(_) | Self::Exact | Self::Originals(_))
-    }
-
     /// What to prefetch while so many rays are traced, the first of which has a number: the `next` rays, or where rays
     /// are copies, what later ones are copied from.
     #[inline]
-    pub fn memory_after<'b>(self, (number, count): (u32, usize), next: &'b [Ray]) -> &'b [u8]
+    pub fn memory_after<'b>(self, (ray, count): (RayId, usize), next: &'b [Ray]) -> &'b [u8]
     where
         'a: 'b,
     {
         match self {
-            Self::Originals(originals) => originals.later(number, count),
+            Self::Originals(originals) => originals.later(ray, count),
             _ => bytemuck::cast_slice(&next[..next.len().min(count)]),
         }
     }
@@ -72,142 +60,144 @@ impl<'a> Resolver<'a> {
     /// Prefetches what will be asked for about a pair; only originals are elsewhere. The numbers are those of the ray and of
     /// the triangle's place.
     #[inline(always)]
-    pub fn prefetch(self, numbers: (u32, u32)) {
+    pub fn prefetch(self, (id, slot): (RayId, LeafSlot)) {
         if let Self::Originals(originals) = self {
-            originals.prefetch(numbers.0, numbers.1);
+            originals.prefetch(id, slot);
         }
     }
 
-    /// t, rounded to f64, if the ray hits the triangle within its interval. The numbers are those of the ray and of the
-    /// triangle's place.
+    /// t, rounded to f64, if the ray hits the triangle within its interval.
     #[cold]
     #[inline(never)]
-    pub fn hit(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<f64> {
+    pub fn hit(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> Option<f64> {
         match self {
             Self::Document(threshold) => document::hit(ray, triangle, threshold),
-            Self::Grid => grid::hit(ray, triangle),
-            Self::Exact => exact::hit(ray, triangle),
-            Self::Originals(originals) => originals.hit(numbers.0, numbers.1),
+            Self::Exact(rule) => exact::hit(rule, ray, triangle),
+            Self::Originals(originals) => originals.hit(id, slot),
         }
     }
 
     /// Whether the ray hits the triangle within its interval, for whoever asks for no t.
     #[cold]
     #[inline(never)]
-    pub fn meets(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> bool {
+    pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            Self::Exact => crate::exact::hit(ray, triangle),
-            _ => self.hit(ray, triangle, numbers).is_some(),
+            Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
+            _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
     }
 
     /// t, rounded to f64, of a triangle that the ray is known to hit.
     #[inline(never)]
-    pub fn t(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> f64 {
+    pub fn t(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> f64 {
         match self {
             Self::Document(_) => document::t(ray, triangle),
-            Self::Grid => grid::t(ray, triangle),
-            Self::Exact => exact::t(ray, triangle),
-            Self::Originals(originals) => originals.t(numbers.0, numbers.1),
+            Self::Exact(_) => exact::t(ray, triangle),
+            Self::Originals(originals) => originals.t(id, slot),
         }
     }
 
     /// The side from which a ray crosses a triangle that it is known to hit, if it does, each point of a mesh belonging to
     /// one of its triangles; by what is exact alone.
     #[inline(never)]
-    pub fn crossing(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<Side> {
+    pub fn crossing(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        (id, slot): (RayId, LeafSlot),
+    ) -> Option<Side> {
         match self {
-            Self::Originals(originals) => originals.crossing(numbers.0, numbers.1),
+            Self::Originals(originals) => originals.crossing(id, slot),
             _ => crate::exact::crossing(ray, triangle),
         }
     }
 
     /// Whether a ray starts on a triangle, exactly.
     #[inline(never)]
-    pub fn starts_on(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> bool {
+    pub fn starts_on(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
-            Self::Originals(originals) => originals.starts_on(numbers.0, numbers.1),
+            Self::Originals(originals) => originals.starts_on(id, slot),
             _ => crate::exact::is_on(triangle, ray.origin),
         }
     }
 
     /// Whether a ray runs with a triangle's normal or against it, exactly; `None` where it runs along the plane.
     #[inline(never)]
-    pub fn facing(self, ray: &Ray, triangle: &Triangle, numbers: (u32, u32)) -> Option<Side> {
+    pub fn facing(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        (id, slot): (RayId, LeafSlot),
+    ) -> Option<Side> {
         match self {
-            Self::Originals(originals) => originals.facing(numbers.0, numbers.1),
+            Self::Originals(originals) => originals.facing(id, slot),
             _ => crate::exact::facing(ray, triangle),
         }
     }
 
     /// Which of two triangles whose rounded t are equal the ray hits first. The document knows no
-    /// other t. The numbers are those of the ray and of the places.
+    /// other t.
     #[cold]
     #[inline(never)]
     pub fn order(
         self,
         ray: &Ray,
         [a, b]: [&Triangle; 2],
-        (number, one, other): (u32, u32, u32),
+        (id, [one, other]): (RayId, [LeafSlot; 2]),
     ) -> Ordering {
         match self {
             Self::Document(_) => Ordering::Equal,
-            Self::Grid => grid::order(ray, a, b),
-            Self::Exact => exact::order(ray, a, b),
-            Self::Originals(originals) => originals.order(number, one, other),
+            Self::Exact(_) => exact::order(ray, a, b),
+            Self::Originals(originals) => originals.order(id, one, other),
         }
     }
 
     /// Whether a ray that hits two triangles surely does so at one t, because it meets them where they touch. Of a pair
-    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing. The numbers are
-    /// those of the ray and of the places.
+    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing.
     #[inline(always)]
     pub fn touch(
         self,
         pair: impl FnOnce() -> (Ray, [Triangle; 2]),
-        (number, one, other): (u32, u32, u32),
+        (id, [one, other]): (RayId, [LeafSlot; 2]),
     ) -> bool {
         match self {
-            Self::Exact => {
+            Self::Exact(_) => {
                 let (ray, [a, b]) = pair();
                 exact::touch(&ray, &a, &b)
             }
-            Self::Originals(originals) => originals.touch(number, one, other),
-            Self::Document(_) | Self::Grid => false,
+            Self::Originals(originals) => originals.touch(id, one, other),
+            Self::Document(_) => false,
         }
     }
 
-    /// Which of two hits of a ray comes first: by t, and where that is equal, by the index. The numbers are those of the
-    /// ray and of the places.
+    /// Which of two hits of a ray comes first: by t, and where that is equal, by the index.
     #[inline]
     pub fn first(
         self,
-        (ray, number): (&Ray, u32),
-        (a, at, one): (&Hit, &Triangle, u32),
-        (b, bt, other): (&Hit, &Triangle, u32),
+        (ray, id): (&Ray, RayId),
+        (a, at, one): (&Hit, &Triangle, LeafSlot),
+        (b, bt, other): (&Hit, &Triangle, LeafSlot),
     ) -> Ordering {
         (a.t.total_cmp(&b.t))
-            .then_with(|| self.order(ray, [at, bt], (number, one, other)))
+            .then_with(|| self.order(ray, [at, bt], (id, [one, other])))
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// What rays from one origin share in asking which triangle comes first. The numbers are those of one of the rays and
-    /// of the triangle's place.
+    /// What rays from one origin share in asking which triangle comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,
         triangle: &Triangle,
         origin: [f32; 3],
-        (number, place): (u32, u32),
+        (id, slot): (RayId, LeafSlot),
     ) -> SharedOrigin<'a> {
         match self {
             Self::Document(_) => SharedOrigin::document(triangle, origin),
-            Self::Grid => SharedOrigin::grid(triangle, origin),
-            Self::Exact => {
+            Self::Exact(_) => {
                 SharedOrigin::Exact(crate::exact::SeenPlane::new(triangle, origin), *triangle)
             }
             Self::Originals(originals) => {
-                SharedOrigin::Originals(originals.plane(number, place), originals, place)
+                SharedOrigin::Originals(originals.plane(id, slot), originals, slot)
             }
         }
     }
@@ -218,37 +208,35 @@ impl<'a> Resolver<'a> {
         self,
         ray: &Ray,
         triangle: &Triangle,
-        index: u32,
-        numbers: (u32, u32),
+        triangle_id: TriangleId,
+        (id, slot): (RayId, LeafSlot),
     ) -> Hit {
         match self {
-            Self::Document(_) => crate::hit_attributes::of_pair(ray, triangle, index),
-            Self::Grid => grid::hit_attributes(ray, triangle, index),
-            Self::Exact => exact::hit_attributes(ray, triangle, index),
-            Self::Originals(originals) => originals.hit_attributes(numbers.0, numbers.1),
+            Self::Document(_) => crate::hit_attributes::of_pair(ray, triangle, triangle_id),
+            Self::Exact(_) => exact::hit_attributes(ray, triangle, triangle_id),
+            Self::Originals(originals) => originals.hit_attributes(id, slot),
         }
     }
 
-    /// Where rays meet triangles that they are known to hit: the first `len` of eight pairs and their numbers. No grid
-    /// comes here.
+    /// Where rays meet triangles that they are known to hit: the first `len` of eight pairs.
     #[inline(always)]
     pub fn hits_in<S: Simd>(
         self,
         pairs: &Pairs,
-        numbers: &[(u32, u32); 8],
+        ids: &[(RayId, LeafSlot); 8],
         len: usize,
     ) -> [Hit; 8] {
         // By a call: it is asked in many places, and once for eight hits.
         S::vectorize(
             #[inline(always)]
             || match self {
-                Self::Exact => crate::exact::hits_in::<S>(pairs, len),
+                Self::Exact(_) => crate::exact::hits_in::<S>(pairs, len),
                 Self::Originals(originals) => {
                     let mut hits = [Hit::MISS; 8];
-                    originals.hits(&numbers[..len], &mut hits);
+                    originals.hits(&ids[..len], &mut hits);
                     hits
                 }
-                Self::Document(_) | Self::Grid => pairs.hits_in::<S>(),
+                Self::Document(_) => pairs.hits_in::<S>(),
             },
         )
     }

@@ -1,18 +1,21 @@
 //! Levels of instructions: what the CPU has.
 
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+use core::sync::atomic::{AtomicU8, Ordering};
+
 /// A level of instructions that this CPU has.
 ///
 /// There is no way to make one for a CPU that lacks it.
 ///
 /// ```
 /// use intertri::simd::Level;
-/// use intertri::{Certified, Mode, Ray, Triangle};
+/// use intertri::{Mode, Ray, Triangle};
 ///
 /// // The answers do not depend on it.
 /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
 /// let ray = Ray::new([0.25, 0.25, 0.0], [0.1, 0.0, 2.0]);
-/// let answers = Level::all().map(|level| Certified::default().at(level).closest(&[wall], &ray));
-/// assert!(answers.into_iter().all(|hit| hit == Certified::default().closest(&[wall], &ray)));
+/// let answers = Level::all().map(|level| Mode::certified().at(level).closest(&[wall], &ray));
+/// assert!(answers.into_iter().all(|hit| hit == Mode::certified().closest(&[wall], &ray)));
 ///
 /// assert!(["portable", "neon", "simd128"].contains(&Level::PORTABLE.name()));
 /// // A wider level is there only with the narrower.
@@ -51,6 +54,10 @@ macro_rules! has {
     }};
 }
 
+/// The widest level, once it is known: 1 more than its kind.
+#[cfg(all(feature = "std", target_arch = "x86_64"))]
+static BEST: AtomicU8 = AtomicU8::new(0);
+
 impl Level {
     /// What every CPU of the build's target has: NEON on 64-bit ARM, simd128 in WebAssembly that was built with it,
     /// else the crate `wide` with the instructions that the build was compiled for.
@@ -86,8 +93,26 @@ impl Level {
     }
 
     /// The widest level of this CPU.
+    #[inline]
     pub fn best() -> Self {
+        #[cfg(all(feature = "std", target_arch = "x86_64"))]
+        return match BEST.load(Ordering::Relaxed) {
+            1 => Self::PORTABLE,
+            2 => Self::AVX2,
+            3 => Self::AVX512,
+            _ => Self::find_best(),
+        };
+        #[cfg(not(all(feature = "std", target_arch = "x86_64")))]
         Self::avx512().or(Self::avx2()).unwrap_or(Self::PORTABLE)
+    }
+
+    /// Asks the CPU for the widest level, once: that takes as long as a box test.
+    #[cfg(all(feature = "std", target_arch = "x86_64"))]
+    #[cold]
+    fn find_best() -> Self {
+        let best = Self::avx512().or(Self::avx2()).unwrap_or(Self::PORTABLE);
+        BEST.store(1 + best.0 as u8, Ordering::Relaxed);
+        best
     }
 
     /// Every level of this CPU, from the narrowest to the widest.

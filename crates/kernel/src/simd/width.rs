@@ -8,13 +8,9 @@ use super::pair::Pair;
 ///
 /// ```
 /// use intertri::simd::{Lane, Width};
-/// use intertri::{Mode, Prepared, RayPacket};
+/// use intertri::{Mode, PreparedTriangle, RayPacket};
 /// // Generic over the number of lanes.
-/// fn hits<M: Mode, const N: usize>(
-///     mode: &M,
-///     rays: &RayPacket<N>,
-///     triangle: &Prepared<M::Test>,
-/// ) -> u32
+/// fn hits<const N: usize>(mode: Mode, rays: &RayPacket<N>, triangle: &PreparedTriangle) -> u32
 /// where
 ///     Lane<N>: Width,
 /// {

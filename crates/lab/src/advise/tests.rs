@@ -1,7 +1,7 @@
 //! The prediction is never optimistic: on no family, from no side, on no grid.
 
 use intertri::fixed::{Bits, Fixed, Grid, blocks};
-use intertri::{Certified, Hit, Mode, Ray, Threshold, Triangle};
+use intertri::{Hit, Mode, Ray, Threshold, Triangle};
 
 use super::{Arithmetic, PinholeCamera, SampledPixel, needs, scan};
 use crate::families::FAMILIES;
@@ -59,7 +59,7 @@ fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmet
         .map(|(x, y)| pixel(x, y))
         .collect();
     let closest = |threshold: f64| -> Vec<Hit> {
-        let mode = Certified::new(Threshold::new(threshold).unwrap());
+        let mode = Mode::certified_with(Threshold::new(threshold).unwrap());
         rays.iter().map(|ray| mode.closest(triangles, ray).unwrap_or(Hit::MISS)).collect()
     };
     let seen = closest(0.0);

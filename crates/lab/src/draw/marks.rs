@@ -28,7 +28,7 @@ pub(super) fn in_order() -> Vec<&'static Method> {
 
 /// Whether a method of the table is one of the kernel's modes.
 pub(super) fn is_kernel(method: &str) -> bool {
-    ["double", "certified", "exact", "fixed"].iter().any(|mode| method.starts_with(mode))
+    ["certified", "exact", "fixed"].iter().any(|mode| method.starts_with(mode))
 }
 
 /// The colour of a method.

@@ -1,26 +1,143 @@
-//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow rays do.
-//! Coefficients belong to a triangle and the origin, and a ray costs three products.
+//! The modes `certified` and `exact` for rays that share an origin, as camera rays and hard shadow rays do, after
+//! document D.
 //!
-//! The coefficients are computed before the clock starts, like all constants of a triangle: the rays of
-//! a picture share them.
+//! ```text
+//!   with A = c1 - o, once a triangle:     V = (h5 × A)    W = (A × h4)    U = n - V - W
+//!   a ray:                                V·d, W·d, U·d: three products
+//! ```
+//!
+//! The forms are computed in f64, turned by the sign of T, so that a hit in front has all of them positive, and scaled
+//! by their common bound, which thus becomes |d|. They rule out most rays; the kernel's filter tests the others. Bounds
+//! and proof: `docs/numerics/certified.md`, section 7. The forms are computed before the clock starts, like all
+//! constants of a triangle: the rays of a picture share them.
 
 use std::time::Instant;
 
-use intertri::internal::{Filter, SharedOriginBlock, Test};
-use intertri::simd::{Lane, Simd, Width, WithSimd};
-use intertri::{ClosestHits, Counts, LaneQueries, Ray, RayPacket, Triangle, TriangleBlock};
+use intertri::simd::{Lane, Lanes, Mask, Simd, Vec3, Width, WithSimd};
+use intertri::{
+    ClosestHits, Counts, Filter, LeafSlot, PreparedPacket, PreparedTriangle, Ray, RayPacket,
+    Triangle, TriangleId,
+};
 
 use super::closest::{Seconds, one_register, packets_of, rays_of};
 use super::kernel::answers;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
+/// Half an ulp of 1 in f32.
+const U: f64 = 1.0 / (1 << 24) as f64;
+
+/// A form, rounded to f32, is within `FORM |form|₂ |d|₂`.
+const FORM: f64 = 4.25 * U;
+
+/// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
+const NOISE: f64 = 0.25 * U;
+
+/// What the origin's rounding adds, relative to `|d|₂ h |o|₁`.
+const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
+
+/// D must exceed this share of `|d|₂ h²` for a sign to decide.
+const GRAZING: f64 = 24.0 * U;
+
+/// A shorter edge counts as so long: 2^-48.
+const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
+
+/// The square root of a sum of squares, rounded up, and what is added against underflow: 2^-49.
+const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
+const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
+
+/// A triangle as it is seen from one origin.
+#[derive(Clone, Copy)]
+struct SeenTriangle {
+    /// U, V and W.
+    forms: [Vec3<f32>; 3],
+    /// Within `|d|` times this the sum of U, V and W does not have a sure sign.
+    doubtful: f32,
+    triangle: PreparedTriangle,
+}
+
+impl SeenTriangle {
+    fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
+        let vec3 = |p: [f32; 3]| Vec3::<f64>::splat(p.map(f64::from));
+        let [c1, c2, c3] = triangle.0.map(vec3);
+        let eye = vec3(origin);
+        let (a, h4, h5, h6) = (c1 - eye, c2 - c1, c3 - c1, c3 - c2);
+        let (n, v, w) = (h4.cross(h5), h5.cross(a), a.cross(h4));
+        let (u, t) = (n - v - w, n.dot(a));
+
+        // The bound of the forms, of the reference's noise, and of the origin's rounding.
+        let length = |x: Vec3<f64>| x.dot(x).sqrt();
+        let longest = |x, y, z| length(x).max(length(y)).max(length(z));
+        let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));
+        let bound = FORM * longest(u, v, w) + NOISE * h * (away + h) + ORIGIN * h * eye.norm1();
+
+        // In front of the triangle or behind, T has the sign of D wherever it is hit.
+        let sure = t.abs() > NOISE * h * h * away;
+        let turn = if sure { 1.0_f64.copysign(t) / bound } else { f64::NAN };
+        let form = |f: Vec3<f64>| Vec3 {
+            x: (f.x * turn) as f32,
+            y: (f.y * turn) as f32,
+            z: (f.z * turn) as f32,
+        };
+        Self {
+            forms: [form(u), form(v), form(w)],
+            doubtful: (GRAZING * h * h / bound + 8.0) as f32,
+            triangle: PreparedTriangle::new(triangle),
+        }
+    }
+
+    /// The rays that may hit it, by their directions and the lengths of these.
+    #[inline(always)]
+    fn maybe<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>, len: F) -> u32 {
+        // Each form's bound is |d|: below that its edge makes a sure miss.
+        let [u, v, w] = &self.forms;
+        let u = dir.dot_fused(Vec3::splat([u.x, u.y, u.z]));
+        let v = dir.dot_fused(Vec3::splat([v.x, v.y, v.z]));
+        let w = dir.dot_fused(Vec3::splat([w.x, w.y, w.z]));
+        let sure = (u + v + w).abs().gt(len * F::splat(self.doubtful));
+        let outside = u.lt(-len) | v.lt(-len) | w.lt(-len);
+        (!(sure & outside)).bits()
+    }
+}
+
+/// Offers a packet's hits with the triangles to its closest.
+#[inline(always)]
+fn offer_all<S: Simd, const N: usize>(
+    filter: &Filter<'_>,
+    rays: (&RayPacket<N>, &PreparedPacket<'_, S, N>),
+    seen: &[SeenTriangle],
+    closest: &mut ClosestHits<<Lane<N> as Width>::F<S>, N>,
+) where
+    Lane<N>: Width,
+{
+    let (packet, prepared) = rays;
+    let dir = Vec3::<<Lane<N> as Width>::F<S>>::load(&packet.dir);
+    let len = dir.dot_fused(dir).sqrt().mul_add(Lanes::splat(NORM_UP), Lanes::splat(NORM_ADD));
+    let (live, counts) = (packet.live(), &mut Counts::default());
+    let find = |LeafSlot(slot)| *seen[slot as usize].triangle.triangle();
+    for (i, triangle) in (0..).zip(seen) {
+        let maybe = triangle.maybe(dir, len) & live;
+        if maybe != 0 {
+            let names = (TriangleId(i), LeafSlot(i));
+            filter.packet_closest_in(
+                prepared,
+                &triangle.triangle,
+                names,
+                find,
+                maybe,
+                closest,
+                counts,
+            );
+        }
+    }
+}
+
 /// Pairs: a ray shares its origin with itself.
 pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }
 
-/// The closest hits of batches; `None` but for packets of rays that share their batch's origin.
+/// The closest hits of batches; `None` except for packets of rays that share their batch's origin.
 pub(super) fn closest(
     filter: Filter<'_>,
     batches: &[TestBatch],
@@ -50,14 +167,12 @@ impl WithSimd for Pairs<'_> {
         let Self { filter, triangles, rays, to } = self;
         for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
             let packet = RayPacket::<4>::new(&[Ray::new(ray.origin, ray.dir)]);
-            let block = TriangleBlock::new(std::slice::from_ref(triangle));
-            let seen = filter.shared_origin_in::<S>(&block, ray.origin);
+            let seen = [SeenTriangle::new(triangle, ray.origin)];
             let lanes = filter.prepare_packet_in::<S, 4>(&packet);
-            let (find, mut closest) = (|_| *triangle, ClosestHits::new(&packet.t_max));
-            let (live, counts) = (packet.live(), &mut Counts::default());
-            filter.shared_origin_closest_in(&lanes, &[seen], 0, find, live, &mut closest, counts);
-            let found = filter.hit(&packet.ray(0), &closest.lane(0), find);
-            *to = found.map_or(Answer::default(), |hit| Answer { hit: true, t: hit.t });
+            let mut closest = ClosestHits::new(&packet.t_max);
+            offer_all::<S, 4>(&filter, (&packet, &lanes), &seen, &mut closest);
+            let hit = filter.hit(&packet.ray(0), &closest.lane(0), |_| *triangle);
+            *to = hit.map_or(Answer::default(), |hit| Answer { hit: true, t: hit.t });
         }
     }
 }
@@ -96,30 +211,27 @@ fn packets<S: Simd, const N: usize>(
 where
     Lane<N>: Width,
 {
-    let (packets, blocks) = (packets_of::<N>(batches), blocks_of::<S>(filter, batches));
-    let mut counts = Counts::default();
-
+    let (packets, triangles) = (packets_of::<N>(batches), triangles_of(batches));
     let start = Instant::now();
     for (i, batch) in batches.iter().enumerate() {
-        let (packets, seen) = (&packets[i], &blocks[i]);
-        let find = |place: u32| batch.triangles[place as usize];
+        let (packets, seen) = (&packets[i], &triangles[i]);
+        let find = |LeafSlot(slot)| batch.triangles[slot as usize];
         for packet in packets {
             let rays = filter.prepare_packet_in::<S, N>(packet);
-            let (live, mut closest) = (packet.live(), ClosestHits::new(&packet.t_max));
-            let counts = &mut counts;
-            filter.shared_origin_closest_in(&rays, seen, 0, find, live, &mut closest, counts);
-            answers::<Filter<'_>, S, N>(&filter, &rays, &closest, find, live, nearest);
+            let mut closest = ClosestHits::new(&packet.t_max);
+            offer_all::<S, N>(&filter, (packet, &rays), seen, &mut closest);
+            answers::<S, N>(&filter, &rays, &closest, find, packet.live(), nearest);
         }
     }
     start.elapsed().as_secs_f64()
 }
 
 /// The triangles of each batch as seen from its origin.
-fn blocks_of<S: Simd>(filter: Filter<'_>, batches: &[TestBatch]) -> Vec<Vec<SharedOriginBlock>> {
+#[inline(never)]
+fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<SeenTriangle>> {
     let seen = |batch: &TestBatch| {
         let origin = batch.rays.first().map_or([0.0; 3], |ray| ray.origin);
-        let blocks = batch.triangles.chunks(8).map(TriangleBlock::new);
-        blocks.map(|block| filter.shared_origin_in::<S>(&block, origin)).collect()
+        batch.triangles.iter().map(|triangle| SeenTriangle::new(triangle, origin)).collect()
     };
     batches.iter().map(seen).collect()
 }

@@ -1,8 +1,7 @@
 //! The table of all methods.
 
-use intertri::internal::Filter;
 use intertri::simd::Level;
-use intertri::{Certified, Double, Exact, Threshold};
+use intertri::{Filter, Mode, Rule, Threshold};
 use intertri_reference::THRESHOLD;
 
 use super::badouel::Badouel;
@@ -108,8 +107,7 @@ macro_rules! one_origin {
 }
 
 /// Those that promise the scalar f64 reference's answers, bit for bit.
-pub const OF_THE_REFERENCE: [&str; 4] =
-    ["InterTri f64", "double", "certified", "certified, one origin"];
+pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
 /// Those that are right on the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
@@ -150,13 +148,12 @@ pub static METHODS: &[Method] = &[
     method!("Woop f32", "Woop, Benthin, Wald 2013", |_| Woop { fall_back: true }, f32),
     method!("Embree fast f32", "Wald et al. 2014", |_| EdgeForm, f32),
     method!("Embree robust f32", "Wald et al. 2014", |_| Robust, f32),
-    mode!("double", |threshold, level| Double::new(threshold).at(level)),
-    mode!("certified", |threshold, level| Certified::new(threshold).at(level)),
+    mode!("certified", |threshold, level| Mode::certified_with(threshold).at(level)),
     one_origin!("certified, one origin", Filter::certified),
-    mode!("exact", |_, level| Exact::at(level)),
-    one_origin!("exact, one origin", |_, level| Filter::exact(level)),
-    mode!("exact, once", |_, level| Exact::at(level), |level, batch| {
-        let crossings = |ray| Exact::at(level).crossings(&batch.triangles, ray).len() as u32;
+    mode!("exact", |_, level| Mode::exact().at(level)),
+    one_origin!("exact, one origin", |_, level| Filter::exact(Rule::Closed, level)),
+    mode!("exact, once", |_, level| Mode::exact().at(level), |level, batch| {
+        let crossings = |ray| Mode::once().at(level).all(&batch.triangles, ray).len() as u32;
         batch.rays.iter().map(crossings).collect()
     }),
     Method {

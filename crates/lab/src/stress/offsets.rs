@@ -189,6 +189,7 @@ fn rounded(wall: &Wall, name: &str) -> Vec<bool> {
 
 #[cfg(test)]
 mod tests {
+    use intertri::Rule;
     use intertri::internal::exact;
 
     use super::*;
@@ -196,7 +197,9 @@ mod tests {
     #[test]
     fn rounding_is_wrong_far_from_zero_and_exact_answers_never() {
         let exact = |triangles: &[Triangle64], rays: &[Ray64]| {
-            let any = |ray: &Ray64| triangles.iter().any(|triangle| exact::hit(ray, triangle));
+            let any = |ray: &Ray64| {
+                triangles.iter().any(|triangle| exact::hit(Rule::Closed, ray, triangle))
+            };
             rays.iter().map(any).collect()
         };
         let errors = sweep_offsets(5, 4, 2000, &exact);

@@ -154,6 +154,7 @@ impl House {
 mod tests {
     use std::collections::HashMap;
 
+    use intertri::Rule;
     use intertri::internal::exact;
     use intertri::{Hit, Ray64};
 
@@ -186,7 +187,8 @@ mod tests {
         let scene = house();
         let triangles = scene.mesh.to_triangles();
         let closest = |ray: &Ray64| {
-            let hits = triangles.iter().enumerate().filter(|(_, t)| exact::hit(ray, t));
+            let hits =
+                triangles.iter().enumerate().filter(|(_, t)| exact::hit(Rule::Closed, ray, t));
             let t = |(i, triangle)| {
                 let (t, u, v) = exact::attributes(ray, triangle);
                 Hit { t, u, v, triangle: i as u32, geometry: 0 }

@@ -13,9 +13,9 @@ use super::layout::MAX_DEPTH;
 use super::prim_refs::PrimRef;
 use super::simd_aabb::{Centres, SimdAabb};
 use super::split::{self, Binning, Bins};
-use crate::memory::{NoMemory, zeros};
-use crate::threads::join;
 use crate::tree::{Aabb, BLOCK};
+use crate::util::memory::{NoMemory, zeros};
+use crate::util::threads::join;
 use intertri::simd::{Lanes, Level, Simd, WithSimd};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

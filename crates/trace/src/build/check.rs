@@ -68,8 +68,8 @@ impl Walk<'_> {
                     self.node(child as usize, depth + 1)?
                 }
             };
-            let bounds = node.bounds(slot);
-            if (0..3).any(|k| bounds.lo[k] != content.lo[k] || bounds.hi[k] != content.hi[k]) {
+            let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
+            if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {
                 return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
             }
             all.join(&content);

@@ -1,8 +1,8 @@
-//! Why there is no hierarchy.
+//! Why a hierarchy cannot be built.
 
 use std::fmt;
 
-/// Why there is no hierarchy.
+/// Why a hierarchy cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -15,6 +15,17 @@ pub enum BuildError {
     OutOfMemory {
         /// How many triangles there were.
         count: usize,
+    },
+    /// An index is out of bounds.
+    BadIndex {
+        /// The mesh, by its order among several.
+        geometry: usize,
+        /// The triangle within it.
+        triangle: usize,
+        /// The index of its vertex.
+        index: u32,
+        /// How many vertices the mesh has.
+        vertices: usize,
     },
 }
 
@@ -29,6 +40,15 @@ impl fmt::Display for BuildError {
                 f,
                 "a hierarchy of {count} triangles needs more memory than there is: split them into parts"
             ),
+            Self::BadIndex { geometry, triangle, index, vertices } => {
+                if *geometry > 0 {
+                    write!(f, "mesh {geometry}: ")?;
+                }
+                write!(
+                    f,
+                    "triangle {triangle} has vertex {index}, but there are {vertices} vertices"
+                )
+            }
         }
     }
 }

@@ -37,10 +37,10 @@ pub use error::BuildError;
 
 use intertri::simd::Level;
 
-use crate::memory::{NoMemory, room};
 use crate::morton::along_curve;
-use crate::threads;
 use crate::tree::{Aabb, BLOCK, EMPTY, Geometries, HitBounds, LEAF, Leaf, MOST_LEAVES, NONE, Tree};
+use crate::util::memory::{NoMemory, room};
+use crate::util::threads;
 use layout::Layout;
 pub(crate) use layout::MAX_DEPTH;
 use prim_refs::Prims;

@@ -2,9 +2,9 @@
 
 use super::simd_aabb::SimdAabb;
 use super::triangles::Triangles;
-use crate::memory::NoMemory;
-use crate::threads::each;
 use crate::tree::{HitBounds, NONE};
+use crate::util::memory::NoMemory;
+use crate::util::threads::each;
 use bytemuck::Zeroable;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 

@@ -18,8 +18,8 @@
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
 use super::layout::MAX_DEPTH;
-use crate::threads::join;
 use crate::tree::Aabb;
+use crate::util::threads::join;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -272,7 +272,7 @@ mod tests {
     use super::*;
     use crate::build::binary;
     use crate::build::prim_refs;
-    use crate::test_numbers::random;
+    use crate::util::test_numbers::random;
     use intertri::Triangle;
     use intertri::simd::Level;
 

@@ -7,7 +7,7 @@
 //! ```
 
 use super::simd_aabb::SimdAabb;
-use crate::across::smallest;
+use crate::util::lane_ops::smallest;
 use intertri::simd::{Lanes, Mask, Simd};
 
 /// Boxes in a row, at most.
@@ -92,8 +92,8 @@ fn sized<S: Simd>(side: S::F32x8, number: u32, scale: S::F32x4) -> [f32; 4] {
 #[cfg(test)]
 mod tests {
     use super::{Cuts, ROW, SimdAabb};
-    use crate::test_numbers::random;
     use crate::tree::Aabb;
+    use crate::util::test_numbers::random;
     use intertri::simd::{Level, Simd, WithSimd};
 
     struct Sweep<'a>(&'a [SimdAabb], &'a [u32]);

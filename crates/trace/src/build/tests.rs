@@ -3,7 +3,7 @@ use super::{BuildError, binary, layout_at, prim_refs, wide};
 use crate::Bvh;
 use crate::tree::EMPTY;
 use intertri::simd::Level;
-use intertri::{Exact, Mode, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A small generator of its own: the same numbers everywhere.
@@ -201,7 +201,7 @@ fn errors_are_for_people() {
 #[test]
 fn moved_parts_change_no_answer() {
     let (triangles, mut random) = (room(20_000), Random(7));
-    let mode = Exact::default();
+    let mode = Mode::exact();
     let mut bvh = Bvh::new(&triangles).expect("few enough");
     // From anywhere at the middle of a triangle.
     let rays: Vec<Ray> = (0..400)
@@ -215,9 +215,9 @@ fn moved_parts_change_no_answer() {
     assert!(expected.iter().map(Vec::len).sum::<usize>() > 400);
     let check = |bvh: &Bvh| {
         for (ray, expected) in rays.iter().zip(&expected) {
-            assert_eq!(&bvh.all(&mode, ray), expected);
-            assert_eq!(bvh.closest(&mode, ray).as_ref(), expected.first());
-            assert_eq!(bvh.any(&mode, ray), !expected.is_empty());
+            assert_eq!(&bvh.query().mode(mode).all(ray), expected);
+            assert_eq!(bvh.query().mode(mode).closest(ray).as_ref(), expected.first());
+            assert_eq!(bvh.query().mode(mode).any(ray), !expected.is_empty());
         }
     };
     check(&bvh);

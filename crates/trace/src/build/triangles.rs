@@ -3,8 +3,8 @@
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
 
-use crate::across::lanes_of;
 use crate::tree::{BLOCK, HitBounds, LaneBounds, LeafBounds, NONE, hit_bounds};
+use crate::util::lane_ops::lanes_of;
 
 /// What a hierarchy is built over.
 pub(crate) trait Triangles: Sync {

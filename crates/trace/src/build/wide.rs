@@ -2,9 +2,9 @@
 
 use super::binary::{Binary, Subtree};
 use super::layout::Layout;
-use crate::memory::NoMemory;
-use crate::threads::join;
 use crate::tree::{Aabb, BLOCK, EMPTY, LEAF, NONE, Node};
+use crate::util::memory::NoMemory;
+use crate::util::threads::join;
 
 /// Subtrees of fewer triangles than this are written by one thread each.
 const PART: usize = 1 << 14;

@@ -1,57 +1,65 @@
-//! The hierarchy as users have it.
+//! The hierarchy: building it, and what it knows of its triangles.
 
-mod moved;
+mod closest_point;
+mod indexed;
+mod lookup;
+mod refit;
 mod saved;
 
-use intertri::{Scalar, TriangleOf};
+pub use indexed::IndexedMesh;
 
-use crate::across::lanes_of;
+use std::sync::OnceLock;
+
+use intertri::{LeafSlot, Scalar, TriangleOf};
+
 use crate::build::BuildError;
-use crate::given::{Given, Progress};
-use crate::memory::{NoMemory, OutOfMemory, filled, room};
-use crate::threads;
+use crate::scalar::{BvhScalar, Progress};
 use crate::tree::{Geometries, Tree};
+use crate::util::lane_ops::lanes_of;
+use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 
 /// A bounding volume hierarchy over triangles.
 ///
 /// Its answers are those of a plain loop over all triangles, index and bits of t: they depend
-/// neither on the hierarchy nor on the number of threads.
+/// neither on the hierarchy nor on the number of threads. Ask by its shortcuts, or by a [`query`](Bvh::query) with
+/// settings of your own.
 ///
 /// ```
 /// use intertri_trace::Bvh;
-/// use intertri_trace::intertri::{Certified, Ray, Triangle};
+/// use intertri_trace::intertri::{Ray, Triangle};
 ///
 /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
 /// let bvh = Bvh::new(&[floor])?;
-/// let hit = bvh.closest(&Certified::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
+/// let hit = bvh.closest(&Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
 /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 2.0)));
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
 ///
-/// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, is asked with [`Ray64`](intertri::Ray64), and is
-/// right on these coordinates. The walk goes over copies in f32 about the scene's centre; what these leave open, and
-/// t, u and v, the originals tell. That takes 72 bytes a triangle more. Only the mode
-/// [`Exact`](intertri::Exact) answers.
+/// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and is
+/// right on these coordinates. The traversal goes over copies in f32 about the scene's centre; where these do not
+/// decide, and for t, u and v, the originals do. That takes 72 bytes a triangle more. Hits are always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
-/// use intertri_trace::intertri::{Exact, Ray64, Triangle64};
+/// use intertri_trace::intertri::{Ray64, Triangle64};
 /// // A wall at UTM coordinates, and a ray that leaves it a nanometre away.
 /// let [x, y] = [148_376.0, 528_980.0];
-/// let corners = [[x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]];
-/// let bvh = Bvh::new(&[Triangle64(corners)])?;
-/// let ray = |way| Ray64::new([x + 1e-9, y + 1.0, 1.0], [way, 0.0, 0.0]);
-/// assert!(!bvh.any(&Exact::default(), &ray(1.0)));
-/// assert!(bvh.any(&Exact::default(), &ray(-1.0)));
+/// let wall = Triangle64::new([x, y, 0.0], [x, y + 4.0, 0.0], [x, y, 3.0]);
+/// let bvh = Bvh::new(&[wall])?;
+/// let ray = |dir| Ray64::new([x + 1e-9, y + 1.0, 1.0], [dir, 0.0, 0.0]);
+/// assert!(!bvh.any(&ray(1.0)));
+/// assert!(bvh.any(&ray(-1.0)));
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Bvh<S: Given = f32> {
+pub struct Bvh<S: BvhScalar = f32> {
     pub(crate) tree: Tree,
     pub(crate) originals: S::Originals,
+    /// See [`lookup`].
+    slots: OnceLock<Box<[LeafSlot]>>,
 }
 
-impl<S: Given> Bvh<S> {
+impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
@@ -60,23 +68,23 @@ impl<S: Given> Bvh<S> {
         Self::with_progress(triangles, &|_, _| ())
     }
 
-    /// A hierarchy over several meshes, each a geometry by its place among them: hits tell it beside the
-    /// triangle's number within it. Of equal t, the lowest geometry is closer, then the lowest triangle.
+    /// A hierarchy over several meshes: each is a geometry, numbered by its order among them. Hits name the geometry
+    /// and the triangle's number within it. If two hits have the same t, the lower geometry is closer, then the lower
+    /// triangle.
     ///
     /// # Errors
     /// If there are 2^31 triangles or more, or too little memory.
     ///
     /// ```
     /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// use intertri_trace::intertri::{Ray, Triangle};
     /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
-    /// let bvh = Bvh::of_meshes(&[&[at(7.0)], &[], &[at(5.0), at(3.0)]])?;
-    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
-    /// let hits = bvh.all(&Exact::default(), &ray);
+    /// let bvh = Bvh::from_meshes(&[&[at(7.0)], &[], &[at(5.0), at(3.0)]])?;
+    /// let hits = bvh.all(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
     /// assert!(hits.iter().map(|hit| (hit.geometry, hit.triangle)).eq([(2, 1), (2, 0), (0, 0)]));
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
-    pub fn of_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
+    pub fn from_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.len()).sum();
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
@@ -84,27 +92,23 @@ impl<S: Given> Bvh<S> {
         for mesh in meshes {
             all.extend_from_slice(mesh);
         }
-        let counts = meshes.iter().map(|mesh| mesh.len());
-        let geometries = Geometries::of(counts).map_err(out_of_memory)?;
-        let mut bvh = Self::new(&all)?;
+        Self::of_geometries(&all, meshes.iter().map(|mesh| mesh.len()))
+    }
+
+    /// Over the triangles of several meshes, one mesh's after the other's.
+    fn of_geometries(
+        triangles: &[TriangleOf<S>],
+        counts: impl ExactSizeIterator<Item = usize> + Clone,
+    ) -> Result<Self, BuildError> {
+        let count = triangles.len();
+        let geometries =
+            Geometries::of(counts).map_err(|NoMemory| BuildError::OutOfMemory { count })?;
+        let mut bvh = Self::new(triangles)?;
         bvh.tree.geometries = geometries;
         Ok(bvh)
     }
 
-    /// A hierarchy over triangles that share vertices: three indices a triangle.
-    ///
-    /// # Errors
-    /// If there are 2^31 triangles or more, or too little memory.
-    ///
-    /// # Panics
-    /// If an index is beyond the positions.
-    pub fn indexed(positions: &[[S; 3]], triangles: &[[u32; 3]]) -> Result<Self, BuildError> {
-        let corners = |i: usize| TriangleOf(triangles[i].map(|i| positions[i as usize]));
-        let corners = threads::each(triangles.len(), corners);
-        Self::new(&corners.map_err(|NoMemory| BuildError::OutOfMemory { count: triangles.len() })?)
-    }
-
-    /// [`Bvh::new`], telling from time to time how many triangles are done, of how many. The calls
+    /// [`Bvh::new`], calling `progress` from time to time with how many triangles are done, of how many. The calls
     /// come from any thread and may overtake each other.
     ///
     /// # Errors
@@ -114,7 +118,12 @@ impl<S: Given> Bvh<S> {
         progress: Progress<'_>,
     ) -> Result<Self, BuildError> {
         let (tree, originals) = S::build(triangles, progress)?;
-        Ok(Self { tree, originals })
+        Ok(Self::of_parts(tree, originals))
+    }
+
+    /// From a tree and what is stored beside it.
+    fn of_parts(tree: Tree, originals: S::Originals) -> Self {
+        Self { tree, originals, slots: OnceLock::new() }
     }
 
     /// A copy, as by [`Clone`], or an error where that would abort.
@@ -132,7 +141,7 @@ impl<S: Given> Bvh<S> {
         let out_of_memory = BuildError::OutOfMemory { count: self.len() };
         let tree = self.tree.try_clone().map_err(|NoMemory| out_of_memory)?;
         let originals = S::try_clone(&self.originals).map_err(|OutOfMemory| out_of_memory)?;
-        Ok(Self { tree, originals })
+        Ok(Self::of_parts(tree, originals))
     }
 
     /// How many triangles it was built over.
@@ -158,7 +167,7 @@ impl<S: Given> Bvh<S> {
         let mut all: Option<[[S; 3]; 2]> = None;
         for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
             for lane in lanes_of(leaf.block.live()) {
-                for corner in self.triangle(first + lane as u32).0 {
+                for corner in self.triangle_in(LeafSlot(first + lane as u32)).0 {
                     all = Some(joined(all, corner));
                 }
             }
@@ -166,31 +175,19 @@ impl<S: Given> Bvh<S> {
         all
     }
 
-    /// How many geometries there are: the meshes of [`Bvh::of_meshes`], else 1.
+    /// How many geometries there are: the meshes of [`Bvh::from_meshes`], else 1.
     pub fn geometries(&self) -> usize {
         self.tree.geometries.count()
     }
 
-    /// The geometry of a triangle by its position in the whole, where all meshes follow each other, and the
-    /// triangle's number within it: what [`Hit::geometry`](intertri::Hit::geometry) and
-    /// [`Hit::triangle`](intertri::Hit::triangle) tell.
-    ///
-    /// # Panics
-    /// If there are not so many triangles.
-    pub fn geometry_of(&self, position: u32) -> (u32, u32) {
-        assert!((position as usize) < self.tree.triangles, "no triangle {position}");
-        self.tree.geometries.name(position)
-    }
-
-    /// The same with all triangles in one mesh that every mask has: hits tell positions in the whole.
+    /// The same with all triangles in one mesh that every mask has: hits count triangles through all meshes.
     ///
     /// ```
     /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// use intertri_trace::intertri::{Ray, Triangle};
     /// let at = |z| [Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z])];
-    /// let bvh = Bvh::of_meshes(&[&at(5.0), &at(3.0)])?.into_one_mesh();
-    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
-    /// let hit = bvh.closest(&Exact::default(), &ray).unwrap();
+    /// let bvh = Bvh::from_meshes(&[&at(5.0), &at(3.0)])?.into_one_mesh();
+    /// let hit = bvh.closest(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0])).unwrap();
     /// assert_eq!((hit.geometry, hit.triangle, bvh.geometries()), (0, 1, 1));
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
@@ -199,41 +196,26 @@ impl<S: Given> Bvh<S> {
         self
     }
 
-    /// Sets the mask of a geometry, of 32 bits that mean what the caller likes; at first all are set. Queries
-    /// of rays count a geometry where its mask and the query's, all bits without [`Bvh::only`], have one in
-    /// common, so that one whose mask is 0 never counts. Closest points and [`Solid`](crate::Solid) go by all
-    /// triangles, whatever their masks.
+    /// Sets the mask of a geometry: 32 bits that mean what you like; at first all are set. A query of rays counts a
+    /// geometry if its mask and the [query's](crate::Query::mask) have a bit in common, so one whose mask is 0 never
+    /// counts. Closest points and [`Solid`](crate::Solid) count all triangles, whatever their masks.
+    ///
+    /// An example stands at [`Query::mask`](crate::Query::mask).
     ///
     /// # Panics
-    /// If there are not so many geometries.
-    ///
-    /// ```
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
-    /// use intertri_trace::{Bvh, Select};
-    /// const GLASS: u32 = 0b01;
-    /// const WALLS: u32 = 0b10;
-    /// let at = |z| [Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z])];
-    /// let mut bvh = Bvh::of_meshes(&[&at(3.0), &at(5.0)])?;
-    /// bvh.set_mask(0, GLASS);
-    /// bvh.set_mask(1, WALLS);
-    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
-    /// let walls = Select { mask: WALLS, ..Select::default() };
-    /// let hit = bvh.only(&walls).closest(&Exact::default(), &ray).unwrap();
-    /// assert_eq!((hit.geometry, hit.triangle, hit.t), (1, 0, 5.0));
-    /// # Ok::<(), intertri_trace::BuildError>(())
-    /// ```
+    /// If the geometry is out of bounds.
     pub fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.tree.geometries.set_mask(geometry, mask);
     }
 
-    /// The triangle in a place of the leaves.
+    /// The triangle in a slot of the leaves.
     #[inline]
-    pub(crate) fn triangle(&self, place: u32) -> TriangleOf<S> {
-        S::triangle(&self.tree, &self.originals, place)
+    pub(crate) fn triangle_in(&self, slot: LeafSlot) -> TriangleOf<S> {
+        S::triangle(&self.tree, &self.originals, slot)
     }
 }
 
-impl<S: Given> Bvh<S> {
+impl<S: BvhScalar> Bvh<S> {
     /// The triangles, in the order in which they were given. Those with a corner that is not finite are not kept: all
     /// their coordinates are NaN here.
     ///
@@ -259,7 +241,8 @@ impl<S: Given> Bvh<S> {
         let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
-                triangles[leaf.indices[lane] as usize] = self.triangle((8 * i + lane) as u32);
+                triangles[leaf.indices[lane] as usize] =
+                    self.triangle_in(LeafSlot((8 * i + lane) as u32));
             }
         }
         Ok(triangles)

@@ -5,23 +5,23 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 
 use super::Bvh;
-use crate::given::Given;
 #[cfg(unix)]
 use crate::save::Pieces;
 use crate::save::{LoadError, Slice, Stream};
+use crate::scalar::BvhScalar;
 
-impl<S: Given> Bvh<S> {
+impl<S: BvhScalar> Bvh<S> {
     /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
     ///
     /// They hold the triangles that are finite, their numbers, and the tree: 60 to 90 bytes a triangle in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
+    /// use intertri_trace::intertri::{Ray, Triangle};
     /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
     /// let saved = Bvh::new(&[floor])?.to_bytes();
     /// let bvh: Bvh = Bvh::from_bytes(&saved)?;
-    /// let hit = bvh.closest(&Exact::default(), &Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
+    /// let hit = bvh.closest(&Ray::new([0.0, 2.0, 0.0], [0.0, -1.0, 0.0]));
     /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 2.0)));
     /// assert!(Bvh::<f32>::from_bytes(&saved[..99]).is_err());
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -46,7 +46,7 @@ impl<S: Given> Bvh<S> {
     /// # Errors
     /// If they cannot be written.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
-        S::write_tree(&self.tree, &self.originals, &mut output)
+        S::write(&self.tree, &self.originals, &mut output)
     }
 
     /// A hierarchy that was saved.
@@ -60,9 +60,9 @@ impl<S: Given> Bvh<S> {
     /// for the memory, or over the other scalar ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
-        let (tree, originals) = S::read_tree(&mut input)?;
+        let (tree, originals) = S::read(&mut input)?;
         input.end()?;
-        Ok(Self { tree, originals })
+        Ok(Self::of_parts(tree, originals))
     }
 
     /// [`Bvh::from_bytes`] of what a stream gives, as far as the hierarchy goes: what follows is not read.
@@ -72,8 +72,8 @@ impl<S: Given> Bvh<S> {
     /// # Errors
     /// As [`Bvh::from_bytes`]; and if it cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
-        let (tree, originals) = S::read_tree(&mut Stream::new(input, 0))?;
-        Ok(Self { tree, originals })
+        let (tree, originals) = S::read(&mut Stream::new(input, 0))?;
+        Ok(Self::of_parts(tree, originals))
     }
 
     /// [`Bvh::from_bytes`] of a file.
@@ -86,15 +86,15 @@ impl<S: Given> Bvh<S> {
         #[cfg(unix)]
         if metadata.is_file() {
             let mut input = Pieces::new(file, metadata.len());
-            let (tree, originals) = S::read_tree(&mut input)?;
+            let (tree, originals) = S::read(&mut input)?;
             input.end()?;
-            return Ok(Self { tree, originals });
+            return Ok(Self::of_parts(tree, originals));
         }
         let size = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
-        let (tree, originals) = S::read_tree(&mut input)?;
+        let (tree, originals) = S::read(&mut input)?;
         input.end()?;
-        Ok(Self { tree, originals })
+        Ok(Self::of_parts(tree, originals))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
+use intertri::{LeafSlot, TriangleId};
 
 use super::mesh::Mesh;
 
@@ -42,10 +43,10 @@ impl ClosestPoint {
     }
 }
 
-/// A triangle that may be the closest: its place in the leaves, and a square that its distance's is not below.
+/// A triangle that may be the closest: its slot in the leaves, and a square that its distance's is not below.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
-    pub(super) place: u32,
+    pub(super) slot: LeafSlot,
     pub(super) least: f64,
 }
 
@@ -54,21 +55,21 @@ pub(super) fn closest_of<M: Mesh>(
     mesh: M,
     point: [M::Scalar; 3],
     candidates: &mut [Candidate],
-) -> Option<(u32, ClosestPoint)> {
+) -> Option<(LeafSlot, ClosestPoint)> {
     // From the lowest index on, a later one must be closer.
     if candidates.len() > 1 {
-        candidates.sort_unstable_by_key(|candidate| mesh.tree().index_of(candidate.place));
+        candidates.sort_unstable_by_key(|candidate| mesh.tree().index_of(candidate.slot));
     }
     let (first, others) = candidates.split_first()?;
-    let mut best = (first.place, mesh.triangle(first.place));
-    for other in others.iter().filter(|other| other.place != first.place) {
-        let triangle = mesh.triangle(other.place);
+    let mut best = (first.slot, mesh.triangle(first.slot));
+    for other in others.iter().filter(|other| other.slot != first.slot) {
+        let triangle = mesh.triangle(other.slot);
         if closer(point, &triangle, &best.1).is_lt() {
-            best = (other.place, triangle);
+            best = (other.slot, triangle);
         }
     }
 
-    let (place, triangle) = best;
+    let (slot, triangle) = best;
     let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
@@ -77,6 +78,6 @@ pub(super) fn closest_of<M: Mesh>(
         ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
     };
     let point = [at(0), at(1), at(2)];
-    let triangle = mesh.tree().index_of(place);
-    Some((place, ClosestPoint { distance, point, u, v, triangle, geometry: 0 }))
+    let TriangleId(triangle) = mesh.tree().index_of(slot);
+    Some((slot, ClosestPoint { distance, point, u, v, triangle, geometry: 0 }))
 }

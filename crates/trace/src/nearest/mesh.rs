@@ -1,7 +1,7 @@
 //! The mesh as a search for the closest point sees it.
 
 use intertri::simd::{Lanes, Simd, Vec3};
-use intertri::{Scalar, Triangle, TriangleOf};
+use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};
 
 use crate::tree::Tree;
 
@@ -26,8 +26,8 @@ pub(crate) trait Mesh: Copy {
     /// The corners of some of a leaf's triangles in the tree's units, but for underflow; any numbers in other lanes.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
-    /// The triangle in a place of the leaves.
-    fn triangle(&self, place: u32) -> TriangleOf<Self::Scalar>;
+    /// The triangle in a slot of the leaves.
+    fn triangle(&self, slot: LeafSlot) -> TriangleOf<Self::Scalar>;
 }
 
 /// A point in the tree's units.
@@ -76,7 +76,7 @@ impl Mesh for InF32<'_> {
     }
 
     #[inline(always)]
-    fn triangle(&self, place: u32) -> Triangle {
-        self.0.triangle_in(place)
+    fn triangle(&self, slot: LeafSlot) -> Triangle {
+        self.0.triangle_in(slot)
     }
 }

@@ -1,5 +1,6 @@
 //! The closest points of many, on one thread.
 
+use intertri::TriangleId;
 use intertri::internal::Bits;
 use intertri::simd::{Level, Simd, WithSimd};
 
@@ -7,7 +8,7 @@ use super::found::{Candidate, ClosestPoint, closest_of};
 use super::mesh::Mesh;
 use super::search::Search;
 use crate::morton::along_curve;
-use crate::single::Kept;
+use crate::walk::single::TraversalScratch;
 
 /// The closest points of some, on this thread, where they are not farther than a radius.
 pub(crate) fn closest_points<M: Mesh>(
@@ -32,8 +33,8 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Self { mesh, points, radius, closest } = self;
-        let bvh = mesh.tree();
-        let mut kept = Kept::lend(bvh);
+        let tree = mesh.tree();
+        let mut kept = TraversalScratch::lend(tree);
         let mut candidates: Vec<Candidate> = Vec::new();
 
         // More than the square of the radius: what is in between is seen when the distance is known.
@@ -41,7 +42,8 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
         // As they come, where there is too little memory for an order.
-        let order = along_curve(&bvh.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
+        let order =
+            along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {
             let number = order.as_ref().map_or(i, |order| order[i] as usize);
             let point = points[number];
@@ -54,13 +56,14 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
             let candidates = &mut candidates;
             let mut search = Search { mesh, at: mesh.at(point), most: within, candidates };
             search.run::<S>(likely, &mut kept);
-            if let Some((place, found)) = closest_of(mesh, point, search.candidates)
+            if let Some((slot, found)) = closest_of(mesh, point, search.candidates)
                 && found.distance <= radius
             {
                 // The next point is often near.
-                likely = Some(place / 8);
+                likely = Some(slot.0 / 8);
                 *closest = found;
-                (closest.geometry, closest.triangle) = bvh.geometries.name(found.triangle);
+                let name = tree.geometries.name(TriangleId(found.triangle));
+                (closest.geometry, closest.triangle) = (name.geometry, name.triangle);
             }
         }
     }

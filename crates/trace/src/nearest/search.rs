@@ -1,14 +1,15 @@
 //! The walk: the nearest box first, and no box that is surely farther than something found.
 
+use intertri::LeafSlot;
 use intertri::internal::exact::squares;
 use intertri::simd::{Lanes, Mask, Simd, Vec3};
 
 use super::boxes;
 use super::found::Candidate;
 use super::mesh::{At, Mesh};
-use crate::across::lanes_of;
-use crate::single::{BOTTOM, Kept};
 use crate::tree::LEAF;
+use crate::util::lane_ops::lanes_of;
+use crate::walk::single::{BOTTOM, TraversalScratch};
 
 /// A search for the triangle that is closest to a point.
 pub(super) struct Search<'a, M> {
@@ -23,7 +24,7 @@ pub(super) struct Search<'a, M> {
 impl<M: Mesh> Search<'_, M> {
     /// Walks the tree; first to a leaf that is likely to be near, if one is known. What remains are the candidates.
     #[inline(always)]
-    pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut Kept) {
+    pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;
         let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
         self.candidates.clear();
@@ -87,8 +88,8 @@ impl<M: Mesh> Search<'_, M> {
         }
         for lane in lanes_of(near) {
             if least[lane] <= self.most {
-                let place = (8 * leaf + lane) as u32;
-                self.candidates.push(Candidate { place, least: least[lane] });
+                let slot = LeafSlot((8 * leaf + lane) as u32);
+                self.candidates.push(Candidate { slot, least: least[lane] });
             }
         }
         true

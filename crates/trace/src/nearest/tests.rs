@@ -3,8 +3,8 @@ use std::cmp::Ordering;
 use intertri::Triangle;
 use intertri::internal::exact::{Tier, closer_from, closest};
 
-use crate::test_numbers::random;
-use crate::{Bvh, ClosestPoint, Place, Solid};
+use crate::util::test_numbers::random;
+use crate::{Bvh, ClosestPoint, Containment, Solid};
 
 /// The plain loop, all in integers.
 fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f64, [f64; 2])> {
@@ -24,7 +24,7 @@ fn plain(triangles: &[Triangle], point: [f32; 3], radius: f64) -> Option<(u32, f
 fn assert_plain(triangles: &[Triangle], points: &[[f32; 3]], radius: f64) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let mut answers = vec![ClosestPoint::NONE; points.len()];
-    bvh.closest_point_batch(points, radius, &mut answers);
+    bvh.closest_point_batch_into(points, radius, &mut answers);
     let mut found = 0;
     for (&point, answer) in points.iter().zip(&answers) {
         let expected = plain(triangles, point, radius);
@@ -102,13 +102,13 @@ fn balls_far_and_near() {
     // The sign.
     let solid = Solid::assume_closed(&ball).unwrap();
     let mut distances = vec![0.0; points.len()];
-    solid.signed_distance_batch(&points, &mut distances);
+    solid.signed_distance_batch_into(&points, &mut distances);
     let (mut inside, mut on) = (0, 0);
     for (&point, &distance) in points.iter().zip(&distances) {
-        match solid.place(point) {
-            Place::Inside(_) => assert!(distance < 0.0, "{point:?}"),
-            Place::Surface => assert!(distance == 0.0 && distance.is_sign_positive()),
-            Place::Outside => assert!(distance > 0.0, "{point:?}"),
+        match solid.classify(point) {
+            Containment::Inside(_) => assert!(distance < 0.0, "{point:?}"),
+            Containment::Surface => assert!(distance == 0.0 && distance.is_sign_positive()),
+            Containment::Outside => assert!(distance > 0.0, "{point:?}"),
         }
         inside += usize::from(distance < 0.0);
         on += usize::from(distance == 0.0);
@@ -138,7 +138,7 @@ fn triangles_without_an_area_are_segments_and_points() {
 
     // Rays do not hit them, and they are all a mesh may have.
     let ray = intertri::Ray::new([6.0, 5.0, 9.0], [0.0, 0.0, -1.0]);
-    assert_eq!(bvh.closest(&intertri::Exact::default(), &ray), None);
+    assert_eq!(bvh.closest(&ray), None);
     assert_eq!(bvh.bounds(), Some([[0.0; 3], [1.0, 1.0, 0.0]]));
     assert_eq!(bvh.to_triangles()[1..], [segment, Triangle([[9.0; 3]; 3])]);
     let alone = Bvh::new(&[segment]).unwrap();

@@ -1,152 +1,291 @@
-//! What users ask of a hierarchy: of one ray, or of many.
+//! What is asked of a hierarchy: one object with the mode, the selection and the scratch memory, and all verbs.
 
-mod batch;
-mod closest_point;
-mod crossings;
-#[cfg(feature = "fixed")]
-mod fixed;
-mod intersector;
-mod lists;
-mod one;
-mod only;
-mod places;
+mod batches;
+mod shortcuts;
 mod visible;
 
-#[cfg(feature = "fixed")]
-pub use fixed::FixedBvh;
-pub use intersector::Intersector;
-pub use lists::HitLists;
-pub use only::Only;
+use std::fmt;
 
-use intertri::internal::Which;
-use intertri::{Counts, Hit, Ray, RayOf};
+use intertri::simd::Level;
+use intertri::{Crossing, Filter, Hit, Mode, Ray, RayOf};
 
 use crate::bvh::Bvh;
-use crate::given::{Given, ModeFor};
-use crate::memory::OutOfMemory;
-use crate::select::Select;
-use crate::single::Kept;
-use crate::tree::Tree;
+use crate::scalar::BvhScalar;
+use crate::selection::{ActiveSelection, Faces, Selection};
+use crate::tree::{MeshTriangle, Tree};
+use crate::walk::one_ray;
+use crate::walk::single::{LentScratch, TraversalScratch};
 
-impl<S: Given> Bvh<S> {
-    /// The closest hit; of equal t, the lowest index.
-    pub fn closest<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Option<Hit> {
-        // Not by `only`, whose frame takes a twentieth of a ray's time.
-        self.ask_one(mode, ray, |tree, which, ray| {
-            one::closest(tree, &Select::ALL.of(tree), which, ray, &mut Kept::lend(tree))
-        })
+/// A query: how hits are decided, which triangles count, and the verbs. [`Bvh::query`] makes one.
+///
+/// By default the mode is [`Mode::exact`] and all triangles count. Each setting returns the query, so that they can be
+/// chained. Answers are those of a plain loop over the triangles that count: they do not depend on the hierarchy, the
+/// number of threads, or what was asked before.
+///
+/// If you trace one ray at a time, keep a query for each thread and reuse it: it owns the traversal's stack and
+/// remembers where the last rays went.
+///
+/// ```
+/// use intertri_trace::Bvh;
+/// use intertri_trace::intertri::{Mode, Ray, Triangle};
+/// // A particle between two walls, which turns round at each.
+/// let wall = |x| Triangle::new([x, -9.0, -9.0], [x, 9.0, -9.0], [x, 0.0, 9.0]);
+/// let bvh = Bvh::new(&[wall(-1.0), wall(3.0)])?;
+/// let mut query = bvh.query().mode(Mode::certified());
+/// let (mut ray, mut path) = (Ray::new([0.0; 3], [1.0, 0.0, 0.0]), 0.0);
+/// for _ in 0..3 {
+///     let hit = query.closest(&ray).expect("it is between them");
+///     path += hit.t;
+///     ray = Ray::new([ray.origin[0] + ray.dir[0] * hit.t as f32, 0.0, 0.0], ray.dir.map(|d| -d));
+///     ray.t_min = 0.5;
+/// }
+/// assert_eq!(path, 3.0 + 4.0 + 4.0);
+/// # Ok::<(), intertri_trace::BuildError>(())
+/// ```
+pub struct Query<'a, S: BvhScalar = f32> {
+    bvh: &'a Bvh<S>,
+    mode: Mode,
+    selection: Selection<'a>,
+    /// What of it a traversal has to look at.
+    active: ActiveSelection<'a>,
+    on_this_thread: bool,
+    scratch: LentScratch,
+}
+
+impl<S: BvhScalar> Bvh<S> {
+    /// A query, in the mode [`Mode::exact`] and among all triangles until it is told otherwise.
+    #[inline]
+    pub fn query(&self) -> Query<'_, S> {
+        Query {
+            bvh: self,
+            mode: Mode::exact(),
+            selection: Selection::ALL,
+            active: Selection::ALL.active(&self.tree),
+            on_this_thread: false,
+            scratch: TraversalScratch::lend(&self.tree),
+        }
+    }
+}
+
+/// How hits are decided. Coordinates in f64 are always decided exactly.
+impl Query<'_, f32> {
+    /// In this mode.
+    #[inline]
+    pub fn mode(self, mode: Mode) -> Self {
+        Self { mode, ..self }
+    }
+}
+
+impl<'a, S: BvhScalar> Query<'a, S> {
+    /// In the mode [`Mode::once`]: each point of a mesh belongs to one of its triangles.
+    pub fn once(self) -> Self {
+        Self { mode: Mode::once().at(self.mode.level()), ..self }
     }
 
-    /// Whether anything is hit.
-    pub fn any<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> bool {
-        self.ask_one(mode, ray, |tree, which, ray| {
-            one::any(tree, &Select::ALL.of(tree), which, ray, &mut Kept::lend(tree))
-        })
+    /// At a level of instructions. No answer depends on it.
+    pub fn at(self, level: Level) -> Self {
+        Self { mode: self.mode.at(level), ..self }
     }
 
-    /// Every hit, in order of t; of equal t, of the index.
-    pub fn all<M: ModeFor<S>>(&self, mode: &M, ray: &RayOf<S>) -> Vec<Hit> {
-        self.only(&Select::ALL).all(mode, ray)
+    /// Batches are traced on the calling thread alone, without waking others.
+    ///
+    /// Without this they run in the rayon pool of the calling thread: inside of `ThreadPool::install` that is your own.
+    pub fn on_this_thread(self) -> Self {
+        Self { on_this_thread: true, ..self }
     }
 
-    /// [`Bvh::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where there is
-    /// none.
-    ///
-    /// Rays that are neighbours in the slice are best neighbours in space, too. Fastest are rays that
-    /// share their origin, 1024 of them in a row in a narrow cone, such as 32 by 32 pixels in Z-order;
-    /// whether that is so is found out here, and no answer depends on it.
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn closest_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        rays: &[RayOf<S>],
-        hits: &mut [Hit],
-    ) -> Counts {
-        self.only(&Select::ALL).closest_batch(mode, rays, hits)
-    }
-
-    /// The triangles of [`Bvh::closest_batch`] alone, [`Hit::NO_TRIANGLE`] for a miss: where nobody asks for
-    /// t, it need not be computed in f64. Of several meshes these are positions in the whole
-    /// ([`Bvh::geometry_of`]).
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn triangles_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        rays: &[RayOf<S>],
-        triangles: &mut [u32],
-    ) -> Counts {
-        self.only(&Select::ALL).triangles_batch(mode, rays, triangles)
-    }
-
-    /// [`Bvh::any`] of many rays: `any[i]` becomes the answer of `rays[i]`.
-    ///
-    /// Fastest where neighbours share their origin, or end at one point but for rounding, at t = 1 or at
-    /// `t_max`, and do not look beyond it. For shadows ask [`Bvh::visible_batch`]: a ray that starts on a surface
-    /// may hit it, because the point is rounded.
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn any_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        rays: &[RayOf<S>],
-        any: &mut [bool],
-    ) -> Counts {
-        self.only(&Select::ALL).any_batch(mode, rays, any)
-    }
-
-    /// [`Bvh::all`] of many rays, in compact arrays; of each ray the first `limit` hits, if there is a limit.
-    ///
-    /// Rays are best ordered as for [`Bvh::closest_batch`]. With a limit a ray looks no farther than the last
-    /// of so many hits.
-    ///
-    /// # Errors
-    /// If there is too little memory for what is found.
+    /// Among the geometries whose mask ([`Bvh::set_mask`]) has a bit in common with this one.
     ///
     /// ```
     /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Ray, Triangle};
-    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
-    /// let bvh = Bvh::new(&[at(5.0), at(7.0), at(3.0)])?;
-    /// let rays = [0.2, 9.0, 0.3].map(|x| Ray::new([x, 0.2, 0.0], [0.0, 0.0, 1.0]));
-    /// let lists = bvh.all_batch(&Exact::default(), &rays, Some(2))?;
-    /// assert_eq!(lists.offsets, [0, 2, 2, 4]);
-    /// assert!(lists.of(2).iter().map(|hit| hit.triangle).eq([2, 0]));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// const GLASS: u32 = 0b01;
+    /// const WALLS: u32 = 0b10;
+    /// let at = |z| [Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z])];
+    /// let mut bvh = Bvh::from_meshes(&[&at(3.0), &at(5.0)])?;
+    /// bvh.set_mask(0, GLASS);
+    /// bvh.set_mask(1, WALLS);
+    /// let hit = bvh.query().mask(WALLS).closest(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0])).unwrap();
+    /// assert_eq!((hit.geometry, hit.triangle, hit.t), (1, 0, 5.0));
+    /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
-    pub fn all_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        rays: &[RayOf<S>],
-        limit: Option<usize>,
-    ) -> Result<HitLists, OutOfMemory> {
-        self.only(&Select::ALL).all_batch(mode, rays, limit)
+    pub fn mask(self, mask: u32) -> Self {
+        let selection = Selection { mask, ..self.selection };
+        self.select(selection)
     }
 
-    /// The same queries among some of the triangles: by a mask of geometries, by the side from which they are
-    /// met, and without what rays skip.
+    /// Among the triangles that a ray meets from this side.
     ///
-    /// The answers are those of a plain loop over the triangles that count. Bundles know nothing of the choice:
-    /// rays of one origin are then traced as streams. Where every triangle counts, it costs nothing.
-    ///
-    /// An example stands at [`Select`].
-    pub fn only<'a>(&'a self, select: &'a Select<'a>) -> Only<'a, S> {
-        Only::new(self, select)
+    /// ```
+    /// use intertri_trace::{Bvh, Faces};
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// // Two walls whose corners run clockwise, and counter-clockwise, as the ray sees them.
+    /// let back = Triangle::new([0.0, 0.0, 3.0], [1.0, 0.0, 3.0], [0.0, 1.0, 3.0]);
+    /// let front = Triangle::new([0.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 0.0, 5.0]);
+    /// let bvh = Bvh::new(&[back, front])?;
+    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!(bvh.closest(&ray).unwrap().triangle, 0);
+    /// assert_eq!(bvh.query().faces(Faces::Front).closest(&ray).unwrap().triangle, 1);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn faces(self, faces: Faces) -> Self {
+        let selection = Selection { faces, ..self.selection };
+        self.select(selection)
     }
 
-    /// Asks about one ray.
+    /// Without the triangles of some hits: a list for each ray of a batch, or one list for every single ray. A list
+    /// names triangles by [`Hit::geometry`] and [`Hit::triangle`]; a miss skips nothing.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::new(&[at(3.0), at(5.0)])?;
+    /// let ray = Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]);
+    /// let first = bvh.closest(&ray).unwrap();
+    /// let next = bvh.query().skip(&[&[first]]).closest(&ray).unwrap();
+    /// assert_eq!((first.triangle, next.triangle), (0, 1));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn skip(self, lists: &'a [&'a [Hit]]) -> Self {
+        let selection = Selection { skip: lists, ..self.selection };
+        self.select(selection)
+    }
+
+    fn select(self, selection: Selection<'a>) -> Self {
+        Self { selection, active: selection.active(&self.bvh.tree), ..self }
+    }
+}
+
+/// One ray a call.
+///
+/// # Panics
+/// If there are several lists of triangles to skip.
+impl<S: BvhScalar> Query<'_, S> {
+    /// The closest hit; if two have the same t, the lower geometry, then the lower triangle.
     #[inline]
-    pub(crate) fn ask_one<M: ModeFor<S>, A>(
+    pub fn closest(&mut self, ray: &RayOf<S>) -> Option<Hit> {
+        self.trace(ray, one_ray::closest)
+    }
+
+    /// The triangle of [`Query::closest`] alone, which saves computing t, u and v.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, MeshTriangle};
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::from_meshes(&[&[at(5.0)], &[at(3.0)]])?;
+    /// let triangle = bvh.query().closest_triangle(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
+    /// assert_eq!(triangle, Some(MeshTriangle { triangle: 0, geometry: 1 }));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    #[inline]
+    pub fn closest_triangle(&mut self, ray: &RayOf<S>) -> Option<MeshTriangle> {
+        self.trace(ray, one_ray::closest_triangle)
+    }
+
+    /// Whether anything is hit.
+    #[inline]
+    pub fn any(&mut self, ray: &RayOf<S>) -> bool {
+        self.trace(ray, one_ray::any)
+    }
+
+    /// Every hit, by t; if two have the same t, by geometry, then by triangle.
+    pub fn all(&mut self, ray: &RayOf<S>) -> Vec<Hit> {
+        self.trace(ray, one_ray::all)
+    }
+
+    /// Where a ray crosses the mesh, by t; if two have the same t, by geometry, then by triangle. A point on an edge or
+    /// a corner belongs to one of the triangles that have it. Crossings are decided exactly in every mode.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// // A square, crossed exactly on its diagonal.
+    /// let [a, b, c, d] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
+    /// let bvh = Bvh::new(&[Triangle::new(a, b, c), Triangle::new(d, c, b)])?;
+    /// let ray = Ray::new([0.5, 0.5, 0.0], [0.0, 0.0, 1.0]);
+    /// assert_eq!((bvh.query().all(&ray).len(), bvh.query().crossings(&ray).len()), (2, 1));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn crossings(&mut self, ray: &RayOf<S>) -> Vec<Crossing> {
+        self.trace_in(self.crossing_mode(), ray, one_ray::crossings)
+    }
+
+    /// The first of [`Query::crossings`], with its side, without tracing the whole line: for particles that go from one
+    /// medium to the next.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let bvh = Bvh::new(&faces)?;
+    /// // Into a corner, exactly, and out of the face across it.
+    /// let ray = Ray::new([-1.0; 3], [1.0; 3]);
+    /// let entry = bvh.query().next_crossing(&ray).unwrap();
+    /// assert!(entry.hit.t == 1.0 && !entry.leaves);
+    /// let exit = bvh.query().next_crossing(&Ray { t_min: 1.5, ..ray }).unwrap();
+    /// assert!(exit.hit.triangle == 3 && exit.leaves);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn next_crossing(&mut self, ray: &RayOf<S>) -> Option<Crossing> {
+        self.trace_in(self.crossing_mode(), ray, one_ray::next_crossing)
+    }
+
+    /// Exact, and each crossing once.
+    fn crossing_mode(&self) -> Mode {
+        Mode::once().at(self.mode.level())
+    }
+
+    /// Traces a ray in the query's mode.
+    #[inline(always)]
+    fn trace<A>(&mut self, ray: &RayOf<S>, verb: Verb<A>) -> A {
+        self.trace_in(self.mode, ray, verb)
+    }
+
+    /// Traces a ray.
+    #[inline(always)]
+    fn trace_in<A>(&mut self, mode: Mode, ray: &RayOf<S>, verb: Verb<A>) -> A {
+        let Self { bvh, active, scratch, selection, .. } = self;
+        assert!(selection.skip.len() <= 1, "one list of triangles to skip for one ray, or none");
+        bvh.trace_ray(mode, active, ray, scratch, verb)
+    }
+}
+
+impl<S: BvhScalar> Bvh<S> {
+    /// Traces a ray.
+    #[inline(always)]
+    fn trace_ray<A>(
         &self,
-        mode: &M,
+        mode: Mode,
+        selection: &ActiveSelection<'_>,
         ray: &RayOf<S>,
-        ask: impl FnOnce(&Tree, &Which<'_>, &Ray) -> A,
+        scratch: &mut TraversalScratch,
+        verb: Verb<A>,
     ) -> A {
-        let (tree, which) = (&self.tree, mode.which());
-        S::walk_one(tree, &self.originals, &which, ray, |which, ray| ask(tree, which, ray))
+        S::with_ray(&self.tree, &self.originals, mode, ray, |filter, ray| {
+            verb(&self.tree, selection, filter, ray, scratch)
+        })
+    }
+}
+
+/// A query about one ray, in f32, compiled in this crate.
+type Verb<A> = fn(&Tree, &ActiveSelection<'_>, &Filter<'_>, &Ray, &mut TraversalScratch) -> A;
+
+impl<S: BvhScalar> Clone for Query<'_, S> {
+    fn clone(&self) -> Self {
+        Self { scratch: TraversalScratch::lend(&self.bvh.tree), ..*self }
+    }
+}
+
+impl<S: BvhScalar> fmt::Debug for Query<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { mode, selection, on_this_thread, .. } = self;
+        f.debug_struct("Query")
+            .field("mode", mode)
+            .field("selection", selection)
+            .field("on_this_thread", on_this_thread)
+            .finish_non_exhaustive()
     }
 }

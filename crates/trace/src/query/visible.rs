@@ -6,19 +6,17 @@
 //!     ────●╱────  surface           by accident; all others do, exactly
 //! ```
 //!
-//! Rays are traced without a choice first, so that they can go in bundles. Those that hit something are traced again,
+//! Rays are traced without the lists first, so that they can go in bundles. Those that hit something are traced again,
 //! with a predicate that leaves out the triangles at their ends. Definition: `docs/numerics/exact.md`, section 9.
 
 use intertri::internal::Bits;
 use intertri::internal::exact::{Tier, closest};
-use intertri::{RayOf, TriangleOf};
+use intertri::{LeafSlot, RayOf, TriangleOf};
 
-use super::Only;
-use super::batch;
-use crate::answers::Answers;
-use crate::bvh::Bvh;
-use crate::given::{Given, ModeFor};
-use crate::select::Select;
+use super::Query;
+use crate::scalar::BvhScalar;
+use crate::selection::Selection;
+use crate::walk::BatchOutput;
 
 /// A triangle this many units of rounding from an end, or nearer, is one on which the end lies.
 const UNITS: f64 = 16.0;
@@ -26,118 +24,95 @@ const UNITS: f64 = 16.0;
 /// Segments that are traced together: they are copied.
 const PIECE: usize = 1 << 16;
 
-impl<S: Given> Bvh<S> {
+/// Segments between points.
+///
+/// # Panics
+/// If segments and answers differ in number, or if there are lists of triangles to skip but not one a segment.
+impl<S: BvhScalar> Query<'_, S> {
     /// Whether no triangle hides two points from each other, other than those on which they lie.
     ///
     /// A point lies on a triangle if it is no farther from it than 16 units of rounding (`2^-23` or `2^-52` of the
     /// largest coordinate of both points and the triangle's corners). So a surface does not shade itself, however its
-    /// points were rounded, also across an edge. If your points are less accurate, name their triangles in
-    /// [`Select::skip`] and ask [`Only::visible`]. Any other triangle hides them where it meets the ray from `a` in
-    /// direction `b - a` at `0 < t < 1`. Points with a NaN or an infinity see nothing.
+    /// points were rounded, also across an edge. If your points are less accurate, name their triangles by
+    /// [`Query::skip`]; a list may name the triangles of both ends. Any other triangle hides them where it meets the
+    /// ray from `a` in direction `b - a` at `0 < t < 1`. Points with a NaN or an infinity see nothing.
     ///
     /// ```
     /// use intertri_trace::Bvh;
-    /// use intertri_trace::intertri::{Exact, Triangle64};
+    /// use intertri_trace::intertri::Triangle64;
     /// let [a, b, c] = [[0.1, 0.2, 0.3], [1.3, 0.1, 0.7], [0.4, 1.1, 0.2]];
-    /// let bvh = Bvh::new(&[Triangle64([a, b, c])])?;
+    /// let bvh = Bvh::new(&[Triangle64::new(a, b, c)])?;
     /// let center = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
     /// let light = [3.0, 1.0, 4.0];
-    /// assert!(bvh.visible(&Exact::default(), center, light));
-    /// assert!(bvh.visible(&Exact::default(), light, a));
-    /// assert!(!bvh.visible(&Exact::default(), light, [-1.8, -0.2, -3.2]));
+    /// assert!(bvh.visible(center, light));
+    /// assert!(bvh.visible(light, a));
+    /// assert!(!bvh.visible(light, [-1.8, -0.2, -3.2]));
     /// # Ok::<(), intertri_trace::BuildError>(())
     /// ```
-    pub fn visible<M: ModeFor<S>>(&self, mode: &M, a: [S; 3], b: [S; 3]) -> bool {
-        self.only(&Select::ALL).visible(mode, a, b)
-    }
-
-    /// [`Bvh::visible`] of the ends of many segments: `visible[i]` becomes the answer of `segments[i]`.
-    ///
-    /// It is fastest if segments start or end at one point, such as a light, as for [`Bvh::any_batch`].
-    ///
-    /// # Panics
-    /// If the slices differ in length.
-    pub fn visible_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        segments: &[[[S; 3]; 2]],
-        visible: &mut [bool],
-    ) {
-        self.only(&Select::ALL).visible_batch(mode, segments, visible);
-    }
-}
-
-impl<S: Given> Only<'_, S> {
-    /// [`Bvh::visible`] of the triangles that count. A list of what to skip may name the triangles of both ends.
-    pub fn visible<M: ModeFor<S>>(&self, mode: &M, a: [S; 3], b: [S; 3]) -> bool {
+    pub fn visible(&self, a: [S; 3], b: [S; 3]) -> bool {
         let mut visible = [false];
-        self.visible_batch(mode, &[[a, b]], &mut visible);
+        self.visible_batch_into(&[[a, b]], &mut visible);
         visible[0]
     }
 
-    /// [`Bvh::visible_batch`] of the triangles that count.
+    /// [`Query::visible`] of the ends of many segments.
     ///
-    /// # Panics
-    /// If the slices, or the lists of what segments skip, differ in length.
-    pub fn visible_batch<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        segments: &[[[S; 3]; 2]],
-        visible: &mut [bool],
-    ) {
-        self.visible_within(mode, segments, (S::DIGITS - 1) as u32, visible);
+    /// It is fastest if segments start or end at one point, such as a light, as for [`Query::any_batch`].
+    pub fn visible_batch(&self, segments: &[[[S; 3]; 2]]) -> Vec<bool> {
+        let mut visible = vec![false; segments.len()];
+        self.visible_batch_into(segments, &mut visible);
+        visible
+    }
+
+    /// [`Query::visible_batch`] into a slice.
+    pub fn visible_batch_into(&self, segments: &[[[S; 3]; 2]], visible: &mut [bool]) {
+        self.visible_within(segments, (S::DIGITS - 1) as u32, visible);
     }
 
     /// The same of points that were rounded to so many bits behind the first.
     #[doc(hidden)]
-    pub fn visible_within<M: ModeFor<S>>(
-        &self,
-        mode: &M,
-        segments: &[[[S; 3]; 2]],
-        bits: u32,
-        visible: &mut [bool],
-    ) {
+    pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
         assert_eq!(segments.len(), visible.len(), "one answer a segment");
-        let (skip, reach) = (self.select.skip, UNITS / (1_u64 << bits) as f64);
+        let (skip, reach) = (self.selection.skip, UNITS / (1_u64 << bits) as f64);
         let lists = skip.len();
-        assert!(lists == 0 || lists == segments.len(), "a list of what to skip a segment, or none");
-        for (i, (segments, visible)) in
-            segments.chunks(PIECE).zip(visible.chunks_mut(PIECE)).enumerate()
-        {
+        let fits = lists == 0 || lists == segments.len();
+        assert!(fits, "a list of triangles to skip for each segment, or none");
+        let pieces = segments.chunks(PIECE).zip(visible.chunks_mut(PIECE));
+        for (i, (segments, visible)) in pieces.enumerate() {
             let skip = if lists == 0 { skip } else { &skip[i * PIECE..][..segments.len()] };
-            let select = Select { skip, ..*self.select };
-            self.bvh.only(&select).visible_piece(mode, segments, reach, visible);
+            self.visible_piece(segments, Selection { skip, ..self.selection }, reach, visible);
         }
     }
 
     /// The same of so few that they can be copied.
-    fn visible_piece<M: ModeFor<S>>(
+    fn visible_piece(
         &self,
-        mode: &M,
         segments: &[[[S; 3]; 2]],
+        selection: Selection<'_>,
         reach: f64,
         visible: &mut [bool],
     ) {
+        // First without the lists, so that rays can go in bundles.
+        let (bvh, mode) = (self.bvh, self.mode);
         let rays: Vec<_> = segments.iter().map(ray_of).collect();
-        let (all, occluded) = (Select { skip: &[], ..*self.select }, &mut *visible);
-        self.bvh.only(&all).any_batch(mode, &rays, occluded);
+        let all = Selection { skip: &[], ..selection }.active(&bvh.tree);
+        self.with_selection(all, mode, &rays, BatchOutput::Any(visible));
 
         // Those that hit something, which may be where they end.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
         let rays: Vec<_> = hidden.iter().map(|&i| rays[i]).collect();
-        let lists: Vec<_> = match self.select.skip {
+        let lists: Vec<_> = match selection.skip {
             [] => Vec::new(),
             skip => hidden.iter().map(|&i| skip[i]).collect(),
         };
-        let select = Select { skip: &lists, ..*self.select };
-        let counts = |number: usize, place: u32| {
-            let (segment, triangle) = (&segments[hidden[number]], self.bvh.triangle(place));
+        let selection = Selection { skip: &lists, ..selection };
+        let counts = |number: usize, slot: LeafSlot| {
+            let (segment, triangle) = (&segments[hidden[number]], bvh.triangle_in(slot));
             !lies_on(segment, &triangle, reach)
         };
         let mut occluded = vec![false; rays.len()];
-        self.asked(mode, &rays, Some(select.filtered(&counts)), |many| {
-            batch::answer(many, Answers::Any(&mut occluded));
-        });
+        let some = Some(selection.filtered(&counts));
+        self.with_selection(some, mode, &rays, BatchOutput::Any(&mut occluded));
 
         for (visible, segment) in visible.iter_mut().zip(segments) {
             *visible = segment.as_flattened().iter().all(|x| Bits::is_finite(*x));
@@ -149,7 +124,7 @@ impl<S: Given> Only<'_, S> {
 }
 
 /// The ray from one end of a segment to the other.
-fn ray_of<S: Given>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
+fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));
     let dir = way(1.0);
     if dir.iter().all(|x| Bits::is_finite(*x)) {
@@ -159,7 +134,7 @@ fn ray_of<S: Given>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
 }
 
 /// Whether one end of a segment lies on a triangle, but for so large a part of the largest coordinate.
-fn lies_on<S: Given>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f64) -> bool {
+fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f64) -> bool {
     let corners = triangle.0.map(|corner| corner.map(Into::<f64>::into));
     let all = corners.as_flattened().iter().copied();
     let ends64 = ends.map(|end| end.map(Into::<f64>::into));

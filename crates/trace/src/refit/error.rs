@@ -15,6 +15,15 @@ pub enum RefitError {
     },
     /// There is too little memory.
     OutOfMemory,
+    /// An index is out of bounds.
+    BadIndex {
+        /// The triangle.
+        triangle: usize,
+        /// The index of its vertex.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
 }
 
 impl fmt::Display for RefitError {
@@ -24,6 +33,12 @@ impl fmt::Display for RefitError {
                 f,
                 "a hierarchy of {expected} triangles is refitted to as many, not to {found}; build another"
             ),
+            Self::BadIndex { triangle, index, vertices } => {
+                write!(
+                    f,
+                    "triangle {triangle} has vertex {index}, but there are {vertices} vertices"
+                )
+            }
             Self::OutOfMemory => f.write_str("refitting needs more memory than there is"),
         }
     }

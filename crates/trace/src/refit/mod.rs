@@ -15,11 +15,11 @@ mod tests;
 
 pub use error::RefitError;
 
-use crate::across::lanes_of;
 use crate::build::Triangles;
-use crate::memory::{NoMemory, room};
-use crate::threads;
 use crate::tree::{Aabb, EMPTY, HitBounds, LEAF, LeafBounds, Node, Tree, lean_of};
+use crate::util::lane_ops::lanes_of;
+use crate::util::memory::{NoMemory, room};
+use crate::util::threads;
 
 /// How good a tree is after [`Bvh::refit`](crate::Bvh::refit).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
-use intertri::{Certified, Exact, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 
-use crate::test_numbers::random;
+use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
 /// A ball of so many rings, the corners moved by a function.
@@ -37,10 +37,10 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
         })
         .collect();
     for ray in &rays {
-        assert_eq!(bvh.all(&Exact::default(), ray), anew.all(&Exact::default(), ray));
-        assert_eq!(bvh.closest(&Exact::default(), ray), anew.closest(&Exact::default(), ray));
-        let mode = Certified::default();
-        assert_eq!(bvh.closest(&mode, ray), anew.closest(&mode, ray));
+        assert_eq!(bvh.all(ray), anew.all(ray));
+        assert_eq!(bvh.closest(ray), anew.closest(ray));
+        let mode = Mode::certified();
+        assert_eq!(bvh.query().mode(mode).closest(ray), anew.query().mode(mode).closest(ray));
         let near = |bvh: &Bvh| bvh.closest_point(ray.origin, f64::INFINITY);
         assert_eq!(near(bvh), near(&anew));
     }
@@ -56,7 +56,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     let picture: Vec<Ray> = (0..4096).map(pixel).collect();
     let hits = |bvh: &Bvh| {
         let mut hits = vec![intertri::Hit::MISS; picture.len()];
-        bvh.closest_batch(&Exact::default(), &picture, &mut hits);
+        bvh.query().closest_batch_into(&picture, &mut hits);
         hits
     };
     assert_eq!(hits(bvh), hits(&anew));

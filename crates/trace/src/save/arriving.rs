@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 
 use super::format::Entry;
 use super::input::Input;
-use crate::memory::{NoMemory, zeros};
+use crate::util::memory::{NoMemory, zeros};
 
 /// Room for the records of a section: for all at once where they are surely there, for each thread touches its own
 /// pages of it then; else room that grows with what arrives.

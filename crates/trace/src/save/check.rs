@@ -5,9 +5,9 @@
 
 use super::error::LoadError;
 use crate::build::MAX_DEPTH;
-use crate::memory::{NoMemory, room};
-use crate::threads;
 use crate::tree::{Aabb, EMPTY, Geometries, LEAF, Leaf, LeafBounds, NONE, Node};
+use crate::util::memory::{NoMemory, room};
+use crate::util::threads;
 
 /// The depth of a tree: each node but the first comes after its one parent, and each of its leaves has one.
 pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {

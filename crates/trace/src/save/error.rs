@@ -2,7 +2,7 @@
 
 use std::{fmt, io};
 
-use crate::memory::NoMemory;
+use crate::util::memory::NoMemory;
 
 /// Why a saved hierarchy could not be loaded, in one line.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use std::io::Read;
 
 use super::error::LoadError;
 #[cfg(unix)]
-use crate::threads;
+use crate::util::threads;
 
 /// So much of a stream is read at a time.
 const PIECE: usize = 1 << 20;

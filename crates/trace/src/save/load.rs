@@ -17,11 +17,11 @@ use super::format::{
 use super::input::Input;
 use super::records::{ReadLeaves, read_node};
 use super::records64::{EightTriangles, ReadLeaves64, read_frame};
-use crate::memory::NoMemory;
-use crate::threads;
 use crate::tree::{
     EMPTY, Geometries, Leaf, LeafBounds, MOST_LEAVES, Node, Tree, boxes_of, lean_of,
 };
+use crate::util::memory::NoMemory;
+use crate::util::threads;
 
 /// Blocks read at a time for each thread, which are small enough for its cache.
 const BATCH: usize = 1;
@@ -250,7 +250,7 @@ fn read_leaves64(
 /// Room for all records of a section, if they are surely there.
 fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
-    crate::memory::room(if there { entry.count() } else { 0 })
+    crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
 /// Hands on a section in batches of blocks, and compares its checksum.

@@ -15,8 +15,8 @@ use intertri::{Triangle64, TriangleOf};
 use super::error::LoadError;
 use super::format::{LEAF64_SIZE, u32_at};
 use super::records::{numbers_to_write, read_numbers, silent_lanes};
-use crate::across::lanes_of;
 use crate::tree::{Aabb, Leaf, LeafBounds};
+use crate::util::lane_ops::lanes_of;
 
 /// The triangles of a leaf.
 pub(crate) type EightTriangles = [Triangle64; 8];

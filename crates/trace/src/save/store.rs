@@ -9,10 +9,10 @@ use super::format::{
     NODE, NODES, NUMBER, checksum_of_blocks, front,
 };
 use super::records::{write_leaf, write_node};
-use crate::memory::{NoMemory, room, zeros};
-use crate::stop;
-use crate::threads;
 use crate::tree::Tree;
+use crate::util::memory::{NoMemory, room, zeros};
+use crate::util::stop;
+use crate::util::threads;
 
 /// A NaN that has the same bits everywhere.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);

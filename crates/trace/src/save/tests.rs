@@ -1,8 +1,8 @@
-use intertri::{Certified, Exact, Ray, Triangle};
+use intertri::{Mode, Ray, Triangle};
 
 use super::format::{ENTRY, HEADER, OPTIONAL};
 use super::seal;
-use crate::test_numbers::random;
+use crate::util::test_numbers::random;
 use crate::{Bvh, LoadError};
 
 /// Triangles anywhere, some of which are needles, lie upon others, have no area, or are not finite.
@@ -40,8 +40,11 @@ fn assert_same(a: &Bvh, b: &Bvh) {
         (b.len(), b.bounds(), b.tree.stack, b.tree.reach)
     );
     for ray in rays(200) {
-        assert_eq!(a.all(&Exact::default(), &ray), b.all(&Exact::default(), &ray));
-        assert_eq!(a.closest(&Certified::default(), &ray), b.closest(&Certified::default(), &ray));
+        assert_eq!(a.all(&ray), b.all(&ray));
+        assert_eq!(
+            a.query().mode(Mode::certified()).closest(&ray),
+            b.query().mode(Mode::certified()).closest(&ray)
+        );
         let near = |bvh: &Bvh| bvh.closest_point(ray.origin, f64::INFINITY);
         assert_eq!(near(a), near(b));
     }
@@ -52,7 +55,7 @@ fn geometries_and_masks_are_saved() {
     let soup = soup(3000);
     for meshes in [vec![&soup[..]], vec![&soup[..99], &[], &soup[99..]], vec![&[][..], &[]], vec![]]
     {
-        let mut bvh = Bvh::of_meshes(&meshes).unwrap();
+        let mut bvh = Bvh::from_meshes(&meshes).unwrap();
         if !meshes.is_empty() {
             bvh.set_mask(0, 0b110);
         }
@@ -61,15 +64,14 @@ fn geometries_and_masks_are_saved() {
         assert_same(&bvh, &loaded);
         assert_eq!(bvh.geometries(), loaded.geometries());
         assert!(bytes == loaded.to_bytes());
-        let select = crate::Select { mask: 0b001, ..crate::Select::ALL };
         for ray in rays(200) {
-            let of = |bvh: &Bvh| bvh.only(&select).closest(&Exact::default(), &ray);
+            let of = |bvh: &Bvh| bvh.query().mask(0b001).closest(&ray);
             assert_eq!(of(&bvh), of(&loaded));
         }
     }
 
     // One triangle more in a geometry than there is.
-    let mut bytes = Bvh::of_meshes(&[&soup[..9], &soup[9..99]]).unwrap().to_bytes();
+    let mut bytes = Bvh::from_meshes(&[&soup[..9], &soup[9..99]]).unwrap().to_bytes();
     let last = bytes.len() - 16;
     bytes[last] += 1;
     seal(&mut bytes);
@@ -164,8 +166,12 @@ fn no_word_makes_an_answer_wrong() {
             // The answers are those of a new tree over the same triangles.
             let anew = Bvh::new(&bvh.to_triangles()).unwrap();
             for ray in &rays(4) {
-                let mode = Exact::default();
-                assert_eq!(bvh.all(&mode, ray), anew.all(&mode, ray), "word {word} is {value:x}");
+                let mode = Mode::exact();
+                assert_eq!(
+                    bvh.query().mode(mode).all(ray),
+                    anew.query().mode(mode).all(ray),
+                    "word {word} is {value:x}"
+                );
             }
         }
     }

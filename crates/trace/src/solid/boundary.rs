@@ -3,8 +3,8 @@
 use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
 
-use crate::memory::{NoMemory, room};
-use crate::stop;
+use crate::util::memory::{NoMemory, room};
+use crate::util::stop;
 
 /// A corner as bits, both zeros alike.
 type Corner<S> = [<S as Bits>::Key; 3];

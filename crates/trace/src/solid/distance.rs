@@ -1,20 +1,18 @@
 //! Signed distances: how far the mesh is, and on which side.
 
-use intertri::{Exact, internal::Bits};
+use intertri::internal::Bits;
 
 use super::Solid;
-use crate::given::{Given, ModeFor};
-use crate::memory::filled;
+use super::classify::classify_batch;
+use crate::containment::Containment;
 use crate::nearest::ClosestPoint;
-use crate::place::Place;
+use crate::scalar::BvhScalar;
+use crate::util::memory::filled;
 
 /// Points that are worked on at a time, so that what is kept of them in between stays small.
 const SLAB: usize = 1 << 16;
 
-impl<S: Given> Solid<S>
-where
-    Exact: ModeFor<S>,
-{
+impl<S: BvhScalar> Solid<S> {
     /// How far a point is from the mesh: below 0 where the mesh winds around it, 0 on a triangle, above 0 outside.
     /// The sign is exact, and the distance is that of [`ClosestPoint::distance`], to which triangles without an area
     /// count. NaN where the point is not finite, infinite where there is no triangle.
@@ -30,15 +28,22 @@ where
     /// ```
     pub fn signed_distance(&self, point: [S; 3]) -> f64 {
         let mut distance = [0.0];
-        self.signed_distance_batch(&[point], &mut distance);
+        self.signed_distance_batch_into(&[point], &mut distance);
         distance[0]
     }
 
-    /// [`Solid::signed_distance`] of many points, on all threads: `distances[i]` becomes that of `points[i]`.
+    /// [`Solid::signed_distance`] of many points, on all threads.
+    pub fn signed_distance_batch(&self, points: &[[S; 3]]) -> Vec<f64> {
+        let mut distances = vec![0.0; points.len()];
+        self.signed_distance_batch_into(points, &mut distances);
+        distances
+    }
+
+    /// [`Solid::signed_distance_batch`] into a slice.
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn signed_distance_batch(&self, points: &[[S; 3]], distances: &mut [f64]) {
+    pub fn signed_distance_batch_into(&self, points: &[[S; 3]], distances: &mut [f64]) {
         assert_eq!(points.len(), distances.len(), "one distance a point");
         let mut slab = SLAB.min(points.len()).max(1);
         let (mut closest, mut inside) = loop {
@@ -51,9 +56,9 @@ where
         };
         for (points, distances) in points.chunks(slab).zip(distances.chunks_mut(slab)) {
             let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
-            self.bvh.closest_point_batch(points, f64::INFINITY, closest);
-            let winds = |place| matches!(place, Place::Inside(_));
-            self.bvh.places(Exact::default(), points, inside, winds);
+            self.bvh.closest_point_batch_into(points, f64::INFINITY, closest);
+            let winds = |containment| matches!(containment, Containment::Inside(_));
+            classify_batch(&self.bvh, points, inside, winds);
             for (i, distance) in distances.iter_mut().enumerate() {
                 let far = closest[i].distance;
                 *distance = if !points[i].iter().all(|x| Bits::is_finite(*x)) {

@@ -1,44 +1,44 @@
 //! Solids: what a closed mesh winds around.
 
 mod boundary;
+mod classify;
 mod distance;
 
 use std::fmt;
 
-use intertri::{Exact, Scalar, TriangleOf};
+use intertri::{Scalar, TriangleOf};
 
 use crate::build::BuildError;
 use crate::bvh::Bvh;
-use crate::given::{Given, ModeFor};
-use crate::memory::NoMemory;
-use crate::place::Place;
+use crate::containment::Containment;
+use crate::scalar::BvhScalar;
+use crate::util::memory::NoMemory;
 use boundary::open_edge;
+pub(crate) use classify::classify;
+use classify::classify_batch;
 
-/// A closed mesh, and the hierarchy over it: it tells inside from outside, exactly.
+/// A closed mesh, and the hierarchy over it: it knows inside from outside, exactly.
 ///
-/// Closed means that every edge is run along as often one way as the other, whatever else the mesh is: it may
-/// be in parts, meet itself, and have triangles twice or without area.
+/// In a closed mesh every edge runs as often one way as the other. The mesh may be in parts, meet itself, and have
+/// triangles twice or without area.
 ///
 /// ```
-/// use intertri_trace::{Place, Solid, intertri::Triangle};
+/// use intertri_trace::{Containment, Solid, intertri::Triangle};
 /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
 /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
 /// let solid = Solid::new(&faces)?;
 /// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [1.0, 1.0, 2.0], [1.0, 1.0, 2.000_000_2]];
-/// let places = points.map(|point| solid.place(point));
-/// assert_eq!(places, [Place::Inside(1), Place::Outside, Place::Surface, Place::Outside]);
+/// let containments = points.map(|point| solid.classify(point));
+/// assert_eq!(containments, [Containment::Inside(1), Containment::Outside, Containment::Surface, Containment::Outside]);
 /// assert!(Solid::new(&faces[1..]).unwrap_err().to_string().contains("is open"));
 /// # Ok::<(), intertri_trace::SolidError>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Solid<S: Given = f32> {
+pub struct Solid<S: BvhScalar = f32> {
     bvh: Bvh<S>,
 }
 
-impl<S: Given> Solid<S>
-where
-    Exact: ModeFor<S>,
-{
+impl<S: BvhScalar> Solid<S> {
     /// Of a closed mesh.
     ///
     /// # Errors
@@ -48,7 +48,7 @@ where
         Ok(Self::assume_closed(triangles)?)
     }
 
-    /// What [`Solid::new`] asks of triangles, without a hierarchy: for who has one already, or needs none.
+    /// What [`Solid::new`] requires of triangles, without building a hierarchy.
     ///
     /// # Errors
     /// If they are open, something is not finite, or there is too little memory.
@@ -99,25 +99,40 @@ where
         &self.bvh
     }
 
-    /// Where a point lies. One that is not finite is outside.
-    pub fn place(&self, point: [S; 3]) -> Place {
-        self.bvh.place(Exact::default(), point)
+    /// Where a point lies. A point that is not finite is outside.
+    pub fn classify(&self, point: [S; 3]) -> Containment {
+        classify(&self.bvh, point)
     }
 
-    /// [`Solid::place`] of many points: `places[i]` becomes that of `points[i]`.
+    /// [`Solid::classify`] of many points.
+    pub fn classify_batch(&self, points: &[[S; 3]]) -> Vec<Containment> {
+        let mut all = vec![Containment::Outside; points.len()];
+        self.classify_batch_into(points, &mut all);
+        all
+    }
+
+    /// [`Solid::classify_batch`] into a slice.
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn place_batch(&self, points: &[[S; 3]], places: &mut [Place]) {
-        self.bvh.places(Exact::default(), points, places, |place| place);
+    pub fn classify_batch_into(&self, points: &[[S; 3]], all: &mut [Containment]) {
+        classify_batch(&self.bvh, points, all, |containment| containment);
     }
 
-    /// Whether points are inside or on the surface: `contains[i]` becomes the answer for `points[i]`.
+    /// Which of many points are inside or on the surface.
+    pub fn contains_batch(&self, points: &[[S; 3]]) -> Vec<bool> {
+        let mut contains = vec![false; points.len()];
+        self.contains_batch_into(points, &mut contains);
+        contains
+    }
+
+    /// [`Solid::contains_batch`] into a slice.
     ///
     /// # Panics
     /// If the slices differ in length.
-    pub fn contains_batch(&self, points: &[[S; 3]], contains: &mut [bool]) {
-        self.bvh.places(Exact::default(), points, contains, |place| place != Place::Outside);
+    pub fn contains_batch_into(&self, points: &[[S; 3]], contains: &mut [bool]) {
+        let is_held = |containment| containment != Containment::Outside;
+        classify_batch(&self.bvh, points, contains, is_held);
     }
 }
 

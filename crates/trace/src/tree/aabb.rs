@@ -37,6 +37,16 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
+    /// The box with the smallest normal number outward for each side that is the smallest number beside 0.
+    #[inline(always)]
+    pub(crate) fn without_least_sides(&self) -> Self {
+        let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
+        Self {
+            lo: self.lo.map(|x| outward(x, -f32::MIN_POSITIVE)),
+            hi: self.hi.map(|x| outward(x, f32::MIN_POSITIVE)),
+        }
+    }
+
     /// Makes this the box around both.
     #[inline(always)]
     pub(crate) fn join(&mut self, other: &Self) {

@@ -2,8 +2,8 @@
 
 use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};
-use crate::memory::NoMemory;
-use crate::threads;
+use crate::util::memory::NoMemory;
+use crate::util::threads;
 
 /// Nodes summed up in a row, so that the sum is the same on any number of threads.
 const BLOCK: usize = 1 << 10;

@@ -6,9 +6,36 @@
 //!   triangle                0 1 2 0 1 0 1 2 3        what a hit tells
 //! ```
 
-use intertri::Hit;
+use bytemuck::{Pod, Zeroable};
+use intertri::{Hit, TriangleId};
 
-use crate::memory::{NoMemory, copied, room};
+use crate::util::memory::{NoMemory, copied, room};
+
+/// The triangle of a hit: 8 bytes.
+///
+/// ```
+/// use intertri_trace::MeshTriangle;
+/// assert!(MeshTriangle { triangle: 7, geometry: 2 }.is_hit() && !MeshTriangle::MISS.is_hit());
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
+pub struct MeshTriangle {
+    /// The triangle's number within its mesh, as in [`Hit::triangle`]; [`Hit::NO_TRIANGLE`] for a miss.
+    pub triangle: u32,
+    /// The number of the mesh, as in [`Hit::geometry`].
+    pub geometry: u32,
+}
+
+impl MeshTriangle {
+    /// The answer for a ray that hits nothing.
+    pub const MISS: Self = Self { triangle: Hit::NO_TRIANGLE, geometry: 0 };
+
+    /// Whether there is a triangle.
+    #[inline]
+    pub fn is_hit(self) -> bool {
+        self.triangle != Hit::NO_TRIANGLE
+    }
+}
 
 /// The geometries of a hierarchy. One mesh by itself has no tables.
 #[derive(Clone, Debug)]
@@ -91,18 +118,33 @@ impl Geometries {
         !self.of.is_empty()
     }
 
-    /// The geometry of a triangle, and the triangle's number within it.
+    /// The geometry of a triangle by its position, and the triangle's number within it.
     #[inline(always)]
-    pub(crate) fn name(&self, position: u32) -> (u32, u32) {
+    pub(crate) fn name(&self, TriangleId(position): TriangleId) -> MeshTriangle {
         match self.of.get(position as usize) {
-            Some(&geometry) => (geometry, position - self.firsts[geometry as usize]),
-            None => (0, position),
+            Some(&geometry) => {
+                MeshTriangle { triangle: position - self.firsts[geometry as usize], geometry }
+            }
+            None => MeshTriangle { triangle: position, geometry: 0 },
         }
+    }
+
+    /// The position of a triangle in the whole, if there is such a triangle among all of them.
+    pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
+        let MeshTriangle { triangle, geometry } = name;
+        let (first, _) = self
+            .counts_and_masks(all)
+            .try_fold((0, 0), |(first, at), (count, _)| {
+                if at == geometry { Err((first, count)) } else { Ok((first + count, at + 1)) }
+            })
+            .err()
+            .filter(|&(_, count)| triangle < count)?;
+        Some(TriangleId(first + triangle))
     }
 
     /// The mask of a triangle's geometry.
     #[inline(always)]
-    pub(crate) fn mask_of(&self, position: u32) -> u32 {
+    pub(crate) fn mask_of(&self, TriangleId(position): TriangleId) -> u32 {
         let geometry = self.of.get(position as usize).map_or(0, |&geometry| geometry);
         self.masks[geometry as usize]
     }
@@ -113,12 +155,23 @@ impl Geometries {
         self.common & mask != 0
     }
 
-    /// Hits whose triangles are told by their positions, in the end by geometry and number.
+    /// Renames the triangles of hits, which are given by their positions.
     #[inline(always)]
-    pub(crate) fn tell(&self, hits: &mut [Hit]) {
+    pub(crate) fn rename<'h>(&self, hits: impl IntoIterator<Item = &'h mut Hit>) {
         if self.are_told() {
-            for hit in hits.iter_mut().filter(|hit| hit.is_hit()) {
-                (hit.geometry, hit.triangle) = self.name(hit.triangle);
+            for hit in hits.into_iter().filter(|hit| hit.is_hit()) {
+                let MeshTriangle { triangle, geometry } = self.name(TriangleId(hit.triangle));
+                (hit.geometry, hit.triangle) = (geometry, triangle);
+            }
+        }
+    }
+
+    /// The same of triangles alone.
+    #[inline(always)]
+    pub(crate) fn rename_triangles(&self, triangles: &mut [MeshTriangle]) {
+        if self.are_told() {
+            for triangle in triangles.iter_mut().filter(|triangle| triangle.is_hit()) {
+                *triangle = self.name(TriangleId(triangle.triangle));
             }
         }
     }

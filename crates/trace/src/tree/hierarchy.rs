@@ -2,13 +2,13 @@
 
 use bytemuck::Zeroable;
 use intertri::internal::Resolver;
-use intertri::{Triangle, TriangleBlock};
+use intertri::{LeafSlot, Triangle, TriangleBlock, TriangleId};
 
 use super::geometries::Geometries;
 use super::leaf_bounds::LeafBounds;
 use super::node::{EMPTY, LEAF, NONE, Node};
 use super::{Aabb, Margin};
-use crate::memory::{NoMemory, copied, room};
+use crate::util::memory::{NoMemory, copied, room};
 
 /// Up to eight triangles, in six cache lines.
 #[derive(Clone, Copy, Debug, Zeroable)]
@@ -186,15 +186,15 @@ impl Tree {
         sides.filter(|side| side.is_finite()).fold(0.0, |reach, x| reach.max(x.abs()))
     }
 
-    /// The triangle in a place of the leaves.
+    /// The triangle in a slot of the leaves.
     #[inline(always)]
-    pub(crate) fn triangle_in(&self, place: u32) -> Triangle {
-        self.leaves[place as usize / 8].block.triangle(place as usize % 8)
+    pub(crate) fn triangle_in(&self, LeafSlot(slot): LeafSlot) -> Triangle {
+        self.leaves[slot as usize / 8].block.triangle(slot as usize % 8)
     }
 
-    /// The index of the triangle in a place of the leaves.
+    /// The index of the triangle in a slot of the leaves.
     #[inline(always)]
-    pub(crate) fn index_of(&self, place: u32) -> u32 {
-        self.leaves[place as usize / 8].indices[place as usize % 8]
+    pub(crate) fn index_of(&self, LeafSlot(slot): LeafSlot) -> TriangleId {
+        TriangleId(self.leaves[slot as usize / 8].indices[slot as usize % 8])
     }
 }

@@ -9,8 +9,8 @@ use intertri::{Triangle, TriangleBlock};
 
 use super::aabb::Aabb;
 use super::hit_bounds::{HitBounds, hit_bounds};
-use crate::across::{lanes_of, smallest_of_eight};
-use crate::memory::{NoMemory, room};
+use crate::util::lane_ops::{lanes_of, smallest_of_eight};
+use crate::util::memory::{NoMemory, room};
 
 /// A triangle of eight lanes is plain where its normal is surely longer than this share of its longest edge's
 /// square, `2^-8`, in sums of sizes. Then its thinness is below `2^12`, far from what needs padding: f32 is off by

@@ -32,3 +32,41 @@ impl Margin {
         self.beside * away + self.lean
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Mode, Ray, Triangle};
+
+    use crate::Bvh;
+    use crate::util::test_numbers::random;
+
+    /// The reference sees hits beside an edge that lies in a side of the box. The ray starts in that side and leaves the
+    /// box at once; its own numbers along that axis are too small to widen the box by as much.
+    #[test]
+    fn hits_beside_a_box_are_found() {
+        let (mut random, mode) = (random(), Mode::certified());
+        let mut beside = 0;
+        for i in 0..100_000 {
+            let slant = (4.0 * random() - 2.0).exp2();
+            let away = (10.0 * random()).exp2();
+            let off = away * (-48.0 - 8.0 * random()).exp2();
+            let (long, height) = (0.3 + random(), random() - 0.5);
+            // Each axis in turn is the one along which the ray leaves.
+            let turned = |[x, y, z]: [f32; 3]| {
+                let mut point = [x, y, z];
+                point.rotate_right(i % 3);
+                point
+            };
+            let corners = [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0], [1.0, slant, 0.0]];
+            let triangle = Triangle(corners.map(turned));
+            let dir = [-off * long, away * long, 0.0];
+            let ray = Ray::new(turned([0.0, -away, height]), turned(dir));
+            let wanted = mode.closest(&[triangle], &ray);
+            let bvh = Bvh::new(&[triangle]).unwrap();
+            assert_eq!(bvh.query().mode(mode).closest(&ray), wanted, "{ray:?} {triangle:?}");
+            let exact = Mode::exact().closest(&[triangle], &ray);
+            beside += usize::from(wanted.is_some() && exact.is_none());
+        }
+        assert!(beside > 1000, "{beside}");
+    }
+}

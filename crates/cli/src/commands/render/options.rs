@@ -60,7 +60,7 @@ pub(crate) struct Options {
     /// Draw with this engine too, which finds shadows in its own way: raster by volumes, others by
     /// rays. Write a picture of where the two differ beside the output (NAME.diff.png), and fail if
     /// any pixel does that should not; those that may are light blue in the picture, the others red.
-    /// Certified, double and reference must agree in triangle, bits of t, u and v, and shadow of every
+    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every
     /// pixel, and so must exact and oracle. Between the three and these two, a pixel may show another
     /// triangle or shadow if exact arithmetic, asked of all triangles, says that exact is right. With
     /// raster or volumes on one side, a pixel may differ where an edge, a tie, or the border of a shadow
@@ -71,7 +71,7 @@ pub(crate) struct Options {
     pub(super) check: Option<EngineName>,
 
     /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
-    /// engines certified, double, reference and raster [default: 1e-9]
+    /// engines certified, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
 

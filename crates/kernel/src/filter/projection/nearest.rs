@@ -4,17 +4,17 @@ use super::frame::{Points, at};
 use super::outline::Outline;
 use super::settle::Settle;
 use super::starts::Ranges;
-use crate::Triangle;
-use crate::intersect::Counts;
+use crate::filter::Counts;
 use crate::simd::{Lanes, Mask, lanes_of};
+use crate::{LeafSlot, Triangle};
 
 /// The nearest hit so far of each of N rays: an enclosure of its inverse depth.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
-/// use intertri::internal::{Filter, Frame, Nearest, Outlines, Settle, Starts, Test};
-/// use intertri::{Certified, Counts, Mode, Ray};
-/// use intertri::{Triangle, TriangleBlock};
+/// use intertri::internal::{Frame, Nearest, Outlines, Settle, Starts};
+/// use intertri::{Counts, Mode, Ray};
+/// use intertri::{Filter, LeafSlot, RayId, Triangle, TriangleBlock};
 /// use intertri::simd::Vec3;
 ///
 /// struct Leaf<'a>(Filter<'a>, &'a TriangleBlock<8>, &'a Frame);
@@ -27,7 +27,7 @@ use crate::simd::{Lanes, Mask, lanes_of};
 /// }
 ///
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
-/// let (filter, triangles) = (Certified::default().test(), [at(5.0), at(3.0)]);
+/// let (filter, triangles) = (Mode::certified().filter(), [at(5.0), at(3.0)]);
 /// let frame = Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
 /// let outlines = dispatch(Leaf(filter, &TriangleBlock::new(&triangles), &frame));
 ///
@@ -37,14 +37,14 @@ use crate::simd::{Lanes, Mask, lanes_of};
 /// let ranges = filter.starts_in(&Starts::none(), &points, [ray.t_min; 2], true).ranges();
 /// let mut nearest = Nearest::<f32, 1>::new(&points, ray.t_max);
 /// assert_eq!(nearest.triangles(), [Nearest::<f32, 1>::NOTHING]);
-/// let find = |triangle| triangles[triangle as usize];
+/// let find = |LeafSlot(slot)| triangles[slot as usize];
 /// let (rays, resolver) = ([ray], filter.resolver());
 /// let settle =
-///     Settle { resolver, rays: &rays, first: 0, find, index: |number| number, reversed: false };
+///     Settle { resolver, rays: &rays, first: RayId(0), find, index: |LeafSlot(slot)| slot, reversed: false };
 /// for lane in 0..2 {
 ///     let outline = outlines.lane(lane);
 ///     assert!(nearest.maybe(&outline, &points, &ranges, 0b1));
-///     let numbers = (lane as u32, [0, 1].as_slice());
+///     let numbers = (lane as u32, [LeafSlot(0), LeafSlot(1)].as_slice());
 ///     let counts = &mut Counts::default();
 ///     nearest.take((&points, &ranges), &outline, numbers, (0, &settle), 0b1, counts);
 /// }
@@ -125,11 +125,11 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     /// knows lane i as the ray `first + i`, is asked about what the bound leaves open. Only undecided tests are
     /// counted: the caller knows how many its windows decided. Whether anything may have changed.
     #[inline(always)]
-    pub fn take<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+    pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
         (points, ranges): (&Points<F>, &Ranges<F>),
         outline: &Outline,
-        (number, seen): (u32, &[u32]),
+        (number, seen): (u32, &[LeafSlot]),
         (first, settle): (usize, &Settle<'_, T, I>),
         live: u32,
         counts: &mut Counts,
@@ -141,14 +141,14 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         (found.hit | found.undecided) != 0
     }
 
-    /// Which of the live rays hit the triangle in a place, however many they hit before it; nothing is taken.
+    /// Which of the live rays hit the triangle in a slot, however many they hit before it; nothing is taken.
     /// For rays that are not reversed. Otherwise as [`Nearest::take`].
     #[inline(always)]
-    pub fn hit_by<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+    pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,
         (points, ranges): (&Points<F>, &Ranges<F>),
         outline: &Outline,
-        place: u32,
+        slot: LeafSlot,
         (first, settle): (usize, &Settle<'_, T, I>),
         live: u32,
         counts: &mut Counts,
@@ -159,7 +159,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         // What may lie beyond the end of its ray is settled, too.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
-            hits |= u32::from(settle.hit(place, first + lane).is_some()) << lane;
+            hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
         }
         hits
     }
@@ -221,10 +221,10 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
 
     /// Offers what a test found of the triangle `seen[number]`.
     #[inline(always)]
-    fn offer<T: Fn(u32) -> Triangle, I: Fn(u32) -> u32>(
+    fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
         found: &InverseDepths<F>,
-        (number, seen): (u32, &[u32]),
+        (number, seen): (u32, &[LeafSlot]),
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
@@ -249,7 +249,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         found.s_lo.store(&mut new_lo);
         found.s_hi.store(&mut new_hi);
         points.z.store(&mut z);
-        let triangle = seen[number as usize];
+        let slot = seen[number as usize];
         let mut kept = [None; 2];
         for lane in lanes_of(rest) {
             let ray = first + lane;
@@ -260,20 +260,20 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             // Where it touches the nearest it has its t: then the index decides.
             if let Some(other) = other
                 && !sure
-                && settle.touch(ray, triangle, other)
+                && settle.touch(ray, slot, other)
             {
-                let is_lower = (settle.index)(triangle) < (settle.index)(other);
-                if is_lower && settle.hit(triangle, ray).is_some() {
+                let is_lower = (settle.index)(slot) < (settle.index)(other);
+                if is_lower && settle.hit(slot, ray).is_some() {
                     numbers[lane] = bits;
                 }
                 continue;
             }
-            let t = if sure && is_hit { None } else { settle.hit(triangle, ray) };
+            let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;
             }
             if let Some(other) = other
-                && !settle.is_before(ray, triangle, other, &mut kept)
+                && !settle.is_before(ray, slot, other, &mut kept)
             {
                 continue;
             }

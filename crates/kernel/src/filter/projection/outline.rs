@@ -14,7 +14,7 @@ use crate::simd::{Lanes, Mask, Simd};
 /// ```
 /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
 /// use intertri::internal::{Frame, Windows};
-/// use intertri::{Certified, Mode, Triangle, TriangleBlock};
+/// use intertri::{Mode, Triangle, TriangleBlock};
 ///
 /// /// Which triangles of a block may be hit through a window of the projection?
 /// struct Leaf<'a>(&'a TriangleBlock<8>, &'a Frame, [[f32; 2]; 2]);
@@ -24,7 +24,7 @@ use crate::simd::{Lanes, Mask, Simd};
 ///     fn run<S: Simd>(self) -> u32 {
 ///         let Self(block, frame, [lo, hi]) = self;
 ///         let splat = |[x, y]: [f32; 2]| [S::F32x16::splat(x), S::F32x16::splat(y)];
-///         let outlines = Certified::default().test().outlines_in::<S>(block, None, frame, 1.0);
+///         let outlines = Mode::certified().filter().outlines_in::<S>(block, None, frame, 1.0);
 ///         assert_eq!(outlines.larger::<S::F32x16>([0.1, 0.1]), 0b11);
 ///         assert_eq!(outlines.sizes::<S::F32x16>().1, 0b11);
 ///         outlines.within(&Windows::new(splat(lo), splat(hi)), 0.0)
@@ -65,14 +65,14 @@ pub struct Outlines {
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 /// use intertri::internal::{Frame, Outline, Points, Windows};
-/// use intertri::{Certified, Mode, Triangle, TriangleBlock};
+/// use intertri::{Mode, Triangle, TriangleBlock};
 ///
 /// struct Lane<'a>(&'a TriangleBlock<8>, &'a Frame, usize);
 /// impl WithSimd for Lane<'_> {
 ///     type Output = Outline;
 ///     #[inline(always)]
 ///     fn run<S: Simd>(self) -> Outline {
-///         Certified::default().test().outlines_in::<S>(self.0, None, self.1, 1.0).lane(self.2)
+///         Mode::certified().filter().outlines_in::<S>(self.0, None, self.1, 1.0).lane(self.2)
 ///     }
 /// }
 ///

@@ -10,9 +10,9 @@ use crate::simd::Lanes;
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
-/// use intertri::{Certified, Mode};
+/// use intertri::{Mode};
 /// let points = Points { x: 0.0_f32, y: 0.0, z: 1.0 };
-/// let starts = Certified::default().test().starts_in(&Starts::none(), &points, [2.0; 2], true);
+/// let starts = Mode::certified().filter().starts_in(&Starts::none(), &points, [2.0; 2], true);
 /// let from_two_on: Ranges<f32> = starts.ranges();
 /// ```
 #[derive(Clone, Copy, Debug)]

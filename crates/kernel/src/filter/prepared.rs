@@ -1,0 +1,151 @@
+//! What is computed once: from a triangle for many rays, or from rays for many triangles.
+
+use super::precheck::{Constants, Precheck};
+use super::{Counts, Filter, Rays, Triangles, Verdicts};
+use crate::packet::RayPacket;
+use crate::simd::{Lane, Mask, Simd, Width};
+use crate::{Ray, RayId, Triangle};
+
+/// A triangle with what every packet of rays needs of it.
+///
+/// ```
+/// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
+/// // Prepared once, for many packets.
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let wall = PreparedTriangle::new(&wall);
+/// let rays: Vec<Ray> =
+///     (0..20).map(|i| Ray::new([i as f32 * 0.1, 0.5, 0.0], [0.0, 0.0, 1.0])).collect();
+/// let mode = Mode::certified();
+/// let hits = rays.chunks(8).map(|rays| mode.packet(&RayPacket::<8>::new(rays), &wall).iter().count());
+/// assert_eq!(hits.sum::<usize>(), 6);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct PreparedTriangle {
+    /// First, so that the precheck finds them in one cache line.
+    constants: Constants,
+    triangle: Triangle,
+}
+
+impl PreparedTriangle {
+    /// Prepares a triangle.
+    pub fn new(triangle: &Triangle) -> Self {
+        Self { constants: Constants::new(triangle), triangle: *triangle }
+    }
+
+    /// The triangle.
+    pub fn triangle(&self) -> &Triangle {
+        &self.triangle
+    }
+}
+
+/// A ray with what every block of triangles needs of it: [`Filter::prepare_ray`] makes one.
+///
+/// ```
+/// use intertri::{Mode, PreparedRay, Ray, RayId};
+/// let ray = Ray::new([0.0; 3], [0.0, 0.0, 1.0]);
+/// let prepared: PreparedRay = Mode::exact().filter().prepare_ray(&ray);
+/// assert_eq!((prepared.ray(), prepared.id()), (&ray, RayId(0)));
+/// ```
+#[derive(Clone, Copy)]
+pub struct PreparedRay {
+    pub(crate) ray: Ray,
+    /// By which originals know it.
+    pub(crate) id: RayId,
+    pub(crate) lanes: Rays<f32>,
+}
+
+impl PreparedRay {
+    /// The ray.
+    #[inline(always)]
+    pub fn ray(&self) -> &Ray {
+        &self.ray
+    }
+
+    /// The ray's number.
+    #[inline(always)]
+    pub fn id(&self) -> RayId {
+        self.id
+    }
+}
+
+/// N rays with what every triangle needs of them, at one level of instructions: [`Filter::prepare_packet_in`] makes
+/// one.
+///
+/// ```
+/// use intertri::simd::{Simd, WithSimd, dispatch};
+/// use intertri::{Counts, Mode, PreparedPacket, PreparedTriangle, Ray, RayPacket, Triangle};
+///
+/// /// Which of eight rays hit a triangle.
+/// struct Hits<'a>(&'a RayPacket<8>, &'a PreparedTriangle);
+/// impl WithSimd for Hits<'_> {
+///     type Output = u32;
+///     #[inline(always)]
+///     fn run<S: Simd>(self) -> u32 {
+///         let filter = Mode::exact().filter();
+///         let rays: PreparedPacket<'_, S, 8> = filter.prepare_packet_in(self.0);
+///         filter.packet_in(&rays, self.1, &mut Counts::default()).bits
+///     }
+/// }
+///
+/// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+/// let rays = [0.25, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
+/// assert_eq!(dispatch(Hits(&RayPacket::new(&rays), &PreparedTriangle::new(&wall))), 0b01);
+/// ```
+#[derive(Clone, Copy)]
+pub struct PreparedPacket<'a, S: Simd, const N: usize>
+where
+    Lane<N>: Width,
+{
+    pub(crate) packet: &'a RayPacket<N>,
+    pub(crate) lanes: Rays<<Lane<N> as Width>::F<S>>,
+    precheck: Precheck<<Lane<N> as Width>::F<S>>,
+}
+
+impl Filter<'_> {
+    /// A ray prepared for one block after another.
+    #[inline(always)]
+    pub fn prepare_ray(&self, ray: &Ray) -> PreparedRay {
+        self.prepare_numbered(ray, RayId(0))
+    }
+
+    /// A ray of that number, by which a resolver of originals knows it.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {
+        PreparedRay { ray: *ray, id, lanes: Rays::of_ray(ray, self.threshold(), self.room()) }
+    }
+
+    /// N rays prepared for one triangle after another.
+    #[inline(always)]
+    pub fn prepare_packet_in<'a, S: Simd, const N: usize>(
+        &self,
+        packet: &'a RayPacket<N>,
+    ) -> PreparedPacket<'a, S, N>
+    where
+        Lane<N>: Width,
+    {
+        let lanes = Rays::of_packet(packet, self.threshold(), self.room());
+        PreparedPacket { packet, lanes, precheck: Precheck::new(&lanes) }
+    }
+
+    /// What the filter says of N rays and one triangle.
+    #[inline(always)]
+    pub(crate) fn test_packet<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        PreparedTriangle { constants, triangle }: &PreparedTriangle,
+        far: <Lane<N> as Width>::F<S>,
+        live: u32,
+        counts: &mut Counts,
+    ) -> Verdicts<<Lane<N> as Width>::F<S>>
+    where
+        Lane<N>: Width,
+    {
+        // Nearly always all rays of a packet surely miss.
+        if (!rays.precheck.sure_miss(constants)).bits() & live == 0 {
+            counts.tests += u64::from(live.count_ones());
+            return Verdicts::miss();
+        }
+        self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
+    }
+}

@@ -1,0 +1,61 @@
+//! What the filter says of each lane.
+
+use crate::simd::Lanes;
+
+/// How many tests were made, and how many of them the f32 bound left undecided.
+///
+/// ```
+/// let mut all = intertri::Counts { tests: 64, undecided: 1 };
+/// all += intertri::Counts { tests: 36, undecided: 0 };
+/// assert_eq!((all.tests, all.undecided), (100, 1));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ray/triangle tests, dead lanes not counted.
+    pub tests: u64,
+    /// Tests that a resolver had to settle.
+    pub undecided: u64,
+}
+
+impl core::ops::AddAssign for Counts {
+    fn add_assign(&mut self, more: Self) {
+        self.tests += more.tests;
+        self.undecided += more.undecided;
+    }
+}
+
+/// What the bound says of each lane. A lane in neither mask is a miss.
+#[derive(Clone, Copy)]
+pub(crate) struct Verdicts<F> {
+    /// Hits, except that t may lie beyond the far end of the interval.
+    pub(crate) hit: u32,
+    /// Pairs for the resolver to settle.
+    pub(crate) undecided: u32,
+    /// Where [`Verdicts::hit`]: an enclosure of the mode's t.
+    pub(crate) t_lo: F,
+    /// See [`Verdicts::t_lo`].
+    pub(crate) t_hi: F,
+}
+
+impl<F: Lanes<Scalar = f32>> Verdicts<F> {
+    /// All lanes miss.
+    #[inline(always)]
+    pub(crate) fn miss() -> Self {
+        Self { hit: 0, undecided: 0, t_lo: F::splat(0.0), t_hi: F::splat(0.0) }
+    }
+}
+
+impl<F> Verdicts<F> {
+    /// All lanes that may be hits.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> u32 {
+        self.hit | self.undecided
+    }
+
+    /// Turns all other lanes into misses.
+    #[inline(always)]
+    pub(crate) fn keep(&mut self, lanes: u32) {
+        self.hit &= lanes;
+        self.undecided &= lanes;
+    }
+}

@@ -1,0 +1,43 @@
+//! Numbers that name a ray, a triangle, or where a triangle is stored.
+
+/// The number of a ray among those that are traced together.
+///
+/// ```
+/// use intertri::RayId;
+/// assert!(RayId(3) < RayId(4));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct RayId(pub u32);
+
+/// The index of a triangle in the caller's order. Of two hits with one t the lower index is the closer one.
+///
+/// ```
+/// use intertri::TriangleId;
+/// assert!(TriangleId(7) != TriangleId::NONE);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct TriangleId(pub u32);
+
+impl TriangleId {
+    /// Stands for no triangle.
+    ///
+    /// ```
+    /// assert_eq!(intertri::TriangleId::NONE.0, intertri::Hit::NO_TRIANGLE);
+    /// ```
+    pub const NONE: Self = Self(u32::MAX);
+}
+
+/// Where the caller of a query stores a triangle, such as a lane of a leaf: queries hand it back to find the
+/// triangle again.
+///
+/// ```
+/// use intertri::LeafSlot;
+/// // Lane 5 of the third leaf of eight.
+/// let slot = LeafSlot(8 * 2 + 5);
+/// assert_eq!((slot.0 / 8, slot.0 % 8), (2, 5));
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct LeafSlot(pub u32);

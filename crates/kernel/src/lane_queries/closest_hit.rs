@@ -1,0 +1,352 @@
+//! The closest hit so far of one ray: an interval of f32 where that decides, f64 where not, and the
+//! resolver where rounded t are equal.
+
+use core::cmp::Ordering;
+
+use super::lane_pairs::LanePairs;
+use crate::filter::Verdicts;
+use crate::simd::{Lanes, Mask, lanes_of};
+use crate::{LeafSlot, TriangleId};
+
+/// The closest hit so far of one ray.
+///
+/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64
+/// only where the intervals meet, and exactly where those are equal; of equal t the lower index is
+/// closer.
+///
+/// An example stands at [`Filter::closest_in`](crate::Filter::closest_in).
+///
+/// ```
+/// use intertri::ClosestHit;
+/// let closest = ClosestHit::new(9.0);
+/// assert_eq!((closest.is_hit(), closest.triangle(), closest.t_hi()), (false, None, 9.0));
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct ClosestHit {
+    /// t in f64, NaN until it is needed.
+    pub(super) t: f64,
+    pub(super) t_lo: f32,
+    pub(super) t_hi: f32,
+    /// [`TriangleId::NONE`] before the first hit.
+    pub(super) triangle: TriangleId,
+    pub(super) slot: LeafSlot,
+}
+
+impl ClosestHit {
+    /// No hit yet: whatever is closer than `t_max` is closest.
+    #[inline(always)]
+    pub fn new(t_max: f32) -> Self {
+        Self {
+            t: f64::from(t_max),
+            t_lo: t_max,
+            t_hi: t_max,
+            triangle: TriangleId::NONE,
+            slot: LeafSlot(0),
+        }
+    }
+
+    /// No hit yet, where of the far end only a number that is not beyond it is known, `sure`, and one that is not
+    /// before it.
+    #[inline(always)]
+    pub(crate) fn before(sure: f32, t_max: f32) -> Self {
+        Self { t_lo: sure, ..Self::new(t_max) }
+    }
+
+    /// No hit with a larger t can become the closest.
+    #[inline(always)]
+    pub fn t_hi(&self) -> f32 {
+        self.t_hi
+    }
+
+    /// Whether there is a hit.
+    #[inline(always)]
+    pub fn is_hit(&self) -> bool {
+        self.triangle != TriangleId::NONE
+    }
+
+    /// The index of the triangle, and where the caller stores it.
+    #[inline(always)]
+    pub fn triangle(&self) -> Option<(TriangleId, LeafSlot)> {
+        self.is_hit().then_some((self.triangle, self.slot))
+    }
+
+    /// Offers the hit of a lane, whose t is known.
+    #[inline(always)]
+    fn offer_known(
+        &mut self,
+        t: f64,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        let (triangle, slot) = new;
+        let (t_lo, t_hi) = enclose(t);
+        // Before the first hit there is nothing to compare with: the far end of the interval was.
+        let closer = !self.is_hit()
+            || t_hi < self.t_lo
+            || t_lo <= self.t_hi && self.is_beaten_by(t, triangle, lane, pairs);
+        if closer {
+            *self = Self { t, t_lo, t_hi, triangle, slot };
+        }
+    }
+
+    /// Offers the hit of a lane, whose t lies in `t_lo..=t_hi`. It may lie beyond the far end of the ray.
+    #[inline(always)]
+    fn offer_near(
+        &mut self,
+        (t_lo, t_hi): (f32, f32),
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        if t_hi < self.t_lo {
+            let (triangle, slot) = new;
+            *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
+        } else if t_lo <= self.t_hi {
+            let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
+            if let Some(t) = t {
+                self.offer_known(t, new, lane, pairs);
+            }
+        }
+    }
+
+    /// Offers the pair of a lane of which nothing is decided.
+    #[inline(always)]
+    fn offer_undecided(
+        &mut self,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        let (triangle, slot) = new;
+        // Where it touches the closest it has its t: then the index decides, and nobody need know t.
+        if self.is_hit() && pairs.touch(lane, self.slot) {
+            if triangle < self.triangle && pairs.hit(lane).is_some() {
+                (self.triangle, self.slot) = (triangle, slot);
+            }
+        } else if let Some(t) = pairs.hit(lane) {
+            self.offer_known(t, new, lane, pairs);
+        }
+    }
+
+    /// Offers what the filter says of a lane, whose triangle has these names.
+    #[inline(always)]
+    pub(super) fn offer_lane<F: Lanes<Scalar = f32>>(
+        &mut self,
+        verdicts: &Verdicts<F>,
+        new: (TriangleId, LeafSlot),
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) {
+        if verdicts.hit >> lane & 1 != 0 {
+            let (mut t_lo, mut t_hi) = ([0.0; 16], [0.0; 16]);
+            verdicts.t_lo.store(&mut t_lo);
+            verdicts.t_hi.store(&mut t_hi);
+            self.offer_near((t_lo[lane], t_hi[lane]), new, lane, pairs);
+        } else {
+            self.offer_undecided(new, lane, pairs);
+        }
+    }
+
+    /// Offers what the filter says of a block of triangles; the i-th has the index `indices[i]` and the slot
+    /// `slot + i`.
+    #[inline(always)]
+    pub(crate) fn offer_block<F: Lanes<Scalar = f32>>(
+        &mut self,
+        verdicts: &Verdicts<F>,
+        indices: &[u32; 8],
+        slot: LeafSlot,
+        pairs: &impl LanePairs,
+    ) {
+        if verdicts.lanes() == 0 {
+            return;
+        }
+
+        // Among the certain hits: the one whose enclosure ends first, and all that begin before that end.
+        let hit = F::Mask::from_bits(verdicts.hit);
+        let ends = F::select(hit, verdicts.t_hi, F::splat(f32::INFINITY));
+        let (mut t_lo, mut t_hi) = ([0.0; 8], [0.0; 8]);
+        verdicts.t_lo.store(&mut t_lo);
+        ends.store(&mut t_hi);
+        let first = least(&t_hi);
+        let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
+
+        // Nearly always there is one, and it surely wins.
+        let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
+        if doubtful == 0 && first < self.t_lo {
+            let lane = rivals.trailing_zeros() as usize % 8;
+            let (triangle, slot) = lane_names(indices, slot, lane);
+            *self = Self { t: f64::NAN, t_lo: t_lo[lane], t_hi: first, triangle, slot };
+            return;
+        }
+        let (lanes, hit) = (verdicts.lanes(), verdicts.hit);
+        let lanes = OneByOne { lanes, hit, t_lo: &t_lo, t_hi: &t_hi };
+        self.offer_one_by_one(&lanes, |lane| lane_names(indices, slot, lane), pairs);
+    }
+
+    /// Offers what the filter says of a row of triangles; the i-th has the index and the slot `first + i`.
+    #[inline(always)]
+    pub(crate) fn offer_row<F: Lanes<Scalar = f32>>(
+        &mut self,
+        verdicts: &Verdicts<F>,
+        first: LeafSlot,
+        pairs: &impl LanePairs,
+    ) {
+        let (mut t_lo, mut t_hi) = ([0.0; 16], [0.0; 16]);
+        verdicts.t_lo.store(&mut t_lo);
+        verdicts.t_hi.store(&mut t_hi);
+        let (lanes, hit) = (verdicts.lanes(), verdicts.hit);
+        let lanes = OneByOne { lanes, hit, t_lo: &t_lo, t_hi: &t_hi };
+        self.offer_one_by_one(
+            &lanes,
+            |lane| (TriangleId(first.0 + lane as u32), LeafSlot(first.0 + lane as u32)),
+            pairs,
+        );
+    }
+
+    /// [`ClosestHit::offer_block`] where the enclosures do not decide. Out of line, which keeps registers free
+    /// where they do.
+    #[inline(never)]
+    fn offer_one_by_one(
+        &mut self,
+        verdicts: &OneByOne<'_>,
+        names: impl Fn(usize) -> (TriangleId, LeafSlot),
+        pairs: &impl LanePairs,
+    ) {
+        for lane in lanes_of(verdicts.lanes) {
+            let new = names(lane);
+            if verdicts.hit >> lane & 1 != 0 {
+                self.offer_near((verdicts.t_lo[lane], verdicts.t_hi[lane]), new, lane, pairs);
+            } else {
+                self.offer_undecided(new, lane, pairs);
+            }
+        }
+    }
+
+    /// Whether a hit of a lane with this t and index comes before the closest so far.
+    #[inline(always)]
+    fn is_beaten_by(
+        &mut self,
+        t: f64,
+        triangle: TriangleId,
+        lane: usize,
+        pairs: &impl LanePairs,
+    ) -> bool {
+        if self.t.is_nan() {
+            self.t = pairs.t_in(lane, self.slot);
+        }
+        let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
+        t < self.t || t == self.t && order.then(triangle.cmp(&self.triangle)).is_lt()
+    }
+}
+
+/// What the filter says of lanes, stored to be looked at one by one.
+struct OneByOne<'a> {
+    lanes: u32,
+    hit: u32,
+    t_lo: &'a [f32],
+    t_hi: &'a [f32],
+}
+
+/// The index and the slot of the triangle in a lane of a block whose first slot this is.
+#[inline(always)]
+fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (TriangleId, LeafSlot) {
+    (TriangleId(indices[lane]), LeafSlot(slot + lane as u32))
+}
+
+/// The smallest of eight.
+#[inline(always)]
+fn least(of: &[f32; 8]) -> f32 {
+    let less = |a: f32, b: f32| if b < a { b } else { a };
+    let [a, b, c, d, e, f, g, h] = *of;
+    less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
+}
+
+/// The two neighbouring f32 around a t.
+#[inline(always)]
+fn enclose(t: f64) -> (f32, f32) {
+    let near = t as f32;
+    let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
+    (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
+}
+
+#[cfg(test)]
+mod tests {
+    use core::cmp::Ordering;
+
+    use super::{ClosestHit, LanePairs, enclose};
+    use crate::resolve::Resolver;
+    use crate::{LeafSlot, Ray, RayId, Triangle, TriangleId};
+
+    fn names(i: u32) -> (TriangleId, LeafSlot) {
+        (TriangleId(i), LeafSlot(i))
+    }
+
+    /// Hits with these t, of a ray that ends at 1; the slot is the number.
+    struct At(f32, Vec<f64>);
+
+    impl LanePairs for At {
+        fn resolver(&self) -> Resolver<'_> {
+            Resolver::Document(0.0)
+        }
+        fn ray(&self, _: usize) -> Ray {
+            Ray::new([0.0; 3], [0.0; 3])
+        }
+        fn triangle(&self, _: usize) -> Triangle {
+            Triangle([[0.0; 3]; 3])
+        }
+        fn ids(&self, _: usize) -> (RayId, LeafSlot) {
+            (RayId(0), LeafSlot(0))
+        }
+        fn find(&self, _: LeafSlot) -> Triangle {
+            Triangle([[0.0; 3]; 3])
+        }
+        fn hit(&self, lane: usize) -> Option<f64> {
+            Some(self.1[lane]).filter(|&t| t < f64::from(self.0))
+        }
+        fn t(&self, lane: usize) -> f64 {
+            self.1[lane]
+        }
+        fn t_in(&self, _: usize, slot: LeafSlot) -> f64 {
+            self.1[slot.0 as usize]
+        }
+        fn order(&self, _: usize, _: LeafSlot) -> Ordering {
+            Ordering::Equal
+        }
+        fn touch(&self, _: usize, _: LeafSlot) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn an_enclosure_is_tight() {
+        for t in [0.0, 1.0, 0.1, 1e-300, 1e300, -0.3, f64::from(f32::MAX) * (1.0 + 1e-9)] {
+            let (lo, hi) = enclose(t);
+            assert!(f64::from(lo) <= t && t <= f64::from(hi), "{lo} {t} {hi}");
+            assert!(lo == hi || lo.next_up() == hi);
+        }
+    }
+
+    #[test]
+    fn the_lower_index_wins_a_tie_in_any_order() {
+        let t = [2.0, 1.0, 1.0, 1.0 + 1e-12];
+        let pairs = At(f32::INFINITY, t.to_vec());
+        for order in [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1], [1, 3, 0, 2]] {
+            let mut closest = ClosestHit::new(f32::INFINITY);
+            for i in order {
+                let wide = (t[i as usize] as f32 - 0.1, t[i as usize] as f32 + 0.1);
+                closest.offer_near(wide, names(i), i as usize, &pairs);
+            }
+            assert_eq!(closest.triangle(), Some(names(1)), "{order:?}");
+        }
+    }
+
+    #[test]
+    fn the_far_end_is_open() {
+        let mut closest = ClosestHit::new(1.0);
+        closest.offer_near((0.9, 1.1), names(0), 0, &At(1.0, vec![1.0]));
+        assert_eq!(closest.triangle(), None);
+        closest.offer_near((0.9, 1.1), names(0), 0, &At(1.0, vec![1.0 - 1e-12]));
+        assert_eq!(closest.triangle(), Some(names(0)));
+    }
+}

@@ -1,0 +1,179 @@
+//! The closest hits of N rays, side by side.
+
+use super::closest_hit::ClosestHit;
+use super::lane_pairs::LanePairs;
+use crate::document::Tri;
+use crate::exact;
+use crate::filter::Verdicts;
+use crate::packet::{PacketHits, RayPacket};
+use crate::resolve::Resolver;
+use crate::simd::Vec3;
+use crate::simd::{Lanes, Mask, lanes_of};
+use crate::{LeafSlot, RayId, Triangle, TriangleId, TriangleOf};
+
+/// The closest hit so far of each of N rays, side by side.
+///
+/// ```
+/// use intertri::ClosestHits;
+/// // Of four rays that nothing has been offered to yet; one f32 is a lane, too.
+/// let closest = ClosestHits::<f32, 1>::new(&[9.0]);
+/// assert_eq!(closest.t_hi(), 9.0);
+/// assert!(!closest.lane(0).is_hit());
+/// ```
+#[derive(Clone, Copy)]
+pub struct ClosestHits<F, const N: usize> {
+    t_lo: F,
+    t_hi: F,
+    /// Indices and slots by their bits, for whole registers of them to be selected.
+    triangle: F,
+    slot: F,
+    /// t of the lanes whose bit is set in `known`.
+    t: [f64; N],
+    known: u32,
+}
+
+impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
+    /// No hits yet; see [`ClosestHit::new`].
+    #[inline(always)]
+    pub fn new(t_max: &[f32; N]) -> Self {
+        let t = F::load(t_max);
+        Self {
+            t_lo: t,
+            t_hi: t,
+            triangle: F::splat(f32::from_bits(TriangleId::NONE.0)),
+            slot: F::splat(f32::from_bits(0)),
+            t: t_max.map(f64::from),
+            known: u32::MAX,
+        }
+    }
+
+    /// See [`ClosestHit::t_hi`].
+    #[inline(always)]
+    pub fn t_hi(&self) -> F {
+        self.t_hi
+    }
+
+    /// The closest hit of a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> ClosestHit {
+        // Each lane by its number: what is indexed by a variable cannot stay in registers.
+        let mut t = f64::NAN;
+        for i in 0..N {
+            if i == lane && self.known >> i & 1 != 0 {
+                t = self.t[i];
+            }
+        }
+        ClosestHit {
+            t,
+            t_lo: get::<F, N>(self.t_lo, lane),
+            t_hi: get::<F, N>(self.t_hi, lane),
+            triangle: TriangleId(get::<F, N>(self.triangle, lane).to_bits()),
+            slot: LeafSlot(get::<F, N>(self.slot, lane).to_bits()),
+        }
+    }
+
+    /// The hits with their t; see [`Filter::hits_in`](crate::Filter::hits_in).
+    #[inline(always)]
+    pub(crate) fn hits<D: Lanes<Scalar = f64>>(
+        &self,
+        resolver: Resolver<'_>,
+        rays: &RayPacket<N>,
+        find: impl Fn(LeafSlot) -> Triangle,
+    ) -> PacketHits<N> {
+        let (mut index, mut slot) = ([0.0; N], [0.0; N]);
+        self.triangle.store(&mut index);
+        self.slot.store(&mut slot);
+
+        // The triangles whose t is not known yet.
+        let (mut bits, mut unknown) = (0, 0);
+        let mut corners = [[[0.0; N]; 3]; 3];
+        for lane in 0..N {
+            if index[lane].to_bits() == TriangleId::NONE.0 {
+                continue;
+            }
+            bits |= 1 << lane;
+            if self.known >> lane & 1 == 0 {
+                unknown |= 1 << lane;
+                let TriangleOf(triangle) = find(LeafSlot(slot[lane].to_bits()));
+                for (to, from) in corners.iter_mut().zip(&triangle) {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        to[lane] = *from;
+                    }
+                }
+            }
+        }
+
+        let mut hits = PacketHits { bits, t: self.t };
+        match resolver {
+            _ if unknown == 0 => {}
+            _ => {
+                // Of all of them at once, by the document or exactly; the rest one by one.
+                let [c1, c2, c3] = &corners;
+                let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+                let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
+                let (t, sure) = match resolver {
+                    Resolver::Document(_) => (Tri::new(corners).t(org, dir), u32::MAX),
+                    Resolver::Originals(_) => (D::splat(0.0), 0),
+                    Resolver::Exact(_) => exact::t_in(corners, org, dir),
+                };
+                let mut lanes = [0.0; N];
+                t.store(&mut lanes);
+                for (lane, (to, t)) in hits.t.iter_mut().zip(lanes).enumerate() {
+                    *to = if unknown >> lane & 1 != 0 { t } else { *to };
+                }
+                for lane in lanes_of(unknown & !sure) {
+                    let (id, slot) = (RayId(lane as u32), LeafSlot(slot[lane].to_bits()));
+                    hits.t[lane] = resolver.t(&rays.ray(lane), &find(slot), (id, slot));
+                }
+            }
+        }
+        hits
+    }
+
+    /// Changes the closest hit of a lane.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, closest: &ClosestHit) {
+        let at = F::Mask::from_bits(1 << lane);
+        let put = |x: f32, old| F::select(at, F::splat(x), old);
+        self.t_lo = put(closest.t_lo, self.t_lo);
+        self.t_hi = put(closest.t_hi, self.t_hi);
+        self.triangle = put(f32::from_bits(closest.triangle.0), self.triangle);
+        self.slot = put(f32::from_bits(closest.slot.0), self.slot);
+        for i in 0..N {
+            self.t[i] = if i == lane { closest.t } else { self.t[i] };
+        }
+        self.known = self.known & !(1 << lane) | u32::from(!closest.t.is_nan()) << lane;
+    }
+
+    /// Offers to each lane what the filter says of it and a triangle of that index and slot.
+    #[inline(always)]
+    pub(crate) fn offer(
+        &mut self,
+        verdicts: &Verdicts<F>,
+        (triangle, slot): (TriangleId, LeafSlot),
+        pairs: &impl LanePairs,
+    ) {
+        // Where the enclosures tell, all lanes at once, and without a branch.
+        let wins = F::Mask::from_bits(verdicts.hit) & verdicts.t_hi.lt(self.t_lo);
+        self.t_lo = F::select(wins, verdicts.t_lo, self.t_lo);
+        self.t_hi = F::select(wins, verdicts.t_hi, self.t_hi);
+        self.triangle = F::select(wins, F::splat(f32::from_bits(triangle.0)), self.triangle);
+        self.slot = F::select(wins, F::splat(f32::from_bits(slot.0)), self.slot);
+        self.known &= !wins.bits();
+
+        // The others one by one.
+        for lane in lanes_of(verdicts.lanes() & !wins.bits()) {
+            let mut closest = self.lane(lane);
+            closest.offer_lane(verdicts, (triangle, slot), lane, pairs);
+            self.set(lane, &closest);
+        }
+    }
+}
+
+/// One of N lanes.
+#[inline(always)]
+fn get<F: Lanes<Scalar = f32>, const N: usize>(lanes: F, lane: usize) -> f32 {
+    let mut all = [0.0; N];
+    lanes.store(&mut all);
+    all[lane]
+}

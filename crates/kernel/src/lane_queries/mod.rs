@@ -1,0 +1,10 @@
+//! Packets of rays and blocks of triangles against each other, and the closest hits so far.
+
+mod closest_hit;
+mod closest_hits;
+mod lane_pairs;
+mod queries;
+
+pub use closest_hit::ClosestHit;
+pub use closest_hits::ClosestHits;
+pub(crate) use lane_pairs::{LanePairs, RayOnRow};

@@ -1,0 +1,336 @@
+//! What the author of a hierarchy asks of the filter, within loops that were entered by
+//! [`WithSimd`](crate::simd::WithSimd).
+
+use super::lane_pairs::{LanePairs, RayOnBlock, RaysOnTriangle};
+use super::{ClosestHit, ClosestHits};
+use crate::filter::{Counts, Filter, Rays, Triangles, Verdicts};
+use crate::filter::{PreparedPacket, PreparedRay, PreparedTriangle};
+use crate::packet::{PacketHits, RayPacket, TriangleBlock};
+use crate::simd::{Lane, Lanes, Mask, Simd, Width, lanes_of};
+use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId};
+
+/// N f32 lanes of a level.
+type F32s<S, const N: usize> = <Lane<N> as Width>::F<S>;
+
+/// One ray against N triangles: all hits, or the closest so far.
+impl Filter<'_> {
+    /// All hits of one ray with N triangles.
+    #[inline(always)]
+    pub fn block_in<S: Simd, const N: usize>(
+        &self,
+        ray: &Ray,
+        block: &TriangleBlock<N>,
+        counts: &mut Counts,
+    ) -> PacketHits<N>
+    where
+        Lane<N>: Width,
+    {
+        self.block_at_in::<S, N>(&self.prepare_ray(ray), block, LeafSlot(0), counts)
+    }
+
+    /// All hits of a prepared ray with N triangles, in slots from `first` on.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn block_at_in<S: Simd, const N: usize>(
+        &self,
+        PreparedRay { ray, id, lanes }: &PreparedRay,
+        block: &TriangleBlock<N>,
+        first: LeafSlot,
+        counts: &mut Counts,
+    ) -> PacketHits<N>
+    where
+        Lane<N>: Width,
+    {
+        let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
+        let far = Lanes::splat(ray.t_max);
+        let verdicts = self.test::<F32s<S, N>>(&triangles, &lanes, far, block.live(), counts);
+        let find = |slot: LeafSlot| block.triangle((slot.0 - first.0) as usize);
+        let pairs = RayOnBlock { resolver: self.resolver(), ray, id: *id, block, first, find };
+        all_hits(&verdicts, |_| self.sure_end(ray.t_max), &pairs)
+    }
+
+    /// Offers the hits of one ray with a block to the ray's closest. Lane i of the block has the index
+    /// `indices[i]` and the slot `first + i`.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, Mode, Ray, Triangle, TriangleBlock};
+    ///
+    /// /// The closest hit of a ray, eight triangles at a time.
+    /// struct Loop<'a>(Filter<'a>, &'a Ray, &'a [Triangle]);
+    /// impl WithSimd for Loop<'_> {
+    ///     type Output = Option<Hit>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Option<Hit> {
+    ///         let Self(filter, ray, triangles) = self;
+    ///         let (prepared, mut closest) = (filter.prepare_ray(ray), ClosestHit::new(ray.t_max));
+    ///         let find = |LeafSlot(slot)| triangles[slot as usize];
+    ///         let mut counts = Counts::default();
+    ///         for (i, eight) in (0..).step_by(8).zip(triangles.chunks(8)) {
+    ///             let (block, first) = (TriangleBlock::new(eight), LeafSlot(i));
+    ///             let indices = std::array::from_fn(|lane| i + lane as u32);
+    ///             filter.closest_in::<S>(&prepared, &block, &indices, first, find, &mut closest, &mut counts);
+    ///         }
+    ///         filter.hit(ray, &closest, find)
+    ///     }
+    /// }
+    ///
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let walls: Vec<Triangle> = (1..20).map(|i| at(20.0 - i as f32)).collect();
+    /// let (mode, ray) = (Mode::exact(), Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]));
+    /// assert_eq!(dispatch(Loop(mode.filter(), &ray, &walls)), mode.closest(&walls, &ray));
+    /// ```
+    #[inline(always)]
+    pub fn closest_in<S: Simd>(
+        &self,
+        ray: &PreparedRay,
+        block: &TriangleBlock<8>,
+        indices: &[u32; 8],
+        first: LeafSlot,
+        find: impl Fn(LeafSlot) -> Triangle,
+        closest: &mut ClosestHit,
+        counts: &mut Counts,
+    ) {
+        let keep = |lanes| lanes;
+        self.closest_among_in::<S>(ray, block, indices, first, find, keep, closest, counts);
+    }
+
+    /// [`Filter::closest_in`] among some of the triangles: `keep` is given the lanes that may be hits, if there
+    /// are any, and returns those that count.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{ClosestHit, Counts, LeafSlot, Mode, Ray, Triangle, TriangleBlock, TriangleId};
+    ///
+    /// /// The closest of two walls, without those in the lanes of a mask.
+    /// struct Without<'a>(u32, &'a Ray, &'a [Triangle; 2]);
+    /// impl WithSimd for Without<'_> {
+    ///     type Output = Option<TriangleId>;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let Self(skip, ray, walls) = self;
+    ///         let (filter, block) = (Mode::exact().filter(), TriangleBlock::new(walls));
+    ///         let (mut closest, counts) = (ClosestHit::new(ray.t_max), &mut Counts::default());
+    ///         let (find, keep) = (|LeafSlot(slot)| walls[slot as usize], |lanes| lanes & !skip);
+    ///         let (ray, indices, first) = (filter.prepare_ray(ray), [0, 1, 2, 3, 4, 5, 6, 7], LeafSlot(0));
+    ///         filter.closest_among_in::<S>(&ray, &block, &indices, first, find, keep, &mut closest, counts);
+    ///         closest.triangle().map(|(triangle, _)| triangle)
+    ///     }
+    /// }
+    ///
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let (walls, ray) = ([at(3.0), at(5.0)], Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0]));
+    /// let without = [0b00, 0b01, 0b11].map(|skip| dispatch(Without(skip, &ray, &walls)));
+    /// assert_eq!(without, [Some(TriangleId(0)), Some(TriangleId(1)), None]);
+    /// ```
+    #[inline(always)]
+    pub fn closest_among_in<S: Simd>(
+        &self,
+        PreparedRay { ray, id, lanes }: &PreparedRay,
+        block: &TriangleBlock<8>,
+        indices: &[u32; 8],
+        first: LeafSlot,
+        find: impl Fn(LeafSlot) -> Triangle,
+        keep: impl FnOnce(u32) -> u32,
+        closest: &mut ClosestHit,
+        counts: &mut Counts,
+    ) {
+        let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
+        let far = Lanes::splat(closest.t_hi());
+        let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
+        if verdicts.lanes() == 0 {
+            return;
+        }
+        verdicts.keep(keep(verdicts.lanes()));
+        let pairs = RayOnBlock { resolver: self.resolver(), ray, id: *id, block, first, find };
+        closest.offer_block(&verdicts, indices, first, &pairs);
+    }
+
+    /// The hit that a ray's closest stands for, with its t and weights.
+    #[inline(always)]
+    pub fn hit(
+        &self,
+        ray: &Ray,
+        closest: &ClosestHit,
+        find: impl Fn(LeafSlot) -> Triangle,
+    ) -> Option<Hit> {
+        let (triangle, slot) = closest.triangle()?;
+        Some(self.resolver().hit_attributes(ray, &find(slot), triangle, (RayId(0), slot)))
+    }
+
+    /// The closest hit of a ray before anything is hit.
+    #[doc(hidden)]
+    #[inline(always)]
+    pub fn no_hit(&self, ray: &Ray) -> ClosestHit {
+        ClosestHit::before(self.sure_end(ray.t_max), ray.t_max)
+    }
+}
+
+/// N rays against one triangle: all hits, whether there are any, or the closest so far.
+impl Filter<'_> {
+    /// All hits of N rays with one triangle.
+    #[inline(always)]
+    pub fn packet_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        triangle: &PreparedTriangle,
+        counts: &mut Counts,
+    ) -> PacketHits<N>
+    where
+        Lane<N>: Width,
+    {
+        let packet = rays.packet;
+        let verdicts =
+            self.test_packet(rays, triangle, Lanes::load(&packet.t_max), packet.live(), counts);
+        let find = |_| *triangle.triangle();
+        let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
+        all_hits(&verdicts, |lane| self.sure_end(packet.t_max[lane]), &pairs)
+    }
+
+    /// The lanes of N rays that hit one triangle, a bit each: those of [`Filter::packet_in`] without their t,
+    /// whose f64 bits take long where pairs are close. Only the lanes in `live` take part.
+    ///
+    /// ```
+    /// use intertri::simd::{Simd, WithSimd, dispatch};
+    /// use intertri::{Counts, Mode, PreparedTriangle, Ray, RayPacket, Triangle};
+    ///
+    /// /// The rays that a wall stops.
+    /// struct Shadow<'a>(&'a RayPacket<8>, &'a Triangle);
+    /// impl WithSimd for Shadow<'_> {
+    ///     type Output = u32;
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> u32 {
+    ///         let (filter, mut counts) = (Mode::exact().filter(), Counts::default());
+    ///         let rays = filter.prepare_packet_in::<S, 8>(self.0);
+    ///         filter.packet_any_in(&rays, &PreparedTriangle::new(self.1), self.0.live(), &mut counts)
+    ///     }
+    /// }
+    ///
+    /// let wall = Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
+    /// // Inside, on the longest edge, a step of f32 beside it, and a ray that ends before the wall.
+    /// let ray = |y: f32| Ray::new([0.5, y, 0.0], [0.0, 0.0, 1.0]);
+    /// let rays = [ray(0.25), ray(0.5), ray(0.5_f32.next_up()), ray(0.25).between(0.0, 5.0)];
+    /// assert_eq!(dispatch(Shadow(&RayPacket::new(&rays), &wall)), 0b0011);
+    /// ```
+    #[inline(always)]
+    pub fn packet_any_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        triangle: &PreparedTriangle,
+        live: u32,
+        counts: &mut Counts,
+    ) -> u32
+    where
+        Lane<N>: Width,
+    {
+        let packet = rays.packet;
+        let verdicts = self.test_packet(rays, triangle, Lanes::load(&packet.t_max), live, counts);
+        let find = |_| *triangle.triangle();
+        let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
+        let sure_end = packet.t_max.map(|t_max| self.sure_end(t_max));
+        let sure = verdicts.hit & verdicts.t_hi.lt(Lanes::load(&sure_end)).bits();
+        let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
+        lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
+    }
+
+    /// Offers the hits of N rays with one triangle to their closest; only the lanes in `live` take part.
+    ///
+    /// ```
+    /// use intertri::simd::{Lane, Simd, Width, WithSimd, dispatch};
+    /// use intertri::{ClosestHits, Counts, Filter, LeafSlot, Mode, PreparedTriangle, Ray, RayPacket};
+    /// use intertri::{Triangle, TriangleId};
+    ///
+    /// /// What each of eight rays hits first, and where.
+    /// struct Closest<'a>(Filter<'a>, &'a RayPacket<8>, &'a [Triangle]);
+    /// impl WithSimd for Closest<'_> {
+    ///     type Output = ([Option<TriangleId>; 8], [f64; 8]);
+    ///     #[inline(always)]
+    ///     fn run<S: Simd>(self) -> Self::Output {
+    ///         let Self(filter, packet, triangles) = self;
+    ///         let rays = filter.prepare_packet_in::<S, 8>(packet);
+    ///         let find = |LeafSlot(slot)| triangles[slot as usize];
+    ///         let (live, counts) = (packet.live(), &mut Counts::default());
+    ///         let mut closest = ClosestHits::<<Lane<8> as Width>::F<S>, 8>::new(&packet.t_max);
+    ///         for (i, triangle) in (0..).zip(triangles) {
+    ///             let (triangle, names) = (PreparedTriangle::new(triangle), (TriangleId(i), LeafSlot(i)));
+    ///             filter.packet_closest_in(&rays, &triangle, names, find, live, &mut closest, counts);
+    ///         }
+    ///         let triangle = |lane| closest.lane(lane).triangle().map(|(triangle, _)| triangle);
+    ///         (std::array::from_fn(triangle), filter.hits_in(&rays, &closest, find).t)
+    ///     }
+    /// }
+    ///
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let rays = [0.25, 0.5, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
+    /// let (packet, walls) = (RayPacket::new(&rays), [at(5.0), at(3.0), at(9.0)]);
+    /// let (first, t) = dispatch(Closest(Mode::certified().filter(), &packet, &walls));
+    /// assert_eq!(first[..3], [Some(TriangleId(1)), Some(TriangleId(1)), None]);
+    /// assert_eq!(t[1], 3.0);
+    /// ```
+    #[inline(always)]
+    pub fn packet_closest_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        triangle: &PreparedTriangle,
+        names: (TriangleId, LeafSlot),
+        find: impl Fn(LeafSlot) -> Triangle,
+        live: u32,
+        closest: &mut ClosestHits<F32s<S, N>, N>,
+        counts: &mut Counts,
+    ) where
+        Lane<N>: Width,
+    {
+        let verdicts = self.test_packet(rays, triangle, closest.t_hi(), live, counts);
+        if verdicts.lanes() != 0 {
+            let pairs = self.rays_on(rays.packet, triangle.triangle(), names.1, find);
+            closest.offer(&verdicts, names, &pairs);
+        }
+    }
+
+    /// t of the hits that the closest of N rays stand for, side by side; a lane's bit is set where it has a hit.
+    #[inline(always)]
+    pub fn hits_in<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        closest: &ClosestHits<F32s<S, N>, N>,
+        find: impl Fn(LeafSlot) -> Triangle,
+    ) -> PacketHits<N>
+    where
+        Lane<N>: Width,
+    {
+        closest.hits::<<Lane<N> as Width>::D<S>>(self.resolver(), rays.packet, find)
+    }
+
+    /// Their pairs, for the resolver.
+    #[inline(always)]
+    fn rays_on<'a, P: Fn(LeafSlot) -> Triangle, const N: usize>(
+        &'a self,
+        packet: &'a RayPacket<N>,
+        triangle: &'a Triangle,
+        slot: LeafSlot,
+        find: P,
+    ) -> RaysOnTriangle<'a, P, N> {
+        RaysOnTriangle { resolver: self.resolver(), packet, triangle, slot, find }
+    }
+}
+
+/// The hits among the lanes, each with its t, within the far end of its interval.
+#[inline(always)]
+fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
+    verdicts: &Verdicts<F>,
+    t_max: impl Fn(usize) -> f32,
+    pairs: &impl LanePairs,
+) -> PacketHits<N> {
+    let mut hits = PacketHits { bits: 0, t: [f64::INFINITY; N] };
+    let mut t_hi = [0.0; N];
+    verdicts.t_hi.store(&mut t_hi);
+    for lane in lanes_of(verdicts.lanes()) {
+        let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
+        let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
+        if let Some(t) = t {
+            hits.bits |= 1 << lane;
+            hits.t[lane] = t;
+        }
+    }
+    hits
+}

@@ -1,0 +1,121 @@
+//! Slices given in f64, exactly: a plain loop, eight triangles at a time, in f64 lanes under a bound with integers
+//! behind them.
+
+use alloc::vec::Vec;
+use core::cmp::Ordering;
+
+use crate::exact::{self, Rule, decide, hits64, is_plain};
+use crate::packet::RayLanes;
+use crate::simd::{Level, Mask, Simd, Vec3, WithSimd, lanes_of};
+use crate::{Hit, Ray64, Triangle64};
+
+/// The closest hit; of equal t, the lowest index.
+#[inline]
+pub(super) fn closest(
+    rule: Rule,
+    level: Level,
+    triangles: &[Triangle64],
+    ray: &Ray64,
+) -> Option<Hit> {
+    let mut best: Option<(f64, u32)> = None;
+    level.run(Found {
+        rule,
+        triangles,
+        ray,
+        found: |index| {
+            let triangle = &triangles[index as usize];
+            let t = exact::t(ray, triangle);
+            let closer = best.is_none_or(|(least, other)| match t.total_cmp(&least) {
+                Ordering::Equal => exact::order(ray, triangle, &triangles[other as usize]).is_lt(),
+                order => order.is_lt(),
+            });
+            if closer {
+                best = Some((t, index));
+            }
+            true
+        },
+    });
+    let mut hit = [Hit::MISS];
+    let (_, index) = best?;
+    hits64(level, &[(ray, &triangles[index as usize], index)], &mut hit);
+    hit[0].some()
+}
+
+/// Whether anything is hit.
+#[inline]
+pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> bool {
+    let mut any = false;
+    level.run(Found {
+        rule,
+        triangles,
+        ray,
+        found: |_| {
+            any = true;
+            false
+        },
+    });
+    any
+}
+
+/// Every hit, in order of the exact t; of equal t, of the index.
+#[inline]
+pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
+    let mut pairs = Vec::new();
+    level.run(Found {
+        rule,
+        triangles,
+        ray,
+        found: |index| {
+            pairs.push((ray, &triangles[index as usize], index));
+            true
+        },
+    });
+    let mut hits = alloc::vec![Hit::MISS; pairs.len()];
+    hits64(level, &pairs, &mut hits);
+    hits.sort_unstable_by(|a, b| {
+        let [at, bt] = [a, b].map(|hit| &triangles[hit.triangle as usize]);
+        (a.t.total_cmp(&b.t))
+            .then_with(|| exact::order(ray, at, bt))
+            .then(a.triangle.cmp(&b.triangle))
+    });
+    hits
+}
+
+/// The triangles that a ray hits, in their order, as long as `found` wants more.
+struct Found<'a, F> {
+    rule: Rule,
+    triangles: &'a [Triangle64],
+    ray: &'a Ray64,
+    found: F,
+}
+
+impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { rule, triangles, ray, mut found } = self;
+        let lanes = RayLanes::<S::F64x8>::of_ray(ray);
+        for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
+            // Triangles that are not plain are left to the integers.
+            let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
+            for (lane, triangle) in some.iter().enumerate() {
+                for (to, from) in numbers.iter_mut().zip(&triangle.0) {
+                    (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
+                }
+                plain |= u32::from(is_plain(ray, triangle)) << lane;
+            }
+            let [c1, c2, c3] = &numbers;
+            let decided = decide([Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)], &lanes);
+            let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
+            let given = (1_u32 << some.len()) - 1;
+            let (miss, hit) = (decided.miss.bits() & plain, sure.bits() & plain);
+            for lane in lanes_of(given & !miss) {
+                let is_hit = hit >> lane & 1 != 0 || exact::hit(rule, ray, &some[lane]);
+                if is_hit && !found(first + lane as u32) {
+                    return;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! A chunk of rays on one thread: coherent rays in bundles, parallel ones in beams, the others in streams.
+
+use intertri::simd::{Simd, WithSimd};
+use intertri::{Counts, Filter, Ray, RayId};
+
+use crate::containment::Containment;
+use crate::selection::ActiveSelection;
+use crate::tree::Tree;
+use crate::util::stop;
+use crate::walk::BatchOutput;
+use crate::walk::beam::Beams;
+use crate::walk::bundle::{
+    Bundle, BundleRays, CommonEnd, Outcome, Projection, RAYS, Results, Scratch, shares_origin,
+};
+use crate::walk::stream::Stream;
+
+/// So many rays that make no bundle are a stream: more would no longer fit into the cache. Those that
+/// bundles leave wait for the end of their chunk: after a bundle some CPUs have a lower clock for a while.
+const STREAM: usize = 4096;
+
+/// Rays of the smallest bundle.
+const SMALLEST: usize = 16;
+
+/// Where a bundle takes more work a ray, in tests of a packet, the next have no more rays than
+/// [`BUSY_RAYS`]: triangles that are small beside the bundle are compared with fewer windows in vain.
+const BUSY: usize = 5;
+const BUSY_RAYS: usize = 256;
+
+/// Rays in a row, as the traversal sees them.
+#[derive(Clone, Copy)]
+pub(super) struct Chunk<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) filter: Filter<'a>,
+    pub(super) selection: ActiveSelection<'a>,
+    pub(super) rays: &'a [Ray],
+}
+
+impl Chunk<'_> {
+    /// Traces them.
+    pub(super) fn trace(self, output: BatchOutput<'_>) -> Counts {
+        match output {
+            BatchOutput::Containments(containments) => self.trace_beams(containments),
+            output => self.filter.level().run(TraceChunk { chunk: self, output }),
+        }
+    }
+
+    /// Finds where rays start that go the same way: by beams, and those that are left as a stream.
+    fn trace_beams(self, containments: &mut [Containment]) -> Counts {
+        let Self { tree, filter, rays, .. } = self;
+        let mut counts = Counts::default();
+        let beams = Beams { tree, filter, rays, containments, counts: &mut counts };
+        let left = filter.level().run(beams);
+        if !left.is_empty() {
+            let output = &mut BatchOutput::Containments(containments);
+            trace_stream(&self, &left, output, &mut counts);
+        }
+        counts
+    }
+}
+
+/// Traces some rays of a chunk as a stream. Not inlined into the chunks of every level, or each would have the streams
+/// of every level again.
+#[inline(never)]
+fn trace_stream(
+    chunk: &Chunk<'_>,
+    ids: &[RayId],
+    output: &mut BatchOutput<'_>,
+    counts: &mut Counts,
+) {
+    let Chunk { tree, filter, ref selection, rays } = *chunk;
+    filter.level().run(Stream { tree, filter, rays, ids, output, selection, counts });
+}
+
+/// A chunk and where its answers go.
+struct TraceChunk<'a, 'b> {
+    chunk: Chunk<'a>,
+    output: BatchOutput<'b>,
+}
+
+impl WithSimd for TraceChunk<'_, '_> {
+    type Output = Counts;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Counts {
+        let Self { chunk, mut output } = self;
+        let Chunk { tree, filter, selection, rays: all } = chunk;
+        let (any, every) = (output.any(), output.every());
+        // Bundles know nothing of selections, and crossings are counted ray by ray.
+        let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
+        let mut projection = Projection::<S>::empty();
+        let (mut scratch, mut results) = (Scratch::default(), Results::default());
+        let (mut counts, mut others) = (Counts::default(), Vec::new());
+        let (mut at, mut size) = (0, RAYS);
+        while at < all.len() {
+            stop::check();
+            let end = (at + size).min(all.len());
+            let (rays, next) = (&all[at..end], &all[end..]);
+
+            // Coherent rays make a bundle, unless they go too far apart: then a smaller one.
+            results.clear();
+            let bundle =
+                if bundles { bundle_of((rays, next, RayId(at as u32)), filter, any) } else { None };
+            let outcome = match bundle {
+                None => Outcome::NotCoherent,
+                Some(rays) => S::vectorize(
+                    #[inline(always)]
+                    || {
+                        let scratch = (&mut projection, &mut scratch, &mut results);
+                        Bundle { tree, filter, any, every }.trace::<S>(&rays, scratch, &mut counts)
+                    },
+                ),
+            };
+            let (is_bundle, left, work) = match outcome {
+                Outcome::Traced { left, work } => {
+                    let (resolver, first) = (filter.resolver(), RayId(at as u32));
+                    S::vectorize(
+                        #[inline(always)]
+                        || match output.part(at, end) {
+                            BatchOutput::Pairs(pairs) => {
+                                results.list::<S>(tree, resolver, (rays, first, left), pairs);
+                            }
+                            output => {
+                                results.write::<S>(tree, resolver, (rays, first), output);
+                            }
+                        },
+                    );
+                    (true, left, work)
+                }
+                Outcome::TooWide if size > SMALLEST => {
+                    size /= 4;
+                    continue;
+                }
+                Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
+            };
+
+            // The others wait for some more of them, unless any hit will do and one is found.
+            if left != 0 || projection.has_outliers {
+                let over = |ray: usize| any && results.is_hit(ray);
+                let is_left =
+                    |ray: usize| left >> (ray / 16) & 1 != 0 || projection.is_outlier(ray);
+                let waits = |ray: &usize| is_left(*ray) && !over(*ray);
+                others.extend((0..rays.len()).filter(waits).map(|ray| RayId((at + ray) as u32)));
+            }
+            at = end;
+            size = next_size(size, at, work > BUSY * rays.len());
+
+            let enough = if is_bundle { usize::MAX } else { STREAM };
+            if others.len() >= enough || at == all.len() && !others.is_empty() {
+                trace_stream(&chunk, &others, &mut output, &mut counts);
+                others.clear();
+            }
+        }
+        counts
+    }
+}
+
+/// Some rays as a bundle, if they share their origin; or if any hit will do, which can be asked from where
+/// rays end, too, their end.
+#[inline(always)]
+fn bundle_of<'a>(
+    (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
+    filter: Filter<'_>,
+    any: bool,
+) -> Option<BundleRays<'a>> {
+    if shares_origin(rays) {
+        return Some(BundleRays { rays, first, next, reversed: None });
+    }
+    if !any {
+        return None;
+    }
+    let reversed = CommonEnd::of(rays, filter.threshold());
+    reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
+}
+
+/// How many rays the next bundle has: it may be larger again where a larger one would begin.
+fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
+    let most = if is_busy { BUSY_RAYS } else { RAYS };
+    while size < most && at.is_multiple_of(4 * size) {
+        size *= 4;
+    }
+    size.min(most)
+}

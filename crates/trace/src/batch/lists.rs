@@ -1,0 +1,369 @@
+//! Every hit of many rays, in compact arrays.
+//!
+//! ```text
+//!   rays      0   1     2          offsets   0 1 1 3
+//!             │   │    ╱ ╲         hits      a b c
+//!   hits      a        b  c
+//! ```
+//!
+//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. Where bundles do not know t
+//! and the weights yet, they are computed eight side by side. Pairs are put in the order of the rays, then each ray's
+//! are sorted.
+
+use intertri::internal::exact::Side;
+use intertri::internal::{Pairs, Resolver};
+use intertri::simd::{Simd, WithSimd};
+use intertri::{Crossing, Hit, LeafSlot, Ray, RayId};
+
+use std::ops::Range;
+
+use super::RayBatch;
+use super::chunk::Chunk;
+use crate::scalar::Backend;
+use crate::tree::Tree;
+use crate::util::memory::{NoMemory, room};
+use crate::util::threads;
+use crate::walk::{BatchOutput, HitPairs};
+
+/// The hits or crossings of many rays, one ray's after the other's: what
+/// [`Query::all_batch`](crate::Query::all_batch) and [`Query::crossings_batch`](crate::Query::crossings_batch) return.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lists<T> {
+    /// Where the items of each ray begin and, after the last, where they end: one more than there are rays, from
+    /// 0 up, as in the lists of Arrow.
+    pub offsets: Vec<i64>,
+    /// The items, each ray's by t; if two have the same t, by index.
+    pub items: Vec<T>,
+}
+
+/// The hits of many rays.
+pub type HitLists = Lists<Hit>;
+
+/// The crossings of many rays.
+pub type CrossingLists = Lists<Crossing>;
+
+impl<T> Lists<T> {
+    /// How many rays there are.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there is no ray.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The items of a ray.
+    ///
+    /// # Panics
+    /// If the ray is out of bounds.
+    pub fn of(&self, ray: usize) -> &[T] {
+        &self.items[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
+    }
+
+    /// The items of each ray.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[T]> {
+        (0..self.len()).map(|ray| self.of(ray))
+    }
+}
+
+/// What a list holds: a hit, or a crossing, which is a hit and its side.
+pub(crate) trait ListItem: Clone + Send {
+    /// From a hit, and whether the ray leaves through it, which takes a while to find out.
+    fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self;
+    /// The hit.
+    fn hit(&self) -> &Hit;
+    /// The hit, to be renamed.
+    fn hit_mut(&mut self) -> &mut Hit;
+}
+
+impl ListItem for Hit {
+    #[inline(always)]
+    fn new(hit: Hit, _: impl FnOnce() -> bool) -> Self {
+        hit
+    }
+    #[inline(always)]
+    fn hit(&self) -> &Hit {
+        self
+    }
+    #[inline(always)]
+    fn hit_mut(&mut self) -> &mut Hit {
+        self
+    }
+}
+
+impl ListItem for Crossing {
+    #[inline(always)]
+    fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self {
+        Self { hit, leaves: leaves() }
+    }
+    #[inline(always)]
+    fn hit(&self) -> &Hit {
+        &self.hit
+    }
+    #[inline(always)]
+    fn hit_mut(&mut self) -> &mut Hit {
+        &mut self.hit
+    }
+}
+
+/// Rays a thread takes at a time: what is listed of them stays in the cache.
+const CHUNK: usize = 1 << 12;
+
+/// So many chunks a thread before they are put together. Their memory is taken once for all of them: the system
+/// gives it slower than hits are found.
+const ROUND: usize = 8;
+
+/// Lists every hit of many rays; of each ray the first `limit`, if there is a limit.
+pub(crate) fn lists<S: Backend, T: ListItem>(
+    batch: &RayBatch<'_, S>,
+    limit: Option<usize>,
+) -> Result<Lists<T>, NoMemory> {
+    let rays = batch.rays.len();
+    let mut lists = Lists { offsets: room(rays + 1)?, items: Vec::new() };
+    lists.offsets.push(0);
+    let mut chunks = Vec::new();
+    chunks.resize_with((ROUND * threads::count()).min(rays.div_ceil(CHUNK)), ChunkLists::new);
+    for from in (0..rays).step_by(chunks.len().max(1) * CHUNK) {
+        let starts = (from..rays).step_by(CHUNK);
+        threads::pieces(chunks.iter_mut().zip(starts.clone()), |_, (lists, from)| {
+            lists.begin();
+            batch.pieces(from..rays.min(from + CHUNK), |chunk, _| {
+                lists.is_full |= lists.list(&chunk, limit).is_err();
+            });
+        });
+        for (chunk, _) in chunks.iter().zip(starts) {
+            lists.add(chunk)?;
+        }
+    }
+    Ok(lists)
+}
+
+impl<T: Clone> Lists<T> {
+    /// Adds those of the next rays.
+    fn add(&mut self, chunk: &ChunkLists<T>) -> Result<(), NoMemory> {
+        let ChunkLists { ends, items, is_full: false, .. } = chunk else { return Err(NoMemory) };
+        let first = self.items.len();
+        self.items.try_reserve(items.len())?;
+        self.items.extend_from_slice(items);
+        self.offsets.extend(ends.iter().map(|end| (first + end) as i64));
+        Ok(())
+    }
+}
+
+/// The items of a chunk of rays.
+struct ChunkLists<T> {
+    /// As they are found.
+    pairs: HitPairs,
+    /// Where those of each ray end.
+    ends: Vec<usize>,
+    /// For each ray in turn, the slots of its triangles and which of the pairs these are.
+    slots: Vec<(LeafSlot, u32)>,
+    items: Vec<T>,
+    /// Whether there is too little memory.
+    is_full: bool,
+}
+
+impl<T: ListItem> ChunkLists<T> {
+    fn new() -> Self {
+        let (pairs, ends, slots) = (HitPairs::default(), Vec::new(), Vec::new());
+        Self { pairs, ends, slots, items: Vec::new(), is_full: false }
+    }
+
+    /// Forgets the last chunk.
+    fn begin(&mut self) {
+        self.ends.clear();
+        self.items.clear();
+    }
+
+    /// Lists the hits of some rays.
+    fn list(&mut self, chunk: &Chunk<'_>, limit: Option<usize>) -> Result<(), NoMemory> {
+        let Chunk { tree, filter, rays, .. } = *chunk;
+        self.pairs.clear(limit);
+        chunk.trace(BatchOutput::Pairs(&mut self.pairs));
+        if self.pairs.is_full {
+            return Err(NoMemory);
+        }
+        self.pairs.level();
+        let resolver = filter.resolver();
+        filter.level().run(Meet { tree, rays, resolver, pairs: &mut self.pairs });
+        self.by_ray(chunk)?;
+        for ((id, ray), range) in (0..).map(RayId).zip(rays).zip(ranges(&self.ends)) {
+            let (slots, items) = (&self.slots[range.clone()], &mut self.items[range]);
+            sort(tree, resolver, (ray, id), slots, items);
+        }
+        if let Some(limit) = limit {
+            cut(&mut self.ends, &mut self.items, limit);
+        }
+        tree.geometries.rename(self.items.iter_mut().map(ListItem::hit_mut));
+        Ok(())
+    }
+
+    /// Puts the pairs in the order of their rays.
+    fn by_ray(&mut self, chunk: &Chunk<'_>) -> Result<(), NoMemory> {
+        let Chunk { tree, filter, rays, .. } = *chunk;
+        let Self { pairs: HitPairs { pairs, hits: met, .. }, ends, slots, items, .. } = self;
+
+        // How many each ray has, then where they begin; placing them moves that to where they end.
+        ends.try_reserve(rays.len())?;
+        ends.resize(rays.len(), 0);
+        for &(ray, _) in &*pairs {
+            ends[ray.0 as usize] += 1;
+        }
+        let mut begin = 0;
+        for end in &mut *ends {
+            begin += std::mem::replace(end, begin);
+        }
+        slots.clear();
+        slots.try_reserve(pairs.len())?;
+        slots.resize(pairs.len(), (LeafSlot(0), 0));
+        for (i, &(ray, slot)) in (0..).zip(&*pairs) {
+            let at = &mut ends[ray.0 as usize];
+            slots[*at] = (slot, i);
+            *at += 1;
+        }
+        items.try_reserve(pairs.len())?;
+        items.extend(slots.iter().map(|&(slot, i)| {
+            let (id, _) = pairs[i as usize];
+            let (ray, triangle) = (&rays[id.0 as usize], || tree.triangle_in(slot));
+            let leaves =
+                || filter.resolver().facing(ray, &triangle(), (id, slot)) == Some(Side::Leaves);
+            T::new(met[i as usize], leaves)
+        }));
+        Ok(())
+    }
+}
+
+/// The first and last items of each ray.
+fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
+    ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
+}
+
+/// Finds where the pairs meet of which that is not known yet.
+struct Meet<'a> {
+    tree: &'a Tree,
+    rays: &'a [Ray],
+    resolver: Resolver<'a>,
+    pairs: &'a mut HitPairs,
+}
+
+impl WithSimd for Meet<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { tree, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
+
+        // Eight pairs side by side, whosever they are.
+        let (mut eight, mut waiting) = (Pairs::new(), 0);
+        let (mut ids, mut to) = ([(RayId(0), LeafSlot(0)); 8], [0; 8]);
+        for (i, &(id, slot)) in pairs.iter().enumerate() {
+            if hits[i].is_hit() {
+                continue;
+            }
+            let (triangle, index) = (tree.triangle_in(slot), tree.index_of(slot));
+            eight.set(waiting, &rays[id.0 as usize], &triangle, index);
+            (ids[waiting], to[waiting]) = ((id, slot), i);
+            waiting += 1;
+            if waiting == 8 {
+                let met = resolver.hits_in::<S>(&eight, &ids, 8);
+                (0..8).for_each(|k| hits[to[k]] = met[k]);
+                waiting = 0;
+            }
+        }
+        let met = resolver.hits_in::<S>(&eight, &ids, waiting);
+        (0..waiting).for_each(|k| hits[to[k]] = met[k]);
+    }
+}
+
+/// Sorts the items of a ray, on the triangles in these slots, by t, then by position.
+#[inline(always)]
+fn sort<T: ListItem>(
+    tree: &Tree,
+    resolver: Resolver<'_>,
+    ray: (&Ray, RayId),
+    slots: &[(LeafSlot, u32)],
+    items: &mut [T],
+) {
+    if items.len() > 1 {
+        items.sort_unstable_by(|a, b| {
+            let (a, b) = (a.hit(), b.hit());
+            a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
+        });
+        if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
+            sort_ties(tree, resolver, ray, slots, items);
+        }
+    }
+}
+
+/// The same where some rounded t are equal.
+#[cold]
+#[inline(never)]
+fn sort_ties<T: ListItem>(
+    tree: &Tree,
+    resolver: Resolver<'_>,
+    ray: (&Ray, RayId),
+    slots: &[(LeafSlot, u32)],
+    items: &mut [T],
+) {
+    let triangle = |hit: &Hit| {
+        let is_it = |&&(slot, _): &&(LeafSlot, u32)| tree.index_of(slot).0 == hit.triangle;
+        let (slot, _) = *slots.iter().find(is_it).expect("each hit is in one of the slots");
+        (tree.triangle_in(slot), slot)
+    };
+    for tied in items.chunk_by_mut(|a, b| a.hit().t == b.hit().t).filter(|tied| tied.len() > 1) {
+        tied.sort_unstable_by(|a, b| {
+            let (a, b) = (a.hit(), b.hit());
+            let ((at, one), (bt, other)) = (triangle(a), triangle(b));
+            resolver.first(ray, (a, &at, one), (b, &bt, other))
+        });
+    }
+}
+
+/// Keeps this many items of each ray.
+fn cut<T: Clone>(ends: &mut [usize], items: &mut Vec<T>, limit: usize) {
+    let (mut begin, mut kept) = (0_usize, 0);
+    for end in ends {
+        let some = begin..(*end).min(begin.saturating_add(limit));
+        begin = *end;
+        for i in some {
+            items.swap(kept, i);
+            kept += 1;
+        }
+        *end = kept;
+    }
+    items.truncate(kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Mode, Ray, Triangle};
+
+    use super::{CHUNK, ROUND};
+    use crate::Bvh;
+    use crate::util::threads;
+
+    /// More than a round: each ray has its own list, whatever the chunks before it left behind.
+    #[test]
+    fn rounds_of_chunks_follow_each_other() {
+        let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);
+        let bvh = Bvh::new(&[wall(7.0), wall(5.0), wall(6.0)]).unwrap();
+        let count = ROUND * threads::count() * CHUNK + 2 * CHUNK + 3;
+        // So many hits of the i-th.
+        let hits = |i: usize| [3, 0, 1, 2][(i / 5 + i / CHUNK) % 4];
+        let ray = |i: usize| {
+            let from = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 6.5], [1.0, 1.0, 5.5]];
+            Ray::new(from[(i / 5 + i / CHUNK) % 4], [0.0, 0.0, 1.0])
+        };
+        let rays: Vec<Ray> = (0..count).map(ray).collect();
+        for limit in [None, Some(2)] {
+            let lists = bvh.query().mode(Mode::certified()).all_batch(&rays, limit).unwrap();
+            assert_eq!(lists.len(), count);
+            for (i, list) in lists.iter().enumerate() {
+                let (all, most) = ([1, 2, 0], limit.unwrap_or(3));
+                let expected = all[3 - hits(i)..].iter().take(most);
+                assert!(list.iter().map(|hit| hit.triangle).eq(expected.copied()), "ray {i}");
+            }
+        }
+    }
+}

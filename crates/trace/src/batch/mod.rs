@@ -1,0 +1,198 @@
+//! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
+//!
+//! ```text
+//!   closest_batch ──► trace_batch ──► pieces over threads ──► trace_chunk ──► bundles, streams or beams
+//! ```
+
+mod chunk;
+mod lists;
+
+pub(crate) use lists::lists;
+pub use lists::{CrossingLists, HitLists, Lists};
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+use intertri::{Counts, Mode, RayOf};
+
+use crate::scalar::Backend;
+use crate::selection::ActiveSelection;
+use crate::tree::Tree;
+use crate::util::threads;
+use crate::walk::BatchOutput;
+use chunk::Chunk;
+
+/// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
+/// next.
+const CHUNK: usize = 4096;
+const CHUNKS: usize = 16;
+
+/// The rays of one call, and what is asked of them.
+pub(crate) struct RayBatch<'a, S: Backend> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) originals: &'a S::Originals,
+    pub(crate) mode: Mode,
+    pub(crate) selection: ActiveSelection<'a>,
+    pub(crate) rays: &'a [RayOf<S>],
+}
+
+impl<S: Backend> RayBatch<'_, S> {
+    /// Traces all rays, on all threads where there are threads.
+    ///
+    /// # Panics
+    /// If there is not one answer a ray.
+    pub(crate) fn trace(&self, output: BatchOutput<'_>) -> Counts {
+        let chunks = output.chunks(self.rays.len(), chunk_size(self.rays.len()));
+        add(chunks.into_iter(), |(range, output)| self.trace_part(range, output))
+    }
+
+    /// Traces some of the rays on this thread.
+    pub(crate) fn trace_part(&self, range: Range<usize>, mut output: BatchOutput<'_>) -> Counts {
+        let (start, mut counts) = (range.start, Counts::default());
+        self.pieces(range, |chunk, piece| {
+            let output = output.part(piece.start - start, piece.end - start);
+            counts += chunk.trace(output);
+        });
+        output.rename(self.tree);
+        counts
+    }
+
+    /// Hands some of the rays to a traversal, in f32, a piece after the other.
+    fn pieces(&self, range: Range<usize>, mut trace: impl FnMut(Chunk<'_>, Range<usize>)) {
+        let Self { tree, originals, mode, selection, rays } = *self;
+        for from in range.clone().step_by(S::PIECE) {
+            let piece = from..range.end.min(from.saturating_add(S::PIECE));
+            let selection = selection.map(|selection| selection.part(piece.start, piece.end));
+            S::with_rays(tree, originals, mode, (rays, piece.clone()), |filter, rays| {
+                trace(Chunk { tree, filter, selection, rays }, piece);
+            });
+        }
+    }
+}
+
+/// The answers of anything, in chunks over all threads.
+///
+/// # Panics
+/// If the slices differ in length.
+pub(crate) fn chunks<R: Sync, A: Send>(
+    of: &[R],
+    answers: &mut [A],
+    each: impl Fn(&[R], &mut [A]) -> Counts + Sync,
+) -> Counts {
+    assert_eq!(of.len(), answers.len(), "one answer each");
+    let size = chunk_size(of.len());
+    add(of.chunks(size).zip(answers.chunks_mut(size)), |(of, answers)| each(of, answers))
+}
+
+/// The counts of some pieces, each done on one thread.
+fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sync) -> Counts {
+    let counts = Mutex::new(Counts::default());
+    threads::pieces(pieces, |_, piece| {
+        let some = each(piece);
+        if let Ok(mut counts) = counts.lock() {
+            *counts += some;
+        }
+    });
+    counts.into_inner().unwrap_or_default()
+}
+
+/// Some chunks a thread, so that all are done at about the same time.
+fn chunk_size(rays: usize) -> usize {
+    let even = rays / (16 * threads::count());
+    even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Hit, Mode, Ray, Ray64, Triangle, TriangleOf};
+
+    use crate::Bvh;
+
+    /// A bumpy sheet of 30 by 30 units, of so many squares a side.
+    fn sheet(squares: usize) -> Bvh {
+        let size = 30.0 / squares as f32;
+        let corner =
+            |x: usize, y: usize| [x as f32 * size, y as f32 * size, (x * y % 5) as f32 * 0.1];
+        let mut triangles = Vec::new();
+        for i in 0..squares * squares {
+            let (x, y) = (i % squares, i / squares);
+            triangles.push(Triangle([corner(x, y), corner(x + 1, y), corner(x, y + 1)]));
+            triangles.push(Triangle([corner(x + 1, y + 1), corner(x + 1, y), corner(x, y + 1)]));
+        }
+        Bvh::new(&triangles).unwrap()
+    }
+
+    /// A picture of the sheet, and what a light sees of it: bundles are traced and change nothing.
+    #[test]
+    fn bundles_are_taken_and_change_nothing() {
+        bundles_change_nothing(&sheet(30));
+    }
+
+    /// Many rays a triangle: what they share is computed once.
+    #[test]
+    fn bundles_that_share_triangles_change_nothing() {
+        bundles_change_nothing(&sheet(7));
+    }
+
+    /// Some thirty triangles a ray: bundles are tried, and most rays go one by one.
+    #[test]
+    fn bundles_that_are_too_dense_change_nothing() {
+        bundles_change_nothing(&sheet(360));
+    }
+
+    fn bundles_change_nothing(bvh: &Bvh) {
+        // The direction of one ray is foreign to its bundle.
+        let ray = |i: usize| {
+            let (square, i) = (i / 256, i % 256);
+            let at = |k: usize| (k as f32 - 28.0) / 40.0;
+            let dir = [at(square % 4 * 16 + i % 16), at(square / 4 * 16 + i / 16), -1.0];
+            Ray::new([14.3, 15.1, 25.0], dir)
+        };
+        let mut rays: Vec<Ray> = (0..4096).map(ray).collect();
+        rays[700].dir = [0.0, 1.0, 0.2];
+
+        let mode = Mode::certified();
+        let (mut hits, mut any) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
+        bvh.query().mode(mode).closest_batch_into(&rays, &mut hits);
+        bvh.query().mode(mode).any_batch_into(&rays, &mut any);
+        for ((ray, hit), any) in rays.iter().zip(&hits).zip(&any) {
+            assert_eq!(hit.some(), bvh.query().mode(mode).closest(ray));
+            assert_eq!(*any, hit.is_hit());
+        }
+        assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
+
+        // Every hit, to the sheet and beyond: those of packets that are left are listed once.
+        let exact = Mode::exact();
+        let (lists, of_exact) = (
+            bvh.query().mode(mode).all_batch(&rays, None),
+            bvh.query().mode(exact).all_batch(&rays, None),
+        );
+        let (lists, of_exact) = (lists.unwrap(), of_exact.unwrap());
+        assert!(
+            lists.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.query().mode(mode).all(ray))
+        );
+        assert!(
+            of_exact.iter().zip(&rays).all(|(hits, ray)| *hits == bvh.query().mode(exact).all(ray))
+        );
+        assert!(lists.items.len() > 2000 && of_exact.items.len() > 2000);
+
+        // The same in f64, off from what f32 holds.
+        let off = |x: f32| f64::from(x) + 1e-9;
+        let corners = |triangle: &Triangle| TriangleOf(triangle.0.map(|corner| corner.map(off)));
+        let triangles: Vec<_> = bvh.to_triangles().iter().map(corners).collect();
+        let wide = |ray: &Ray| Ray64::new(ray.origin.map(off), ray.dir.map(off));
+        let (bvh64, rays64) = (Bvh::new(&triangles).unwrap(), rays.iter().map(wide));
+        let rays64: Vec<_> = rays64.collect();
+        let of_f64 = bvh64.query().all_batch(&rays64, None).unwrap();
+        assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.query().all(ray)));
+        assert!(of_f64.items.len() > 2000);
+
+        // In another order the same rays have little in common.
+        let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
+        let bundled = hits.clone();
+        bvh.query().mode(mode).closest_batch_into(&mixed, &mut hits);
+        for (i, hit) in hits.iter().enumerate() {
+            assert_eq!(*hit, bundled[i * 1021 % 4096]);
+        }
+    }
+}

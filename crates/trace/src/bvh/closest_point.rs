@@ -1,0 +1,57 @@
+//! The closest point of the mesh: of one point, or of many.
+
+use intertri::Counts;
+
+use super::Bvh;
+use crate::batch::chunks;
+use crate::nearest::ClosestPoint;
+use crate::scalar::BvhScalar;
+
+impl<S: BvhScalar> Bvh<S> {
+    /// The point of the mesh that is closest to a given one, where it is not farther than a radius, which may be
+    /// infinite: its [`distance`](ClosestPoint::distance) is compared with that. Within a radius below 0, or NaN,
+    /// there is none. Masks of geometries do not matter.
+    ///
+    /// The triangle is truly the closest; of those that are exactly as close, which neighbours often are, the
+    /// lowest index. A triangle without an area is the segment or the point that its corners span; one with a corner
+    /// that is not finite is not there. A point that is not finite has no closest one.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::Triangle};
+    /// let floor = Triangle::new([-1.0, 0.0, -1.0], [3.0, 0.0, -1.0], [-1.0, 0.0, 3.0]);
+    /// let bvh = Bvh::new(&[floor])?;
+    /// let closest = bvh.closest_point([0.0, 2.0, 0.0], f64::INFINITY).unwrap();
+    /// assert_eq!((closest.distance, closest.point), (2.0, [0.0, 0.0, 0.0]));
+    /// assert_eq!((closest.triangle, closest.u, closest.v), (0, 0.25, 0.25));
+    /// assert_eq!(bvh.closest_point([0.0, 2.0, 0.0], 1.9), None);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn closest_point(&self, point: [S; 3], radius: f64) -> Option<ClosestPoint> {
+        let mut answer = [ClosestPoint::NONE];
+        S::closest_points(&self.tree, &self.originals, &[point], radius, &mut answer);
+        answer[0].some()
+    }
+
+    /// [`Bvh::closest_point`] of many points, on all threads; [`ClosestPoint::NONE`] for a point that has none.
+    pub fn closest_point_batch(&self, points: &[[S; 3]], radius: f64) -> Vec<ClosestPoint> {
+        let mut closest = vec![ClosestPoint::NONE; points.len()];
+        self.closest_point_batch_into(points, radius, &mut closest);
+        closest
+    }
+
+    /// [`Bvh::closest_point_batch`] into a slice.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_point_batch_into(
+        &self,
+        points: &[[S; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    ) {
+        chunks(points, closest, |points, closest| {
+            S::closest_points(&self.tree, &self.originals, points, radius, closest);
+            Counts::default()
+        });
+    }
+}

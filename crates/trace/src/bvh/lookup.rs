@@ -1,0 +1,83 @@
+//! The triangle of a hit, and rays that leave it.
+//!
+//! Leaves know the indices of their triangles, not the other way round. The way back is a table of 4 bytes a triangle,
+//! made when it is first needed.
+
+use intertri::{Hit, LeafSlot, RayOf, TriangleId, TriangleOf};
+
+use super::Bvh;
+use crate::scalar::BvhScalar;
+use crate::tree::MeshTriangle;
+use crate::util::lane_ops::lanes_of;
+
+/// The slot of a triangle that is not stored: one with a corner that is not finite.
+const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
+
+/// What belongs to a hit.
+///
+/// The first of these calls makes a table of 4 bytes a triangle, so it takes longer than the others.
+impl<S: BvhScalar> Bvh<S> {
+    /// The triangle of a hit; `None` for a miss, and if there is no such triangle.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::{Hit, Ray, Triangle}};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::from_meshes(&[&[at(5.0)], &[at(7.0), at(3.0)]])?;
+    /// let hit = bvh.closest(&Ray::new([0.2, 0.2, 0.0], [0.0, 0.0, 1.0])).unwrap();
+    /// assert_eq!((bvh.triangle(&hit), bvh.triangle(&Hit::MISS)), (Some(at(3.0)), None));
+    /// assert_eq!(bvh.normal(&hit), Some([0.0, 0.0, 1.0]));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn triangle(&self, hit: &Hit) -> Option<TriangleOf<S>> {
+        let name = MeshTriangle { triangle: hit.triangle, geometry: hit.geometry };
+        let TriangleId(position) = self.tree.geometries.position(name, self.tree.triangles)?;
+        let slot = self.slots()[position as usize];
+        (slot != NOWHERE).then(|| self.triangle_in(slot))
+    }
+
+    /// The normal of the triangle of a hit, not of unit length: [`TriangleOf::normal`].
+    pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
+        self.triangle(hit).map(|triangle| triangle.normal())
+    }
+
+    /// A ray from where another ray hit, in any direction, which never hits the triangle that it leaves:
+    /// [`spawn_ray`](intertri::spawn_ray). From a miss it is a ray that hits nothing, whatever its interval.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.1, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::new(&[at(3.1), at(5.0)])?;
+    /// let hit = bvh.closest(&Ray::new([0.2, 0.2, 0.0], [0.01, 0.0, 0.3])).unwrap();
+    /// let refracted = bvh.spawn_ray(&hit, [0.02, 0.0, 1.0]);
+    /// assert_eq!(bvh.closest(&refracted).unwrap().triangle, 1);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn spawn_ray(&self, hit: &Hit, dir: [S; 3]) -> RayOf<S> {
+        match self.triangle(hit) {
+            Some(triangle) => intertri::spawn_ray(hit, &triangle, dir),
+            None => RayOf::new([S::nearest(f64::NAN); 3], dir),
+        }
+    }
+
+    /// A ray from where another ray hit to a point, such as a light, which is at `t = 1`:
+    /// [`spawn_ray_to`](intertri::spawn_ray_to).
+    pub fn spawn_ray_to(&self, hit: &Hit, point: [S; 3]) -> RayOf<S> {
+        match self.triangle(hit) {
+            Some(triangle) => intertri::spawn_ray_to(hit, &triangle, point),
+            None => RayOf::new([S::nearest(f64::NAN); 3], point).between(S::ZERO, S::ONE),
+        }
+    }
+
+    /// The slot of each triangle, by its position.
+    fn slots(&self) -> &[LeafSlot] {
+        self.slots.get_or_init(|| {
+            let mut slots = vec![NOWHERE; self.tree.triangles];
+            for (i, leaf) in self.tree.leaves.iter().enumerate() {
+                for lane in lanes_of(self.tree.present(i)) {
+                    slots[leaf.indices[lane] as usize] = LeafSlot((8 * i + lane) as u32);
+                }
+            }
+            slots.into_boxed_slice()
+        })
+    }
+}

@@ -1,0 +1,37 @@
+//! The same hierarchy around triangles that have moved.
+
+use intertri::TriangleOf;
+
+use super::Bvh;
+use crate::refit::{Refit, RefitError};
+use crate::scalar::BvhScalar;
+
+impl<S: BvhScalar> Bvh<S> {
+    /// Moves the triangles: their new corners, all of them in the order in which they were given. The tree stays
+    /// as it is; its boxes are fitted to the corners, on all threads.
+    ///
+    /// Answers are those of a hierarchy built anew, bit for bit. It takes a small part of the time of a build, but
+    /// the more the triangles move against each other, the longer rays take; [`Refit`] tells how worn the tree
+    /// is. Triangles may lose their area or stop being finite, and come back.
+    ///
+    /// # Errors
+    /// If there are more triangles or fewer: then nothing has changed. If there is too little memory: then it
+    /// holds no triangle any more.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let floor = |y| Triangle::new([-1.0, y, -1.0], [3.0, y, -1.0], [-1.0, y, 3.0]);
+    /// let ray = Ray::new([0.0, 9.0, 0.0], [0.0, -1.0, 0.0]);
+    /// let mut bvh = Bvh::new(&[floor(0.0), floor(1.0)])?;
+    /// let refit = bvh.refit(&[floor(5.0), floor(3.0)])?;
+    /// let hit = bvh.closest(&ray);
+    /// assert_eq!(hit.map(|hit| (hit.triangle, hit.t)), Some((0, 4.0)));
+    /// assert!(refit.ratio() > 0.0 && !refit.is_worn());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn refit(&mut self, triangles: &[TriangleOf<S>]) -> Result<Refit, RefitError> {
+        self.slots.take();
+        S::refit(&mut self.tree, &mut self.originals, triangles)
+    }
+}

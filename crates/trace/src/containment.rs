@@ -1,0 +1,34 @@
+//! Where a point lies.
+
+/// Where a point lies: what [`Solid::classify`](crate::Solid::classify) returns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Containment {
+    /// The mesh does not wind around it.
+    #[default]
+    Outside,
+    /// The mesh winds around it, this many times: once, if its corners run counter-clockwise as seen from outside;
+    /// more where parts overlap, fewer than 0 where they are turned inside out.
+    Inside(i32),
+    /// It lies on a triangle.
+    Surface,
+}
+
+impl Containment {
+    /// After one more crossing of a ray from the point.
+    pub(crate) fn crossed(self, leaves: bool) -> Self {
+        self.wound(if leaves { 1 } else { -1 })
+    }
+
+    /// After several crossings, of which `leave` more leave than enter.
+    pub(crate) fn wound(self, leave: i32) -> Self {
+        let times = match self {
+            Self::Outside => 0,
+            Self::Inside(times) => times,
+            Self::Surface => return self,
+        };
+        match times + leave {
+            0 => Self::Outside,
+            times => Self::Inside(times),
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! The verbs for many rays.
+
+use intertri::{Counts, Crossings, Hit, Mode, RayOf};
+
+use super::Query;
+use crate::batch::{CrossingLists, HitLists, RayBatch, lists};
+use crate::scalar::BvhScalar;
+use crate::selection::ActiveSelection;
+use crate::tree::MeshTriangle;
+use crate::util::memory::OutOfMemory;
+use crate::util::threads;
+use crate::walk::BatchOutput;
+
+/// Many rays a call, on all threads.
+///
+/// A batch returns its answers; its sister `…_into` writes them to a slice of yours, and returns how many tests were
+/// made. `answers[i]` belongs to `rays[i]`.
+///
+/// Rays that are neighbours in the slice are best neighbours in space, too. Fastest are rays that share their origin,
+/// 1024 of them in a row in a narrow cone, such as 32 by 32 pixels in Z-order; the library finds out whether that is
+/// so, and no answer depends on it.
+///
+/// # Panics
+/// If rays and answers differ in number, or if there are lists of triangles to skip but not one a ray.
+impl<S: BvhScalar> Query<'_, S> {
+    /// [`Query::closest`] of many rays; [`Hit::MISS`] for a ray that hits nothing.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let bvh = Bvh::new(&[Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0])])?;
+    /// let rays = [0.25, 2.0].map(|x| Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]));
+    /// let hits = bvh.query().closest_batch(&rays);
+    /// assert!(hits[0].t == 5.0 && !hits[1].is_hit());
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn closest_batch(&self, rays: &[RayOf<S>]) -> Vec<Hit> {
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.closest_batch_into(rays, &mut hits);
+        hits
+    }
+
+    /// [`Query::closest_batch`] into a slice.
+    pub fn closest_batch_into(&self, rays: &[RayOf<S>], hits: &mut [Hit]) -> Counts {
+        self.trace_batch(self.mode, rays, BatchOutput::Hits(hits))
+    }
+
+    /// [`Query::closest_triangle`] of many rays; [`MeshTriangle::MISS`] for a ray that hits nothing.
+    pub fn closest_triangle_batch(&self, rays: &[RayOf<S>]) -> Vec<MeshTriangle> {
+        let mut triangles = vec![MeshTriangle::MISS; rays.len()];
+        self.closest_triangle_batch_into(rays, &mut triangles);
+        triangles
+    }
+
+    /// [`Query::closest_triangle_batch`] into a slice.
+    pub fn closest_triangle_batch_into(
+        &self,
+        rays: &[RayOf<S>],
+        triangles: &mut [MeshTriangle],
+    ) -> Counts {
+        self.trace_batch(self.mode, rays, BatchOutput::Triangles(triangles))
+    }
+
+    /// [`Query::any`] of many rays.
+    ///
+    /// Fastest where neighbours share their origin, or end at one point but for rounding, at t = 1 or at `t_max`, and
+    /// do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that starts on a surface may hit it,
+    /// because its origin is rounded.
+    pub fn any_batch(&self, rays: &[RayOf<S>]) -> Vec<bool> {
+        let mut any = vec![false; rays.len()];
+        self.any_batch_into(rays, &mut any);
+        any
+    }
+
+    /// [`Query::any_batch`] into a slice.
+    pub fn any_batch_into(&self, rays: &[RayOf<S>], any: &mut [bool]) -> Counts {
+        self.trace_batch(self.mode, rays, BatchOutput::Any(any))
+    }
+
+    /// [`Query::all`] of many rays, in compact arrays; of each ray the first `limit` hits, if there is a limit. With a
+    /// limit a ray looks no farther than the last hit that it keeps.
+    ///
+    /// # Errors
+    /// If there is too little memory for the hits.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Ray, Triangle};
+    /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
+    /// let bvh = Bvh::new(&[at(5.0), at(7.0), at(3.0)])?;
+    /// let rays = [0.2, 9.0, 0.3].map(|x| Ray::new([x, 0.2, 0.0], [0.0, 0.0, 1.0]));
+    /// let lists = bvh.query().all_batch(&rays, Some(2))?;
+    /// assert_eq!(lists.offsets, [0, 2, 2, 4]);
+    /// assert!(lists.of(2).iter().map(|hit| hit.triangle).eq([2, 0]));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn all_batch(
+        &self,
+        rays: &[RayOf<S>],
+        limit: Option<usize>,
+    ) -> Result<HitLists, OutOfMemory> {
+        self.with_batch(self.mode, rays, |batch| Ok(lists(batch, limit)?))
+    }
+
+    /// [`Query::crossings`] of many rays, in compact arrays; of each ray the first `limit`, if there is a limit.
+    ///
+    /// # Errors
+    /// If there is too little memory for the crossings.
+    pub fn crossings_batch(
+        &self,
+        rays: &[RayOf<S>],
+        limit: Option<usize>,
+    ) -> Result<CrossingLists, OutOfMemory> {
+        self.with_batch(self.crossing_mode(), rays, |batch| Ok(lists(batch, limit)?))
+    }
+
+    /// How often each of many rays crosses the mesh.
+    pub fn count_crossings_batch(&self, rays: &[RayOf<S>]) -> Vec<Crossings> {
+        let mut crossings = vec![Crossings::default(); rays.len()];
+        self.count_crossings_batch_into(rays, &mut crossings);
+        crossings
+    }
+
+    /// [`Query::count_crossings_batch`] into a slice.
+    pub fn count_crossings_batch_into(&self, rays: &[RayOf<S>], crossings: &mut [Crossings]) {
+        crossings.fill(Crossings::default());
+        self.trace_batch(self.crossing_mode(), rays, BatchOutput::Crossings(crossings));
+    }
+
+    fn trace_batch(&self, mode: Mode, rays: &[RayOf<S>], output: BatchOutput<'_>) -> Counts {
+        self.with_batch(mode, rays, |batch| batch.trace(output))
+    }
+
+    /// Does something with the rays, on this thread alone if that is asked for.
+    fn with_batch<A>(
+        &self,
+        mode: Mode,
+        rays: &[RayOf<S>],
+        trace: impl FnOnce(&RayBatch<'_, S>) -> A,
+    ) -> A {
+        let lists = self.selection.skip.len();
+        let fits = lists == 0 || lists == rays.len();
+        assert!(fits, "a list of triangles to skip for each ray, or none");
+        self.in_threads(|| trace(&self.batch(self.active, mode, rays)))
+    }
+
+    /// Traces rays among other triangles than the query's.
+    pub(super) fn with_selection(
+        &self,
+        selection: ActiveSelection<'_>,
+        mode: Mode,
+        rays: &[RayOf<S>],
+        output: BatchOutput<'_>,
+    ) {
+        self.in_threads(|| self.batch(selection, mode, rays).trace(output));
+    }
+
+    fn batch<'b>(
+        &'b self,
+        selection: ActiveSelection<'b>,
+        mode: Mode,
+        rays: &'b [RayOf<S>],
+    ) -> RayBatch<'b, S> {
+        let (tree, originals) = (&self.bvh.tree, &self.bvh.originals);
+        RayBatch { tree, originals, mode, selection, rays }
+    }
+
+    fn in_threads<A>(&self, work: impl FnOnce() -> A) -> A {
+        if self.on_this_thread { threads::on_this_thread(work) } else { work() }
+    }
+}

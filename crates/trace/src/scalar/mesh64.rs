@@ -1,0 +1,74 @@
+//! A mesh in f64 as a search for the closest point sees it: the boxes are those of copies, the corners in lanes and all
+//! that is exact those of the originals.
+
+use intertri::internal::LocalFrame;
+use intertri::simd::{Lanes, Simd, Vec3};
+use intertri::{LeafSlot, Triangle64};
+
+use crate::nearest::{At, Mesh};
+use crate::save::EightTriangles;
+use crate::tree::Tree;
+use crate::util::lane_ops::lanes_of;
+
+/// Up to here nothing overflows in lanes: `2^400`.
+const FAR_OUT: f64 = f64::from_bits((1023 + 400) << 52);
+
+/// A mesh in f64.
+#[derive(Clone, Copy)]
+pub(super) struct Mesh64<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) frame: &'a LocalFrame,
+    pub(super) leaves: &'a [EightTriangles],
+}
+
+impl Mesh for Mesh64<'_> {
+    type Scalar = f64;
+
+    #[inline(always)]
+    fn tree(&self) -> &Tree {
+        self.tree
+    }
+
+    #[inline(always)]
+    fn at(&self, point: [f64; 3]) -> At {
+        let frame = self.frame;
+        let (room, scale) = (frame.corner_room(), frame.scale());
+        let [from, to] = frame.around_point(point);
+        let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
+        // Of one farther out than 2^400, lanes know nothing.
+        let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
+        At { within: [from, to], in_leaves, point: point.map(scaled) }
+    }
+
+    #[inline(always)]
+    fn scaled(&self, length: f64) -> f64 {
+        length * self.frame.scale()
+    }
+
+    #[inline(always)]
+    fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3] {
+        // The copy has a corner, the edge to it from the second, and the edge from it to the third.
+        let [a, minus_h4, h5] = self.tree.leaves[leaf].block.corners();
+        let a = Vec3::<F>::load(a);
+        [a, a - Vec3::load(minus_h4), a + Vec3::load(h5)]
+    }
+
+    #[inline(always)]
+    fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3] {
+        let (triangles, scale) = (&self.leaves[leaf], self.frame.scale());
+        let mut corners = [[[0.0; 8]; 3]; 3];
+        for lane in lanes_of(lanes) {
+            for (rows, corner) in corners.iter_mut().zip(&triangles[lane].0) {
+                for (row, x) in rows.iter_mut().zip(corner) {
+                    row[lane] = x * scale;
+                }
+            }
+        }
+        [Vec3::load(&corners[0]), Vec3::load(&corners[1]), Vec3::load(&corners[2])]
+    }
+
+    #[inline(always)]
+    fn triangle(&self, slot: LeafSlot) -> Triangle64 {
+        self.leaves.as_flattened()[slot.0 as usize]
+    }
+}

@@ -1,0 +1,98 @@
+//! The scalars in which triangles and rays may be given, and what the traversal makes of them.
+//!
+//! ```text
+//!   f32 ─────────────────────────────────────────────►┐
+//!                                                     ├──► tree, filter, traversal, all in f32
+//!   f64 ──► copies about the scene's centre ─────────►┘           │ undecided
+//!      └──────────────────────────────────────────────► resolver ◄┘
+//! ```
+
+mod f32;
+mod f64;
+mod mesh64;
+
+use std::fmt::Debug;
+use std::io::{self, Write};
+use std::ops::Range;
+
+use intertri::{Filter, LeafSlot, Mode, Ray, RayOf, Scalar, TriangleOf};
+
+use crate::build::BuildError;
+use crate::nearest::ClosestPoint;
+use crate::refit::{Refit, RefitError};
+use crate::save::{Input, LoadError};
+use crate::tree::Tree;
+use crate::util::memory::OutOfMemory;
+
+/// Called from time to time during a build with how many triangles are done, of how many.
+pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
+
+/// A scalar in which the triangles and rays of a [`Bvh`](crate::Bvh) may be given: f32 or f64. The set is closed.
+pub trait BvhScalar: Backend {}
+
+impl BvhScalar for core::primitive::f32 {}
+impl BvhScalar for core::primitive::f64 {}
+
+/// What a hierarchy does differently for f32 and for f64.
+pub trait Backend: Scalar {
+    /// What is stored beside the tree.
+    type Originals: Clone + Debug + Send + Sync;
+
+    /// How many rays are copied for a traversal at a time, so that the copies stay in the cache.
+    const PIECE: usize;
+
+    /// Builds the tree, and what is stored beside it.
+    fn build(
+        triangles: &[TriangleOf<Self>],
+        progress: Progress<'_>,
+    ) -> Result<(Tree, Self::Originals), BuildError>;
+
+    /// A copy of what is stored beside the tree, if there is memory for it.
+    fn try_clone(originals: &Self::Originals) -> Result<Self::Originals, OutOfMemory>;
+
+    /// Hands one ray to a traversal, in f32, with the filter for it.
+    fn with_ray<A>(
+        tree: &Tree,
+        originals: &Self::Originals,
+        mode: Mode,
+        ray: &RayOf<Self>,
+        trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
+    ) -> A;
+
+    /// Hands some of the rays of a call to a traversal, in f32, with the filter for them.
+    fn with_rays<A>(
+        tree: &Tree,
+        originals: &Self::Originals,
+        mode: Mode,
+        rays: (&[RayOf<Self>], Range<usize>),
+        trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
+    ) -> A;
+
+    /// The triangle in a slot of the tree's leaves, as given.
+    fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
+
+    /// Where a point lies among the tree's boxes.
+    fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];
+
+    /// The closest points to some, on this thread, where they are not farther than a radius.
+    fn closest_points(
+        tree: &Tree,
+        originals: &Self::Originals,
+        points: &[[Self; 3]],
+        radius: f64,
+        closest: &mut [ClosestPoint],
+    );
+
+    /// Moves the triangles.
+    fn refit(
+        tree: &mut Tree,
+        originals: &mut Self::Originals,
+        triangles: &[TriangleOf<Self>],
+    ) -> Result<Refit, RefitError>;
+
+    /// Writes all of it.
+    fn write(tree: &Tree, originals: &Self::Originals, output: &mut dyn Write) -> io::Result<()>;
+
+    /// Reads what was written.
+    fn read(input: &mut dyn Input) -> Result<(Tree, Self::Originals), LoadError>;
+}

@@ -1,0 +1,115 @@
+//! Where points lie: inside a mesh, outside, or on it.
+
+use intertri::internal::exact::is_on;
+use intertri::internal::prefetch;
+use intertri::{Counts, Mode, RayOf};
+
+use crate::batch::{RayBatch, chunks};
+use crate::bvh::Bvh;
+use crate::containment::Containment;
+use crate::scalar::BvhScalar;
+use crate::util::memory::{NoMemory, filled};
+use crate::walk::beam::order;
+use crate::walk::single::{TraversalScratch, is_held};
+use crate::walk::{BatchOutput, one_ray};
+
+/// The direction in which crossings are counted: any will do. It is not a common one, so that few edges are met
+/// exactly.
+const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
+
+/// Points that are put in order at a time, and rays of them that are made at a time.
+const SLAB: usize = 1 << 21;
+const PIECE: usize = 1 << 12;
+
+/// So many points are prefetched before they are copied.
+const AHEAD: usize = 16;
+
+/// Where a point lies.
+pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment {
+    let (tree, originals) = (&bvh.tree, &bvh.originals);
+    let seen = S::point(originals, point);
+    if is_held(tree, seen, |slot| is_on(&bvh.triangle_in(slot), point)) {
+        return Containment::Surface;
+    }
+    let ray = RayOf::new(point, DIR.map(S::from));
+    S::with_ray(tree, originals, Mode::once(), &ray, |filter, ray| {
+        one_ray::winding(tree, filter, ray, &mut TraversalScratch::lend(tree))
+    })
+}
+
+/// Where points lie, or what a function says of that.
+pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
+    bvh: &Bvh<S>,
+    points: &[[S; 3]],
+    answers: &mut [A],
+    answer: impl Fn(Containment) -> A + Sync,
+) {
+    assert_eq!(points.len(), answers.len(), "one answer a point");
+    for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
+        classify_slab(bvh, points, answers, &answer);
+    }
+}
+
+/// The same of some, by halves where there is too little memory for all.
+fn classify_slab<S: BvhScalar, A: Copy + Send>(
+    bvh: &Bvh<S>,
+    points: &[[S; 3]],
+    answers: &mut [A],
+    answer: &(impl Fn(Containment) -> A + Sync),
+) {
+    let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
+    if is_done {
+        return;
+    }
+    if let ([point], [to]) = (points, &mut *answers) {
+        *to = answer(classify(bvh, *point));
+        return;
+    }
+    let half = points.len() / 2;
+    let (answers, others) = answers.split_at_mut(half);
+    classify_slab(bvh, &points[..half], answers, answer);
+    classify_slab(bvh, &points[half..], others, answer);
+}
+
+fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
+    bvh: &Bvh<S>,
+    points: &[[S; 3]],
+    answers: &mut [A],
+    answer: &(impl Fn(Containment) -> A + Sync),
+) -> Result<(), NoMemory> {
+    let order = order(points, DIR.map(f64::from))?;
+    let mut in_order = filled(points.len(), answer(Containment::Outside))?;
+    chunks(&order, &mut in_order, |order, answers| {
+        let (mut rays, mut all) = (Vec::new(), Vec::new());
+        let mut counts = Counts::default();
+        for (order, answers) in order.chunks(PIECE).zip(answers.chunks_mut(PIECE)) {
+            gather(points, order, &mut rays);
+            all.clear();
+            all.resize(rays.len(), Containment::Outside);
+            let (tree, originals) = (&bvh.tree, &bvh.originals);
+            let batch: RayBatch<'_, S> =
+                RayBatch { tree, originals, mode: Mode::once(), selection: None, rays: &rays };
+            counts += batch.trace_part(0..rays.len(), BatchOutput::Containments(&mut all));
+            for (answer_of, &containment) in answers.iter_mut().zip(&all) {
+                *answer_of = answer(containment);
+            }
+        }
+        counts
+    });
+    for (&i, &answer) in order.iter().zip(&in_order) {
+        answers[i as usize] = answer;
+    }
+    Ok(())
+}
+
+/// Rays from points of these numbers.
+fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
+    rays.clear();
+    let ray = |(i, &number): (usize, &u32)| {
+        if let Some(&later) = numbers.get(i + AHEAD) {
+            prefetch(&points[later as usize..][..1]);
+        }
+        RayOf::new(points[number as usize], DIR.map(S::from))
+    };
+    rays.extend(numbers.iter().enumerate().map(ray));
+}

@@ -1,0 +1,9 @@
+//! What is not about rays: operations across lanes, threads, fallible allocation, prefetching.
+
+pub(crate) mod lane_ops;
+pub(crate) mod memory;
+pub(crate) mod prefetch;
+pub(crate) mod stop;
+#[cfg(test)]
+pub(crate) mod test_numbers;
+pub(crate) mod threads;

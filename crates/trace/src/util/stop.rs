@@ -1,0 +1,117 @@
+//! Work that a caller can stop, whatever it is at: by unwinding, from where it looks at a token.
+//!
+//! ```text
+//!   StopToken::run ──► work ──► in_parallel, join ──► the token goes along to other threads
+//!                                  │
+//!                                  ▼
+//!                           check, heed ──► unwinds with Stopped, once the token says so
+//! ```
+
+use std::cell::{Cell, RefCell};
+use std::panic::resume_unwind;
+use std::sync::Arc;
+
+/// Says whether work should stop.
+type ShouldStop = Arc<dyn Fn() -> bool + Send + Sync>;
+
+std::thread_local! {
+    static CURRENT: RefCell<StopToken> = const { RefCell::new(StopToken(None)) };
+    static TURNS: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Calls of [`heed`] that come to one [`check`].
+const EVERY: u32 = 32;
+
+/// What stopped work unwinds with.
+#[derive(Debug)]
+pub struct Stopped;
+
+/// Stops the work that runs under it. Without a function it never does.
+#[derive(Clone, Default)]
+pub struct StopToken(Option<ShouldStop>);
+
+impl StopToken {
+    /// Stops work once a function says so. Any thread that works may call it, some ten thousand times a second.
+    pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
+        Self(Some(should_stop))
+    }
+
+    /// The one under which this thread works.
+    pub fn current() -> Self {
+        CURRENT.with_borrow(Clone::clone)
+    }
+
+    /// Does work under this token. Once it says so, the work unwinds with [`Stopped`], and no panic is reported.
+    pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
+        struct Before(StopToken);
+        impl Drop for Before {
+            fn drop(&mut self) {
+                CURRENT.set(std::mem::take(&mut self.0));
+            }
+        }
+        let _before = Before(CURRENT.replace(self.clone()));
+        work()
+    }
+}
+
+/// Unwinds if the work of this thread should stop.
+pub(crate) fn check() {
+    let should_stop = CURRENT.with_borrow(|token| token.0.as_ref().is_some_and(|stop| stop()));
+    if should_stop {
+        resume_unwind(Box::new(Stopped));
+    }
+}
+
+/// The same for inner loops: looks now and then.
+#[inline]
+pub(crate) fn heed() {
+    let turns = TURNS.get().wrapping_add(1);
+    TURNS.set(turns);
+    if turns.is_multiple_of(EVERY) {
+        check();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::util::threads;
+
+    /// Pieces done until the token says stop, after so many questions.
+    fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
+        let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
+        let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;
+        let work = || {
+            StopToken::new(Arc::new(should_stop)).run(|| {
+                threads::pieces(0..pieces, |_, _| {
+                    done.fetch_add(1, Ordering::Relaxed);
+                });
+            });
+        };
+        let ended = catch_unwind(AssertUnwindSafe(work));
+        let is_stopped = ended.is_err_and(|payload| payload.is::<Stopped>());
+        (done.into_inner(), is_stopped)
+    }
+
+    #[test]
+    fn work_stops_on_all_threads() {
+        let (done, is_stopped) = pieces_done(100, 100_000);
+        assert!(is_stopped && done < 50_000, "{done}");
+        assert_eq!(threads::on_this_thread(|| pieces_done(100, 100_000)), (100, true));
+        assert_eq!(pieces_done(usize::MAX, 1000), (1000, false));
+    }
+
+    #[test]
+    fn a_token_ends_with_its_work() {
+        let stop = StopToken::new(Arc::new(|| true));
+        assert!(catch_unwind(AssertUnwindSafe(|| stop.run(check))).is_err());
+        check();
+        stop.run(|| StopToken::default().run(check));
+        let heeded =
+            catch_unwind(AssertUnwindSafe(|| stop.run(|| (0..EVERY).for_each(|_| heed()))));
+        assert!(heeded.is_err_and(|payload| payload.is::<Stopped>()));
+    }
+}

@@ -1,0 +1,176 @@
+//! Work on all threads where there are threads.
+//!
+//! Whatever the work, it is handed over as pieces that a function does, so that how threads share it is compiled
+//! once:
+//!
+//! ```text
+//!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
+//! ```
+
+use std::cell::Cell;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use bytemuck::Zeroable;
+
+use super::stop;
+#[cfg(feature = "parallel")]
+use super::stop::StopToken;
+use crate::util::memory::{NoMemory, zeros};
+
+/// So many pieces a thread, that all are done at about the same time.
+const PIECES: usize = 8;
+
+std::thread_local! {
+    /// Whether this thread is to do all by itself.
+    static IS_ALONE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Does work on this thread alone, whatever pools of threads there are: none is started or woken.
+pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
+    struct Before(bool);
+    impl Drop for Before {
+        fn drop(&mut self) {
+            IS_ALONE.set(self.0);
+        }
+    }
+    let _before = Before(IS_ALONE.replace(true));
+    work()
+}
+
+/// Does 0 to `count`, on all threads where there are threads.
+fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
+    #[cfg(feature = "parallel")]
+    if !IS_ALONE.get() {
+        use rayon::prelude::*;
+        let token = StopToken::current();
+        (0..count).into_par_iter().for_each(|i| {
+            token.run(|| {
+                stop::check();
+                each(i);
+            });
+        });
+        return;
+    }
+    (0..count).for_each(|i| {
+        stop::check();
+        each(i);
+    });
+}
+
+/// Does each of some pieces, whose numbers are told, on all threads where there are threads.
+pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
+    // A piece is taken once, by whichever thread comes to it.
+    let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
+    in_parallel(all.len(), &|i| {
+        let piece = all[i].lock().ok().and_then(|mut piece| piece.take());
+        if let Some(piece) = piece {
+            each(i, piece);
+        }
+    });
+}
+
+/// How many of `count` a piece has: `least` or more.
+pub(crate) fn piece_of(count: usize, least: usize) -> usize {
+    count.div_ceil(PIECES * self::count()).max(least)
+}
+
+/// What a function gives for 0 to `count`, on all threads where there are threads.
+pub(crate) fn each<T: Zeroable + Send>(
+    count: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, NoMemory> {
+    let mut all = zeros(count)?.into_vec();
+    write(&mut all, 1 << 9, of);
+    Ok(all)
+}
+
+/// Appends what a function gives for 0 to `count`, on all threads where there are threads; each does at least
+/// `least` in a row.
+pub(crate) fn extend<T: Zeroable + Clone + Send>(
+    all: &mut Vec<T>,
+    count: usize,
+    least: usize,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<(), NoMemory> {
+    all.try_reserve(count)?;
+    let done = all.len();
+    all.resize(done + count, T::zeroed());
+    write(&mut all[done..], least, of);
+    Ok(())
+}
+
+/// Writes what a function gives, on all threads where there are threads; each does at least `least` in a row.
+pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
+    let size = piece_of(all.len(), least);
+    pieces(all.chunks_mut(size), |piece, all| {
+        for (i, to) in all.iter_mut().enumerate() {
+            *to = of(piece * size + i);
+        }
+    });
+}
+
+/// Changes all, on all threads where there are threads, and gives what that tells.
+pub(crate) fn update<T: Send, R: Zeroable + Send>(
+    all: &mut [T],
+    change: impl Fn(&mut T) -> R + Sync,
+) -> Result<Vec<R>, NoMemory> {
+    let mut told = zeros(all.len())?.into_vec();
+    let size = piece_of(all.len(), 1 << 7);
+    pieces(all.chunks_mut(size).zip(told.chunks_mut(size)), |_, (all, told)| {
+        for (one, told) in all.iter_mut().zip(told) {
+            *told = change(one);
+        }
+    });
+    Ok(told)
+}
+
+/// Fills pieces of a slice, on all threads where there are threads. Of several that fail it tells of one.
+#[cfg(unix)]
+pub(crate) fn fill<E: Send>(
+    all: &mut [u8],
+    piece: usize,
+    fill: impl Fn(usize, &mut [u8]) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    let failed = Mutex::new(Ok(()));
+    pieces(all.chunks_mut(piece), |i, to| {
+        if let (Err(error), Ok(mut failed)) = (fill(i, to), failed.lock()) {
+            *failed = Err(error);
+        }
+    });
+    failed.into_inner().unwrap_or(Ok(()))
+}
+
+/// Whether something holds of all, on all threads where there are threads.
+pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
+    let all = AtomicBool::new(true);
+    pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
+        if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
+            all.store(false, Ordering::Relaxed);
+        }
+    });
+    all.into_inner()
+}
+
+/// How many threads there are.
+pub(crate) fn count() -> usize {
+    #[cfg(feature = "parallel")]
+    if !IS_ALONE.get() {
+        return rayon::current_num_threads();
+    }
+    1
+}
+
+/// Runs both, side by side where there are threads.
+pub(crate) fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    stop::check();
+    #[cfg(feature = "parallel")]
+    if !IS_ALONE.get() {
+        let token = StopToken::current();
+        return rayon::join(|| token.run(a), || token.run(b));
+    }
+    (a(), b())
+}

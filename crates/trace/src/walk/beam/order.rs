@@ -1,0 +1,145 @@
+//! Points in an order by which the lines through neighbours are close together.
+//!
+//! ```text
+//!   ╷ │ ╵ │      strips of the plane across the direction, up and down,
+//!   │ │ │ │      as wide as sixteen points of one are long
+//!   ╵ │ ╷ │
+//! ```
+
+use std::mem::replace;
+
+use super::tube::Across;
+use crate::util::memory::{NoMemory, zeros};
+use crate::util::threads;
+
+/// Points of a row of a strip, about.
+const ROW: usize = 2;
+
+/// Points that a thread looks at in a row, at least.
+const LEAST: usize = 1 << 12;
+
+/// The numbers of points.
+pub(crate) fn order<P: Copy + Into<f64> + Sync>(
+    points: &[[P; 3]],
+    dir: [f64; 3],
+) -> Result<Vec<u32>, NoMemory> {
+    let (strips, count) = (Strips::of(points, dir), points.len());
+    let mut cells = zeros(count)?;
+    threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
+
+    // How many each cell has, then where they begin; placing them moves that to where they end.
+    let mut ends = zeros::<u32>(strips.cells())?;
+    for &cell in &cells {
+        ends[cell as usize] += 1;
+    }
+    let mut begin = 0;
+    for end in &mut ends {
+        begin += replace(end, begin);
+    }
+    let mut order = zeros(count)?.into_vec();
+    for (i, &cell) in (0..).zip(&cells) {
+        let at = &mut ends[cell as usize];
+        order[*at as usize] = i;
+        *at += 1;
+    }
+    Ok(order)
+}
+
+/// Strips of a rectangle, and rows of each.
+struct Strips {
+    across: Across,
+    lo: [f64; 2],
+    scale: [f64; 2],
+    /// The last strip and the last row.
+    last: [u32; 2],
+}
+
+impl Strips {
+    /// For some points.
+    fn of<P: Copy + Into<f64>>(points: &[[P; 3]], dir: [f64; 3]) -> Self {
+        let across = Across::new(dir);
+        let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for point in points {
+            let at = across.place(point.map(Into::into));
+            for k in 0..2 {
+                if at[k].is_finite() {
+                    lo[k] = lo[k].min(at[k]);
+                    hi[k] = hi[k].max(at[k]);
+                }
+            }
+        }
+        let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
+        // Of points so far apart that a width is infinite, the ratio is no number: then as many as there may be.
+        let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
+        let count = points.len() as f64;
+        let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
+        let rows = some(count / (ROW as f64 * strips), 65536.0);
+        let last = [strips as u32 - 1, rows as u32 - 1];
+        Self { across, lo, scale: [strips / width, rows / height], last }
+    }
+
+    fn cells(&self) -> usize {
+        (self.last[0] as usize + 1) * (self.last[1] as usize + 1)
+    }
+
+    /// The number of a point's cell: up one strip, and down the next.
+    #[inline(always)]
+    fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
+        let at = self.across.place(point.map(Into::into));
+        // What is not a number counts as 0.
+        let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
+        let (strip, row) = (cell(0), cell(1));
+        let row = if strip % 2 == 0 { row } else { self.last[1] - row };
+        strip * (self.last[1] + 1) + row
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::order;
+    use crate::util::test_numbers::random;
+
+    /// Every point once, and neighbours close to each other across the direction; whatever is among them.
+    #[test]
+    fn neighbours_are_close_across_the_direction() {
+        let mut random = random();
+        let dir = [0.5, 0.3, 0.8];
+        let mut points: Vec<[f32; 3]> = (0..40_000).map(|_| [0; 3].map(|_| random())).collect();
+        points[7] = [f32::NAN, 0.0, f32::INFINITY];
+        points[9] = [f32::MAX, -f32::MAX, 0.0];
+        points[9] = points[8];
+        let order = order(&points, dir).unwrap();
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..40_000));
+
+        let across = |i: u32| {
+            let [x, y, z] = points[i as usize].map(f64::from);
+            [x - z * dir[0] / dir[2], y - z * dir[1] / dir[2]]
+        };
+        let apart = |pair: &[u32]| {
+            let (a, b) = (across(pair[0]), across(pair[1]));
+            (a[0] - b[0]).hypot(a[1] - b[1])
+        };
+        let near = order.windows(2).filter(|pair| apart(pair) < 0.05).count();
+        assert!(near > 39_900, "{near}");
+    }
+
+    /// Few points, all in one place, or as far apart as no number tells.
+    #[test]
+    fn any_points_have_an_order() {
+        for count in [0, 1, 2, 17] {
+            let far = |i: usize| {
+                [1.7e308, 0.0, -1.7e308].map(|x| if i.is_multiple_of(2) { x } else { -x })
+            };
+            let same = |x: f64| vec![[x; 3]; count];
+            for points in [same(1.0), same(f64::NAN), (0..count).map(far).collect()] {
+                for dir in [[0.0, -1.0, 0.0], [0.5, 0.3, 0.8]] {
+                    let mut order = order(&points, dir).unwrap();
+                    order.sort_unstable();
+                    assert!(order.into_iter().eq(0..count as u32));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Nodes culled by the frustum of a bundle's rays, front to back.
+
+use intertri::internal::prefetch;
+use intertri::simd::{Lanes, Simd};
+
+use super::end_plane::EndPlane;
+use super::frustum::Frustum;
+use crate::tree::{LEAF, Tree, far_to_near};
+use crate::util::stop;
+
+/// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
+pub(super) type Pending = Vec<(u32, f32)>;
+
+/// What bounds the rays that are asked now.
+pub(super) struct Culling<'a> {
+    pub(super) frustum: Frustum,
+    /// Where it is known before which plane the rays end.
+    pub(super) end_plane: Option<&'a EndPlane>,
+    /// Whether what is found near spares what lies behind: where the closest hit is looked for.
+    pub(super) closest: bool,
+}
+
+impl Culling<'_> {
+    /// The next leaves that some ray may meet before the depth `far`; as many as there is room for.
+    #[inline(always)]
+    pub(super) fn next_leaves<S: Simd>(
+        &self,
+        tree: &Tree,
+        stack: &mut Pending,
+        far: f32,
+        leaves: &mut [u32],
+    ) -> usize {
+        stop::heed();
+        let mut count = 0;
+        for to in leaves {
+            let Some(leaf) = self.next_leaf::<S>(tree, stack, far) else { break };
+            *to = leaf;
+            count += 1;
+        }
+        count
+    }
+
+    #[inline(always)]
+    fn next_leaf<S: Simd>(&self, tree: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
+        loop {
+            let (child, near) = stack.pop()?;
+            if near > far {
+                continue;
+            }
+            if child & LEAF != 0 {
+                return Some(child ^ LEAF);
+            }
+            let node = &tree.nodes[child as usize];
+            let (met, near) = self.frustum.meet::<S::F32x8>(node, far, self.end_plane);
+            let mut depth = [0.0; 8];
+            near.store(&mut depth);
+            let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
+            if self.closest && met.count_ones() > 1 {
+                let mut middles = [0.0; 8];
+                (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
+                by_middle(&mut order[..met.count_ones() as usize], &middles);
+            }
+            for &slot in &order[..met.count_ones() as usize] {
+                let slot = usize::from(slot % 8);
+                let child = node.children()[slot];
+                stack.push((child, depth[slot]));
+                match child & LEAF {
+                    0 => prefetch(&tree.nodes[child as usize..][..1]),
+                    _ => prefetch(&tree.leaves[(child ^ LEAF) as usize..][..1]),
+                }
+            }
+        }
+    }
+}
+
+/// Sorts slots from the farthest middle to the nearest. A long box, such as a wall's, begins near and tells little by
+/// that, nor by the place of its slot. Most come in this order, which is why they are sorted one by one.
+#[inline(always)]
+fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
+    let middle = |slot: u8| middles[usize::from(slot % 8)];
+    for i in 1..slots.len() {
+        let (slot, mut to) = (slots[i], i);
+        while to > 0 && middle(slots[to - 1]) < middle(slot) {
+            slots[to] = slots[to - 1];
+            to -= 1;
+        }
+        slots[to] = slot;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_middle;
+
+    #[test]
+    fn the_farthest_comes_first() {
+        let middles = [3.0, -1.0, 0.5, f32::NEG_INFINITY, 1e30, -2.0, 7.0, f32::INFINITY];
+        let sorted = |mut slots: Vec<u8>| {
+            by_middle(&mut slots, &middles);
+            slots
+        };
+        assert_eq!(sorted((0..8).collect()), [7, 4, 6, 0, 2, 1, 5, 3]);
+        assert_eq!(sorted(vec![3, 1, 6, 5]), [6, 1, 5, 3]);
+        assert_eq!(sorted(vec![]), []);
+    }
+}

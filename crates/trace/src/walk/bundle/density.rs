@@ -1,0 +1,120 @@
+//! Density: triangles so small beside the packets of a bundle that rays are faster one by one.
+//!
+//! ```text
+//!   ┌─────────────┐
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │ H     where triangles of w by h cover the projection once, the window of a packet
+//!   │ ◿ ◿ ◿ ◿ ◿ ◿ │       reaches two for each w h of (W + w) (H + h)
+//!   └─────────────┘
+//!          W
+//! ```
+//!
+//! The first leaves of a bundle tell what triangles are like there, and so whether it is worth going on,
+//! before much is spent on it.
+
+use intertri::internal::Outlines;
+use intertri::simd::{Lanes, Mask, Simd};
+
+use super::projection::Projection;
+use crate::util::lane_ops::total;
+
+/// Where a packet reaches more triangles, if they cover the projection once, its rays are faster one by one.
+const TOO_MANY: f32 = 56.0;
+
+/// The same where the closest hit of each ray is looked for.
+const TOO_MANY_FOR_CLOSEST: f32 = 36.0;
+
+/// The packets of groups for which triangles like these are too many.
+#[inline(always)]
+pub(crate) fn too_dense<S: Simd>(
+    projection: &Projection<S>,
+    leaves: &[Outlines],
+    closest: bool,
+) -> u64 {
+    // What they are like. Some may reach to infinity: then they are not small.
+    let (mut sum, mut triangles) = ([0.0; 2], 0);
+    for outlines in leaves {
+        let ([widths, heights], live) = outlines.sizes::<S::F32x16>();
+        sum = [sum[0] + total(widths), sum[1] + total(heights)];
+        triangles += live.count_ones();
+    }
+    let [w, h] = [sum[0] / triangles as f32, sum[1] / triangles as f32];
+    let too_many = if closest { TOO_MANY_FOR_CLOSEST } else { TOO_MANY };
+
+    // How many of them a packet reaches, on average over its group.
+    let mut packets = 0;
+    for (number, (lo, hi)) in projection.rectangles().enumerate() {
+        let used = projection.used.saturating_sub(16 * number).min(16);
+        let load = S::F32x16::load;
+        let (x, y) = (load(&hi[0]) - load(&lo[0]), load(&hi[1]) - load(&lo[1]));
+        let reached = (x + S::F32x16::splat(w)) * (y + S::F32x16::splat(h));
+        let given = <S::F32x16 as Lanes>::Mask::from_bits((1 << used) - 1);
+        let reached = total(S::F32x16::select(given, reached, S::F32x16::splat(0.0)));
+        if 2.0 * reached > too_many * used as f32 * w * h {
+            packets |= ((1 << used) - 1) << (16 * number);
+        }
+    }
+    packets
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Level, Simd, WithSimd};
+    use intertri::{Counts, Mode, Ray, Triangle};
+
+    use crate::Bvh;
+    use crate::walk::bundle::{Bundle, BundleRays, Outcome, Projection, Results, Scratch};
+
+    /// Which packets of a bundle are left, if the closest hit is looked for, or any.
+    struct Left<'a>(&'a Bvh, &'a [Ray], bool);
+
+    impl WithSimd for Left<'_> {
+        type Output = Option<u64>;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Option<u64> {
+            let Self(bvh, rays, any) = self;
+            let rays = BundleRays { rays, first: intertri::RayId(0), next: &[], reversed: None };
+            let projection = &mut Projection::<S>::empty();
+            let scratch = (projection, &mut Scratch::default(), &mut Results::default());
+            let counts = &mut Counts::default();
+            let (tree, filter) = (&bvh.tree, Mode::certified().filter());
+            let bundle = Bundle { tree, filter, any, every: false };
+            match bundle.trace::<S>(&rays, scratch, counts) {
+                Outcome::Traced { left, .. } => Some(left),
+                _ => None,
+            }
+        }
+    }
+
+    #[test]
+    fn groups_are_left_where_triangles_are_small_beside_packets() {
+        // A sheet of squares of that size; two groups of rays that are close, and two that are not.
+        let sheet = |size: f32| {
+            let count = (8.0 / size) as usize;
+            let at = |x: usize, y: usize| [x as f32 * size - 4.0, y as f32 * size - 4.0, 0.0];
+            let squares = (0..count * count).map(|i| (i % count, i / count));
+            let halves = squares.flat_map(|(x, y)| {
+                let (a, b) = (at(x + 1, y), at(x, y + 1));
+                [Triangle([at(x, y), a, b]), Triangle([at(x + 1, y + 1), a, b])]
+            });
+            Bvh::new(&halves.collect::<Vec<_>>()).unwrap()
+        };
+        let ray = |i: usize| {
+            let (group, packet, lane) = (i / 256, i / 16 % 16, i % 16);
+            let apart = if group < 2 { 0.05 } else { 0.1 };
+            let along = |packet: usize, lane: usize| (4 * packet + lane) as f32 * apart - 0.8;
+            let (x, y) = (along(packet % 4, lane % 4), along(packet / 4, lane / 4));
+            Ray::new([0.0, 0.0, 5.0], [x, y, -5.0])
+        };
+        let rays: Vec<Ray> = (0..1024).map(ray).collect();
+        let (smaller, small, large) = (sheet(0.04), sheet(0.05), sheet(0.3));
+        for level in Level::all() {
+            for any in [false, true] {
+                assert_eq!(level.run(Left(&small, &rays, any)), Some(u64::MAX << 32));
+                assert_eq!(level.run(Left(&large, &rays, any)), Some(0));
+                assert_eq!(level.run(Left(&small, &rays[..512], any)), Some(0));
+            }
+            assert_eq!(level.run(Left(&smaller, &rays[..512], false)), Some(u64::MAX >> 32));
+            assert_eq!(level.run(Left(&smaller, &rays[..512], true)), Some(0));
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! The end plane: before it all rays of a bundle end, so boxes beyond it hold nothing that they can hit.
+//!
+//! ```text
+//!         ╱ │ │      what a light sees of a table ends its rays there, and the floor below is
+//!   o ────▌ │ │      beyond the end of each. A depth would not tell, where surfaces are slanted; but
+//!         ╲▌│ │      inverse depths of a plane are a form of the projection's points, as those of triangles
+//!           ▌ floor
+//! ```
+
+use intertri::internal::Frame;
+use intertri::simd::{Lanes, Mask, Simd};
+
+use super::plane::CullingPlane;
+use super::projection::Projection;
+use crate::tree::{Margin, Node};
+use crate::util::lane_ops::{smallest, total};
+
+/// What rounding can make of the form, relative to its coefficients: 20u, derived in
+/// `docs/numerics/hierarchy.md`, section 5.
+const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
+
+/// No ray is longer than so many times its depth; and a little more, for the rounding of inverse depths.
+const LEAN: f32 = 1.25;
+
+/// Slopes are told by the rays of so many packets, or fewer.
+const SAMPLE: usize = 16;
+
+/// No coefficient may be larger: 2^40.
+const LARGEST: f32 = (1_u64 << 40) as f32;
+
+/// A plane before which rays end.
+pub(crate) struct EndPlane {
+    /// Beyond 1 along its normal all of them have ended.
+    plane: CullingPlane,
+}
+
+impl EndPlane {
+    /// The end plane of the live rays of a bundle in a tree.
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
+        let frame = &projection.frame;
+        let (form, least) = form(projection);
+        let plane = CullingPlane::new(normal(frame, form), frame, margin);
+
+        // Hits lie before the farthest end of a ray, and in the scene.
+        let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let distance = (LEAN / least).min(away + margin.reach);
+        Self { plane: plane.for_places_within(distance) }
+    }
+
+    /// Which of a node's boxes are not beyond it.
+    #[inline(always)]
+    pub(crate) fn may_meet<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F::Mask {
+        self.plane.of_boxes::<F>(node, true).le(F::splat(1.0 + self.plane.pad))
+    }
+}
+
+/// The normal of the plane that a form is on a frame's projection.
+fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
+    let (depth, [right, up]) = (frame.depth(), frame.across());
+    [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
+}
+
+/// A form of the projection's points that is below the inverse depths at which all live rays end, and near to
+/// them if they end about at a plane; 0, which is below all, where numbers are too large. And the least of those
+/// inverse depths.
+#[inline(always)]
+fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
+    let splat = S::F32x16::splat;
+    let [along_x, along_y] = slopes(projection);
+    let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
+    for packet in 0..projection.used {
+        let (points, live) = (&projection.points[packet], Mask::from_bits(projection.live[packet]));
+        let slope = points.x.mul_add(splat(along_x), points.y * splat(along_y));
+        let end = projection.nearest[packet].least();
+        least = S::F32x16::select(live, least.min(end - slope), least);
+        ends = S::F32x16::select(live, ends.min(end), ends);
+    }
+    let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
+    let size = least.abs() + along_x.abs() + along_y.abs();
+    let is_known = size < LARGEST;
+    let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
+    (form, ends)
+}
+
+/// How the inverse depths at which rays end change along x and y, by least squares; not at all where that is
+/// not known.
+#[inline(always)]
+fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
+    let (zero, one) = (S::F32x16::splat(0.0), S::F32x16::splat(1.0));
+    let (mut sums, mut products) = ([zero; 4], [zero; 5]);
+    for packet in (0..projection.used).step_by(projection.used.div_ceil(SAMPLE)) {
+        let live = Mask::from_bits(projection.live[packet]);
+        let (points, s) = (&projection.points[packet], projection.nearest[packet].least());
+        let x = S::F32x16::select(live, points.x, zero);
+        let y = S::F32x16::select(live, points.y, zero);
+        let s = S::F32x16::select(live, s, zero);
+        let one = S::F32x16::select(live, one, zero);
+        sums = [sums[0] + one, sums[1] + x, sums[2] + y, sums[3] + s];
+        let [xx, xy, yy, xs, ys] = products;
+        let (xx, xy, yy) = (x.mul_add(x, xx), x.mul_add(y, xy), y.mul_add(y, yy));
+        products = [xx, xy, yy, x.mul_add(s, xs), y.mul_add(s, ys)];
+    }
+
+    // About their mean.
+    let [n, x, y, s] = [total(sums[0]), total(sums[1]), total(sums[2]), total(sums[3])];
+    let [xx, xy, yy, xs, ys] = products;
+    let (xx, xy, yy) = (total(xx) - x * x / n, total(xy) - x * y / n, total(yy) - y * y / n);
+    let (xs, ys) = (total(xs) - x * s / n, total(ys) - y * s / n);
+
+    // Points in a row, or nearly, have no slope across it.
+    let size = xx * yy - xy * xy;
+    if size > 1e-3 * xx * yy {
+        [(xs * yy - ys * xy) / size, (ys * xx - xs * xy) / size]
+    } else {
+        [0.0; 2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Lanes, Level, Simd, WithSimd};
+    use intertri::{Mode, Ray};
+
+    use super::{ROUNDING, form, normal};
+    use crate::util::prefetch::Prefetch;
+    use crate::util::test_numbers::random;
+    use crate::walk::bundle::projection::Projection;
+    use crate::walk::bundle::rays::BundleRays;
+
+    /// The form of rays from one origin, and the frame's axes: depth, right, up.
+    struct Form<'a>(&'a [Ray]);
+
+    impl WithSimd for Form<'_> {
+        type Output = ([f32; 3], [[f32; 3]; 3]);
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Self::Output {
+            let mut projection = Projection::<S>::empty();
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            projection
+                .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
+                .unwrap();
+            let (depth, [right, up]) = (projection.frame.depth(), projection.frame.across());
+            (form(&projection).0, [depth, right, up])
+        }
+    }
+
+    /// A ray that ends near a slanted wall, `off` of its length before it.
+    fn to_wall(i: usize, off: f32) -> Ray {
+        let (packet, lane) = (i / 16, i % 16);
+        let [x, y] = [4 * (packet % 8) + lane % 4, 4 * (packet / 8) + lane / 4];
+        let (x, y) = (x as f32 / 40.0, y as f32 / 60.0);
+        let dir = [x, y, 5.0 + 2.0 * x - 3.0 * y];
+        Ray::new([1.0, 2.0, 3.0], dir).between(0.0, 1.0 - off)
+    }
+
+    /// How far a ray goes along an axis.
+    fn along(axis: [f32; 3], ray: &Ray) -> f64 {
+        (0..3).map(|k| f64::from(axis[k]) * f64::from(ray.dir[k])).sum()
+    }
+
+    /// By how much less than the inverse depth at which a ray ends the form is, relative to it.
+    fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
+        let [z, x, y] = axes.map(|axis| along(axis, ray));
+        let form = form.map(f64::from);
+        let end = 1.0 / (f64::from(ray.t_max) * z);
+        (end - (form[0] + form[1] * x / z + form[2] * y / z)) / end
+    }
+
+    #[test]
+    fn the_form_is_below_all_ends_and_not_far() {
+        // At a plane, or up to 0.7 % before it.
+        let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
+        let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
+        // One that is dead from the start may end elsewhere.
+        rays[100] = rays[100].between(3.0, 2.0);
+        for count in [16, 100, 1000, 1024] {
+            let rays = &rays[..count];
+            for level in Level::all() {
+                let form = level.run(Form(rays));
+                let rooms = rays.iter().filter(|ray| ray.t_min < ray.t_max);
+                let rooms = rooms.map(|ray| room(ray, form));
+                let [least, most] =
+                    rooms.fold([1.0, 0.0], |[a, b]: [f64; 2], room| [a.min(room), b.max(room)]);
+                assert!(least > 0.0 && least < 3e-5, "{count}: {least}");
+                assert!(most < 0.012, "{count}: {most}");
+            }
+        }
+    }
+
+    /// How much of the room for rounding is used, at most, where it counts: between the plane's own normal and
+    /// what is known of a ray's end.
+    struct Used<'a>(&'a [Ray]);
+
+    impl WithSimd for Used<'_> {
+        type Output = f64;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> f64 {
+            let mut projection = Projection::<S>::empty();
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            if projection
+                .project(&Mode::certified().filter(), &rays, 10.0, &mut Prefetch::of(&[], 0))
+                .is_none()
+            {
+                return 0.0;
+            }
+            let (form, _) = form(&projection);
+            let (normal, depth) = (normal(&projection.frame, form), projection.frame.depth());
+            let room = f64::from(ROUNDING) * form.iter().map(|&x| f64::from(x.abs())).sum::<f64>();
+            let mut used = 0.0_f64;
+            for (i, ray) in self.0.iter().enumerate() {
+                let mut ends = [0.0; 16];
+                projection.nearest[i / 16].least().store(&mut ends);
+                if projection.live[i / 16] >> (i % 16) & 1 != 0 {
+                    let beyond = along(normal, ray) / along(depth, ray) - f64::from(ends[i % 16]);
+                    used = used.max(1.0 + beyond / room);
+                }
+            }
+            used
+        }
+    }
+
+    #[test]
+    fn no_end_is_beyond_by_rounding() {
+        let mut random = random();
+        let mut random = || 2.0 * random() - 1.0;
+        let levels: Vec<Level> = Level::all().collect();
+        let mut most = 0.0_f64;
+        for bundle in 0..200 {
+            // A few rays around some direction that end at a plane, steeply or not.
+            let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
+            let ray = |dir: [f32; 3]| {
+                let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);
+                Ray::new([0.0; 3], dir).between(0.0, 1.0 / slope)
+            };
+            let count = 3 + bundle % 3;
+            let mut rays: Vec<Ray> = (0..count)
+                .map(|_| ray([0, 1, 2].map(|k: usize| axis[k] + 0.4 * random())))
+                .collect();
+
+            // Whatever uses more is kept.
+            let (level, mut used) = (levels[bundle % levels.len()], 0.0);
+            for step in 0..600 {
+                let (number, before) = (step % count, rays[step % count]);
+                let by = if step % 2 == 0 { 1e-6 } else { 1e-2 };
+                rays[number] = ray(before.dir.map(|x| x * (1.0 + by * random())));
+                let now = level.run(Used(&rays));
+                if now >= used {
+                    used = now;
+                } else {
+                    rays[number] = before;
+                }
+            }
+            most = most.max(used);
+        }
+        assert!(most > 0.08 && most < 1.0, "{most}");
+    }
+
+    #[test]
+    fn of_rays_without_end_nothing_is_known() {
+        let endless: Vec<Ray> = (0..64).map(|i| to_wall(i, -f32::INFINITY)).collect();
+        let dead: Vec<Ray> = (0..64).map(|i| to_wall(i, 2.0)).collect();
+        for level in Level::all() {
+            assert_eq!(level.run(Form(&endless)).0, [0.0; 3]);
+            assert_eq!(level.run(Form(&dead)).0, [0.0; 3]);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The frustum around rays that share an origin, against the eight boxes of a node.
+//!
+//! After Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm* (2005): a node is culled for all
+//! rays at once.
+//!
+//! ```text
+//!            ╱│ far corner: inside of all four planes?
+//!         ╱ ┌─┼──┐
+//!   o  ◄────┤ │  │   near corner: before the farthest t that still counts?
+//!         ╲ └────┘
+//!            ╲
+//! ```
+//!
+//! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that nothing is lost.
+
+use intertri::internal::Frame;
+use intertri::simd::{Lanes, Mask};
+
+use super::end_plane::EndPlane;
+use super::plane::CullingPlane;
+use crate::tree::{Margin, Node};
+
+/// The sides stand this much further out than any ray, as slopes: 2^-18.
+const MARGIN: f32 = 1.0 / (1 << 18) as f32;
+
+/// Four planes around rays from one origin, and the axis along which they go.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frustum {
+    sides: [CullingPlane; 4],
+    axis: CullingPlane,
+    /// Bit k: the axis is negative along coordinate k.
+    pub(crate) octant: usize,
+}
+
+impl Frustum {
+    /// The frustum around a rectangle of a frame's projection, in a tree.
+    pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), margin: &Margin) -> Self {
+        let (depth, [right, up]) = (frame.depth(), frame.across());
+        let side = |across: [f32; 3], slope: f32, sign: f32| {
+            let slope = slope - sign * MARGIN;
+            let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
+            CullingPlane::new(normal, frame, margin)
+        };
+        let sides = [
+            side(right, lo[0], 1.0),
+            side(right, hi[0], -1.0),
+            side(up, lo[1], 1.0),
+            side(up, hi[1], -1.0),
+        ];
+        let octant = (0..3).map(|k| usize::from(depth[k] < 0.0) << k).sum();
+        Self { sides, axis: CullingPlane::new(depth, frame, margin), octant }
+    }
+
+    /// Which of a node's boxes a ray may meet before the depth `far` and, where they are known, before rays end;
+    /// and from which depth on.
+    #[inline(always)]
+    pub(crate) fn meet<F: Lanes<Scalar = f32>>(
+        &self,
+        node: &Node,
+        far: f32,
+        ends: Option<&EndPlane>,
+    ) -> (u32, F) {
+        let near = self.axis.of_boxes::<F>(node, true) - F::splat(self.axis.pad);
+        let mut met = near.le(F::splat(far));
+        if let Some(ends) = ends {
+            met = met & ends.may_meet::<F>(node);
+        }
+        for side in &self.sides {
+            met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
+        }
+        (met.bits(), near)
+    }
+
+    /// How deep the boxes of a node reach.
+    #[inline(always)]
+    pub(crate) fn far<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F {
+        self.axis.of_boxes::<F>(node, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Level, Simd, WithSimd};
+    use intertri::{Mode, Ray};
+
+    use super::Frustum;
+    use crate::tree::{Aabb, Margin, Node};
+    use crate::util::prefetch::Prefetch;
+    use crate::util::test_numbers::random;
+    use crate::walk::bundle::projection::Projection;
+    use crate::walk::bundle::rays::BundleRays;
+
+    /// The first ray whose point at t = 1 is lost: outside of the rays' frustum, or beyond its own depth.
+    struct Lost<'a>(&'a [Ray]);
+
+    impl WithSimd for Lost<'_> {
+        type Output = Option<Ray>;
+        #[inline(always)]
+        fn run<S: Simd>(self) -> Option<Ray> {
+            let mut projection = Projection::<S>::empty();
+            let rays =
+                BundleRays { rays: self.0, first: intertri::RayId(0), next: &[], reversed: None };
+            let mut prefetch = Prefetch::of(&[], 0);
+            let window = projection.project(&Mode::exact().filter(), &rays, 1.0, &mut prefetch)?;
+            let frustum = Frustum::new(&projection.frame, window, &Margin::new(1.0, None));
+            let depth = projection.frame.depth();
+            let is_lost = |&number: &usize| {
+                let (o, d) = (self.0[number].origin, self.0[number].dir);
+                let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
+                let mut node = Node::NO_CHILDREN;
+                node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
+                // The largest depth at which it still counts, as bundles have it.
+                let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
+                let far = far + far * (1.0 / (1 << 18) as f32);
+                !projection.is_outlier(number)
+                    && frustum.meet::<S::F32x8>(&node, far, None).0 != 1 << 5
+            };
+            (0..self.0.len()).find(is_lost).map(|number| self.0[number])
+        }
+    }
+
+    /// Points are exact: integers times a power of two.
+    #[test]
+    fn a_frustum_holds_the_points_of_its_rays() {
+        let mut random = random();
+        let levels: Vec<Level> = Level::all().collect();
+        for i in 0..40_000 {
+            // Near to the origin beside how far that is out, or far from it.
+            let [away, long] = [22.0, 21.0].map(|most| (most * random()).exp2());
+            let mut whole = |size: f32| (size * (2.0 * random() - 1.0)).round();
+            let [origin, middle] = [away, long].map(|size| [(); 3].map(|()| whole(size)));
+            let spread = 0.3 * long;
+            let ray = |_| Ray::new(origin, middle.map(|x| x + whole(spread)));
+            let rays: Vec<Ray> = (0..3 + i % 4).map(ray).collect();
+            let level = levels[i % levels.len()];
+            let lost = level.run(Lost(&rays));
+            assert!(lost.is_none(), "{}: {lost:?} of {rays:?}", level.name());
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Some leaves at once, as the rays of a bundle see them: which packets are tested against which of their
+//! triangles.
+//!
+//! ```text
+//!   blocks ─► outlines ──► triangles in a group's window ──► packets that reach them ──► tests
+//!     8     of two blocks 4    up to 64 for each of four            up to 16 each         a list
+//! ```
+//!
+//! Each arrow is one loop over all of them: a branch a block or triangle would mispredict.
+
+use intertri::internal::{Outline, Outlines};
+use intertri::simd::{Lanes, Simd};
+use intertri::{Filter, LeafSlot};
+
+use super::projection::{GROUPS, PACKETS, Projection};
+use crate::tree::{Tree, far_to_near};
+use crate::util::prefetch::Prefetch;
+
+/// Leaves at once, at most.
+pub(crate) const AT_ONCE: usize = 8;
+
+/// Triangles, pairs of a triangle and a group, and tests, at most.
+const TRIANGLES: usize = 8 * AT_ONCE;
+const PAIRS: usize = GROUPS * TRIANGLES;
+const TESTS: usize = 16 * PAIRS;
+
+/// A test of a packet: whose, and of which of the triangles seen.
+#[derive(Clone, Copy)]
+pub(crate) struct PacketTest {
+    pub(crate) packet: usize,
+    /// The number of the triangle and the packet's group among the pairs of these leaves.
+    pub(crate) number: usize,
+}
+
+/// How much is listed.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Listed {
+    /// Pairs of a triangle and a group, by group.
+    pub(crate) pairs: [usize; GROUPS],
+    pub(crate) tests: usize,
+}
+
+/// Leaves and what is to be tested of them.
+pub(crate) struct Leaves {
+    /// Their blocks.
+    pub(crate) blocks: [u32; AT_ONCE],
+    /// Of two blocks each.
+    outlines: [Outlines; AT_ONCE / 2],
+    /// Of each pair the triangle's place among all of the blocks.
+    places: [u8; PAIRS],
+    /// Of each test the packet and the pair's number; what is written at once may stand beyond the
+    /// last.
+    packets: [u8; TESTS + 8],
+    numbers: [u8; TESTS + 8],
+}
+
+impl Default for Leaves {
+    fn default() -> Self {
+        Self {
+            blocks: [0; AT_ONCE],
+            outlines: [Outlines::default(); AT_ONCE / 2],
+            places: [0; PAIRS],
+            packets: [0; TESTS + 8],
+            numbers: [0; TESTS + 8],
+        }
+    }
+}
+
+impl Leaves {
+    /// Lists the tests of the first `used` blocks; `seen` grows by the place of the triangle of each pair.
+    #[inline(always)]
+    pub(crate) fn list<S: Simd>(
+        &mut self,
+        (bvh, used): (&Tree, usize),
+        (filter, projection): (&Filter<'_>, &Projection<S>),
+        seen: &mut Vec<LeafSlot>,
+        prefetch: &mut Prefetch<'_>,
+    ) -> Listed {
+        let Self { blocks, outlines, places, packets, numbers } = self;
+        let blocks = &blocks[..used];
+        for (two, outlines) in blocks.chunks(2).zip(&mut *outlines) {
+            let (first, second) = (&bvh.leaves[two[0] as usize].block, two.get(1));
+            let second = second.map(|&leaf| &bvh.leaves[leaf as usize].block);
+            prefetch.lines(2);
+            *outlines =
+                filter.outlines_in::<S>(first, second, &projection.frame, projection.slowest);
+        }
+        let outlines = &outlines[..used.div_ceil(2)];
+
+        let (mut listed, begin, mut known) = (Listed::default(), seen.len(), 0);
+        seen.resize(begin + PAIRS, LeafSlot(0));
+        for (number, group) in projection.groups.iter().enumerate() {
+            if group.asked == 0 {
+                continue;
+            }
+            let (mut inside, mut large) = (0_u64, 0_u64);
+            for (i, outlines) in outlines.iter().enumerate() {
+                let within = outlines.within(&group.window, group.least_of_all);
+                inside |= u64::from(within) << (16 * i);
+                large |= u64::from(outlines.larger::<S::F32x16>(group.large)) << (16 * i);
+            }
+
+            // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as
+            // the edges.
+            let (first, windows) = (known, &group.windows);
+            listed.pairs[number] = inside.count_ones() as usize;
+            known += listed.pairs[number];
+            let (by_edges, least) = (inside & large != 0, Lanes::load(&group.least));
+            let pairs = seen[begin + first..begin + known].iter_mut().zip(&mut places[first..]);
+            for (pair, (seen, to)) in (first..).zip(pairs) {
+                prefetch.lines(1);
+                let place = inside.trailing_zeros() as usize % TRIANGLES;
+                inside &= inside.wrapping_sub(1);
+                *to = place as u8;
+                *seen = LeafSlot(8 * blocks[place / 8] + place as u32 % 8);
+                let outline = outlines[place / 16].lane(place % 16);
+                let reached =
+                    if by_edges { outline.within(windows, least) } else { outline.near(windows) };
+                let reached = reached & group.asked;
+                for (half, first) in [(reached & 0xff, 0), (reached >> 8, 8)] {
+                    let slots =
+                        far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
+                    let at = listed.tests;
+                    packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
+                    numbers[at..at + 8].fill(pair as u8);
+                    listed.tests += half.count_ones() as usize;
+                }
+            }
+        }
+        seen.truncate(begin + known);
+        listed
+    }
+
+    /// The triangles of the first `used` blocks that were listed last.
+    pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
+        &self.outlines[..used.div_ceil(2)]
+    }
+
+    /// The i-th test.
+    #[inline(always)]
+    pub(crate) fn test(&self, i: usize) -> PacketTest {
+        let i = i % TESTS;
+        PacketTest { packet: self.packets[i] as usize % PACKETS, number: self.numbers[i] as usize }
+    }
+
+    /// The outline of the triangle of the pair of that number.
+    #[inline(always)]
+    pub(crate) fn outline(&self, number: usize) -> Outline {
+        let place = self.places[number % PAIRS] as usize % TRIANGLES;
+        self.outlines[place / 16].lane(place % 16)
+    }
+
+    /// Puts a test to the i-th place, which comes before its own.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, i: usize, PacketTest { packet, number }: PacketTest) {
+        // Without a check, which would part the loads of a test from what they feed.
+        let i = i % TESTS;
+        (self.packets[i], self.numbers[i]) = (packet as u8, number as u8);
+    }
+}

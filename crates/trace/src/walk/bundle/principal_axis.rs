@@ -1,0 +1,111 @@
+//! The principal axis: in which way the rays of a bundle spread.
+//!
+//! ```text
+//!   ┌──────────┐
+//!   │      . ∙ │          ┌──────────┐     what a light sees of a slanted surface is a sliver:
+//!   │  . ∙ '   │   ──►    │ ∙ ∙ ∙ ∙  │     level with it, rectangles hold little else
+//!   │ ∙ '      │          └──────────┘
+//!   └──────────┘
+//! ```
+
+use intertri::simd::Lanes;
+
+use crate::util::lane_ops::total;
+
+/// Sums over directions, each less one of them, so that little is lost by rounding.
+pub(crate) struct Spread<F> {
+    about: [f32; 3],
+    count: usize,
+    sum: [F; 3],
+    /// Of the products of the components: `squares[i][k]` of i and k where i <= k.
+    squares: [[F; 3]; 3],
+}
+
+impl<F: Lanes<Scalar = f32>> Spread<F> {
+    /// Of no directions yet, which will be like this one.
+    #[inline(always)]
+    pub(crate) fn about(dir: [f32; 3]) -> Self {
+        let zero = F::splat(0.0);
+        Self { about: dir, count: 0, sum: [zero; 3], squares: [[zero; 3]; 3] }
+    }
+
+    /// With some more of them.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, dirs: [F; 3]) {
+        let mut off = dirs;
+        for k in 0..3 {
+            off[k] = dirs[k] - F::splat(self.about[k]);
+            self.sum[k] = self.sum[k] + off[k];
+        }
+        for i in 0..3 {
+            for k in i..3 {
+                self.squares[i][k] = off[i].mul_add(off[k], self.squares[i][k]);
+            }
+        }
+        self.count += F::N;
+    }
+
+    /// The axis across along which they spread at least twice as far as at right angles to it, if there is
+    /// one and it is neither `right` nor `up`.
+    #[inline(always)]
+    pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
+        // The sums of x x, x y and y y about the middle, of what the directions come to along the axes.
+        let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
+        let count = self.count as f32;
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        for i in 0..3 {
+            for k in 0..3 {
+                let about = sum[i] * sum[k] / count;
+                let square = total(self.squares[i.min(k)][i.max(k)]) - about;
+                xx += square * right[i] * right[k];
+                xy += square * right[i] * up[k];
+                yy += square * up[i] * up[k];
+            }
+        }
+
+        // The larger of the two eigenvectors.
+        if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
+            return None;
+        }
+        let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
+        let (most, least) = (xx + yy + root, xx + yy - root);
+        let [x, y] =
+            if xx > yy { [most - 2.0 * yy, 2.0 * xy] } else { [2.0 * xy, most - 2.0 * xx] };
+        (most > 4.0 * least).then(|| [0, 1, 2].map(|k| x * right[k] + y * up[k]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spread;
+
+    #[test]
+    fn the_axis_is_found_where_there_is_one() {
+        let axis = |dirs: &[[f32; 3]]| {
+            let mut spread = Spread::<f32>::about(dirs[0]);
+            for &dir in dirs {
+                spread.add(dir);
+            }
+            spread.principal_axis([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        };
+        let line =
+            |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
+
+        // Along a slope of 2, wherever they lie and however long they are in depth.
+        let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
+        assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
+        let far: Vec<_> =
+            line(0.01, 0.02).iter().map(|d| [d[0] + 100.0, d[1], d[2] * d[1]]).collect();
+        let [x, y, z] = axis(&far).unwrap();
+        assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
+
+        // Level already, or as far one way as the other.
+        assert_eq!(axis(&line(0.1, 0.0)), None);
+        assert_eq!(axis(&line(0.0, 0.3)), None);
+        assert_eq!(
+            axis(&[[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [-1.0, -1.0, 1.0]]),
+            None
+        );
+        assert_eq!(axis(&[[f32::NAN; 3]; 4]), None);
+    }
+}

@@ -1,0 +1,381 @@
+//! The rays of a bundle side by side, projected onto a frame.
+//!
+//! ```text
+//!   four rays in memory      four registers      sixteen rays a packet,
+//!   o t_min d t_max ───┐                         sixteen packets a group, four groups a bundle
+//!   o t_min d t_max ───┼──►  x x x x             ┌──┬──┬──┬──┐  a window a packet and a group;
+//!   o t_min d t_max ───┤     y y y y   ──►       ├──┼──┼──┼──┤  level with the way in
+//!   o t_min d t_max ───┘     z z z z             └──┴──┴──┴──┘  which the rays spread most
+//! ```
+
+use intertri::Filter;
+use intertri::internal::{Frame, Nearest, Points, Ranges, Starts, Windows};
+use intertri::simd::{Lanes, Mask, Simd, Vec3};
+use intertri::{Ray, Threshold};
+
+use super::look;
+use super::principal_axis::Spread;
+use super::rays::BundleRays;
+use super::reversed_shadow::Reversal;
+use crate::util::lane_ops::{fours, smallest, total};
+use crate::util::prefetch::Prefetch;
+
+/// Rays of a bundle, at most.
+pub(crate) const RAYS: usize = 1024;
+
+/// Sixteen rays each.
+pub(crate) const PACKETS: usize = RAYS / 16;
+
+/// Sixteen packets each, so that a triangle is held against the windows of a group at once.
+pub(crate) const GROUPS: usize = PACKETS / 16;
+
+/// Where rays go is told by so many of them, or fewer.
+const SAMPLE: usize = 64;
+
+/// One ray in so many may be an outlier of a bundle.
+const OUTLIERS: usize = 2;
+
+/// Triangles larger than this share of a group's window, along x or y, are held against the windows of
+/// packets by their edges, too.
+const LARGE: f32 = 0.5;
+
+/// Origin and `t_min` of a ray, or its direction and `t_max`.
+#[inline(always)]
+fn half(ray: &Ray, half: usize) -> &[f32; 4] {
+    let halves: &[[f32; 4]; 2] = bytemuck::cast_ref(ray);
+    &halves[half]
+}
+
+/// The rays of a bundle side by side, as points of a projection, and what they have hit so far. Made once for
+/// many bundles: making it takes longer than some bundles do.
+pub(crate) struct Projection<S: Simd> {
+    pub(crate) frame: Frame,
+    pub(crate) points: [Points<S::F32x16>; PACKETS],
+    pub(crate) nearest: [Nearest<S::F32x16, 16>; PACKETS],
+    rows: Rows,
+    pub(crate) groups: [Group<S>; GROUPS],
+    /// How many packets there are.
+    pub(crate) used: usize,
+    /// No z is smaller.
+    pub(crate) slowest: f32,
+    /// The near ends of the rays of all packets.
+    pub(crate) ranges: Ranges<S::F32x16>,
+    /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
+    pub(crate) live: [u32; PACKETS],
+    /// Bit i of `outliers[p]`: ray `16 p + i` does not meet the projection, and is not asked.
+    outliers: [u32; PACKETS],
+    pub(crate) has_outliers: bool,
+}
+
+/// The smallest and largest x and y of each packet, by group: sixteen a cache line.
+#[repr(C, align(64))]
+struct Rows {
+    lo: [[[f32; 16]; 2]; GROUPS],
+    hi: [[[f32; 16]; 2]; GROUPS],
+}
+
+/// Sixteen packets.
+#[derive(Clone, Copy)]
+pub(crate) struct Group<S: Simd> {
+    /// A window a packet.
+    pub(crate) windows: Windows<S::F32x16>,
+    /// The one around those that are asked now.
+    pub(crate) window: Windows<S::F32x16>,
+    /// Triangles that are larger than this, along x or y, reach several packets.
+    pub(crate) large: [f32; 2],
+    /// The least inverse depth at which a hit still counts, of each packet and of those asked now.
+    pub(crate) least: [f32; 16],
+    pub(crate) least_of_all: f32,
+    /// Bit p is set where packet p is asked now.
+    pub(crate) asked: u32,
+}
+
+impl<S: Simd> Projection<S> {
+    /// A projection without rays.
+    #[inline(always)]
+    pub(crate) fn empty() -> Self {
+        let zero = S::F32x16::splat(0.0);
+        let points = Points { x: zero, y: zero, z: zero };
+        let (none, sixteen) = ([0.0; 2], [0.0; 16]);
+        let group = Group {
+            windows: Windows::new([zero; 2], [zero; 2]),
+            window: around::<S>((none, none)),
+            large: none,
+            least: sixteen,
+            least_of_all: 0.0,
+            asked: 0,
+        };
+        Self {
+            frame: Frame::new([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            points: [points; PACKETS],
+            nearest: [Nearest::new(&points, zero); PACKETS],
+            rows: Rows { lo: [[sixteen; 2]; GROUPS], hi: [[sixteen; 2]; GROUPS] },
+            groups: [group; GROUPS],
+            used: 0,
+            slowest: 0.0,
+            ranges: Starts::none().ranges(),
+            live: [0; PACKETS],
+            outliers: [0; PACKETS],
+            has_outliers: false,
+        }
+    }
+
+    /// Whether a ray does not meet the projection.
+    pub(crate) fn is_outlier(&self, ray: usize) -> bool {
+        self.outliers[ray / 16] >> (ray % 16) & 1 != 0
+    }
+
+    /// Projects rays, and asks all of them; some of those that come next are prefetched meanwhile. Gives the
+    /// window around them; `None` where too many go too far apart, or numbers are too large or too small.
+    #[inline(always)]
+    pub(crate) fn project(
+        &mut self,
+        filter: &Filter<'_>,
+        rays: &BundleRays<'_>,
+        reach: f32,
+        prefetch: &mut Prefetch<'_>,
+    ) -> Option<Rectangle> {
+        self.frame = frame::<S>(rays, reach)?;
+        let count = rays.rays.len();
+        self.used = count.div_ceil(16);
+
+        // Reversed, they have the threshold at their far ends.
+        let (mut reversal, mut starts_by) = (None, *filter);
+        if let Some(end) = rays.reversed {
+            reversal = Some(Reversal::<S::F32x16>::new(end, filter.is_of_copies()));
+            starts_by = Filter::certified(Threshold::ZERO, S::LEVEL);
+        }
+
+        // The last packet is filled with the last ray.
+        let (full, rest) = rays.rays.as_chunks::<16>();
+        let mut filled = [rays.rays[count - 1]; 16];
+        filled[..rest.len()].copy_from_slice(rest);
+
+        let endless = rays.rays[0].t_max >= f32::INFINITY;
+        let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
+        let mut outliers = 0;
+        for packet in 0..self.used {
+            prefetch.lines(4);
+
+            // Side by side.
+            let mut columns = side_by_side::<S>(full.get(packet).unwrap_or(&filled));
+            let mut sure = None;
+            if let Some(reversal) = &mut reversal {
+                let (reversed, beyond) = reversal.reverse(columns);
+                (columns, sure) = (reversed, Some(beyond));
+            }
+            let [[.., near], [x, y, z, far]] = columns;
+            let (met, on_screen) = self.place(packet, Vec3 { x, y, z });
+            outliers += self.outliers[packet].count_ones() as usize;
+            slowest = slowest.min(met.z);
+
+            // Nothing is hit yet.
+            let given = (1 << (count - 16 * packet).min(16)) - 1;
+            let asked = sixteen_bits::<S>(given) & on_screen;
+            let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
+            self.live[packet] = live.bits();
+            starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
+            let nearest = Nearest::new(&met, far);
+            self.nearest[packet] = nearest;
+            self.groups[packet / 16].least[packet % 16] =
+                if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
+        }
+        self.has_outliers = outliers > 0;
+        if outliers > count / OUTLIERS {
+            return None;
+        }
+        self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
+        self.ranges = starts.ranges();
+
+        for number in 0..self.used.div_ceil(16) {
+            self.window_packets(number);
+        }
+        let (lo, hi) = self.ask(self.all());
+
+        // Reversed, they may pass the origin; and so may those of which these are copies.
+        let off = match &reversal {
+            Some(reversal) => reversal.off()?,
+            None => 0.0,
+        };
+        let most = [(-lo[0]).max(hi[0]), (-lo[1]).max(hi[1])];
+        self.frame = filter.frame(self.frame, off, most);
+        Some((lo, hi))
+    }
+
+    /// Where the directions of a packet meet the projection, and which of them do; the others are outliers.
+    #[inline(always)]
+    fn place(
+        &mut self,
+        packet: usize,
+        dir: Vec3<S::F32x16>,
+    ) -> (Points<S::F32x16>, <S::F32x16 as Lanes>::Mask) {
+        let mut met = self.frame.points(dir);
+        let on_screen = met.on_screen();
+        let outliers = !on_screen.bits() & 0xffff;
+        if outliers != 0 {
+            met = instead::<S>(met, on_screen);
+        }
+        self.outliers[packet] = outliers;
+        self.points[packet] = met;
+        let [x, y, left, down] = extremes::<S>(met.x, met.y);
+        let (group, place) = (packet / 16, packet % 16);
+        let Rows { lo, hi } = &mut self.rows;
+        (lo[group][0][place], lo[group][1][place]) = (x, y);
+        (hi[group][0][place], hi[group][1][place]) = (-left, -down);
+        (met, on_screen)
+    }
+
+    /// The rectangles of packets, by group: the smallest x and y of each, and the largest.
+    pub(crate) fn rectangles(&self) -> impl Iterator<Item = (&[[f32; 16]; 2], &[[f32; 16]; 2])> {
+        self.rows.lo.iter().zip(&self.rows.hi)
+    }
+
+    /// The windows of a group; where it has fewer packets, windows that nothing reaches.
+    #[inline(always)]
+    fn window_packets(&mut self, group: usize) {
+        let used = (self.used - 16 * group).min(16);
+        let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
+        for k in 0..2 {
+            lo[k][used..].fill(f32::INFINITY);
+            hi[k][used..].fill(f32::NEG_INFINITY);
+        }
+        let (left, right) = (S::F32x16::load(&lo[0]), S::F32x16::load(&hi[0]));
+        let (down, up) = (S::F32x16::load(&lo[1]), S::F32x16::load(&hi[1]));
+        self.groups[group].windows = Windows::new([left, down], [right, up]);
+        let (lo, hi) = self.window(group, (1 << used) - 1);
+        self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
+    }
+
+    /// All packets, a bit each.
+    #[inline(always)]
+    pub(crate) fn all(&self) -> u64 {
+        u64::MAX >> (PACKETS - self.used)
+    }
+
+    /// Asks only these packets from now on. Gives the window around them.
+    #[inline(always)]
+    pub(crate) fn ask(&mut self, packets: u64) -> Rectangle {
+        let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+        for number in 0..GROUPS {
+            let asked = (packets >> (16 * number)) as u32 & 0xffff;
+            self.groups[number].asked = asked;
+            if asked != 0 {
+                let window = self.window(number, asked);
+                self.groups[number].window = around::<S>(window);
+                for k in 0..2 {
+                    (lo[k], hi[k]) = (lo[k].min(window.0[k]), hi[k].max(window.1[k]));
+                }
+            }
+        }
+        (lo, hi)
+    }
+
+    /// The least inverse depth at which a hit of those asked now still counts.
+    #[inline(always)]
+    pub(crate) fn least(&mut self) -> f32 {
+        let mut of_all = f32::INFINITY;
+        for group in &mut self.groups {
+            if group.asked != 0 {
+                let least = chosen::<S>(group.asked, &group.least, f32::INFINITY);
+                group.least_of_all = smallest::<S>(least);
+                of_all = of_all.min(group.least_of_all);
+            }
+        }
+        of_all
+    }
+
+    /// The smallest and largest x and y of some packets of a group.
+    #[inline(always)]
+    fn window(&self, group: usize, packets: u32) -> Rectangle {
+        let ([x_lo, y_lo], [x_hi, y_hi]) = (&self.rows.lo[group], &self.rows.hi[group]);
+        let (least, most) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (x, y) = (chosen::<S>(packets, x_lo, least), chosen::<S>(packets, y_lo, least));
+        let [x_lo, y_lo, ..] = extremes::<S>(x, y);
+        let (x, y) = (chosen::<S>(packets, x_hi, most), chosen::<S>(packets, y_hi, most));
+        let [.., left, down] = extremes::<S>(x, y);
+        ([x_lo, y_lo], [-left, -down])
+    }
+}
+
+/// The least inverse depth at which a hit of some live ray still counts.
+#[inline(always)]
+pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
+    let none = S::F32x16::splat(f32::INFINITY);
+    smallest::<S>(S::F32x16::select(sixteen_bits::<S>(live), nearest.least(), none))
+}
+
+/// The lowest and the highest x and y.
+pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
+
+/// A window for sixteen triangles at once.
+#[inline(always)]
+fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
+    let splat = S::F32x16::splat;
+    Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
+}
+
+/// Sixteen numbers, or `none` where their bit is not set.
+#[inline(always)]
+fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
+    S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
+}
+
+#[inline(always)]
+fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
+    Mask::from_bits(bits)
+}
+
+/// A frame that looks where a sample of the rays goes.
+#[inline(always)]
+fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
+    let all = rays.rays;
+    let [first, second] = [all[0].dir, all[1].dir];
+    let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
+    let mut spread = Spread::about(first);
+    for begin in (0..all.len()).step_by(16 * apart) {
+        let some = |i: usize| half(&all[(begin + i * apart).min(all.len() - 1)], 1);
+        let [x, y, z, _] = S::columns(some);
+        sum = [sum[0] + x, sum[1] + y, sum[2] + z];
+        spread.add([x, y, z]);
+    }
+    let sign = if rays.reversed.is_some() { -1.0 } else { 1.0 };
+    let sum = [sign * total(sum[0]), sign * total(sum[1]), sign * total(sum[2])];
+    let step = [0, 1, 2].map(|k| second[k] - first[k]);
+    look::frame(rays.origin(), sum, step, &spread, reach)
+}
+
+/// The numbers of sixteen rays by column: of origin and `t_min`, and of direction and `t_max`.
+#[inline(always)]
+fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
+    [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
+}
+
+/// Points with the first of those on the projection in the place of those that are not; its middle if all
+/// are not.
+#[inline(always)]
+fn instead<S: Simd>(
+    mut met: Points<S::F32x16>,
+    on_screen: <S::F32x16 as Lanes>::Mask,
+) -> Points<S::F32x16> {
+    let lane = on_screen.bits().trailing_zeros() as usize;
+    for (lanes, middle) in [(&mut met.x, 0.0), (&mut met.y, 0.0), (&mut met.z, 1.0)] {
+        let mut numbers = [middle; 16];
+        if lane < 16 {
+            lanes.store(&mut numbers);
+        }
+        *lanes = S::F32x16::select(on_screen, *lanes, S::F32x16::splat(numbers[lane % 16]));
+    }
+    met
+}
+
+/// The smallest x and y, and the smallest -x and -y.
+#[inline(always)]
+fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
+    let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));
+    let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+    let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
+    let [a, b, c, d] = S::transpose([left, down, -right, -up]);
+    let mut least = [0.0; 4];
+    a.min(b).min(c.min(d)).store(&mut least);
+    least
+}

@@ -1,0 +1,55 @@
+//! The rays of a bundle: in a row, from one origin or toward one point.
+
+use intertri::{Ray, RayId};
+
+use super::reversed_shadow::CommonEnd;
+
+/// Rays of one origin, or toward one point.
+#[derive(Clone, Copy)]
+pub(crate) struct BundleRays<'a> {
+    pub(crate) rays: &'a [Ray],
+    /// The id of the first.
+    pub(crate) first: RayId,
+    /// Those that come later.
+    pub(crate) next: &'a [Ray],
+    /// The point toward which they go: then they are traced from there.
+    pub(crate) reversed: Option<CommonEnd>,
+}
+
+impl BundleRays<'_> {
+    /// The point that all rays have in common.
+    #[inline(always)]
+    pub(crate) fn origin(&self) -> [f32; 3] {
+        self.reversed.map_or(self.rays[0].origin, |end| end.point)
+    }
+}
+
+/// Whether all rays start at the same point, to the bit.
+#[inline(always)]
+pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
+    let [first, second, .., last] = rays else { return false };
+    let origin = bits(first);
+    let mut other = [0; 4];
+    differ(origin, bits(second), &mut other);
+    differ(origin, bits(last), &mut other);
+    if other[..3] == [0; 3] {
+        for ray in rays {
+            differ(origin, bits(ray), &mut other);
+        }
+    }
+    other[..3] == [0; 3]
+}
+
+/// The numbers of a ray as bits.
+#[inline(always)]
+fn bits(ray: &Ray) -> &[u32; 8] {
+    bytemuck::cast_ref(ray)
+}
+
+/// Notes in which bits the first four numbers of two rays differ.
+#[inline(always)]
+fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
+    for k in 0..4 {
+        other[k] |= a[k] ^ b[k];
+    }
+}

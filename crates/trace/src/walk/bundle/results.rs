@@ -1,0 +1,300 @@
+//! What the trace of a bundle found, and what is asked of that: whether, which, where.
+
+use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
+use intertri::simd::Simd;
+use intertri::{Hit, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
+
+use crate::tree::{MeshTriangle, Tree};
+use crate::walk::BatchOutput;
+use crate::walk::HitPairs;
+
+/// The number of no triangle.
+pub(super) const NOTHING: u32 = u32::MAX;
+
+/// The memory of a hit is prefetched so many hits before it is written: it is hardly ever in the cache, and
+/// the stores of more than some tens of hits cannot wait for it.
+const AHEAD: usize = 40;
+
+/// Where fewer rays than this hit a triangle, what they share is not worth its while.
+const SHARED: u32 = 3;
+
+/// The rays of a packet that hit a triangle.
+#[derive(Clone, Copy)]
+pub(super) struct PacketHits {
+    /// The triangle's number in `seen`.
+    pub(super) number: u32,
+    pub(super) packet: u16,
+    pub(super) lanes: u16,
+}
+
+/// What a bundle's rays hit.
+#[derive(Default)]
+pub(crate) struct Results {
+    /// The slots of the triangles that rays were tested against.
+    pub(super) seen: Vec<LeafSlot>,
+    /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
+    pub(super) found: Vec<u32>,
+    /// Where every hit is wanted: triangles, each with a packet of whose rays these hit it. Then only triangles
+    /// that are hit are in `seen`.
+    pub(super) every: Vec<PacketHits>,
+    /// For each of `seen` its index, or its number in `hit`; and one more, for none.
+    number: Vec<u32>,
+    /// The slots of those that are hit.
+    hit: Vec<LeafSlot>,
+    coefficients: Vec<[HitCoefficients; 8]>,
+    /// Rays of originals, each with the number of the triangle that it hits.
+    pairs: Vec<(u32, u32)>,
+    exact: Vec<[exact::HitCoefficients; 8]>,
+}
+
+impl Results {
+    /// Whether a ray is one of the last bundle and hits something.
+    pub(crate) fn is_hit(&self, ray: usize) -> bool {
+        self.found.get(ray).is_some_and(|&found| found != NOTHING)
+    }
+
+    /// Forgets the last bundle.
+    pub(crate) fn clear(&mut self) {
+        self.seen.clear();
+        self.found.clear();
+        self.every.clear();
+    }
+
+    /// Lists every hit of the last bundle, whose first ray has this number, but for the packets that are left.
+    #[inline(always)]
+    pub(crate) fn list<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first, left): (&[Ray], RayId, u64),
+        pairs: &mut HitPairs,
+    ) {
+        let hits: u32 = self.every.iter().map(|hits| hits.lanes.count_ones()).sum();
+        let is_shared = hits >= SHARED * self.seen.len() as u32;
+        match resolver {
+            Resolver::Document(_) if is_shared => {
+                let mut eights = std::mem::take(&mut self.coefficients);
+                self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
+                self.coefficients = eights;
+            }
+            Resolver::Exact(_) if is_shared => {
+                let mut eights = std::mem::take(&mut self.exact);
+                self.list_met::<S, _>(tree, resolver, (rays, first, left), &mut eights, pairs);
+                self.exact = eights;
+            }
+            Resolver::Originals(originals) if is_shared => {
+                let (mut known, begin) = (std::mem::take(&mut self.pairs), pairs.pairs.len());
+                known.clear();
+                self.each_hit(left, pairs, |pairs, ray, number| {
+                    pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
+                    known.push((ray as u32, number as u32));
+                });
+                pairs.level();
+                let rays = first.0..first.0 + rays.len() as u32;
+                let hits = &mut pairs.hits[begin..];
+                originals.shared_origin_hits(rays, &self.seen, &known, hits);
+                self.pairs = known;
+            }
+            // Where these meet, is found later.
+            _ => {
+                self.each_hit(left, pairs, |pairs, ray, number| {
+                    pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
+                });
+            }
+        }
+    }
+
+    /// The same with where the rays meet the triangles: from what depends on the triangle and the shared origin,
+    /// computed once.
+    #[inline(always)]
+    fn list_met<S: Simd, C: SharedOriginHit>(
+        &self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first, left): (&[Ray], RayId, u64),
+        eights: &mut Vec<[C; 8]>,
+        pairs: &mut HitPairs,
+    ) {
+        let slots = &self.seen[..];
+        let coefficients = coefficients::<S, C>(tree, slots, rays[0].origin, eights);
+        pairs.level();
+        self.each_hit(left, pairs, |pairs, ray, number| {
+            // In its place: copied from where it is put together, it would keep the CPU waiting.
+            let ids = (RayId(first.0 + ray as u32), slots[number]);
+            let hit = pairs.push_hit(ids.0, ids.1);
+            if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
+                *hit = met_alone(tree, resolver, &rays[ray], ids);
+            }
+        });
+    }
+
+    /// Every hit of the last bundle but for the packets that are left: the ray among its rays, and the number of the
+    /// triangle in `seen`. There is room for it.
+    #[inline(always)]
+    fn each_hit(
+        &self,
+        left: u64,
+        pairs: &mut HitPairs,
+        mut each: impl FnMut(&mut HitPairs, usize, usize),
+    ) {
+        for &PacketHits { number, packet, mut lanes } in &self.every {
+            if left >> packet & 1 != 0 || !pairs.reserve(16) {
+                continue;
+            }
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                each(pairs, 16 * usize::from(packet) + lane, number as usize);
+                lanes &= lanes - 1;
+            }
+        }
+    }
+
+    /// Writes the answers of the last bundle.
+    #[inline(always)]
+    pub(crate) fn write<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first): (&[Ray], RayId),
+        output: BatchOutput<'_>,
+    ) {
+        let hits = match output {
+            BatchOutput::Any(any) => {
+                for (any, found) in any.iter_mut().zip(&self.found) {
+                    *any = *found != NOTHING;
+                }
+                return;
+            }
+            BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => {
+                return;
+            }
+            BatchOutput::Triangles(triangles) => return self.triangles(tree, triangles),
+            BatchOutput::Hits(hits) => hits,
+        };
+        self.distinct();
+        match resolver {
+            Resolver::Document(_) => {
+                let mut eights = std::mem::take(&mut self.coefficients);
+                self.hits::<S, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.coefficients = eights;
+            }
+            Resolver::Exact(_) => {
+                let mut eights = std::mem::take(&mut self.exact);
+                self.hits::<S, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.exact = eights;
+            }
+            Resolver::Originals(originals) => {
+                let Self { number, found, hit, pairs, .. } = self;
+                let of = |seen: u32| if seen == NOTHING { NOTHING } else { number[seen as usize] };
+                pairs.clear();
+                pairs.extend((0..).zip(found.iter().map(|&seen| of(seen))));
+                let rays = first.0..first.0 + rays.len() as u32;
+                originals.shared_origin_hits(rays, hit, pairs, hits);
+            }
+        }
+    }
+
+    /// The position of the triangle that each ray hits, or none.
+    #[inline(always)]
+    fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
+        // Without a branch, which would mispredict: the last number stands for none.
+        let Self { seen, number, found, .. } = self;
+        number.clear();
+        number.extend(seen.iter().map(|&slot| tree.index_of(slot).0));
+        number.push(Hit::NO_TRIANGLE);
+        let (number, none) = (&number[..=seen.len()], seen.len());
+        for (triangle, &seen) in triangles.iter_mut().zip(&found[..]) {
+            *triangle = MeshTriangle { triangle: number[none.min(seen as usize)], geometry: 0 };
+        }
+    }
+
+    /// Numbers the triangles that rays hit, each once, however many rays hit it: `hit` becomes their slots, and
+    /// `number` for each of `seen` its number among them.
+    #[inline(always)]
+    fn distinct(&mut self) {
+        let Self { seen, number, hit, found, .. } = self;
+        // Those that are hit are marked, then listed, without a branch. The last stands for none.
+        let none = seen.len();
+        number.clear();
+        number.resize(none + 1, 0);
+        let marks = &mut number[..=none];
+        for &seen in &found[..] {
+            marks[none.min(seen as usize)] = 1;
+        }
+        hit.clear();
+        hit.resize(none + 1, LeafSlot(0));
+        let (slots, mut count) = (&mut hit[..=none], 0);
+        for (&slot, number) in seen.iter().zip(marks) {
+            slots[count.min(none)] = slot;
+            (*number, count) = (count as u32, count + *number as usize);
+        }
+        hit.truncate(count);
+    }
+
+    /// Where the rays meet what they hit: from what depends on the triangle and the shared origin, computed
+    /// once.
+    #[inline(always)]
+    fn hits<S: Simd, C: SharedOriginHit>(
+        &self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first): (&[Ray], RayId),
+        eights: &mut Vec<[C; 8]>,
+        hits: &mut [Hit],
+    ) {
+        let Self { found, number, hit, .. } = self;
+        let coefficients = coefficients::<S, C>(tree, hit, rays[0].origin, eights);
+        let number = &number[..];
+        for (i, (ray, &seen)) in rays.iter().zip(&found[..]).enumerate() {
+            if let Some(later) = hits.get(i + AHEAD) {
+                prefetch(std::slice::from_ref(later));
+            }
+            if seen == NOTHING {
+                hits[i] = Hit::MISS;
+                continue;
+            }
+            let number = number[seen as usize] as usize;
+            if !coefficients[number].hit_in::<S>(ray.dir, &mut hits[i]) {
+                hits[i] = met_alone(tree, resolver, ray, (RayId(first.0 + i as u32), hit[number]));
+            }
+        }
+    }
+}
+
+/// What the triangles in these slots share in telling where rays from one origin meet them.
+#[inline(always)]
+fn coefficients<'a, S: Simd, C: SharedOriginHit>(
+    tree: &Tree,
+    slots: &[LeafSlot],
+    origin: [f32; 3],
+    eights: &'a mut Vec<[C; 8]>,
+) -> &'a [C] {
+    if 8 * eights.len() < slots.len() {
+        eights.resize_with(slots.len().div_ceil(8), Default::default);
+    }
+    for (slots, to) in slots.chunks(8).zip(&mut *eights) {
+        let (corners, indices) = eight(tree, slots);
+        C::eight_in::<S>(&corners, &indices, origin, to);
+    }
+    eights.as_flattened()
+}
+
+/// Where a ray meets the triangle in a slot.
+fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Hit {
+    let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
+    resolver.hit_attributes(ray, &triangle, index, ids)
+}
+
+/// The corners of eight triangles side by side, and their indices.
+#[inline(always)]
+fn eight(tree: &Tree, slots: &[LeafSlot]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
+    let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);
+    for (lane, &slot) in slots.iter().enumerate() {
+        let TriangleOf(from) = tree.triangle_in(slot);
+        for (to, from) in corners.iter_mut().zip(&from) {
+            (to[0][lane], to[1][lane], to[2][lane]) = (from[0], from[1], from[2]);
+        }
+        TriangleId(indices[lane]) = tree.index_of(slot);
+    }
+    (corners, indices)
+}

@@ -1,0 +1,368 @@
+//! Bundles: many rays from one origin at once, of a picture or of what a light sees.
+//!
+//! ```text
+//!   frustum ──► boxes of nodes ──► triangles of a leaf, eight as they are projected
+//!                                    │ in the window of a group?
+//!                                    ▼
+//!                                  sixteen windows of sixteen rays: which does it reach?
+//!                                    │
+//!                                    ▼
+//!                                  sixteen rays: two multiply-adds an edge
+//! ```
+
+use intertri::internal::Settle;
+use intertri::simd::Simd;
+use intertri::{Counts, Filter, LeafSlot, Triangle};
+
+use super::culling::{Culling, Pending};
+use super::density::too_dense;
+use super::end_plane::EndPlane;
+use super::frustum::Frustum;
+use super::leaf_tests::{AT_ONCE, Leaves, Listed, PacketTest};
+use super::parts::{WIDTHS, Waiting, budget};
+use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
+use super::rays::BundleRays;
+use super::results::{NOTHING, PacketHits, Results};
+use crate::tree::{EMPTY, Tree};
+use crate::util::prefetch::Prefetch;
+
+/// How bundles are traced: the closest hit of each ray; with `any`, some hit, as it must be of reversed
+/// rays.
+#[derive(Clone, Copy)]
+pub(crate) struct Bundle<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) filter: Filter<'a>,
+    pub(crate) any: bool,
+    /// Every hit of each ray.
+    pub(crate) every: bool,
+}
+
+/// What became of some rays in a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Outcome {
+    /// They make no bundle.
+    NotCoherent,
+    /// They go too far apart for one, or their numbers are too large or too small.
+    TooWide,
+    /// They are traced. Bit p of `left` is set where the rays of packet p are left to be asked one by
+    /// one, because that is less work; `work` counts tests of packets, and what costs about as much.
+    Traced { left: u64, work: usize },
+}
+
+/// What tracing needs and need not make anew for each bundle.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    stack: Pending,
+    leaves: Leaves,
+    /// What was left of the stack when a bundle was split, and a part of it.
+    split: [Pending; 2],
+}
+
+impl Bundle<'_> {
+    /// Traces some rays. What the filter leaves open the resolver settles.
+    #[inline(always)]
+    pub(crate) fn trace<S: Simd>(
+        self,
+        rays: &BundleRays<'_>,
+        (projection, scratch, results): (&mut Projection<S>, &mut Scratch, &mut Results),
+        counts: &mut Counts,
+    ) -> Outcome {
+        let Self { tree, filter, any, .. } = self;
+        let after = (rays.first, RAYS);
+        let mut prefetch = Prefetch::of(filter.resolver().memory_after(after, rays.next), RAYS);
+        let Some(window) = projection.project(&filter, rays, tree.reach, &mut prefetch) else {
+            return Outcome::TooWide;
+        };
+        let margin = tree.margin(filter.resolver());
+        let end_plane = if any { Some(EndPlane::new::<S>(projection, &margin)) } else { None };
+        let frustum = Frustum::new(&projection.frame, window, &margin);
+        let closest = !any && !self.every;
+        let mut culling = Culling { frustum, end_plane: end_plane.as_ref(), closest };
+
+        // Does the frustum meet anything at all?
+        let Scratch { stack, leaves, split } = scratch;
+        stack.clear();
+        results.clear();
+        let unboxed = tree.first_unboxed(filter.resolver());
+        for root in [tree.thin_root_for(unboxed), 0] {
+            if root != EMPTY {
+                stack.push((root, f32::NEG_INFINITY));
+            }
+        }
+        let count = culling.next_leaves::<S>(tree, stack, f32::INFINITY, &mut leaves.blocks);
+        if count == 0 && unboxed == tree.leaves.len() {
+            results.found.resize(rays.rays.len(), NOTHING);
+            return Outcome::Traced { left: 0, work: 0 };
+        }
+
+        let (find, index) = (|slot| tree.triangle_in(slot), |slot| tree.index_of(slot).0);
+        let (resolver, reversed) = (filter.resolver(), rays.reversed.is_some());
+        let settle = Settle { resolver, rays: rays.rays, first: rays.first, find, index, reversed };
+        let (seen, every) = (&mut results.seen, &mut results.every);
+        let mut tracing = Tracing {
+            bundle: self,
+            settle,
+            projection,
+            prefetch,
+            seen,
+            every,
+            work: 0,
+            density_known: false,
+        };
+        let (left, work) = tracing.parts(&mut culling, (stack, split, leaves), count, counts);
+        let used = projection.used;
+        for nearest in &projection.nearest[..used] {
+            results.found.extend_from_slice(&nearest.triangles());
+        }
+        results.found.truncate(rays.rays.len());
+        Outcome::Traced { left, work }
+    }
+}
+
+/// The rays of a bundle on their way.
+struct Tracing<'a, S: Simd, T, I> {
+    bundle: Bundle<'a>,
+    settle: Settle<'a, T, I>,
+    projection: &'a mut Projection<S>,
+    prefetch: Prefetch<'a>,
+    seen: &'a mut Vec<LeafSlot>,
+    every: &'a mut Vec<PacketHits>,
+    /// Tests of packets, and what costs about as much.
+    work: usize,
+    /// Whether the first leaves told how dense triangles are.
+    density_known: bool,
+}
+
+impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S, T, I> {
+    /// Traces all rays, of whose leaves the first `count` are listed; in parts, where that is too much work.
+    /// Gives the packets that are left, and the work.
+    #[inline(always)]
+    fn parts(
+        &mut self,
+        culling: &mut Culling<'_>,
+        (stack, split, leaves): (&mut Pending, &mut [Pending; 2], &mut Leaves),
+        mut count: usize,
+        counts: &mut Counts,
+    ) -> (u64, usize) {
+        self.visit_unboxed(leaves, counts);
+        let (tree, used) = (self.bundle.tree, self.projection.used);
+        let mut level = WIDTHS.iter().rposition(|&width| used <= width).unwrap_or(0);
+        let (mut part, mut left, mut work) = (self.projection.all(), 0, 0);
+        let mut waiting = Waiting::default();
+        loop {
+            let (dense, rest) = self.part(culling, (stack, leaves, count), (part, level), counts);
+            left |= dense;
+            part &= !dense;
+            work += std::mem::take(&mut self.work);
+
+            // What is too much for a part goes on in smaller ones, from where it stands; one of the
+            // smallest for which it is still too much is left.
+            if rest && !stack.is_empty() {
+                match split.get_mut(level) {
+                    None => left |= part,
+                    Some(split) => {
+                        std::mem::swap(stack, split);
+                        waiting.add(part, level + 1);
+                    }
+                }
+            }
+
+            // The next part whose rays still look for hits, with a frustum of its own.
+            let Some(next) = waiting.next(self.alive()) else { return (left, work) };
+            (part, level) = next;
+            self.ask(part, culling);
+            stack.clear();
+            stack.extend_from_slice(&split[level - 1]);
+            let far = self.far();
+            count = culling.next_leaves::<S>(tree, stack, far, &mut leaves.blocks);
+        }
+    }
+
+    /// The leaves that every ray may hit, whatever their boxes.
+    #[inline(always)]
+    fn visit_unboxed(&mut self, leaves: &mut Leaves, counts: &mut Counts) {
+        let tree = self.bundle.tree;
+        self.far();
+        let first = leaves.blocks;
+        for leaf in tree.first_unboxed(self.bundle.filter.resolver())..tree.leaves.len() {
+            leaves.blocks[0] = leaf as u32;
+            S::vectorize(
+                #[inline(always)]
+                || self.visit((leaves, 1), counts),
+            );
+        }
+        leaves.blocks = first;
+    }
+
+    /// Visits the leaves that a part meets, front to back, as long as that is not too much work. Gives the
+    /// packets for which there are too many triangles, and whether some leaves are left.
+    #[inline(always)]
+    fn part(
+        &mut self,
+        culling: &mut Culling<'_>,
+        (stack, leaves, mut count): (&mut Pending, &mut Leaves, usize),
+        (part, level): (u64, usize),
+        counts: &mut Counts,
+    ) -> (u64, bool) {
+        let Bundle { tree, any, .. } = self.bundle;
+        let budget = budget(level, any);
+        let (mut far, mut dense) = (self.far(), 0);
+        while count > 0 {
+            if self.visit((leaves, count), counts) {
+                far = self.far();
+            }
+            if self.work > budget {
+                return (dense, true);
+            }
+
+            // The first leaves tell for which packets there will be too many triangles.
+            if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
+                let outlines = leaves.outlines(count);
+                dense = too_dense(self.projection, outlines, culling.closest) & part;
+                if dense == part {
+                    stack.clear();
+                    return (dense, true);
+                }
+                if dense != 0 {
+                    self.ask(part & !dense, culling);
+                    far = self.far();
+                }
+            }
+            count = culling.next_leaves::<S>(tree, stack, far, &mut leaves.blocks);
+        }
+        (dense, false)
+    }
+
+    /// Asks only these packets from now on.
+    #[inline(always)]
+    fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
+        let window = self.projection.ask(packets);
+        let margin = self.bundle.tree.margin(self.bundle.filter.resolver());
+        culling.frustum = Frustum::new(&self.projection.frame, window, &margin);
+    }
+
+    /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
+    /// the far end of a packet changed.
+    #[inline(always)]
+    fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
+        let Self { bundle, ref settle, ref mut projection, ref mut prefetch, ref mut seen, .. } =
+            *self;
+        let Bundle { tree, filter, any, every } = bundle;
+        let first = seen.len();
+        let Listed { pairs, mut tests } =
+            leaves.list((tree, used), (&filter, projection), seen, prefetch);
+        self.work += 8 * used + pairs.iter().sum::<usize>() + tests;
+        for (group, pairs) in pairs.iter().enumerate() {
+            let rays = settle.rays.len().saturating_sub(group * RAYS / GROUPS).min(RAYS / GROUPS);
+            counts.tests += (pairs * rays) as u64;
+        }
+
+        if every {
+            self.visit_every((leaves, tests), first, counts);
+            return false;
+        }
+
+        // Rays that end before what they see are near most of what they miss: a precheck of all, without a
+        // branch.
+        if any {
+            let mut left = 0;
+            for i in 0..tests {
+                let test = leaves.test(i);
+                let (points, live) =
+                    (&projection.points[test.packet], projection.live[test.packet]);
+                let nearest = &projection.nearest[test.packet];
+                let outline = leaves.outline(test.number);
+                let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
+                leaves.put(left, test);
+                left += usize::from(maybe);
+            }
+            tests = left;
+        }
+
+        let mut changed = 0_u64;
+        for i in 0..tests {
+            prefetch.lines(1);
+            let PacketTest { packet, number } = leaves.test(i);
+            let may_change = projection.nearest[packet].take(
+                (&projection.points[packet], &projection.ranges),
+                &leaves.outline(number),
+                ((first + number) as u32, seen.as_slice()),
+                (16 * packet, settle),
+                projection.live[packet],
+                counts,
+            );
+            changed |= u64::from(may_change) << packet;
+        }
+        update::<S>(projection, changed, any)
+    }
+
+    /// Lists every hit of the tests of some leaves, whose triangles were seen from the `first` on. Those that are hit
+    /// stay among the seen.
+    #[inline(always)]
+    fn visit_every(
+        &mut self,
+        (leaves, tests): (&mut Leaves, usize),
+        first: usize,
+        counts: &mut Counts,
+    ) {
+        let Self { settle, projection, seen, every, .. } = self;
+        // Tests come in the order of their pairs, so what stays is written before what is still read.
+        let (mut stay, mut last) = (first, usize::MAX);
+        for i in 0..tests {
+            let PacketTest { packet, number } = leaves.test(i);
+            let slot = seen[first + number];
+            let lanes = projection.nearest[packet].hit_by(
+                (&projection.points[packet], &projection.ranges),
+                &leaves.outline(number),
+                slot,
+                (16 * packet, settle),
+                projection.live[packet],
+                counts,
+            );
+            if lanes != 0 {
+                if number != last {
+                    seen[stay] = slot;
+                    (stay, last) = (stay + 1, number);
+                }
+                let (number, lanes) = (stay as u32 - 1, lanes as u16);
+                every.push(PacketHits { number, packet: packet as u16, lanes });
+            }
+        }
+        seen.truncate(stay);
+    }
+
+    /// Bit p is set where rays of packet p still look for a hit.
+    fn alive(&self) -> u64 {
+        let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
+        (0..self.projection.used).map(is_alive).sum()
+    }
+
+    /// No hit of those asked now can count beyond this depth.
+    #[inline(always)]
+    fn far(&mut self) -> f32 {
+        let depth = 1.0 / self.projection.least();
+        depth + depth * (1.0 / (1 << 18) as f32)
+    }
+}
+
+/// What changed for packets that hit something: where any hit will do, their rays are done. Whether a far end
+/// is known better.
+#[inline(always)]
+fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
+    // As long as some ray has hit nothing, little is known.
+    let mut known = false;
+    while changed != 0 {
+        let packet = changed.trailing_zeros() as usize % PACKETS;
+        changed &= changed - 1;
+        let nearest = &projection.nearest[packet];
+        if any {
+            projection.live[packet] &= !nearest.hits();
+        }
+        let live = projection.live[packet];
+        if live & !nearest.hits() == 0 {
+            projection.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
+            known = true;
+        }
+    }
+    known
+}

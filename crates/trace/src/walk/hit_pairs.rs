@@ -1,0 +1,111 @@
+//! Pairs of a ray and a triangle that it hits, as they are found.
+
+use std::collections::BinaryHeap;
+
+use intertri::{Hit, LeafSlot, RayId};
+
+/// Pairs in any order. Their memory grows with what is found.
+#[derive(Default)]
+pub(crate) struct HitPairs {
+    pub(crate) pairs: Vec<(RayId, LeafSlot)>,
+    /// Where the first of them meet, as far as that is known: a miss is not known yet.
+    pub(crate) hits: Vec<Hit>,
+    /// How many hits of a ray are wanted, the nearest; all without a limit.
+    pub(crate) limit: Option<usize>,
+    /// Whether some pair found no room. Then no answer is right.
+    pub(crate) is_full: bool,
+}
+
+impl HitPairs {
+    /// Forgets all, for so many hits of a ray.
+    pub(crate) fn clear(&mut self, limit: Option<usize>) {
+        self.pairs.clear();
+        self.hits.clear();
+        (self.limit, self.is_full) = (limit, false);
+    }
+
+    /// Makes room for some more; whether there is.
+    #[inline(always)]
+    pub(crate) fn reserve(&mut self, more: usize) -> bool {
+        if self.pairs.capacity() - self.pairs.len() < more {
+            self.grow(more);
+        }
+        !self.is_full
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self, more: usize) {
+        let found = self.pairs.try_reserve(more).and_then(|()| {
+            let more = self.pairs.capacity() - self.hits.len();
+            self.hits.try_reserve(more)
+        });
+        self.is_full |= found.is_err();
+    }
+
+    /// Adds a pair, for which there is room.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, ray: RayId, slot: LeafSlot) {
+        self.pairs.push((ray, slot));
+    }
+
+    /// Adds a pair of which it is known where they meet, for which there is room. Gives where to write that.
+    #[inline(always)]
+    pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
+        self.push(ray, slot);
+        self.hits.push(Hit::MISS);
+        let last = self.hits.len() - 1;
+        &mut self.hits[last]
+    }
+
+    /// Makes the hits as many as the pairs: what is not known yet, is a miss.
+    #[inline(always)]
+    pub(crate) fn level(&mut self) {
+        self.hits.resize(self.pairs.len(), Hit::MISS);
+    }
+}
+
+/// The nearest hits of a ray so far, as many as are wanted: the largest t that each can have. Beyond the
+/// largest of them nothing counts.
+#[derive(Default)]
+pub(crate) struct NearestFew {
+    /// As bits, whose order is that of positive numbers.
+    t_hi: BinaryHeap<u32>,
+}
+
+impl NearestFew {
+    pub(crate) fn clear(&mut self) {
+        self.t_hi.clear();
+    }
+
+    /// Adds a hit whose t is positive and no larger than this. Gives the far end of the query; `None` where
+    /// there is too little memory.
+    pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
+        if self.t_hi.len() < most {
+            self.t_hi.try_reserve(1).ok()?;
+            self.t_hi.push(t_hi.to_bits());
+        } else if let Some(mut last) = self.t_hi.peek_mut() {
+            *last = (*last).min(t_hi.to_bits());
+        }
+        let last = self.t_hi.peek().filter(|_| self.t_hi.len() == most);
+        Some(last.map_or(far, |&last| f32::from_bits(last).min(far)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::NearestFew;
+
+    #[test]
+    fn the_far_end_is_the_last_of_the_nearest() {
+        let mut few = NearestFew::default();
+        let mut far = 9.0;
+        let ends = [5.0, 3.0, 4.0, 8.0, 1.0, 1.0].map(|t| {
+            far = few.add(t, 3, far).unwrap();
+            far
+        });
+        assert_eq!(ends, [9.0, 9.0, 5.0, 5.0, 4.0, 3.0]);
+        few.clear();
+        assert_eq!(few.add(7.0, 1, 9.0), Some(7.0));
+    }
+}

@@ -1,0 +1,132 @@
+//! Where a traversal of many rays writes its answers: closest hits, closest triangles, whether they hit, every hit.
+
+use std::ops::Range;
+
+use intertri::internal::prefetch;
+use intertri::{ClosestHit, Crossings, Hit, TriangleId};
+
+use super::HitPairs;
+use crate::containment::Containment;
+use crate::tree::{MeshTriangle, Tree};
+
+/// A slice of answers, one a ray.
+pub(crate) enum BatchOutput<'a> {
+    /// The closest hits.
+    Hits(&'a mut [Hit]),
+    /// The triangles of the closest hits; their positions in the whole until they are renamed.
+    Triangles(&'a mut [MeshTriangle]),
+    /// Whether anything is hit.
+    Any(&'a mut [bool]),
+    /// Every hit.
+    Pairs(&'a mut HitPairs),
+    /// How often rays cross.
+    Crossings(&'a mut [Crossings]),
+    /// Where rays start.
+    Containments(&'a mut [Containment]),
+}
+
+impl BatchOutput<'_> {
+    /// The same in chunks of so many rays, and which rays these are.
+    ///
+    /// # Panics
+    /// If there are not `count` answers.
+    pub(crate) fn chunks(self, count: usize, size: usize) -> Vec<(Range<usize>, Self)> {
+        /// Those of a slice.
+        fn of<'a, A>(
+            slice: &'a mut [A],
+            (count, size): (usize, usize),
+            answers: impl Fn(&'a mut [A]) -> BatchOutput<'a>,
+        ) -> Vec<(Range<usize>, BatchOutput<'a>)> {
+            assert_eq!(count, slice.len(), "one answer a ray");
+            let range = |from: usize| from..count.min(from + size);
+            (0..count).step_by(size).map(range).zip(slice.chunks_mut(size).map(answers)).collect()
+        }
+
+        let by = (count, size);
+        match self {
+            Self::Hits(hits) => of(hits, by, Self::Hits),
+            Self::Triangles(triangles) => of(triangles, by, Self::Triangles),
+            Self::Any(any) => of(any, by, Self::Any),
+            Self::Crossings(crossings) => of(crossings, by, Self::Crossings),
+            Self::Containments(all) => of(all, by, Self::Containments),
+            // The caller concatenates the chunks.
+            Self::Pairs(pairs) => vec![(0..count, Self::Pairs(pairs))],
+        }
+    }
+
+    /// Whether any hit will do.
+    #[inline(always)]
+    pub(crate) fn any(&self) -> bool {
+        matches!(self, Self::Any(_))
+    }
+
+    /// Whether every hit is asked for, and not only the closest or any.
+    #[inline(always)]
+    pub(crate) fn every(&self) -> bool {
+        matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_))
+    }
+
+    /// The answers from one ray to before another.
+    #[inline(always)]
+    pub(crate) fn part(&mut self, from: usize, to: usize) -> BatchOutput<'_> {
+        match self {
+            Self::Hits(hits) => BatchOutput::Hits(&mut hits[from..to]),
+            Self::Triangles(triangles) => BatchOutput::Triangles(&mut triangles[from..to]),
+            Self::Any(any) => BatchOutput::Any(&mut any[from..to]),
+            Self::Pairs(pairs) => BatchOutput::Pairs(pairs),
+            Self::Crossings(crossings) => BatchOutput::Crossings(&mut crossings[from..to]),
+            Self::Containments(all) => BatchOutput::Containments(&mut all[from..to]),
+        }
+    }
+
+    /// Asks for the memory of an answer, which is hardly ever in the cache.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, ray: usize) {
+        match self {
+            Self::Hits(hits) => prefetch(&hits[ray..][..1]),
+            Self::Triangles(triangles) => prefetch(&triangles[ray..][..1]),
+            Self::Any(any) => prefetch(&any[ray..][..1]),
+            Self::Pairs(_) => (),
+            Self::Crossings(crossings) => prefetch(&crossings[ray..][..1]),
+            Self::Containments(all) => prefetch(&all[ray..][..1]),
+        }
+    }
+
+    /// Writes the answer of a ray, if it is known without its t and weights; whether it was.
+    #[inline(always)]
+    pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
+        match self {
+            Self::Hits(hits) => {
+                if closest.is_hit() {
+                    return false;
+                }
+                hits[ray] = Hit::MISS;
+            }
+            Self::Triangles(triangles) => {
+                let position =
+                    closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
+                triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
+            }
+            Self::Any(any) => any[ray] = closest.is_hit(),
+            Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_) => (),
+        }
+        true
+    }
+
+    /// Writes the hit of a ray.
+    #[inline(always)]
+    pub(crate) fn write_hit(&mut self, ray: usize, hit: Hit) {
+        if let Self::Hits(hits) = self {
+            hits[ray] = hit;
+        }
+    }
+
+    /// Renames triangles from their positions in the whole to geometry and number.
+    pub(crate) fn rename(self, tree: &Tree) {
+        match self {
+            Self::Hits(hits) => tree.geometries.rename(hits),
+            Self::Triangles(triangles) => tree.geometries.rename_triangles(triangles),
+            _ => (),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Whether a point lies on a triangle of a hierarchy.
+
+use intertri::LeafSlot;
+
+use crate::tree::{EMPTY, LEAF, Tree};
+use crate::util::lane_ops::lanes_of;
+
+/// Whether one of the triangles does whose boxes hold a point, as boxes are.
+pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> bool) -> bool {
+    let leaf = |i: usize| {
+        let mut lanes = lanes_of(tree.leaves[i].block.live());
+        lanes.any(|lane| is_on(LeafSlot((8 * i + lane) as u32)))
+    };
+
+    // The boxes that hold it. There is always room on the stack for what a node adds.
+    let mut stack = vec![0, tree.thin_root];
+    while let Some(node) = stack.pop() {
+        let Some(node) = tree.nodes.get(node as usize) else { continue };
+        for (slot, &child) in node.children().iter().enumerate() {
+            let holds = |axis: usize| {
+                let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
+                lo <= point[axis] && point[axis] <= hi
+            };
+            if child == EMPTY || !(0..3).all(holds) {
+                continue;
+            }
+            if child & LEAF == 0 {
+                stack.push(child);
+            } else if leaf((child & !LEAF) as usize) {
+                return true;
+            }
+        }
+    }
+    false
+}

@@ -1,0 +1,146 @@
+//! What is asked of one ray: its closest hit, any hit, or all of them.
+
+use std::marker::PhantomData;
+
+use intertri::simd::{Simd, WithSimd};
+use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayId};
+
+use super::stack::TraversalScratch;
+use super::traverse::{Visit, traverse};
+use crate::selection::{ActiveSelection, selected};
+use crate::tree::{Leaf, Tree};
+
+/// The closest hit of a ray; with `ANY`, some hit.
+pub(crate) struct Closest<'a, const ANY: bool> {
+    pub(crate) tree: &'a Tree,
+    /// By reference: it is larger than what the traversal reads of it.
+    pub(crate) filter: &'a Filter<'a>,
+    pub(crate) ray: &'a Ray,
+    /// Which triangles count, and which of the query's rays this is.
+    pub(crate) selection: (&'a ActiveSelection<'a>, RayId),
+    pub(crate) scratch: &'a mut TraversalScratch,
+}
+
+impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
+    type Output = (ClosestHit, Counts);
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Self::Output {
+        let Self { tree, filter, ray, selection: (selection, id), scratch } = self;
+        let mut visitor = VisitClosest::<S, ANY> {
+            tree,
+            filter,
+            ray: filter.prepare_numbered(ray, id),
+            selection,
+            closest: filter.no_hit(ray),
+            counts: Counts::default(),
+            level: PhantomData,
+        };
+        traverse::<S>(tree, (ray, filter.resolver()), scratch, !ANY, &mut visitor);
+        (visitor.closest, visitor.counts)
+    }
+}
+
+/// The closest hit of a ray, with its t and weights.
+pub(crate) struct Hits<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) filter: &'a Filter<'a>,
+    pub(crate) ray: &'a Ray,
+    pub(crate) selection: &'a ActiveSelection<'a>,
+    pub(crate) scratch: &'a mut TraversalScratch,
+}
+
+impl WithSimd for Hits<'_> {
+    type Output = Option<Hit>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Option<Hit> {
+        let Self { tree, filter, ray, selection, scratch } = self;
+        let selection = (selection, RayId(0));
+        let (closest, _) = Closest::<false> { tree, filter, ray, selection, scratch }.run::<S>();
+        filter.hit(ray, &closest, |slot| tree.triangle_in(slot))
+    }
+}
+
+struct VisitClosest<'a, S: Simd, const ANY: bool> {
+    tree: &'a Tree,
+    filter: &'a Filter<'a>,
+    ray: PreparedRay,
+    selection: &'a ActiveSelection<'a>,
+    closest: ClosestHit,
+    counts: Counts,
+    level: PhantomData<S>,
+}
+
+impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
+        let Self { tree, filter, ray, selection, closest, counts, .. } = self;
+        match selection {
+            None => {
+                let Leaf { block, indices } = &tree.leaves[leaf];
+                let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
+                filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
+            }
+            // Counts that are lent to a call would be in memory everywhere.
+            Some(selection) => {
+                let mut some = Counts::default();
+                selection.closest_in::<S>(tree, **filter, ray, leaf, closest, &mut some);
+                *counts += some;
+            }
+        }
+        if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
+    }
+}
+
+/// The slots of all triangles that a ray hits, in the order in which they are found.
+pub(crate) struct All<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) filter: &'a Filter<'a>,
+    pub(crate) ray: &'a Ray,
+    /// See [`Closest::selection`].
+    pub(crate) selection: (&'a ActiveSelection<'a>, RayId),
+    pub(crate) scratch: &'a mut TraversalScratch,
+}
+
+impl WithSimd for All<'_> {
+    type Output = Vec<LeafSlot>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> Vec<LeafSlot> {
+        let Self { tree, filter, ray, selection, scratch } = self;
+        let prepared = filter.prepare_numbered(ray, selection.1);
+        let (slots, level) = (Vec::new(), PhantomData::<S>);
+        let mut visitor =
+            VisitAll { tree, filter, ray, prepared, selection: selection.0, slots, level };
+        traverse::<S>(tree, (ray, filter.resolver()), scratch, false, &mut visitor);
+        visitor.slots
+    }
+}
+
+struct VisitAll<'a, S> {
+    tree: &'a Tree,
+    filter: &'a Filter<'a>,
+    ray: &'a Ray,
+    prepared: PreparedRay,
+    selection: &'a ActiveSelection<'a>,
+    slots: Vec<LeafSlot>,
+    level: PhantomData<S>,
+}
+
+impl<S: Simd> Visit for VisitAll<'_, S> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
+        let Self { tree, filter, ray, prepared, selection, .. } = &*self;
+        let (block, first) = (&tree.leaves[leaf].block, 8 * leaf as u32);
+        let hits =
+            filter.block_at_in::<S, 8>(prepared, block, LeafSlot(first), &mut Counts::default());
+        if hits.bits != 0 {
+            let (ray, resolver) = ((prepared.id(), *ray), filter.resolver());
+            let bits = selected(selection, tree, ray, leaf, hits.bits, resolver);
+            let lanes = (0..8).filter(|lane| bits >> lane & 1 != 0);
+            self.slots.extend(lanes.map(|lane| LeafSlot(first + lane)));
+        }
+        Some(self.ray.t_max)
+    }
+}

@@ -1,0 +1,307 @@
+//! The slab test: one ray against the eight boxes of a node, so that no hit is ever lost.
+//!
+//! ```text
+//!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r a little less than rd = 1/d
+//!   o ───│───────│──► d           far  = hi·R - (o·R - pad·|rd|)      R a little more
+//!      pad     pad                and the other way round where d < 0
+//! ```
+//!
+//! A node costs one multiply-add a plane: what depends on the ray alone is in its constants. What rounding can
+//! take is either a share of the origin, which `pad` covers, or a share of t, which r and R cover. No
+//! other triangle of the scene plays a part, so a large ground or a stray triangle makes no box wider.
+//! `docs/numerics/hierarchy.md` has the proof.
+
+use intertri::Ray;
+use intertri::simd::Vec3;
+use intertri::simd::{Lanes, Mask, Simd};
+
+use crate::tree::{Margin, Node};
+
+/// The rounding unit of f32: 2^-24.
+const U: f32 = f32::EPSILON / 2.0;
+
+/// What an axis is padded by, as a share of the origin's coordinate on it.
+const PAD: f32 = 5.0 * U;
+
+/// Near planes count as so many times nearer, far planes as so many times farther.
+const NEARER: f32 = 1.0 - 6.0 * U;
+const FARTHER: f32 = 1.0 + 6.0 * U;
+
+/// What is computed of a t that is below 0 may be off by this share of it.
+const BEFORE: f32 = 12.0 * U;
+
+/// No direction component counts as smaller than this share of the largest: 2^-65.
+const STEEPEST: f32 = power_of_two(-65);
+
+/// Nor as smaller than this share of the origin's largest coordinate or of the margin, or than this: 2^-120. So their
+/// products with an inverse direction do not overflow.
+const LEAST: f32 = power_of_two(-120);
+
+/// What underflow can take: 2^-120.
+const TINY: f32 = power_of_two(-120);
+
+/// Coordinates and lengths of directions up to here need no scale of their own: 2^50.
+const PLAIN: f32 = power_of_two(50);
+
+/// No coordinate may be larger: 2^124.
+const LARGEST: f32 = power_of_two(124);
+
+/// `2^e`, a normal number.
+const fn power_of_two(e: i32) -> f32 {
+    f32::from_bits(((127 + e) as u32) << 23)
+}
+
+/// Bit k: the direction is negative along axis k.
+#[inline(always)]
+pub(crate) fn octant(ray: &Ray) -> usize {
+    let [x, y, z] = ray.dir.map(|d| usize::from(d.is_sign_negative()));
+    x | y << 1 | z << 2
+}
+
+/// The largest coordinate.
+#[inline(always)]
+fn largest([x, y, z]: [f32; 3]) -> f32 {
+    larger(larger(x.abs(), y.abs()), z.abs())
+}
+
+/// The larger of two numbers: one instruction, which [`f32::max`] is not.
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// A ray as the slab test wants it: x, y, z, and one that does not count.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Slabs {
+    /// One over the direction, for near planes and for far ones.
+    near_rd: [f32; 4],
+    far_rd: [f32; 4],
+    /// The ray's part of the planes' t, which is taken from a side's, with the other sign.
+    minus_near: [f32; 4],
+    minus_far: [f32; 4],
+}
+
+/// [`Slabs`] in three quarters of a cache line.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PackedSlabs([[f32; 3]; 4]);
+
+/// Lines as slabs are made of them: all of one direction.
+struct Lines {
+    /// Where they start.
+    from: [[f32; 3]; 2],
+    dir: [f32; 3],
+    /// The largest component of the direction, and the largest coordinate of where they start.
+    length: f32,
+    away: f32,
+    /// No component of a direction counts as smaller.
+    least: f32,
+    /// What t counts from, at most 0.
+    start: f32,
+}
+
+impl Slabs {
+    /// A ray in a tree. `None` where numbers are so large or so small that it needs a scale of its own: see
+    /// [`Slabs::scaled`].
+    #[inline(always)]
+    pub(crate) fn new<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
+        Self::around::<S>([ray.origin, ray.origin], ray.dir, 0.0, margin)
+    }
+
+    /// Parallel lines that start in a box, where t counts from `start` on.
+    #[inline(always)]
+    pub(crate) fn around<S: Simd>(
+        from: [[f32; 3]; 2],
+        dir: [f32; 3],
+        start: f32,
+        margin: &Margin,
+    ) -> Option<Self> {
+        let (length, away) = (largest(dir), larger(largest(from[0]), largest(from[1])));
+        if !(length < PLAIN && length > 1.0 / PLAIN && away + margin.reach < PLAIN) {
+            return None;
+        }
+        let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
+        Some(Self::of::<S>(&Lines { from, dir, length, away, least, start }, margin))
+    }
+
+    /// A ray of any length, as seen with a direction that is about 1 long: its t says nothing about the ray's own.
+    /// `None` where coordinates are at the end of f32: then only a plain loop is safe.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn scaled<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
+        let (length, away) = (largest(ray.dir), largest(ray.origin));
+        if !(away + margin.reach < LARGEST && length > 0.0 && length < f32::INFINITY) {
+            return None;
+        }
+        // Twice, for a power of two that is itself no f32. What becomes 0 is far below what counts.
+        let by = -f64::from(length).log2().floor() as i32;
+        let half = |e: i32| power_of_two(e.clamp(-126, 127));
+        let dir = ray.dir.map(|x| x * half(by) * half(by - by.clamp(-126, 127)));
+        let length = largest(dir);
+        let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
+        let (from, least) = ([ray.origin, ray.origin], least.min(0.25 * length));
+        Some(Self::of::<S>(&Lines { from, dir, length, away, least, start: 0.0 }, margin))
+    }
+
+    #[inline(always)]
+    fn of<S: Simd>(lines: &Lines, margin: &Margin) -> Self {
+        let &Lines { from: [lo, hi], dir: [dx, dy, dz], length, away, least, start } = lines;
+        let splat = S::F32x4::splat;
+        let load = |[x, y, z]: [f32; 3]| S::F32x4::load(&[x, y, z, 0.0]);
+        let (dir, lo, hi) = (S::F32x4::load(&[dx, dy, dz, length]), load(lo), load(hi));
+        let (size, least) = (dir.abs(), splat(least));
+        let rd = splat(1.0) / size.max(least).flip(dir);
+        let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
+
+        let off = lo.abs().max(hi.abs()) * splat(PAD) + splat(margin.room(away) + TINY);
+        let mut pad = off * rd.abs() + splat(start.abs() * BEFORE + TINY);
+        let level = size.lt(least);
+        if level.any() {
+            // A component that is nearly 0 counts as a little. Nothing is hit beyond this t, and until there a plane
+            // is met at a t that differs by less.
+            let last = splat(2.0 * (away + margin.reach) / length);
+            pad = pad + S::F32x4::select(level, last, splat(0.0));
+        }
+        let mut slabs = Self::default();
+        near_rd.store(&mut slabs.near_rd);
+        far_rd.store(&mut slabs.far_rd);
+        (-((lo * near_rd).max(hi * near_rd) + pad)).store(&mut slabs.minus_near);
+        (pad - (lo * far_rd).min(hi * far_rd)).store(&mut slabs.minus_far);
+        slabs
+    }
+
+    /// The same with less room.
+    #[inline(always)]
+    pub(crate) fn packed(&self) -> PackedSlabs {
+        let three = |v: &[f32; 4]| [v[0], v[1], v[2]];
+        let Self { near_rd, far_rd, minus_near, minus_far } = self;
+        PackedSlabs([three(near_rd), three(far_rd), three(minus_near), three(minus_far)])
+    }
+}
+
+/// A ray's slabs in lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct SlabLanes<F> {
+    near_rd: Vec3<F>,
+    far_rd: Vec3<F>,
+    minus_near: Vec3<F>,
+    minus_far: Vec3<F>,
+    negative: [bool; 3],
+}
+
+impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub(crate) fn splat(slabs: &Slabs, octant: usize) -> Self {
+        Self::unpack(&slabs.packed(), octant)
+    }
+
+    /// The same ray in every lane.
+    #[inline(always)]
+    pub(crate) fn unpack(PackedSlabs(slabs): &PackedSlabs, octant: usize) -> Self {
+        Self {
+            near_rd: Vec3::splat(slabs[0]),
+            far_rd: Vec3::splat(slabs[1]),
+            minus_near: Vec3::splat(slabs[2]),
+            minus_far: Vec3::splat(slabs[3]),
+            negative: [0, 1, 2].map(|k| octant >> k & 1 != 0),
+        }
+    }
+
+    /// Which of a node's boxes the ray meets within `t_min..=t_max`, and from which t on, at the latest. No box that
+    /// holds a hit in that interval is missing.
+    #[inline(always)]
+    pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
+        // Along each axis the ray enters through one plane and leaves through the other.
+        let [x, y, z] = self.negative;
+        let first = |axis, negative| F::load(node.sides(axis, negative));
+        let last = |axis, negative: bool| F::load(node.sides(axis, !negative));
+        let near = (first(0, x).mul_add(self.near_rd.x, self.minus_near.x))
+            .max(first(1, y).mul_add(self.near_rd.y, self.minus_near.y))
+            .max(first(2, z).mul_add(self.near_rd.z, self.minus_near.z).max(F::splat(t_min)));
+        let far = (last(0, x).mul_add(self.far_rd.x, self.minus_far.x))
+            .min(last(1, y).mul_add(self.far_rd.y, self.minus_far.y))
+            .min(last(2, z).mul_add(self.far_rd.z, self.minus_far.z).min(F::splat(t_max)));
+        (near.le(far), near)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::Ray;
+    use intertri::simd::{Level, Mask, Simd, WithSimd};
+
+    use super::{SlabLanes, Slabs, octant};
+    use crate::tree::{Aabb, Margin, Node};
+    use crate::util::test_numbers::random;
+
+    /// Whether a ray meets a box before some t, and after another.
+    struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
+
+    impl WithSimd for Meets<'_> {
+        type Output = [bool; 2];
+        #[inline(always)]
+        fn run<S: Simd>(self) -> [bool; 2] {
+            let Self(ray, bounds, [before, after]) = self;
+            let mut node = Node::NO_CHILDREN;
+            node.set(3, &bounds, 0);
+            let slabs = Slabs::new::<S>(ray, &Margin::new(1.0, None)).unwrap();
+            let lanes = SlabLanes::<S::F32x8>::splat(&slabs, octant(ray));
+            let ends = [[0.0, before], [after, f32::INFINITY]];
+            ends.map(|[t_min, t_max]| lanes.meet(&node, t_min, t_max).0.bits() == 1 << 3)
+        }
+    }
+
+    /// An integer of 24 bits; often a little above a power of two, where rounding takes the largest share, or a little
+    /// below, where it takes the largest share of the inverse.
+    fn digits(random: &mut impl FnMut() -> f32) -> f32 {
+        let size = (23.0 * random()).floor().exp2();
+        let off = (size * random()).floor();
+        let power = 23_f32.exp2();
+        if random() < 0.5 { power + off } else { 2.0 * power - 1.0 - off }
+    }
+
+    /// An origin, a component of a direction, and a plane that is met at a t above 0.
+    fn origin_direction_plane(random: &mut impl FnMut() -> f32) -> [f32; 3] {
+        loop {
+            let (dir, mut origin) = (digits(random), digits(random));
+            let plane = if random() < 0.4 {
+                origin + (1.0 + 23.0 * random()).exp2().floor()
+            } else {
+                origin *= (34.0 * random() - 26.0).floor().exp2();
+                origin = if random() < 0.5 { origin } else { -origin };
+                digits(random)
+            };
+            if plane > origin {
+                return [origin, dir, plane];
+            }
+        }
+    }
+
+    /// The padding and the factors hold what rounding takes. A fifth of `PAD` does not, nor does a third of what
+    /// `NEARER` and `FARTHER` differ from 1.
+    #[test]
+    fn no_plane_is_met_too_late_or_left_too_early() {
+        let mut random = random();
+        for i in 0..300_000 {
+            let [origin, dir, plane] = origin_direction_plane(&mut random);
+            // The f32 below the exact t and the one above it. Products of two f32 are exact in f64, and so is the way.
+            let way = f64::from(plane) - f64::from(origin);
+            let reached = |t: f32| f64::from(t) * f64::from(dir);
+            let near = (way / f64::from(dir)) as f32;
+            let before = if reached(near) > way { near.next_down() } else { near };
+            let after = if reached(near) < way { near.next_up() } else { near };
+
+            let (axis, sign) = (i % 3, if i / 3 % 2 == 0 { 1.0 } else { -1.0 });
+            let (mut from, mut to) = ([0.0; 3], [dir; 3]);
+            (from[axis], to[axis]) = (sign * origin, sign * dir);
+            let ray = Ray::new(from, to);
+            // Flat along that axis, and wide along the others.
+            let (mut lo, mut hi) = ([-1e30; 4], [1e30; 4]);
+            (lo[axis], hi[axis]) = (sign * plane, sign * plane);
+            for level in Level::all() {
+                let met = level.run(Meets(&ray, Aabb { lo, hi }, [before, after]));
+                assert_eq!(met, [true; 2], "{}, {axis}: {ray:?}, {plane}", level.name());
+            }
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! What a ray has still to visit, pushed and popped eight at a time.
+//!
+//! ```text
+//!          bottom                          top
+//!   child  ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ ⊥ │ far … near, far … near │ · · ·
+//!   t     -∞ … each begins    │ the t of its box        │ · · ·
+//! ```
+//!
+//! A node's boxes are put down far to near by one permutation of lanes, and what begins beyond the
+//! best hit is dropped by one comparison of lanes.
+
+use std::cell::Cell;
+use std::ops::{Deref, DerefMut};
+
+use intertri::simd::{Lanes, Mask, Simd};
+
+use super::child_predictor::ChildPredictor;
+use crate::tree::{Node, Tree, far_to_near, first_slot};
+
+/// What lies at the bottom: nothing more to visit.
+pub(crate) const BOTTOM: u32 = u32::MAX;
+
+/// So many entries lie there, as many as one look takes.
+const LOOK: usize = 8;
+
+/// The stacks of one or several rays.
+#[derive(Debug, Default)]
+pub(crate) struct Stack {
+    /// For each ray its children, by their bits.
+    child: Vec<f32>,
+    /// The t of their boxes.
+    t: Vec<f32>,
+    /// Room for one ray's children.
+    each: usize,
+}
+
+/// What is kept from one query about a single ray to the next.
+#[derive(Debug)]
+pub(crate) struct TraversalScratch {
+    pub(crate) stack: Stack,
+    pub(crate) predictor: ChildPredictor,
+}
+
+thread_local! {
+    /// Making it can take as long as a query.
+    static LAST: Cell<Option<Box<TraversalScratch>>> = const { Cell::new(None) };
+}
+
+/// The thread's scratch, lent to a query; until that ends the thread has none.
+pub(crate) struct LentScratch(Option<Box<TraversalScratch>>);
+
+impl TraversalScratch {
+    /// For single rays through a hierarchy.
+    pub(crate) fn new(tree: &Tree) -> Box<Self> {
+        Box::new(Self { stack: Stack::new(1, tree.stack), predictor: ChildPredictor::default() })
+    }
+
+    /// What the thread keeps, for single rays through a hierarchy.
+    pub(crate) fn lend(tree: &Tree) -> LentScratch {
+        let last = LAST.try_with(Cell::take).ok().flatten();
+        let fits = last.filter(|last| last.stack.each >= Stack::room(tree.stack));
+        LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree))))
+    }
+}
+
+impl Deref for LentScratch {
+    type Target = TraversalScratch;
+    #[inline]
+    fn deref(&self) -> &TraversalScratch {
+        self.0.as_deref().expect("lent until dropped")
+    }
+}
+
+impl DerefMut for LentScratch {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut TraversalScratch {
+        self.0.as_deref_mut().expect("lent until dropped")
+    }
+}
+
+impl Drop for LentScratch {
+    #[inline]
+    fn drop(&mut self) {
+        let kept = self.0.take();
+        // Where the thread is about to end, nobody will want it.
+        let _ = LAST.try_with(|last| last.set(kept));
+    }
+}
+
+impl Stack {
+    /// Room for a ray's children. A push writes eight, however few are meant, and an odd number of
+    /// cache lines a ray keeps the stacks' ends from competing for the same places in the cache.
+    fn room(size: usize) -> usize {
+        (LOOK + size + 8).next_multiple_of(16) | 16
+    }
+
+    /// Empty stacks for some rays, none of which ever has more than `size` to visit.
+    fn new(rays: usize, size: usize) -> Self {
+        let each = Self::room(size);
+        let mut stack = Self { child: vec![0.0; rays * each], t: vec![0.0; rays * each], each };
+        for (child, t) in stack.child.chunks_mut(each).zip(stack.t.chunks_mut(each)) {
+            child[..LOOK].fill(f32::from_bits(BOTTOM));
+            t[..LOOK].fill(f32::NEG_INFINITY);
+        }
+        stack
+    }
+
+    /// Empty stacks for some rays through a hierarchy.
+    pub(crate) fn for_rays(rays: usize, tree: &Tree) -> Self {
+        Self::new(rays, tree.stack)
+    }
+
+    /// The end of a ray's empty stack.
+    #[inline(always)]
+    pub(crate) fn bottom(&self, ray: usize) -> u32 {
+        (ray * self.each + LOOK) as u32
+    }
+
+    /// What lies on them.
+    #[inline(always)]
+    pub(crate) fn entries(&mut self) -> Entries<'_> {
+        // Cut to one length, so that a place is looked for in both at once.
+        let len = self.child.len().min(self.t.len());
+        Entries { child: &mut self.child[..len], t: &mut self.t[..len] }
+    }
+}
+
+/// What lies on stacks.
+pub(crate) struct Entries<'a> {
+    child: &'a mut [f32],
+    t: &'a mut [f32],
+}
+
+impl Entries<'_> {
+    /// Takes the last entry that begins before `far` from the stack that ends at `top`.
+    #[inline(always)]
+    pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
+        let mut at = *top as usize;
+        loop {
+            let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
+            let beyond = (near << 24 | 1 << 23).leading_zeros();
+            at -= beyond as usize;
+            if near != 0 {
+                at -= 1;
+                *top = at as u32;
+                return self.child[at].to_bits();
+            }
+        }
+    }
+
+    /// [`Stack::pop`] for a ray that waits for it: one entry at a time need not wait for what was just
+    /// put there to arrive in memory.
+    #[inline(always)]
+    pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
+        loop {
+            *top -= 1;
+            if self.t[*top as usize] <= far {
+                return self.child[*top as usize].to_bits();
+            }
+        }
+    }
+
+    /// Takes the last entry, for who put down none that is to be dropped.
+    #[inline(always)]
+    pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
+        *top -= 1;
+        self.child[*top as usize].to_bits()
+    }
+
+    /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
+    /// first, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t. They go by
+    /// the ray's octant, which is nearly always near to far.
+    #[inline(always)]
+    pub(crate) fn push<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: <S::F32x8 as Lanes>::Mask,
+        near: S::F32x8,
+    ) -> u32 {
+        // All are put there, but the first lies beyond the top.
+        let met = met.bits();
+        let first = first_slot(met, octant);
+        self.put::<S>(*top, node, far_to_near(met, octant), near);
+        *top += met.count_ones().saturating_sub(1);
+        node.child_or_none(first)
+    }
+
+    /// Puts a root down that is visited last.
+    #[inline(always)]
+    pub(crate) fn push_root(&mut self, top: &mut u32, root: u32) {
+        let at = *top as usize;
+        (self.child[at], self.t[at]) = (f32::from_bits(root), f32::NEG_INFINITY);
+        *top += 1;
+    }
+
+    /// [`Stack::push`] without t, of boxes of which some are met, for [`Entries::pop_last`].
+    #[inline(always)]
+    pub(crate) fn push_children<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: <S::F32x8 as Lanes>::Mask,
+    ) -> u32 {
+        let met = met.bits();
+        let order = far_to_near(met, octant);
+        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[*top as usize..]);
+        *top += met.count_ones() - 1;
+        node.child_or_none(first_slot(met, octant))
+    }
+
+    /// [`Stack::push`] of boxes of which some are met; what is returned is the nearest, and the others go by
+    /// the octant.
+    #[inline(always)]
+    pub(crate) fn push_nearest_first<S: Simd>(
+        &mut self,
+        top: &mut u32,
+        node: &Node,
+        octant: usize,
+        met: <S::F32x8 as Lanes>::Mask,
+        near: S::F32x8,
+    ) -> u32 {
+        let nearest = S::lane_of_least(near, met) % 8;
+        let others = met.bits() & !(1 << nearest);
+        self.put::<S>(*top, node, far_to_near(others, octant), near);
+        *top += others.count_ones();
+        node.children()[nearest]
+    }
+
+    /// Puts a node's children and the t of their boxes down in some order.
+    #[inline(always)]
+    fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
+        let top = top as usize;
+        S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
+        S::permute(near, order).store(&mut self.t[top..]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::simd::{Lanes, Level, Mask, Simd, WithSimd};
+
+    use super::{BOTTOM, Stack};
+    use crate::tree::Node;
+
+    fn numbered() -> Node {
+        let mut node = Node::NO_CHILDREN;
+        *node.children_mut() = [10, 11, 12, 13, 14, 15, 16, 17];
+        node
+    }
+
+    struct Traverse;
+    impl WithSimd for Traverse {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self) {
+            let node = numbered();
+            let t = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+            let mut stack = Stack::new(2, 24);
+            let mut top = stack.bottom(1);
+
+            // Three levels of all eight children, then everything that begins before 2.5.
+            let mut stack = stack.entries();
+            for _ in 0..3 {
+                let all = Mask::from_bits(0xff);
+                assert_eq!(stack.push::<S>(&mut top, &node, 0, all, Lanes::load(&t)), 10);
+            }
+            let none = Mask::from_bits(0);
+            assert_eq!(stack.push::<S>(&mut top, &node, 0, none, Lanes::load(&t)), BOTTOM);
+            let mut left = vec![];
+            while left.last() != Some(&BOTTOM) {
+                left.push(stack.pop::<S>(&mut top, 2.5));
+            }
+            assert_eq!(left, [11, 12, 11, 12, 11, 12, BOTTOM]);
+        }
+    }
+
+    #[test]
+    fn what_begins_too_late_is_dropped() {
+        for level in Level::all() {
+            level.run(Traverse);
+        }
+    }
+
+    struct Nearest;
+    impl WithSimd for Nearest {
+        type Output = ();
+        #[inline(always)]
+        fn run<S: Simd>(self) {
+            let node = numbered();
+            let t = [3.0, 2.0, 6.0, 1.0, 0.5, 7.0, 5.0, 4.0];
+            for octant in 0..8 {
+                for bits in 1..256_u32 {
+                    let mut stack = Stack::new(1, 8);
+                    let (mut top, mut stack) = (stack.bottom(0), stack.entries());
+                    let (met, near) = (Mask::from_bits(bits), Lanes::load(&t));
+                    let first = stack.push_nearest_first::<S>(&mut top, &node, octant, met, near);
+                    let mut found = vec![first];
+                    while found.last() != Some(&BOTTOM) {
+                        found.push(stack.pop_at_once(&mut top, f32::INFINITY));
+                    }
+
+                    // Without t, all by the octant.
+                    let mut by_octant = vec![stack.push_children::<S>(&mut 8, &node, octant, met)];
+                    let mut top = 7 + bits.count_ones();
+                    by_octant.extend((0..bits.count_ones()).map(|_| stack.pop_last(&mut top)));
+                    let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
+                    assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
+
+                    // The nearest, then the others by the octant.
+                    let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
+                    let mut slots: Vec<usize> = slots.collect();
+                    let nearest =
+                        (0..slots.len()).min_by(|&a, &b| t[slots[a]].total_cmp(&t[slots[b]]));
+                    let nearest = slots.remove(nearest.unwrap());
+                    slots.insert(0, nearest);
+                    let expected = slots.iter().map(|&slot| 10 + slot as u32).chain([BOTTOM]);
+                    assert!(expected.eq(found), "{octant} {bits:b}, {}", S::LEVEL.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_comes_first_and_the_others_by_the_octant() {
+        for level in Level::all() {
+            level.run(Nearest);
+        }
+    }
+}

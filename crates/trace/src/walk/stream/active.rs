@@ -1,0 +1,76 @@
+//! The rays that are active: sixty-four take turns.
+
+use intertri::{ClosestHit, PreparedRay};
+
+use crate::walk::single::PackedSlabs;
+
+/// Rays that are active at once.
+pub(super) const ACTIVE: usize = 64;
+
+/// Where a ray is on its way, in a cache line.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub(super) struct RayState {
+    pub(super) slabs: PackedSlabs,
+    pub(super) t_min: f32,
+    /// No hit beyond it counts.
+    pub(super) far: f32,
+    /// What it visits next.
+    pub(super) next: u32,
+    /// The end of its stack.
+    pub(super) top: u32,
+}
+
+const _: () = assert!(size_of::<RayState>() == 64);
+
+/// What a ray has at its leaves, and whose it is.
+#[derive(Clone, Copy)]
+pub(super) struct AtLeaves {
+    pub(super) ray: PreparedRay,
+    pub(super) closest: ClosestHit,
+}
+
+/// Places of rays that have the same to do, one bit each.
+#[derive(Clone, Copy)]
+pub(super) struct Set(pub(super) u64);
+
+impl Set {
+    pub(super) const EMPTY: Self = Self(0);
+    pub(super) const ALL: Self = Self(u64::MAX);
+
+    #[inline(always)]
+    pub(super) fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Adds a place, or not.
+    #[inline(always)]
+    pub(super) fn put(&mut self, place: usize, put: bool) {
+        self.0 |= u64::from(put) << (place % ACTIVE);
+    }
+
+    /// Those that are in neither of two others.
+    #[inline(always)]
+    pub(super) fn without(self, a: Self, b: Self) -> Self {
+        Self(self.0 & !(a.0 | b.0))
+    }
+
+    /// Those that are in either.
+    #[inline(always)]
+    pub(super) fn union(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    #[inline(always)]
+    pub(super) fn places(self) -> impl Iterator<Item = usize> {
+        let mut left = self.0;
+        std::iter::from_fn(move || {
+            if left == 0 {
+                return None;
+            }
+            let place = left.trailing_zeros() as usize % ACTIVE;
+            left &= left - 1;
+            Some(place)
+        })
+    }
+}

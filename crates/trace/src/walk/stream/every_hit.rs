@@ -1,0 +1,174 @@
+//! Every hit of the rays that are at leaves: pairs, crossings, or what winds around where they start.
+
+use intertri::internal::BlockHits;
+use intertri::internal::exact::Side;
+use intertri::{Crossings, Filter, LeafSlot, Ray, RayId};
+
+use crate::containment::Containment;
+use crate::tree::Tree;
+use crate::walk::BatchOutput;
+use crate::walk::single::is_held;
+use crate::walk::{HitPairs, NearestFew};
+
+/// A ray of a stream and how far it looks for hits.
+pub(super) struct HitCollector<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) filter: Filter<'a>,
+    pub(super) id: RayId,
+    pub(super) ray: &'a Ray,
+    /// Its nearest hits, where their number is limited.
+    pub(super) few: Option<&'a mut NearestFew>,
+    pub(super) far: f32,
+}
+
+impl HitCollector<'_> {
+    /// Takes the hits with a leaf; whether the ray needs no more.
+    #[inline(always)]
+    pub(super) fn take(
+        &mut self,
+        hits: &BlockHits,
+        leaf: usize,
+        output: &mut BatchOutput<'_>,
+    ) -> bool {
+        match output {
+            BatchOutput::Pairs(pairs) => self.pairs(hits, leaf, pairs),
+            BatchOutput::Crossings(all) => {
+                self.crossings(hits, leaf, &mut all[self.id.0 as usize]);
+                false
+            }
+            BatchOutput::Containments(all) => {
+                self.winding(hits, leaf, &mut all[self.id.0 as usize])
+            }
+            BatchOutput::Hits(_) | BatchOutput::Triangles(_) | BatchOutput::Any(_) => false,
+        }
+    }
+
+    /// Lists the hits.
+    #[inline(always)]
+    fn pairs(&mut self, hits: &BlockHits, leaf: usize, pairs: &mut HitPairs) -> bool {
+        if !pairs.reserve(8) {
+            return true;
+        }
+        let (first, id) = (8 * leaf as u32, self.id);
+        for lane in lanes(hits.sure) {
+            pairs.push(id, LeafSlot(first + lane));
+        }
+        let is_limited = self.few.is_some();
+        hits.undecided != 0 && self.settle(hits.undecided, first, pairs)
+            || is_limited && self.shorten(hits, pairs)
+    }
+
+    /// Lists those of some lanes that the resolver says are hits.
+    #[cold]
+    #[inline(never)]
+    fn settle(&mut self, undecided: u32, first: u32, pairs: &mut HitPairs) -> bool {
+        for lane in lanes(undecided) {
+            let slot = LeafSlot(first + lane);
+            let (triangle, ids) = (self.tree.triangle_in(slot), (self.id, slot));
+            let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
+            pairs.push(self.id, slot);
+            if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
+                match few.add((t as f32).next_up(), most, self.far) {
+                    Some(far) => self.far = far,
+                    None => pairs.is_full = true,
+                }
+            }
+        }
+        pairs.is_full
+    }
+
+    /// Nothing counts beyond the last of as many hits as are asked for.
+    #[inline(never)]
+    fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
+        if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
+            for lane in lanes(hits.sure) {
+                match few.add(hits.t_hi[lane as usize % 8], most, self.far) {
+                    Some(far) => self.far = far,
+                    None => pairs.is_full = true,
+                }
+            }
+        }
+        pairs.is_full
+    }
+
+    /// Counts the crossings. A ray that is surely inside all edges crosses; on an edge the exact rule decides.
+    #[inline(always)]
+    fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
+        for lane in lanes(hits.sure) {
+            crossings.add(hits.leaves >> lane & 1 != 0);
+        }
+        for lane in lanes(hits.undecided) {
+            if let Some(side) = self.crossed(LeafSlot(8 * leaf as u32 + lane)) {
+                crossings.add(side == Side::Leaves);
+            }
+        }
+    }
+
+    /// Counts what winds around where the ray starts; whether that lies on a triangle. One that it lies on is
+    /// never decided by the filter: T is 0, and no two edges have sure signs that differ.
+    #[inline(always)]
+    fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
+        for lane in lanes(hits.sure) {
+            *containment = containment.crossed(hits.leaves >> lane & 1 != 0);
+        }
+        for lane in lanes(hits.undecided) {
+            let at = LeafSlot(8 * leaf as u32 + lane);
+            if self.starts_on(at) {
+                *containment = Containment::Surface;
+            } else if let Some(side) = self.crossed(at) {
+                *containment = containment.crossed(side == Side::Leaves);
+            }
+        }
+        *containment == Containment::Surface
+    }
+
+    /// The side from which the ray crosses the triangle in a slot, if it does.
+    #[inline(always)]
+    fn crossed(&self, slot: LeafSlot) -> Option<Side> {
+        let triangle = self.tree.triangle_in(slot);
+        self.filter.resolver().crossing(self.ray, &triangle, (self.id, slot))
+    }
+
+    /// Whether the ray starts on the triangle in a slot.
+    #[inline(always)]
+    fn starts_on(&self, slot: LeafSlot) -> bool {
+        let triangle = self.tree.triangle_in(slot);
+        self.filter.resolver().starts_on(self.ray, &triangle, (self.id, slot))
+    }
+
+    /// Takes every hit of a ray that is asked by itself, from the slots of the triangles.
+    pub(super) fn take_alone(&mut self, slots: &[LeafSlot], output: &mut BatchOutput<'_>) {
+        let number = self.id.0 as usize;
+        let crossed = |slot: &LeafSlot| self.crossed(*slot);
+        let leaves = slots.iter().filter_map(crossed).map(|side| side == Side::Leaves);
+        match output {
+            BatchOutput::Pairs(pairs) => {
+                if pairs.reserve(slots.len()) {
+                    for &slot in slots {
+                        pairs.push(self.id, slot);
+                    }
+                }
+            }
+            BatchOutput::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),
+            BatchOutput::Containments(all) => {
+                let starts_on = |slot| self.starts_on(slot);
+                all[number] = if is_held(self.tree, self.ray.origin, starts_on) {
+                    Containment::Surface
+                } else {
+                    leaves.fold(all[number], Containment::crossed)
+                };
+            }
+            BatchOutput::Hits(_) | BatchOutput::Triangles(_) | BatchOutput::Any(_) => (),
+        }
+    }
+}
+
+/// The lanes of a mask.
+#[inline(always)]
+fn lanes(mut mask: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (lane < 32).then_some(lane)
+    })
+}

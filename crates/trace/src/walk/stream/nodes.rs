@@ -1,0 +1,70 @@
+//! The nodes that active rays are at: their boxes, and where each ray goes on.
+
+use intertri::internal::prefetch;
+use intertri::simd::{Level, Simd, WithSimd};
+
+use super::active::{ACTIVE, RayState, Set};
+use crate::tree::{LEAF, Tree};
+use crate::walk::single::{BOTTOM, SlabLanes, Stack};
+
+/// Tests the boxes of the nodes that rays of an octant are at. Gives who is at a node next, and who met
+/// nothing.
+#[inline(always)]
+pub(super) fn visit_nodes(
+    level: Level,
+    octant: usize,
+    tree: &Tree,
+    states: &mut [RayState; ACTIVE],
+    stacks: &mut Stack,
+    at: Set,
+) -> (Set, Set) {
+    match octant {
+        0 => level.run(Nodes::<0> { tree, states, stacks, at }),
+        1 => level.run(Nodes::<1> { tree, states, stacks, at }),
+        2 => level.run(Nodes::<2> { tree, states, stacks, at }),
+        3 => level.run(Nodes::<3> { tree, states, stacks, at }),
+        4 => level.run(Nodes::<4> { tree, states, stacks, at }),
+        5 => level.run(Nodes::<5> { tree, states, stacks, at }),
+        6 => level.run(Nodes::<6> { tree, states, stacks, at }),
+        _ => level.run(Nodes::<7> { tree, states, stacks, at }),
+    }
+}
+
+/// The nodes that rays of an octant are at: which side of a box is the near one is known when this is
+/// compiled.
+struct Nodes<'a, const OCTANT: usize> {
+    tree: &'a Tree,
+    states: &'a mut [RayState; ACTIVE],
+    stacks: &'a mut Stack,
+    at: Set,
+}
+
+impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
+    type Output = (Set, Set);
+
+    #[inline(always)]
+    fn run<S: Simd>(self) -> (Set, Set) {
+        let Self { tree, states, stacks, at } = self;
+        let (mut at_node, mut met_nothing) = (Set::EMPTY, Set::EMPTY);
+        let mut stacks = stacks.entries();
+        for place in at.places() {
+            let state = &mut states[place];
+            let node = &tree.nodes[state.next as usize];
+            let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
+            let (met, near) = lanes.meet(node, state.t_min, state.far);
+            let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
+            state.next = next;
+            at_node.put(place, next & LEAF == 0);
+            met_nothing.put(place, next == BOTTOM);
+        }
+        (at_node, met_nothing)
+    }
+}
+
+/// Prefetches those of `things` that rays visit next.
+#[inline(always)]
+pub(super) fn prefetch_next<T>(things: &[T], states: &[RayState; ACTIVE], at: Set) {
+    for place in at.places() {
+        prefetch(&things[(states[place].next & !LEAF) as usize..][..1]);
+    }
+}

@@ -1,0 +1,61 @@
+//! Rays of a stream that are done: hits wait for their t and weights until there are eight of
+//! them.
+
+use intertri::internal::{Pairs, Resolver};
+use intertri::simd::Simd;
+use intertri::{ClosestHit, LeafSlot, Ray, RayId};
+
+use crate::tree::Tree;
+use crate::walk::BatchOutput;
+
+/// Hits that wait.
+pub(super) struct Retired<'a> {
+    resolver: Resolver<'a>,
+    pairs: Pairs,
+    ids: [(RayId, LeafSlot); 8],
+    len: usize,
+}
+
+impl<'a> Retired<'a> {
+    /// None yet.
+    pub(super) fn new(resolver: Resolver<'a>) -> Self {
+        Self { resolver, pairs: Pairs::new(), ids: Default::default(), len: 0 }
+    }
+
+    /// Takes the closest hit of a ray.
+    #[inline(always)]
+    pub(super) fn retire<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        ray: &Ray,
+        id: RayId,
+        closest: &ClosestHit,
+        output: &mut BatchOutput<'_>,
+    ) {
+        if output.write(id.0 as usize, closest) {
+            return;
+        }
+        if let Some((index, slot)) = closest.triangle() {
+            let triangle = tree.triangle_in(slot);
+            self.pairs.set(self.len, ray, &triangle, index);
+            self.ids[self.len] = (id, slot);
+            self.resolver.prefetch((id, slot));
+            self.len += 1;
+            if self.len == 8 {
+                self.flush::<S>(output);
+            }
+        }
+    }
+
+    /// Answers those that still wait.
+    #[inline(always)]
+    pub(super) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
+        if self.len > 0 {
+            let hits = self.resolver.hits_in::<S>(&self.pairs, &self.ids, self.len);
+            for (hit, &(id, _)) in hits.into_iter().zip(&self.ids[..self.len]) {
+                output.write_hit(id.0 as usize, hit);
+            }
+            self.len = 0;
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! The traversal of a ray stream.
+//!
+//! A ray alone waits at every step for the one before. Here 64 take turns, and while one waits, the CPU
+//! does the others' steps.
+//!
+//! ```text
+//!   rays of an octant ──► start ◄────────── retire
+//!                           │                  ▲
+//!                           ▼                  │ nothing left, or any hit will do
+//!                    ┌──► leaves ──────► next from the stack
+//!                    │      │                  ▲       │
+//!                    │      ▼                  │       │
+//!                    │    nodes ───────────────┘       │
+//!                    │      │ at a child   nothing met │
+//!                    └──────┴──────────────────────────┘
+//! ```
+//!
+//! Where the hierarchy is larger than caches are, what a ray visits next is prefetched at the end of its
+//! turn. Which ray does what next is written into lists without a branch, so none mispredicts.
+
+use intertri::simd::{Simd, WithSimd};
+use intertri::{ClosestHit, Counts, Filter, LeafSlot, Ray, RayId};
+
+use super::active::{ACTIVE, AtLeaves, RayState, Set};
+use super::every_hit::HitCollector;
+use super::nodes::{prefetch_next, visit_nodes};
+use super::retire::Retired;
+use crate::selection::{ActiveSelection, selected};
+use crate::tree::{LEAF, Leaf, Margin, Tree};
+use crate::util::prefetch::Prefetch;
+use crate::util::stop;
+use crate::walk::BatchOutput;
+use crate::walk::NearestFew;
+use crate::walk::single::{All, BOTTOM, Closest, Slabs, Stack, TraversalScratch, octant};
+
+/// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
+/// are to be prefetched, too.
+const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
+
+/// Answers the rays with these ids.
+pub(crate) struct Stream<'a, 'b> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) filter: Filter<'a>,
+    pub(crate) rays: &'a [Ray],
+    pub(crate) ids: &'a [RayId],
+    pub(crate) output: &'a mut BatchOutput<'b>,
+    /// Which triangles count.
+    pub(crate) selection: &'a ActiveSelection<'a>,
+    pub(crate) counts: &'a mut Counts,
+}
+
+impl WithSimd for Stream<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { tree, filter, rays, ids, output, selection, counts } = self;
+        let (any, few) = (output.any(), nearest_few(output));
+        let Some(first) = rays.first() else { return };
+        let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
+        let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
+        let after = (ids.first().copied().unwrap_or_default(), ids.len());
+        let memory = filter.resolver().memory_after(after, &rays[next..]);
+        let mut active = Active {
+            tree,
+            filter,
+            rays,
+            output,
+            selection,
+            counts,
+            any,
+            few,
+            margin: tree.margin(filter.resolver()),
+            all_boxed: tree.first_unboxed(filter.resolver()) == tree.leaves.len(),
+            large: size_of_val(&tree.nodes[..]) + size_of_val(&tree.leaves[..]) > LARGE,
+            stacks: Stack::for_rays(ACTIVE, tree),
+            states: [RayState::default(); ACTIVE],
+            at_leaves: [idle; ACTIVE],
+            retired: Retired::new(filter.resolver()),
+            prefetch: Prefetch::of(memory, ids.len()),
+        };
+        for (octant, waiting) in by_octant(rays, ids).iter().enumerate() {
+            active.traverse::<S>(octant, waiting);
+        }
+        active.retired.flush::<S>(active.output);
+    }
+}
+
+/// The nearest hits of each active ray, where their number is limited.
+fn nearest_few(output: &BatchOutput<'_>) -> Vec<NearestFew> {
+    let is_limited = matches!(output, BatchOutput::Pairs(pairs) if pairs.limit.is_some());
+    let few = if is_limited { ACTIVE } else { 0 };
+    (0..few).map(|_| NearestFew::default()).collect()
+}
+
+/// The ids of rays by octant.
+fn by_octant(rays: &[Ray], ids: &[RayId]) -> [Vec<RayId>; 8] {
+    let mut octants = [const { Vec::new() }; 8];
+    for &id in ids {
+        octants[octant(&rays[id.0 as usize])].push(id);
+    }
+    octants
+}
+
+/// The rays that take turns.
+struct Active<'a, 'b> {
+    tree: &'a Tree,
+    filter: Filter<'a>,
+    rays: &'a [Ray],
+    output: &'a mut BatchOutput<'b>,
+    selection: &'a ActiveSelection<'a>,
+    counts: &'a mut Counts,
+    any: bool,
+    /// The nearest hits of each, where their number is limited.
+    few: Vec<NearestFew>,
+    margin: Margin,
+    /// Whether a walk finds all triangles by their boxes.
+    all_boxed: bool,
+    large: bool,
+    stacks: Stack,
+    states: [RayState; ACTIVE],
+    at_leaves: [AtLeaves; ACTIVE],
+    retired: Retired<'a>,
+    prefetch: Prefetch<'a>,
+}
+
+impl Active<'_, '_> {
+    /// All rays of an octant.
+    #[inline(always)]
+    fn traverse<S: Simd>(&mut self, octant: usize, waiting: &[RayId]) {
+        let mut waiting = waiting.iter();
+        let every = self.output.every();
+
+        // At first all places are free.
+        let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
+        loop {
+            stop::heed();
+            nodes = nodes.union(self.start::<S>(free, &mut waiting));
+            if nodes.union(leaves).is_empty() {
+                return;
+            }
+            free =
+                if every { self.visit_every::<S>(leaves) } else { self.visit_leaves::<S>(leaves) };
+
+            let Self { tree, filter, states, stacks, .. } = self;
+            let (at_node, met_nothing) =
+                visit_nodes(filter.level(), octant, tree, states, stacks, nodes);
+            let at_leaf = nodes.without(at_node, met_nothing);
+
+            // The next from the stack.
+            let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
+            let (popped_node, done) = self.pop::<S>(popping);
+            free = free.union(done);
+            leaves = at_leaf.union(popping.without(popped_node, free));
+            nodes = at_node.union(popped_node);
+            if self.large {
+                prefetch_next(&self.tree.leaves, &self.states, leaves);
+                prefetch_next(&self.tree.nodes, &self.states, nodes);
+            }
+            if !every {
+                self.retire::<S>(free);
+            }
+        }
+    }
+
+    /// Rays that wait start in free places. The few that must not are asked one by one.
+    #[inline(always)]
+    fn start<'n, S: Simd>(
+        &mut self,
+        free: Set,
+        waiting: &mut impl Iterator<Item = &'n RayId>,
+    ) -> Set {
+        let (tree, filter) = (self.tree, self.filter);
+        let mut started = Set::EMPTY;
+        for place in free.places() {
+            for &id in waiting.by_ref() {
+                let ray = &self.rays[id.0 as usize];
+                let starts = self.all_boxed && ray.t_min < ray.t_max;
+                let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
+                    if self.output.every() {
+                        self.every_alone(id);
+                        continue;
+                    }
+                    let closest = self.alone(ray, id);
+                    self.retired.retire::<S>(tree, ray, id, &closest, self.output);
+                    continue;
+                };
+                let (t_min, far, mut top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
+                if tree.thin_root != BOTTOM {
+                    self.stacks.entries().push_root(&mut top, tree.thin_root);
+                }
+                let slabs = slabs.packed();
+                self.states[place] = RayState { slabs, t_min, far, next: 0, top };
+                let (ray, closest) = (filter.prepare_numbered(ray, id), filter.no_hit(ray));
+                self.at_leaves[place] = AtLeaves { ray, closest };
+                if let Some(few) = self.few.get_mut(place) {
+                    few.clear();
+                }
+                started.put(place, true);
+                self.output.prefetch(id.0 as usize);
+                self.prefetch.lines(1);
+                break;
+            }
+        }
+        started
+    }
+
+    /// A ray that must not start is asked by itself.
+    #[cold]
+    fn alone(&mut self, ray: &Ray, id: RayId) -> ClosestHit {
+        let (tree, filter, selection) = (self.tree, &self.filter, (self.selection, id));
+        let scratch = &mut *TraversalScratch::lend(tree);
+        let (closest, counts) = if self.any {
+            filter.level().run(Closest::<true> { tree, filter, ray, selection, scratch })
+        } else {
+            filter.level().run(Closest::<false> { tree, filter, ray, selection, scratch })
+        };
+        *self.counts += counts;
+        closest
+    }
+
+    /// The same for every hit.
+    #[cold]
+    fn every_alone(&mut self, id: RayId) {
+        let (tree, filter, selection) = (self.tree, &self.filter, (self.selection, id));
+        let ray = &self.rays[id.0 as usize];
+        let scratch = &mut *TraversalScratch::lend(tree);
+        let slots = filter.level().run(All { tree, filter, ray, selection, scratch });
+        let far = ray.t_max;
+        let mut collector = HitCollector { tree, filter: *filter, id, ray, few: None, far };
+        collector.take_alone(&slots, self.output);
+    }
+
+    /// Tests the triangles of the leaves that rays are at. Returns the rays that need no more.
+    #[inline(always)]
+    fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
+        let Self { tree, filter, any, selection, states, at_leaves, counts, .. } = self;
+        let mut done = Set::EMPTY;
+        for place in leaves.places() {
+            let (state, at) = (&mut states[place], &mut at_leaves[place]);
+            let leaf = (state.next ^ LEAF) as usize;
+            let (ray, closest) = (&at.ray, &mut at.closest);
+            match selection {
+                None => {
+                    let Leaf { block, indices } = &tree.leaves[leaf];
+                    let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
+                    filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
+                }
+                Some(selection) => {
+                    selection.closest_in::<S>(tree, *filter, ray, leaf, closest, counts);
+                }
+            }
+            state.far = closest.t_hi();
+            done.put(place, *any && closest.is_hit());
+        }
+        done
+    }
+
+    /// The same for every hit.
+    #[inline(always)]
+    fn visit_every<S: Simd>(&mut self, leaves: Set) -> Set {
+        let Self { tree, filter, rays, selection, states, at_leaves, few, output, counts, .. } =
+            self;
+        let mut done = Set::EMPTY;
+        for place in leaves.places() {
+            let (state, at) = (&mut states[place], &at_leaves[place]);
+            let leaf = (state.next ^ LEAF) as usize;
+            let block = &tree.leaves[leaf].block;
+            let Some(mut hits) = filter.block_hits_in::<S>(&at.ray, block, state.far, counts)
+            else {
+                continue;
+            };
+            let id = at.ray.id();
+            let ray = &rays[id.0 as usize];
+            let lanes = hits.sure | hits.undecided;
+            let lanes = selected(selection, tree, (id, ray), leaf, lanes, filter.resolver());
+            (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
+            let (tree, filter, few, far) = (*tree, *filter, few.get_mut(place), state.far);
+            let mut collector = HitCollector { tree, filter, id, ray, few, far };
+            done.put(place, collector.take(&hits, leaf, output));
+            state.far = collector.far;
+        }
+        done
+    }
+
+    /// Takes what rays visit next from their stacks. Returns the rays now at an inner node, and those that have nothing
+    /// left.
+    #[inline(always)]
+    fn pop<S: Simd>(&mut self, popping: Set) -> (Set, Set) {
+        let (mut at_node, mut done) = (Set::EMPTY, Set::EMPTY);
+        let entries = self.stacks.entries();
+        for place in popping.places() {
+            let state = &mut self.states[place];
+            let next = entries.pop::<S>(&mut state.top, state.far);
+            state.next = next;
+            at_node.put(place, next & LEAF == 0);
+            done.put(place, next == BOTTOM);
+        }
+        (at_node, done)
+    }
+
+    #[inline(always)]
+    fn retire<S: Simd>(&mut self, done: Set) {
+        for place in done.places() {
+            let AtLeaves { ray, closest } = &self.at_leaves[place];
+            let id = ray.id();
+            let ray = &self.rays[id.0 as usize];
+            self.retired.retire::<S>(self.tree, ray, id, closest, self.output);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Hit, Mode, Ray, Triangle};
+
+    use crate::Bvh;
+    use crate::util::test_numbers::random;
+
+    /// Rays of every direction and origin, and a few that must not start, one by one and in a stream.
+    #[test]
+    fn in_a_stream_each_ray_gets_its_own_answer() {
+        let mut random = random();
+        let mut random = || random() - 0.5;
+        let mut point = |size: f32| [random() * size, random() * size, random() * size];
+        let mut triangles: Vec<Triangle> = (0..3000)
+            .map(|_| {
+                let at = point(2.0);
+                Triangle([0; 3].map(|_| {
+                    let d = point(0.2);
+                    [at[0] + d[0], at[1] + d[1], at[2] + d[2]]
+                }))
+            })
+            .collect();
+        let mut rays: Vec<Ray> = (0..5000).map(|_| Ray::new(point(3.0), point(1.0))).collect();
+        rays[17].dir = [0.0; 3];
+        rays[18].origin[1] = f32::NAN;
+        rays[19].t_max = f32::NAN;
+        rays[20].dir = [f32::INFINITY, 0.0, 0.0];
+        rays[21].t_max = -1.0;
+        rays[22].dir = [1e-40, 0.0, -1e-40];
+        rays[23].dir = [0.0, -0.0, -1.0];
+
+        // With a triangle that has no box, none starts.
+        for huge in [false, true] {
+            if huge {
+                triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
+            }
+            let bvh = Bvh::new(&triangles).unwrap();
+            let mut query = bvh.query().mode(Mode::certified());
+            let (hits, any) = (query.closest_batch(&rays), query.any_batch(&rays));
+            let closest = query.closest_triangle_batch(&rays);
+            for (i, ray) in rays.iter().enumerate() {
+                let hit = query.closest(ray);
+                assert_eq!(hits[i].some(), hit, "ray {i}");
+                assert_eq!(hit, Mode::certified().closest(&triangles, ray), "ray {i}");
+                let triangle = hit.map_or(Hit::NO_TRIANGLE, |hit| hit.triangle);
+                assert_eq!((any[i], closest[i].triangle), (hit.is_some(), triangle), "ray {i}");
+            }
+            assert!(any.iter().filter(|&&any| any).count() > 1000);
+        }
+    }
+}
