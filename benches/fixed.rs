@@ -7,7 +7,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::fixed::{
-    Best, Bits, Block, Grid, IntWidth, Packet, Prepared, Ray, RayLanes, Seen, Triangle, scalar,
+    Best, Bits, Block, Grid, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle,
+    scalar,
 };
 use intertri::simd::{Lane, Level, Simd, WithSimd};
 use intertri_benches::{Answer, Contender, Workload, compare};
@@ -65,8 +66,8 @@ where
     fn run<S: Simd>(self) -> Answer {
         let mut answer = Answer::default();
         let origin = self.packets[0].rays()[0].origin();
-        let seen: Vec<(Seen, u32)> = (self.triangles.iter().zip(0..))
-            .filter_map(|(triangle, index)| Some((Seen::new(triangle, origin)?, index)))
+        let seen: Vec<(SeenTriangle, u32)> = (self.triangles.iter().zip(0..))
+            .filter_map(|(triangle, index)| Some((SeenTriangle::new(triangle, origin)?, index)))
             .collect();
         for packet in self.packets {
             let mut bests = [Best::default(); N];

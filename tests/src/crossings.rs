@@ -1,7 +1,7 @@
 //! The mode `fixed` against its i128 scalar: every form, width and level.
 
 use intertri::fixed::{
-    Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, Seen, Triangle, scalar,
+    Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle, scalar,
 };
 use intertri::simd::Lane;
 use intertri::simd::{Level, Simd, WithSimd};
@@ -93,7 +93,7 @@ impl Pairs<'_> {
                     continue;
                 }
                 let (mut found, mut twice) = ([None; N], false);
-                if let Some(seen) = Seen::new(triangle, origin) {
+                if let Some(seen) = SeenTriangle::new(triangle, origin) {
                     let live = packet.live();
                     seen.crossings_in::<S, FILTER, N>(&packet, live, |lane, crossing| {
                         twice |= found[lane].replace(crossing).is_some();

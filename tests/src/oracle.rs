@@ -107,7 +107,7 @@ fn is_finite<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 }
 
 /// A triangle and an origin in integers.
-struct Seen<I> {
+struct IntegerPair<I> {
     p: Vector<I>,
     q: Vector<I>,
     s: Vector<I>,
@@ -122,7 +122,7 @@ struct Cramer<I> {
     det: I,
 }
 
-impl<I: Integer> Seen<I> {
+impl<I: Integer> IntegerPair<I> {
     fn new<S: Scalar>(origin: [S; 3], triangle: &TriangleOf<S>, low: i64) -> Self {
         let [c1, c2, c3] = triangle.0.map(|c| vector::<S, I>(c, low));
         let (p, q) = (minus(&c2, &c1), minus(&c3, &c1));
@@ -162,7 +162,7 @@ fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale)
     (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
 }
 
-/// Whether 128 bits hold all that [`Seen`] computes: with points below `2^b` differences are below `2^(b + 1)`,
+/// Whether 128 bits hold all that [`IntegerPair`] computes: with points below `2^b` differences are below `2^(b + 1)`,
 /// t below `2^(3b + 6)`, and of a direction below `2^d` all the rest below `2^(2b + d + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
@@ -185,7 +185,7 @@ fn truth_in<S: Scalar, I: Integer>(
     triangle: &TriangleOf<S>,
     (points, dir): (Scale, Scale),
 ) -> Option<Truth> {
-    let seen = Seen::<I>::new(ray.origin, triangle, points.low);
+    let seen = IntegerPair::<I>::new(ray.origin, triangle, points.low);
     seen.along(&vector(ray.dir, dir.low)).truth(points.low - dir.low)
 }
 
@@ -317,7 +317,7 @@ fn once_moved<S: Scalar>(
     for (power, x) in (0..3).rev().zip(&mut moved) {
         *x = (x.clone() << (3 * step)) + (IBig::ONE << (power * step));
     }
-    let seen = Seen::<IBig>::new(ray.origin, triangle, points.low);
+    let seen = IntegerPair::<IBig>::new(ray.origin, triangle, points.low);
     let moved = seen.along(&moved).truth(points.low - dir.low)?;
     let weights = moved.weights();
     if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
@@ -334,7 +334,7 @@ fn once_by_powers<S: Scalar>(
     triangle: &TriangleOf<S>,
     (points, dir): (Scale, Scale),
 ) -> Option<bool> {
-    let seen = Seen::<i128>::new(ray.origin, triangle, points.low);
+    let seen = IntegerPair::<i128>::new(ray.origin, triangle, points.low);
     let axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     let powers = [vector(ray.dir, dir.low), axes[0], axes[1], axes[2]].map(|d| seen.along(&d));
     let sign = |of: fn(&Cramer<i128>) -> i128| powers.each_ref().map(of).cmp(&[0; 4]);

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
 
-fn advice(place: &Place, arguments: &str) -> Value {
+fn advice(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(arguments)).unwrap()
 }
 
@@ -30,7 +30,7 @@ fn the_well_known_models_are_never_worse_than_predicted() {
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models"),
         PathBuf::from,
     );
-    let place = Place::new();
+    let place = TestFolder::new();
     for name in ["stanford-bunny", "fandisk", "spot", "suzanne", "teapot", "kitchen"] {
         let path = folder.join(format!("{name}.obj"));
         if !path.exists() {
@@ -48,7 +48,7 @@ fn the_well_known_models_are_never_worse_than_predicted() {
 
 #[test]
 fn more_tolerance_takes_fewer_bits() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut bits = vec![];
     for tolerance in ["0", "1%", "20%"] {
         let report =
@@ -68,7 +68,7 @@ fn more_tolerance_takes_fewer_bits() {
 
 #[test]
 fn a_small_model_gets_a_small_threshold() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // All of it a million-millionth of its size.
     let scale = |line: &str| match line.strip_prefix("v ") {
         None => format!("{line}\n"),
@@ -94,7 +94,7 @@ fn a_small_model_gets_a_small_threshold() {
 
 #[test]
 fn bad_tolerances_are_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for bad in ["-1", "1.5", "101%", "-1%", "nan%", "many", ""] {
         let line = format!("advise --size 8x8 --tolerance={bad}");
         place.fails(&line, 2, &["--tolerance", "0.1%"]);
@@ -104,7 +104,7 @@ fn bad_tolerances_are_refused() {
 
 #[test]
 fn the_advice_tells_the_bound_of_its_choice_not_the_tolerance() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for tolerance in ["0", "0.1%", "1%", "20%"] {
         let line = format!("advise --size 160x120 --tolerance {tolerance}");
         let report = advice(&place, &format!("{line} --json"));
@@ -123,7 +123,7 @@ fn the_advice_tells_the_bound_of_its_choice_not_the_tolerance() {
 
 #[test]
 fn speeds_are_those_of_the_rays_that_bench_measures() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = String::from_utf8(place.ok("advise --size 160x120")).unwrap();
     assert!(text.contains("primary rays"), "{text}");
     let [advise, bench] = ["advise --size 160x120 --json", "bench --size 160x120 --turns 1 --json"]

@@ -1,11 +1,11 @@
 //! `bench` by the real binary: every engine, every kind of ray, the same answers.
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
 
 #[test]
 fn all_engines_answer_all_kinds_of_rays() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let rays = "ox,oy,oz,dx,dy,dz\n0.25,0.25,0,0,0,1\n0.25,0.25,6,0,0,1\n50,0,0,0,0,1\n";
     place.put("m.obj", MODEL).put("rays.csv", rays);
     let line = "bench m.obj --size 24x18 --turns 2 --rays rays.csv --json";
@@ -39,7 +39,7 @@ fn all_engines_answer_all_kinds_of_rays() {
 
 #[test]
 fn what_cannot_be_measured_is_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     place.fails("bench m.obj --turns 0", 2, &["--turns"]);
     place.fails("bench missing.obj", 1, &["missing.obj"]);
@@ -48,7 +48,7 @@ fn what_cannot_be_measured_is_refused() {
 
 #[test]
 fn rates_of_slow_engines_have_digits() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // So many triangles that the scalar loop answers a few hundred rays a second.
     let triangle = |i: u32| {
         let (x, y) = (i % 400, i / 400);

@@ -3,7 +3,7 @@
 use intertri::{Triangle, Triangle64};
 use intertri_trace::Bvh;
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 
 /// Four corners of a surveyor's wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
@@ -21,7 +21,7 @@ const RAYS: &str = "ox,oy,oz,dx,dy,dz\n0,0,0,0.02,0.03,1\n0,0,0,0.5,0.25,1\n0.25
 
 #[test]
 fn a_saved_hierarchy_is_a_model() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // One triangle has no area: it keeps its number.
     let model = format!("{MODEL}f 1 1 2\nf 4 6 5\n");
     place.put("m.obj", &model).put("rays.csv", RAYS);
@@ -58,7 +58,7 @@ fn several_meshes_are_one_model() {
     let meshes = [[triangle(-2.0), triangle(-1.0)], [triangle(0.0), triangle(1.0)]];
     let mut bvh = Bvh::from_meshes(&meshes.each_ref().map(|mesh| &mesh[..])).unwrap();
     bvh.set_mask(1, 0);
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.itri", bvh.to_bytes());
     place.put(
         "rays.csv",
@@ -76,7 +76,7 @@ fn several_meshes_are_one_model() {
 
 #[test]
 fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", WALL).put("rays.csv", NEAR);
     let report = place.ok("build m.obj -o m.itri --scalar f64 --json");
     let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
@@ -108,7 +108,7 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
 /// A saved scalar is where a model comes from, and not a bar to the other one.
 #[test]
 fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", WALL).put("rays.csv", NEAR);
     place.ok("build m.obj -o double.itri");
     place.ok("build m.obj -o single.itri --scalar f32");
@@ -154,7 +154,7 @@ fn what_is_no_saved_hierarchy_is_one_line() {
 }
 
 fn unsaved_is_one_line(scalar: &str) {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     place.ok(&format!("build m.obj -o m.itri --scalar {scalar}"));
     let whole = place.read("m.itri");

@@ -4,12 +4,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-use crate::common::Place;
+use crate::common::TestFolder;
 use intertri_scene::Image;
 use serde_json::Value;
 
 /// Runs with `--quick --json` and gives the report; looks at every file that it names.
-fn report(place: &Place, arguments: &str, names: &[&str]) -> Value {
+fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     let report: Value = serde_json::from_slice(&place.ok(arguments)).unwrap();
     let machine = &report["machine"];
     let date = machine["date"].as_str().unwrap();
@@ -64,7 +64,7 @@ fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
 }
 
 /// A page as a browser shows it, dark on light and light on dark, if there is a browser here.
-fn shown(place: &Place, page: &str) {
+fn shown(place: &TestFolder, page: &str) {
     let there = |browser: &&&str| Command::new(browser).arg("--version").output().is_ok();
     let browsers = ["chromium", "chromium-browser", "google-chrome"];
     let Some(browser) = browsers.iter().find(there) else {
@@ -98,7 +98,7 @@ fn shown(place: &Place, page: &str) {
 
 #[test]
 fn a_quick_chart_is_whole_and_keeps_the_promises() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let names =
         ["chart.svg", "chart.png", "times.csv", "verdicts.csv", "families.csv", "chart.html"];
     let report = report(&place, "chart --quick --seed 7 --json -o out", &names);
@@ -127,7 +127,7 @@ fn a_quick_chart_is_whole_and_keeps_the_promises() {
 
 #[test]
 fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let names = [
         "onsets.svg",
         "onsets.png",
@@ -173,7 +173,7 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
 
 #[test]
 fn a_folder_that_cannot_be_is_named_before_the_work() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("file", "");
     for command in ["chart", "stress"] {
         place.fails(&format!("{command} -o file/below"), 1, &["file/below", "folder"]);

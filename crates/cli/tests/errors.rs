@@ -1,11 +1,11 @@
 //! Whatever the program is given: one line that says what and where, an exit code, and no panic.
 
 use crate::common;
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 
 /// Both commands say the same of a bad model.
 fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put(name, bytes).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails(&format!("render {name}"), 1, words);
     place.fails(&format!("trace {name} --rays rays.csv"), 1, words);
@@ -18,12 +18,12 @@ fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
 
 #[test]
 fn a_missing_file() {
-    Place::new().fails("render no.obj", 1, &["no.obj: ", "No such file"]);
+    TestFolder::new().fails("render no.obj", 1, &["no.obj: ", "No such file"]);
 }
 
 #[test]
 fn a_folder() {
-    let place = Place::new();
+    let place = TestFolder::new();
     std::fs::create_dir(place.path("folder.obj")).unwrap();
     place.fails("render folder.obj", 1, &["folder.obj: ", "folder"]);
 }
@@ -54,7 +54,7 @@ fn a_truncated_binary_ply() {
     ply.push(3);
     ply.extend([0i32, 1, 2].iter().flat_map(|x| x.to_le_bytes()));
     assert_eq!(ply.len(), whole);
-    Place::new().put("a.ply", &ply).ok("render a.ply --size 8x6");
+    TestFolder::new().put("a.ply", &ply).ok("render a.ply --size 8x6");
 
     for end in [whole - 1, whole - 10, whole - 20] {
         bad_model("cut.ply", &ply[..end], &["cut.ply: "]);
@@ -96,14 +96,14 @@ fn no_triangle() {
 
 #[test]
 fn a_model_too_large_to_be_looked_at() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("huge.obj", "v -3e38 0 0\nv 3e38 0 0\nv 0 3e38 0\nf 1 2 3\n");
     place.fails("render huge.obj", 1, &["camera", "scale the model down"]);
 }
 
 #[test]
 fn names_with_control_characters_stay_on_one_line() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let output = place.command("render").arg("a\nb\x1b[2J.obj").output().unwrap();
     common::one_line("a name of two lines", &output, 1, &["a\\nb", "[2J.obj"]);
     assert!(!output.stderr.contains(&0x1b));
@@ -111,7 +111,7 @@ fn names_with_control_characters_stay_on_one_line() {
 
 #[test]
 fn outputs_that_cannot_be() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.f32", "").put("file", "");
     std::fs::create_dir(place.path("folder.png")).unwrap();
     for command in ["render --size 8x6", "trace m.obj --rays rays.f32"] {
@@ -126,7 +126,7 @@ fn outputs_that_cannot_be() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails("trace m.obj --rays rays.csv -o /dev/full", 1, &["/dev/full: ", "No space"]);
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
@@ -136,7 +136,7 @@ fn a_full_disk() {
 
 #[test]
 fn sizes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for size in ["0x0", "0x9", "100000x100000", "4294967295x4294967295"] {
         let words = ["--size", size, "at most 67108864 pixels"];
         place.fails(&format!("render --size {size}"), 2, &words);
@@ -149,7 +149,7 @@ fn sizes() {
 
 #[test]
 fn wrong_command_lines() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays", "");
     for (arguments, words) in [
         ("draw", ["draw", "--help"]),
@@ -207,7 +207,7 @@ fn wrong_command_lines() {
 
 #[test]
 fn impossible_cameras() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for (arguments, word) in [
         ("--eye 1,1,1 --target 1,1,1", "same point"),
         ("--eye inf,0,0", "finite"),
@@ -220,7 +220,7 @@ fn impossible_cameras() {
 
 #[test]
 fn rays_that_are_none() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     std::fs::create_dir(place.path("folder")).unwrap();
     place.fails("trace m.obj --rays no.csv", 1, &["no.csv: ", "No such file"]);
@@ -247,7 +247,7 @@ fn rays_that_are_none() {
 
 #[test]
 fn raw_rays_that_end_early() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.f32", vec![0; 3 * 32 + 5]);
     place.fails("trace m.obj --rays rays.f32", 1, &["rays.f32: ", "5 bytes", "32 bytes"]);
 }

@@ -1,20 +1,20 @@
 //! The engine `exact` by the real binary: it is the default, counts edges by both rules, and is checked by the
 //! oracle.
 
-use crate::common::Place;
+use crate::common::TestFolder;
 use serde_json::Value;
 
-fn report(place: &Place, arguments: &str) -> Value {
+fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
 }
 
-fn text(place: &Place, arguments: &str) -> String {
+fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
 /// A square whose two triangles share a diagonal, and a ray through that from either side.
-fn square() -> Place {
-    let place = Place::new();
+fn square() -> TestFolder {
+    let place = TestFolder::new();
     place.put("m.obj", "v 0 0 5\nv 1 0 5\nv 0 1 5\nv 1 1 5\nf 1 2 3\nf 4 3 2\n");
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n.5,.5,0,0,0,1\n.5,.5,9,0,0,-1\n9,9,9,0,0,1\n");
     place
@@ -59,7 +59,7 @@ fn a_shared_edge_is_hit_twice_and_crossed_once() {
 
 #[test]
 fn crossings_of_a_closed_mesh_sum_to_its_winding_number() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let cube = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 0 0 4\nv 4 0 4\nv 4 4 4\nv 0 4 4\n\
                 f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     place.put("m.obj", cube);
@@ -113,7 +113,7 @@ fn the_oracle_has_every_bit_of_it() {
 
 #[test]
 fn other_engines_may_differ_where_the_oracle_says_so() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for light in ["", " --sun 0,1,0"] {
         for engines in [["exact", "certified"], ["reference", "exact"], ["oracle", "certified"]] {
             let [engine, check] = engines;

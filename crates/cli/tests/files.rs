@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 
-use crate::common::{MODEL, Place, one_line};
+use crate::common::{MODEL, TestFolder, one_line};
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.25,0,0,0,1\n");
     place
 }

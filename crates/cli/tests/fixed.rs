@@ -3,16 +3,16 @@
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
 
-fn report(place: &Place, arguments: &str) -> Value {
+fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(arguments)).unwrap()
 }
 
 #[test]
 fn a_grid_of_wrong_bits_is_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     for command in ["render m.obj", "trace m.obj --rays rays.csv"] {
         for (bits, words) in [
@@ -33,7 +33,7 @@ fn a_grid_of_wrong_bits_is_refused() {
 
 #[test]
 fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut changed = vec![];
     for grid in [20, 12, 5] {
         let line = format!("render --size 96x72 --check fixed --grid {grid} --json");
@@ -68,7 +68,7 @@ fn a_fine_grid_changes_few_pixels_and_a_coarse_one_many_and_none_fails() {
 
 #[test]
 fn the_summary_names_the_grid() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = String::from_utf8(
         place.ok("render --size 64x48 --engine fixed --grid 6 --check certified"),
     );
@@ -95,7 +95,7 @@ fn same(a: &[u8], b: &[u8]) {
 /// Halves as coordinates are on every grid, so the grid moves nothing.
 #[test]
 fn rays_are_answered_on_a_grid_with_room_for_their_origins() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     let mut rays = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
     for line in [
@@ -140,7 +140,7 @@ fn near(count: usize) -> String {
 
 #[test]
 fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     let header = "ox,oy,oz,dx,dy,dz\n";
     let (rays, far) = (near(10_000), "1e8,0,6,0,0,1\n");
@@ -191,7 +191,7 @@ fn a_ray_is_answered_the_same_whatever_else_is_in_the_file() {
 
 #[test]
 fn rays_from_a_pipe_are_answered_as_they_come() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     let mut command = place.command("trace m.obj --rays - --engine fixed --any");
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();

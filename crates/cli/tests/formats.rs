@@ -1,7 +1,7 @@
 //! The formats of rays and answers: named or told for certain, never guessed.
 
 use crate::common;
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 
 /// Three rays: a hit, a miss, and one whose interval ends before the first triangle.
 const NUMBERS: [[f32; 8]; 3] = [
@@ -25,8 +25,8 @@ fn raw64() -> Vec<u8> {
     NUMBERS.as_flattened().iter().flat_map(|&x| f64::from(x).to_le_bytes()).collect()
 }
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     place
 }

@@ -1,12 +1,12 @@
 //! Runs that are cut short, and places that cannot be written.
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use std::path::Path;
 use std::time::Duration;
 
 #[test]
 fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut whole = 0;
     for pause in 0..24 {
         let _ = std::fs::remove_file(place.path("a.png"));
@@ -33,7 +33,7 @@ fn a_folder_that_takes_no_files() {
         println!("no {}: not tested", folder.display());
         return;
     }
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails("trace m.obj --rays rays.csv -o /sys/kernel/a.csv", 1, &["/sys/kernel/a.csv: "]);
     place.fails("render --size 8x6 -o /sys/kernel/a.png", 1, &["/sys/kernel/a.png: "]);

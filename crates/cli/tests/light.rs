@@ -2,7 +2,7 @@
 //! them.
 
 use crate::common;
-use crate::common::Place;
+use crate::common::TestFolder;
 use serde_json::Value;
 
 /// A floor, a triangle over it, and a box without a lid that stands on it.
@@ -14,13 +14,13 @@ const MODEL: &str = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n\
 const LIGHTS: [&str; 5] =
     ["--light 2,5,1", "--light -3,0.5,-3", "--sun 0.3,1,0.2", "--sun -9e9,2e9,1e9", "--sun 0,-1,0"];
 
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     place
 }
 
-fn report(place: &Place, arguments: &str) -> Value {
+fn report(place: &TestFolder, arguments: &str) -> Value {
     let arguments = format!("render m.obj --size 61x45 --json {arguments}");
     serde_json::from_slice(&place.ok(&arguments)).unwrap()
 }
@@ -48,7 +48,7 @@ fn every_engine_and_every_shadow_pass_both_checks_in_any_light() {
 
 #[test]
 fn the_built_in_scene_passes_the_check_in_the_sun() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = place.ok("render --size 320x240 --sun -0.5,1,0.6 --check raster --json");
     let report: Value = serde_json::from_slice(&report).unwrap();
     assert_eq!(report["check"]["differing_pixels"], report["check"]["excused_pixels"]);

@@ -6,10 +6,10 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::process::{Command, Output};
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 
 /// A sheet of `2 * cells * cells` triangles, as binary PLY.
-fn sheet(place: &Place, name: &str, cells: u32) {
+fn sheet(place: &TestFolder, name: &str, cells: u32) {
     let mut file = BufWriter::new(File::create(place.path(name)).unwrap());
     let (side, faces) = (cells + 1, 2 * cells * cells);
     write!(
@@ -35,7 +35,7 @@ fn sheet(place: &Place, name: &str, cells: u32) {
 }
 
 /// Runs with so many kilobytes of address space.
-fn within(place: &Place, kilobytes: u32, arguments: &str) -> Output {
+fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
     let mut shell = Command::new("sh");
     shell.current_dir(place.path("")).arg("-c");
     shell.arg(format!("ulimit -v {kilobytes} && exec \"$0\" {arguments}"));
@@ -43,7 +43,7 @@ fn within(place: &Place, kilobytes: u32, arguments: &str) -> Output {
 }
 
 /// That it went well, or ended as it should; whether it ended.
-fn ends_well(place: &Place, kilobytes: u32, arguments: &str) -> bool {
+fn ends_well(place: &TestFolder, kilobytes: u32, arguments: &str) -> bool {
     let output = within(place, kilobytes, arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let told = format!("{kilobytes} KB: {arguments}: {error}");
@@ -60,7 +60,7 @@ fn ends_well(place: &Place, kilobytes: u32, arguments: &str) -> bool {
 
 #[test]
 fn three_million_faces_in_300_megabytes() {
-    let place = Place::new();
+    let place = TestFolder::new();
     sheet(&place, "m.ply", 1225);
     place.put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.375,-9,0,0,1\n");
     for engine in ["certified", "fixed", "reference"] {
@@ -75,7 +75,7 @@ fn three_million_faces_in_300_megabytes() {
 
 #[test]
 fn any_limit_ends_in_one_line() {
-    let place = Place::new();
+    let place = TestFolder::new();
     sheet(&place, "m.ply", 200);
     place.put("rays.csv", "ox,oy,oz,dx,dy,dz\n0.25,0.375,-9,0,0,1\n");
     for line in [
@@ -98,7 +98,7 @@ fn any_limit_ends_in_one_line() {
 /// What takes most, at whatever point it runs out: the rays, their origins and answers.
 #[test]
 fn rays_that_are_measured_end_in_one_line_of_the_program() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     let limits = (30_000..).step_by(10_007).take(12);
     let mut told = vec![];
@@ -120,7 +120,7 @@ fn rays_that_are_measured_end_in_one_line_of_the_program() {
 
 #[test]
 fn rays_take_no_more_memory_the_more_there_are() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     // 320 MB of zeros, which take no place on the disk.
     File::create(place.path("many.f32")).unwrap().set_len(10_000_000 * 32).unwrap();
@@ -134,7 +134,7 @@ fn rays_take_no_more_memory_the_more_there_are() {
 
 #[test]
 fn a_thread_that_cannot_start_ends_in_one_line() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     for line in ["trace m.obj --rays rays.csv", "render --size 8x6"] {
         let stack = (1_u64 << 44).to_string();

@@ -1,7 +1,7 @@
 //! Files that are not as they should be: read where nothing has to be guessed, and never misread in
 //! silence: each kind of things that are left out, repaired or guessed is one counted line.
 
-use crate::common::{Place, one_line};
+use crate::common::{TestFolder, one_line};
 
 /// Rays straight down onto the unit square: on its lower right half, its upper left half, and beside it.
 const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3,3,5,0,0,-1\n";
@@ -10,8 +10,8 @@ const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 /// A place with a model of that name and rays down onto the square.
-fn with(name: &str, model: impl AsRef<[u8]>) -> Place {
-    let place = Place::new();
+fn with(name: &str, model: impl AsRef<[u8]>) -> TestFolder {
+    let place = TestFolder::new();
     place.put(name, model).put("down.csv", DOWN);
     place
 }
@@ -310,7 +310,7 @@ fn rays_in_lines_that_end_in_carriage_returns() {
 /// It lies at 0: f32 has no digits for it because it is small.
 #[test]
 fn a_tiny_model_is_not_far_from_0() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", "v 0 0 0\nv 1e-44 0 0\nv 0 1e-44 0\nf 1 2 3\n");
     let line = "render m.obj --size 8x6 -o a.png";
     one_line(line, &place.run(line), 0, &["is so small that", "--scalar f64"]);
@@ -319,7 +319,7 @@ fn a_tiny_model_is_not_far_from_0() {
 }
 
 /// A unit cube whose corners run counter-clockwise as seen from outside, placed by those nodes.
-fn cubes(place: &Place, nodes: &str) {
+fn cubes(place: &TestFolder, nodes: &str) {
     let corners = (0..8_u8).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from));
     let faces: [[u16; 4]; 6] =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -343,7 +343,7 @@ fn cubes(place: &Place, nodes: &str) {
 /// The sides of a ray's crossings sum up to how many solids it starts in.
 #[test]
 fn crossings_of_mirrored_nodes_sum_up_as_others() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0.7,0.4,0.2,0,0,1\n0.2,0.4,0.2,1,0.1,0.05\n1.2,0.4,0.2,0,0,1\n9,9,9,0,0,1\n");
     for (nodes, expected) in [
         (r#"{"mesh":0}"#, [1, 1, 0, 0]),

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use crate::common::Place;
+use crate::common::TestFolder;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
@@ -83,7 +83,7 @@ fn strips(text: bool) -> Vec<u8> {
 }
 
 /// Draws each file, and wants one picture.
-fn same_picture(place: &Place, names: &[&str]) {
+fn same_picture(place: &TestFolder, names: &[&str]) {
     place.put("whole.obj", OBJ).ok("render whole.obj --size 120x90 -o whole.png");
     for name in names {
         place.ok(&format!("render {name} --size 120x90 -o other.png"));
@@ -93,7 +93,7 @@ fn same_picture(place: &Place, names: &[&str]) {
 
 #[test]
 fn gltf_with_nodes_scenes_and_buffers_of_every_kind() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let base64 = "data:application/octet-stream;base64,";
     let inline = format!("{base64}{}", encoded(&buffer()));
     place.put("inline.gltf", gltf(&inline)).put("beside.gltf", gltf("the%20bytes.bin"));
@@ -115,7 +115,7 @@ fn encoded(bytes: &[u8]) -> String {
 
 #[test]
 fn ply_with_strips_and_with_polygons() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let faces = "element face 5\nproperty list uchar int vertex_indices";
     let polygons = "4 0 1 2 3\n3 1 4 2\n3 2 4 3\n3 3 4 0\n3 0 4 1\n";
     place.put("polygons.ply", format!("{}{}{polygons}", ply("ascii", faces), points()));
@@ -125,7 +125,7 @@ fn ply_with_strips_and_with_polygons() {
 
 #[test]
 fn any_format_in_gzip_by_its_magic() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mut stl = vec![b' '; 80];
     stl.extend((FACES.len() as u32).to_le_bytes());
     for face in FACES {
@@ -147,7 +147,7 @@ fn any_format_in_gzip_by_its_magic() {
 
 #[test]
 fn texts_with_other_line_ends_and_byte_order_marks() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let mark = "\u{feff}";
     let facets = FACES.map(|face| {
         let corners = face.map(|i| {
@@ -173,7 +173,7 @@ fn texts_with_other_line_ends_and_byte_order_marks() {
 
 #[test]
 fn what_is_refused_names_the_cause() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let whole = gltf("");
     let needs = |name: &str| {
         let required = format!("{{\"extensionsRequired\":[\"{name}\"],");
@@ -203,7 +203,7 @@ fn what_is_refused_names_the_cause() {
 
 #[test]
 fn a_bomb_ends_in_one_line() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // 80 MB of empty lines in 80 kB.
     place.put("bomb.obj.gz", gzip(&vec![b'\n'; 80 << 20]));
     place.fails("render bomb.obj.gz", 1, &["bomb.obj.gz: ", "more than 100 times", "gunzip"]);

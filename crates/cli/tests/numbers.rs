@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::{Value, json};
 
-use crate::common::Place;
+use crate::common::TestFolder;
 
 /// A wall that runs to the east in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
@@ -14,18 +14,18 @@ const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 1483
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.457,1,0,1,0\n148377,528980.457,1,0,-1,0\n\
                     148377,528980.437,1,0,1,0\n148377,528980.437,1,0,-1,0\n";
 
-fn text(place: &Place, arguments: &str) -> String {
+fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
-fn report(place: &Place, arguments: &str) -> Value {
+fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
 }
 
 /// mikedh/trimesh 48: two of these four rays were answered wrongly unless f64 was asked for.
 #[test]
 fn a_wall_in_utm_coordinates_is_where_the_file_says() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("wall.obj", WALL).put("near.csv", NEAR);
     assert_eq!(
         text(&place, "trace wall.obj --rays near.csv --any"),
@@ -75,7 +75,7 @@ fn t(answers: &str) -> f64 {
 
 #[test]
 fn f32_rounds_where_it_is_asked_for_and_is_counted() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", DECIMALS).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
     let [default, single, double] = ["", "--scalar f32", "--scalar f64"]
         .map(|scalar| text(&place, &format!("trace m.obj --rays r.csv {scalar}")));
@@ -105,7 +105,7 @@ fn f32_rounds_where_it_is_asked_for_and_is_counted() {
 
 #[test]
 fn engines_in_f32_say_what_they_round() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", DECIMALS).put("r.csv", "ox,oy,oz,dx,dy,dz\n0.3,0.3,0,0.01,0.02,0.7\n");
     for engine in ["certified", "reference", "fixed --grid-bounds 0,0,0,1,1,1"] {
         let line = format!("trace m.obj --rays r.csv --engine {engine}");
@@ -139,7 +139,7 @@ fn engines_in_f32_say_what_they_round() {
 /// Where all numbers are f32s, answers are the same by each way through the program.
 #[test]
 fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let wave = |i: usize, k: f64| (i as f64 * k).sin() as f32;
     // A sheet whose corners are f32s, with rays at corners, edges and anywhere.
     let corner = |i: usize| [(i % 9) as f32 / 3.0, (i / 9) as f32 / 3.0, wave(i, 0.7) / 5.0];
@@ -211,7 +211,7 @@ fn f32_is_taken_where_nothing_is_lost_and_no_answer_shows_it() {
 
 #[test]
 fn a_number_beyond_f32_is_an_error_that_names_it_and_not_an_infinity() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", BINARY);
     let ray = |x: f64| [0.25, 0.125, 0.0, 0.0, x, 0.0, 1.0, f64::INFINITY].map(f64::to_le_bytes);
     place.put("r.f64", [ray(0.0), ray(-1e39), ray(1e40)].as_flattened().concat());

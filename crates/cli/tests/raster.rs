@@ -2,17 +2,17 @@
 //! texture.
 
 use crate::common;
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use intertri_scene::Image;
 use serde_json::Value;
 
-fn report(place: &Place, arguments: &str) -> Value {
+fn report(place: &TestFolder, arguments: &str) -> Value {
     serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
 }
 
 #[test]
 fn every_engine_and_every_shadow_pass_both_checks() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // A floor and a triangle over it.
     let floor = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n";
     place.put("m.obj", format!("{floor}v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n"));
@@ -40,7 +40,7 @@ fn every_engine_and_every_shadow_pass_both_checks() {
 
 #[test]
 fn rasterizer_and_rays_draw_the_same_built_in_scene() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report =
         report(&place, "render --size 320x240 --engine raster --shadows volumes --check certified");
     let check = &report["check"];
@@ -54,7 +54,7 @@ fn rasterizer_and_rays_draw_the_same_built_in_scene() {
 #[test]
 fn a_difference_that_nothing_excuses_fails() {
     // A floor at a slant below the threshold is parallel to the rays, and the z-buffer sees it.
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", "v -9 0 -9\nv 9 0 -9\nv 0 0 9\nf 1 2 3\n");
     let look = "render m.obj --size 60x40 --eye 0,0.4,12 --target 0,0,0 --threshold 0.2";
     for (engine, check) in [("certified", "raster"), ("raster", "certified")] {
@@ -69,7 +69,7 @@ fn a_difference_that_nothing_excuses_fails() {
 
 #[test]
 fn what_the_rasterizer_cannot_do_is_refused() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("r.csv", "ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n");
     place.fails("trace m.obj --rays r.csv --engine raster", 2, &["raster", "no rays"]);
     for options in ["--engine raster", "--shadows volumes", "--wire", "--check raster"] {
@@ -83,7 +83,7 @@ fn what_the_rasterizer_cannot_do_is_refused() {
 
 #[test]
 fn edges_are_drawn_over_the_picture() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for (name, options) in [("none", ""), ("mesh", "--wire"), ("outline", "--wire=silhouette")] {
         place.ok(&format!("render --size 160x120 -o {name}.png {options}"));
     }
@@ -96,7 +96,7 @@ fn edges_are_drawn_over_the_picture() {
 
 #[test]
 fn textures_come_from_files_and_from_the_document() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("bare.obj", MODEL).put("text.png", "no picture\n");
     let quad = "v 0 0 5\nv 1 0 5\nv 1 1 5\nv 0 1 5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
                 f 1/1 2/2 3/3 4/4\n";
@@ -123,7 +123,7 @@ fn textures_come_from_files_and_from_the_document() {
 
 #[test]
 fn the_documents_pattern_can_be_seen() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let corners = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
     place.put("quad.obj", format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{corners}"));
     let look = "--size 256x256 --shadows none --eye 0.5,0.5,1 --target 0.5,0.5,0";
@@ -140,7 +140,7 @@ fn the_documents_pattern_can_be_seen() {
 
 #[test]
 fn the_two_ways_race() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = report(&place, "crossover --quick -o charts");
     let races = report["races"].as_array().unwrap();
     assert_eq!(races.len(), 8);

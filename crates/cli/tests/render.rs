@@ -1,12 +1,12 @@
 //! Pictures and reports of the real binary.
 
 use crate::common;
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
 
 #[test]
 fn the_built_in_scene_is_the_reference_s_in_every_pixel() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = place.ok("render --size 96x72 --engine certified --check reference --json");
     let report: Value = serde_json::from_slice(&report).unwrap();
     assert_eq!(report["check"]["differing_pixels"], 0);
@@ -21,7 +21,7 @@ fn the_built_in_scene_is_the_reference_s_in_every_pixel() {
 
 #[test]
 fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     for engine in ["certified", "reference"] {
         place.ok(&format!("render m.obj --size 61x45 --engine {engine} -o {engine}.png"));
@@ -32,7 +32,7 @@ fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
 
 #[test]
 fn options_change_the_picture() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     // Of the built-in scene, and of a model.
     let mut pictures = Vec::new();
@@ -61,7 +61,7 @@ fn options_change_the_picture() {
 
 #[test]
 fn the_summary_is_for_people() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let text = String::from_utf8(place.ok("render --size 16x12")).unwrap();
     for word in ["intertri.png: 16x12", "10,804 triangles", "192 rays", "load", "build", "write"] {
         assert!(text.contains(word), "no {word:?} in {text}");
@@ -70,7 +70,7 @@ fn the_summary_is_for_people() {
 
 #[test]
 fn the_seconds_of_the_steps_are_those_of_the_whole() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for check in ["", "--check raster"] {
         let report = place.ok(&format!("render --size 2048x2048 --json {check}"));
         let report: Value = serde_json::from_slice(&report).unwrap();
@@ -84,7 +84,7 @@ fn the_seconds_of_the_steps_are_those_of_the_whole() {
 
 #[test]
 fn a_look_straight_down_or_up_has_another_up() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("m.obj", MODEL);
     for look in ["--view 0,1,0", "--view 0,-3,0", "--eye 0,9,6 --target 0,0,6"] {
         for model in ["m.obj", ""] {
@@ -99,7 +99,7 @@ fn a_look_straight_down_or_up_has_another_up() {
 
 #[test]
 fn what_is_up_is_said_and_can_be_turned() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // A spire with a roof to one side: y up, and z up.
     let model = |up: fn([i32; 3]) -> [i32; 3]| {
         let points = [[-1, 0, -1], [1, 0, -1], [1, 0, 2], [0, 5, 0]].map(up);
@@ -126,7 +126,7 @@ fn what_is_up_is_said_and_can_be_turned() {
 
 #[test]
 fn a_model_as_small_as_the_threshold_is_told_of() {
-    let place = Place::new();
+    let place = TestFolder::new();
     // A floor and a triangle over it, at a scale of 2^-36: some 1e-10.
     let model = |scale: f64| {
         let points = [
@@ -164,7 +164,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
 
 #[test]
 fn help_is_on_the_standard_output() {
-    let place = Place::new();
+    let place = TestFolder::new();
     for arguments in ["--help", "render --help", "trace --help", "-h", "--version"] {
         assert!(!place.ok(arguments).is_empty());
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::io::Write as _;
 
-use crate::common::Place;
+use crate::common::TestFolder;
 use serde_json::Value;
 
 /// Where a surveyor's wall stands: neighbouring f32 are 1.6 cm apart to the east, 6.3 cm to the north.
@@ -28,7 +28,7 @@ fn csv(offsets: &[f64], way: f64) -> String {
     text
 }
 
-fn text(place: &Place, arguments: &str) -> String {
+fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
@@ -40,7 +40,7 @@ fn cells(csv: &str) -> Vec<Vec<String>> {
 /// mikedh/trimesh 48: 10 cm to 1 nm off a wall, out and in.
 #[test]
 fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_does() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let offsets: Vec<f64> = (1..=9).map(|digits| 10.0_f64.powi(-digits)).collect();
     place.put("wall.obj", obj());
     place.put("out.csv", csv(&offsets, 1.0)).put("in.csv", csv(&offsets, -1.0));
@@ -63,7 +63,7 @@ fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_do
 
 #[test]
 fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let numbers = [EAST + 1.0, NORTH - 0.3, 1.25, 0.0, 0.1, 1.0 / 3.0, 0.01, 1e300];
     let csv =
         format!("ox,oy,oz,t_min,dx,dy,dz,t_max\n{}\n", numbers.map(|x| format!("{x:e}")).join(","));
@@ -96,7 +96,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
 /// The wall in each format: in f64 where the format has it.
 #[test]
 fn models_are_read_in_f64_where_they_have_it() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("wall.obj", obj());
     let faces = "3 0 1 2\n3 0 2 3\n";
     let ply = |kind: &str, format: &str| {
@@ -171,7 +171,7 @@ fn models_are_read_in_f64_where_they_have_it() {
 
 #[test]
 fn what_is_for_f32_refuses_f64_with_the_reason() {
-    let place = Place::new();
+    let place = TestFolder::new();
     place.put("wall.obj", obj()).put("r.csv", csv(&[0.1], -1.0));
     let engines = [
         ("certified", "coordinates in f32"),
@@ -196,7 +196,7 @@ fn what_is_for_f32_refuses_f64_with_the_reason() {
 
 #[test]
 fn the_oracle_gives_the_same_answers_and_the_same_picture() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let offsets: Vec<f64> = (0..40).map(|i| f64::from(i).sin() * 1e-3).collect();
     place.put("wall.obj", obj()).put("r.csv", csv(&offsets, -1.0));
     for query in ["", "--all", "--any"] {
@@ -227,7 +227,7 @@ fn the_oracle_gives_the_same_answers_and_the_same_picture() {
 
 #[test]
 fn without_a_model_f64_draws_the_house() {
-    let place = Place::new();
+    let place = TestFolder::new();
     let report = |arguments: &str| -> Value {
         serde_json::from_slice(&place.ok(&format!("{arguments} --json"))).unwrap()
     };

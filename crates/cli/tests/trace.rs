@@ -4,7 +4,7 @@ use crate::common;
 use std::io::Read;
 use std::process::Stdio;
 
-use crate::common::{MODEL, Place};
+use crate::common::{MODEL, TestFolder};
 use intertri::Ray;
 
 /// Rays that meet none, one or several of the triangles, and some that are no rays.
@@ -41,8 +41,8 @@ fn raw(rays: &[Ray]) -> Vec<u8> {
 }
 
 /// The model and the rays in both formats.
-fn place() -> Place {
-    let place = Place::new();
+fn place() -> TestFolder {
+    let place = TestFolder::new();
     place.put("m.obj", MODEL).put("rays.csv", csv(&rays())).put("rays.f32", raw(&rays()));
     place
 }

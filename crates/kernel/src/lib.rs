@@ -124,7 +124,7 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, HitCoefficients, Pair64, Seen, SeenPlane, Side, Tier, attributes,
+            Decided, HitCoefficients, LanePairs, Pair64, SeenPlane, Side, Tier, attributes,
             attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
             hits_of_origin64, hits64, is_on, is_plain, order, order_from, subnormals_are_read, t,
             t_from, t_times, touch,

@@ -108,7 +108,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
 #[cfg(test)]
 mod tests {
     use super::{EdgeCount, batch, edge_count};
-    use crate::oracle::{self, Place};
+    use crate::oracle::{self, LinePosition};
     use crate::rng::Rng;
 
     fn kept(count: &EdgeCount) {
@@ -138,8 +138,10 @@ mod tests {
             let batch = batch(&mut Rng::new(9), bits, false);
             for ray in &batch.rays {
                 let places = batch.triangles.iter().map(|t| oracle::answer(t, ray));
-                let met: Vec<Place> = places.filter(|t| t.is_hit()).map(|t| t.place).collect();
-                let at_side = |p: &Place| matches!(p, Place::Edge(_) | Place::Vertex(_));
+                let met: Vec<LinePosition> =
+                    places.filter(|t| t.is_hit()).map(|t| t.place).collect();
+                let at_side =
+                    |p: &LinePosition| matches!(p, LinePosition::Edge(_) | LinePosition::Vertex(_));
                 assert!(met.len() >= 2 && met.iter().all(at_side), "{met:?}");
             }
         }

@@ -156,7 +156,7 @@ fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     [x / length, y / length, z / length]
 }
 
-/// Place `i` of `n` on the unit circle: a walk around a square, pushed out. No sine has the same bits
+/// Point `i` of `n` on the unit circle: a walk around a square, pushed out. No sine has the same bits
 /// everywhere; a root has.
 fn circle(i: usize, n: usize) -> [f64; 2] {
     let walk = 4.0 * i as f64 / n as f64;

@@ -26,7 +26,7 @@ struct State<'a, A> {
 }
 
 /// Where a part goes.
-struct Place<'a> {
+struct PartTarget<'a> {
     /// How many answers come before.
     before: i64,
     offsets: &'a mut [i64],
@@ -68,7 +68,7 @@ impl<'a, A: Pod> Joined<'a, A> {
     }
 
     /// The next part that is there and has a place. The lock is held no longer.
-    fn next(&self) -> Option<(Part<A>, Place<'a>)> {
+    fn next(&self) -> Option<(Part<A>, PartTarget<'a>)> {
         self.lock().next()
     }
 
@@ -82,7 +82,7 @@ impl<'a, A: Pod> Joined<'a, A> {
 
 impl<'a, A: Pod> State<'a, A> {
     /// The next part that is there and has a place; those that have none go to the others.
-    fn next(&mut self) -> Option<(Part<A>, Place<'a>)> {
+    fn next(&mut self) -> Option<(Part<A>, PartTarget<'a>)> {
         loop {
             let part = self.waiting.remove(&self.parts)?;
             self.parts += 1;
@@ -92,7 +92,7 @@ impl<'a, A: Pod> State<'a, A> {
             if self.more.is_empty()
                 && let Some(words) = self.words.split_off_mut(..size_of_val(&part.answers[..]) / 8)
             {
-                return Some((part, Place { before, offsets, words }));
+                return Some((part, PartTarget { before, offsets, words }));
             }
             put_ends(offsets, before, &part);
             self.more.push(part);

@@ -28,7 +28,7 @@ pub(crate) struct Disc {
 }
 
 /// A triangle as the eye sees it.
-struct Seen {
+struct SeenTriangle {
     corners: [Point; 3],
     /// `n · (x, y, 1)`, which is positive where the triangle is in front.
     height: Linear,
@@ -94,7 +94,8 @@ impl Disc {
             return false;
         }
         let (one, other) = (one.flatten(), other.flatten());
-        let alone = |seen: &Seen| self.meets_outline(seen) || seen.height.vanishes(&self.radius);
+        let alone =
+            |seen: &SeenTriangle| self.meets_outline(seen) || seen.height.vanishes(&self.radius);
         if [&one, &other].into_iter().flatten().any(alone) {
             return true;
         }
@@ -123,7 +124,7 @@ impl Disc {
 
     /// A triangle as the eye sees it, turned to have its normal away from the eye; none if it is not
     /// finite or has no area.
-    fn see(&self, TriangleOf(corners): &Triangle) -> Option<Seen> {
+    fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
         // f64 rounds each of the two numbers in both engines, some 12 times each.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
@@ -147,11 +148,11 @@ impl Disc {
         let value = dot(&normal, &self.centre);
         let [nx, ny, _] = normal;
         let height = Linear { value, slope: [nx, ny], doubt: product * size(&self.centre) };
-        Some(Seen { corners, height, offset, doubt })
+        Some(SeenTriangle { corners, height, offset, doubt })
     }
 
     /// Whether an edge of a triangle comes into the cone.
-    fn meets_outline(&self, Seen { corners: [a, b, c], .. }: &Seen) -> bool {
+    fn meets_outline(&self, SeenTriangle { corners: [a, b, c], .. }: &SeenTriangle) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
@@ -185,11 +186,12 @@ impl Disc {
 }
 
 /// The difference of two depths, times both offsets: `q = height / offset` of either.
-fn tie(one: &Seen, other: &Seen) -> Linear {
+fn tie(one: &SeenTriangle, other: &SeenTriangle) -> Linear {
     let across =
         |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;
-    let doubt =
-        |a: &Seen, b: &Seen| &a.height.doubt * &b.offset + abs(a.height.value.clone()) * &b.doubt;
+    let doubt = |a: &SeenTriangle, b: &SeenTriangle| {
+        &a.height.doubt * &b.offset + abs(a.height.value.clone()) * &b.doubt
+    };
     Linear {
         value: &one.height.value * &other.offset - &other.height.value * &one.offset,
         slope: [across(0), across(1)],

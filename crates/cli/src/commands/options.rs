@@ -18,12 +18,12 @@ use crate::io::numbers;
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
     /// Where the camera stands
-    #[arg(long, value_name = "X,Y,Z", value_parser = Place::read, allow_hyphen_values = true)]
-    eye: Option<Place>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true)]
+    eye: Option<WrittenPoint>,
 
     /// What is in the middle of the picture [default: the middle of the model]
-    #[arg(long, value_name = "X,Y,Z", value_parser = Place::read, allow_hyphen_values = true, requires = "eye")]
-    target: Option<Place>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true, requires = "eye")]
+    target: Option<WrittenPoint>,
 
     /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
     /// with --up]
@@ -68,13 +68,13 @@ impl CameraOptions {
 
     fn camera<S: Coordinate>(&self, mesh: &Mesh<S>, aspect: f64) -> Result<Camera<S>> {
         let fov = self.fov.unwrap_or(Camera::FOV);
-        let camera = if let Some(eye) = self.eye.map(Place::of::<S>) {
+        let camera = if let Some(eye) = self.eye.map(WrittenPoint::of::<S>) {
             let middle = mesh.bounds().map_or([S::ZERO; 3], |bounds| {
                 // Halved before they are added, so that the largest numbers do not overflow.
                 let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|p| p.map(Into::into));
                 [0, 1, 2].map(|axis| S::nearest(min[axis] * 0.5 + max[axis] * 0.5))
             });
-            let target = self.target.map_or(middle, Place::of::<S>);
+            let target = self.target.map_or(middle, WrittenPoint::of::<S>);
             let view = [0, 1, 2].map(|k| (eye[k].into() - target[k].into()) as f32);
             let up = self.up.unwrap_or_else(|| Camera::up_for(view));
             Camera::new(eye, target, up, fov)
@@ -109,12 +109,12 @@ fn fov(text: &str) -> std::result::Result<f64, String> {
 
 /// A place as it was written: rounded once, to f32 or to f64, when the scene is known.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct WrittenPoint {
     single: [f32; 3],
     double: [f64; 3],
 }
 
-impl Place {
+impl WrittenPoint {
     fn read(text: &str) -> std::result::Result<Self, String> {
         Ok(Self { single: numbers::point(text)?, double: numbers::point(text)? })
     }
@@ -131,7 +131,7 @@ impl Place {
 pub(crate) struct LightOptions {
     /// Where the light stands [default: over the camera's left shoulder]
     #[arg(long, value_name = "X,Y,Z", value_parser = finite_place, allow_hyphen_values = true, conflicts_with = "sun")]
-    light: Option<Place>,
+    light: Option<WrittenPoint>,
 
     /// The direction toward the light, which is so far away that its rays are parallel
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
@@ -155,9 +155,9 @@ impl LightOptions {
 }
 
 /// A place whose numbers are finite.
-fn finite_place(text: &str) -> std::result::Result<Place, String> {
+fn finite_place(text: &str) -> std::result::Result<WrittenPoint, String> {
     finite(text)?;
-    Place::read(text)
+    WrittenPoint::read(text)
 }
 
 /// Three finite numbers.

@@ -8,9 +8,9 @@ use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
 /// A folder that goes away with the test.
-pub(crate) struct Place(TempDir);
+pub(crate) struct TestFolder(TempDir);
 
-impl Place {
+impl TestFolder {
     pub(crate) fn new() -> Self {
         Self(TempDir::new().unwrap())
     }

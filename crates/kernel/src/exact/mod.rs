@@ -56,7 +56,7 @@ pub use on_triangle::is_on;
 pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
-pub use rounded::Seen;
+pub use rounded::LanePairs;
 pub use seen_plane::SeenPlane;
 pub use shared_origin64::hits_of_origin64;
 pub use spawn::{spawn_ray, spawn_ray_to};

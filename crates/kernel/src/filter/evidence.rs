@@ -84,7 +84,7 @@ impl Evidence {
     pub fn of(ray: &Ray, triangle: &Triangle, threshold: Threshold, level: Level) -> Self {
         let block = TriangleBlock::new(core::slice::from_ref(triangle));
         let room = &Room::NONE;
-        level.run(Seen { threshold, ray, triangle, block: &block, room })
+        level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
     /// The same for copies of what is given in f64, whose corners are no farther from the origin than `reach`, as a sum
@@ -93,11 +93,11 @@ impl Evidence {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));
         let triangle = &TriangleOf([[0.0; 3]; 3]);
-        level.run(Seen { threshold, ray, triangle, block: &block, room })
+        level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 }
 
-struct Seen<'a> {
+struct BlockEvidence<'a> {
     threshold: Threshold,
     ray: &'a Ray,
     /// For the precheck.
@@ -106,7 +106,7 @@ struct Seen<'a> {
     room: &'a Room,
 }
 
-impl WithSimd for Seen<'_> {
+impl WithSimd for BlockEvidence<'_> {
     type Output = Evidence;
     #[inline(always)]
     fn run<S: Simd>(self) -> Evidence {

@@ -11,7 +11,7 @@
 //! at `t > 0`: what starts on a surface does not cross it there.
 //!
 //! ```text
-//!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, Seen ──► Crossing ──► Best ──► Hit, f64
+//!   f32 ── Grid ──► Ray, Triangle ──► Block, Packet, SeenTriangle ──► Crossing ──► Best ──► Hit, f64
 //!          rounds     i32               f32 filter, i64        t = num / den         rounds
 //! ```
 //!
@@ -40,7 +40,7 @@ use crate::simd::{Lane, Width};
 pub use block::{Block, RayLanes};
 pub use crossing::{Best, Crossing};
 pub use grid::{Bits, Grid, GridError};
-pub use packet::{Packet, Seen, Sides};
+pub use packet::{Packet, SeenTriangle, Sides};
 pub use prepared::Prepared;
 pub use queries::{Fixed, blocks};
 pub use ratio::Ratio;

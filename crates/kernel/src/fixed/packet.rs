@@ -130,11 +130,11 @@ impl<const N: usize> Packet<N> {
 /// Document D's idea: of a test, only the products with the direction are left.
 ///
 /// ```
-/// use intertri::fixed::{Bits, Grid, Packet, Seen};
+/// use intertri::fixed::{Bits, Grid, Packet, SeenTriangle};
 /// use intertri::simd::{Simd, WithSimd, dispatch};
 ///
 /// /// The rays of a packet that cross a triangle, all from the origin from which it is seen.
-/// struct Leaf<'a>(&'a Packet<8>, &'a Seen);
+/// struct Leaf<'a>(&'a Packet<8>, &'a SeenTriangle);
 /// impl WithSimd for Leaf<'_> {
 ///     type Output = Vec<usize>;
 ///     #[inline(always)]
@@ -147,14 +147,14 @@ impl<const N: usize> Packet<N> {
 ///
 /// let (grid, eye) = (Grid::at(Bits::FINE, 0, [0; 3])?, [0, 0, 0]);
 /// let wall = grid.triangle_of([[0, 0, 5], [4, 0, 5], [0, 4, 5]])?;
-/// let seen = Seen::new(&wall, eye).unwrap();
+/// let seen = SeenTriangle::new(&wall, eye).unwrap();
 /// let rays = [1, 9, 2].map(|x| grid.ray_of(eye, [x, 1, 5]).unwrap());
 /// assert_eq!(dispatch(Leaf(&Packet::new(&rays), &seen)), [0, 2]);
-/// assert!(Seen::new(&wall, [7, 7, 5]).is_none());
+/// assert!(SeenTriangle::new(&wall, [7, 7, 5]).is_none());
 /// # Ok::<_, intertri::fixed::GridError>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct SeenTriangle {
     origin: [i32; 3],
     sides: Sides,
     normals_f32: [[f32; 3]; 3],
@@ -204,7 +204,7 @@ impl Sides {
     }
 }
 
-impl Seen {
+impl SeenTriangle {
     /// The triangle from an origin. `None` where the origin lies in its plane, or the triangle has
     /// no area: then no ray from there crosses it.
     #[inline(always)]

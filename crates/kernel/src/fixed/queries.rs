@@ -4,7 +4,7 @@ use alloc::vec::Vec;
 use core::array::from_fn;
 
 use super::{
-    Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, Seen, Triangle,
+    Best, Block, Crossing, Grid, GridError, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle,
 };
 use crate::simd::{Level, Simd, WithSimd};
 use crate::{Crossings, Hit};
@@ -226,7 +226,7 @@ impl WithSimd for ClosestBatch<'_> {
             let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {
                 if shared {
-                    let Some(seen) = Seen::new(triangle, origin) else { continue };
+                    let Some(seen) = SeenTriangle::new(triangle, origin) else { continue };
                     for (packet, bests) in packets.iter().zip(&mut bests) {
                         seen.crossings_in::<S, true, 8>(packet, packet.live(), |lane, crossing| {
                             bests[lane].offer(crossing, index);

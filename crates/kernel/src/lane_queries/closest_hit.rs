@@ -283,9 +283,9 @@ mod tests {
     }
 
     /// Hits with these t, of a ray that ends at 1; the slot is the number.
-    struct At(f32, Vec<f64>);
+    struct FixedHits(f32, Vec<f64>);
 
-    impl LanePairs for At {
+    impl LanePairs for FixedHits {
         fn resolver(&self) -> Resolver<'_> {
             Resolver::Document(0.0)
         }
@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn the_lower_index_wins_a_tie_in_any_order() {
         let t = [2.0, 1.0, 1.0, 1.0 + 1e-12];
-        let pairs = At(f32::INFINITY, t.to_vec());
+        let pairs = FixedHits(f32::INFINITY, t.to_vec());
         for order in [[0, 1, 2, 3], [3, 2, 1, 0], [2, 0, 3, 1], [1, 3, 0, 2]] {
             let mut closest = ClosestHit::new(f32::INFINITY);
             for i in order {
@@ -344,9 +344,9 @@ mod tests {
     #[test]
     fn the_far_end_is_open() {
         let mut closest = ClosestHit::new(1.0);
-        closest.offer_near((0.9, 1.1), names(0), 0, &At(1.0, vec![1.0]));
+        closest.offer_near((0.9, 1.1), names(0), 0, &FixedHits(1.0, vec![1.0]));
         assert_eq!(closest.triangle(), None);
-        closest.offer_near((0.9, 1.1), names(0), 0, &At(1.0, vec![1.0 - 1e-12]));
+        closest.offer_near((0.9, 1.1), names(0), 0, &FixedHits(1.0, vec![1.0 - 1e-12]));
         assert_eq!(closest.triangle(), Some(names(0)));
     }
 }

@@ -7,7 +7,7 @@ use intertri_reference as reference;
 use super::error_counts::ErrorCounts;
 use crate::families::adversarial;
 use crate::methods::{METHODS, on_grid};
-use crate::oracle::{self, Place};
+use crate::oracle::{self, LinePosition};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, TestBatch};
 
@@ -35,7 +35,7 @@ pub(super) fn pairs(rng: &mut Rng, error_counts: &mut [ErrorCounts]) -> u64 {
     {
         // On an edge or a corner the tie rule gives the hit to one of its triangles; both are right.
         let exact = oracle::answer(&snapped.triangles[0], &snapped.rays[0]);
-        let tie = matches!(exact.place, Place::Edge(_) | Place::Vertex(_));
+        let tie = matches!(exact.place, LinePosition::Edge(_) | LinePosition::Vertex(_));
         let mut to = [Answer::default()];
         fixed.pairs(Level::best(), 0.0, &snapped.triangles, &snapped.rays, &mut to);
         errors.trials += 1;

@@ -14,24 +14,24 @@ use intertri::{RayOf, Scalar, TriangleOf};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::exact::{self, is_finite};
-use super::oracle_answer::{OracleAnswer, Place};
+use super::oracle_answer::{LinePosition, OracleAnswer};
 use super::rational;
 
 /// What is exactly true of a ray and a triangle, by adaptive predicates.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};
-/// use intertri_lab::oracle::{Place, answer};
+/// use intertri_lab::oracle::{LinePosition, answer};
 /// let triangle = Triangle::new([0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [0.0, 4.0, 5.0]);
 /// let at = |x, y| answer(&triangle, &Ray::new([x, y, 0.0], [0.0, 0.0, 1.0]));
-/// assert_eq!(at(1.0, 1.0).place, Place::Inside);
-/// assert_eq!(at(2.0, 2.0).place, Place::Edge(0));
-/// assert_eq!(at(4.0, 0.0).place, Place::Vertex(1));
-/// assert_eq!(at(2.0_f32.next_up(), 2.0).place, Place::Outside);
+/// assert_eq!(at(1.0, 1.0).place, LinePosition::Inside);
+/// assert_eq!(at(2.0, 2.0).place, LinePosition::Edge(0));
+/// assert_eq!(at(4.0, 0.0).place, LinePosition::Vertex(1));
+/// assert_eq!(at(2.0_f32.next_up(), 2.0).place, LinePosition::Outside);
 /// ```
 pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {
-        return OracleAnswer::without_t(Place::NotFinite);
+        return OracleAnswer::without_t(LinePosition::NotFinite);
     }
     if !is_tame(triangle, ray) {
         return rational::answer(triangle, ray);
@@ -44,7 +44,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
         orient2d(point(c1), point(c2), point(c3)) == 0.0
     };
     if flat(0, 1) && flat(1, 2) && flat(2, 0) {
-        return OracleAnswer::without_t(Place::Degenerate);
+        return OracleAnswer::without_t(LinePosition::Degenerate);
     }
 
     // Is there one point in which the line meets the plane?
@@ -52,9 +52,9 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     let slope = slope(triangle, ray.dir);
     if slope.is_eq() {
         return OracleAnswer::without_t(if rise.is_eq() {
-            Place::Coplanar
+            LinePosition::Coplanar
         } else {
-            Place::Parallel
+            LinePosition::Parallel
         });
     }
 

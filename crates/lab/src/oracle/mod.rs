@@ -23,7 +23,7 @@ mod t_error;
 
 pub use adaptive::answer;
 pub use exact::{Rational, exact_t, is_finite};
-pub use oracle_answer::{OracleAnswer, Place};
+pub use oracle_answer::{LinePosition, OracleAnswer};
 pub use t_error::{t_error, t_error_ulps, t_error_ulps_f32};
 
 #[cfg(test)]

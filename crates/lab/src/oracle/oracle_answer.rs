@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 /// Where the *line* of a ray meets a triangle. Of several that hold, the first in this list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Place {
+pub enum LinePosition {
     /// Not asked: an input is NaN or infinite.
     NotFinite,
     /// Nowhere: the triangle has no area.
@@ -27,7 +27,7 @@ pub enum Place {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
-    pub place: Place,
+    pub place: LinePosition,
     /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. `Equal`, too,
     /// where the place says that there is no `t`.
     pub t: Ordering,
@@ -39,7 +39,10 @@ impl OracleAnswer {
     /// A ray in the triangle's plane does not; this is what the document's parallel test means.
     pub fn is_hit(self) -> bool {
         self.t == Ordering::Greater
-            && matches!(self.place, Place::Inside | Place::Edge(_) | Place::Vertex(_))
+            && matches!(
+                self.place,
+                LinePosition::Inside | LinePosition::Edge(_) | LinePosition::Vertex(_)
+            )
     }
 
     /// The place of three edge values by their signs, `U` first; the plane is met in one point.
@@ -47,21 +50,21 @@ impl OracleAnswer {
         let count = |sign| signs.iter().filter(|&&s| s == sign).count();
         let position = |zero: bool| signs.iter().position(|s| (s.is_eq()) == zero);
         let place = if count(Ordering::Less) > 0 && count(Ordering::Greater) > 0 {
-            Place::Outside
+            LinePosition::Outside
         } else {
             match count(Ordering::Equal) {
-                0 => Place::Inside,
+                0 => LinePosition::Inside,
                 // One value is 0: on the side of that name.
-                1 => Place::Edge(position(true).unwrap_or(0) as u8),
+                1 => LinePosition::Edge(position(true).unwrap_or(0) as u8),
                 // One value is not: at the corner of that name.
-                _ => Place::Vertex(position(false).unwrap_or(0) as u8),
+                _ => LinePosition::Vertex(position(false).unwrap_or(0) as u8),
             }
         };
         Self { place, t }
     }
 
     /// A place without a `t`.
-    pub(super) fn without_t(place: Place) -> Self {
+    pub(super) fn without_t(place: LinePosition) -> Self {
         Self { place, t: Ordering::Equal }
     }
 }

@@ -3,7 +3,7 @@
 use intertri::{RayOf, Scalar, TriangleOf};
 
 use super::exact::{Rational, cross, difference, dot, is_finite, sign, vector};
-use super::oracle_answer::{OracleAnswer, Place};
+use super::oracle_answer::{LinePosition, OracleAnswer};
 
 /// What is exactly true of a ray and a triangle, in rationals: slow, and independent of
 /// [`super::answer()`].
@@ -12,23 +12,23 @@ use super::oracle_answer::{OracleAnswer, Place};
 /// looks at the signs of the weights `1 - u - v`, `u`, `v`.
 pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnswer {
     if !is_finite(triangle, ray) {
-        return OracleAnswer::without_t(Place::NotFinite);
+        return OracleAnswer::without_t(LinePosition::NotFinite);
     }
     let [c1, c2, c3] = triangle.0;
     let (p, q) = (difference(c2, c1), difference(c3, c1));
     let (d, s) = (vector(ray.dir), difference(ray.origin, c1));
     let n = cross(&p, &q);
     if n.iter().all(Rational::is_zero) {
-        return OracleAnswer::without_t(Place::Degenerate);
+        return OracleAnswer::without_t(LinePosition::Degenerate);
     }
 
     let det = -dot(&n, &d);
     let height = dot(&n, &s);
     if det.is_zero() {
         return OracleAnswer::without_t(if height.is_zero() {
-            Place::Coplanar
+            LinePosition::Coplanar
         } else {
-            Place::Parallel
+            LinePosition::Parallel
         });
     }
     let across = cross(&s, &d);

@@ -4,7 +4,7 @@ use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene};
 
 use super::adaptive::exact_difference;
-use super::{OracleAnswer, Place, Rational, answer, exact_t, rational};
+use super::{LinePosition, OracleAnswer, Rational, answer, exact_t, rational};
 use super::{t_error, t_error_ulps, t_error_ulps_f32};
 use crate::families::{Case, FAMILIES, adversarial, find};
 use crate::rng::Rng;
@@ -13,8 +13,8 @@ use crate::rng::Rng;
 fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
     let to = |k: u8| order.iter().position(|&old| old == usize::from(k)).map_or(k, |k| k as u8);
     let place = match answer.place {
-        Place::Vertex(k) => Place::Vertex(to(k)),
-        Place::Edge(k) => Place::Edge(to(k)),
+        LinePosition::Vertex(k) => LinePosition::Vertex(to(k)),
+        LinePosition::Edge(k) => LinePosition::Edge(to(k)),
         place => place,
     };
     OracleAnswer { place, ..answer }
@@ -39,14 +39,14 @@ fn two_routes_agree_on_every_family() {
             let fits = triangle.0.iter().all(|&p| exact_difference(p, ray.origin).is_some());
             *if fits { &mut adaptive } else { &mut fallback } += 1;
             let place = match got.place {
-                Place::NotFinite => 0,
-                Place::Degenerate => 1,
-                Place::Coplanar => 2,
-                Place::Parallel => 3,
-                Place::Outside => 4,
-                Place::Vertex(_) => 5,
-                Place::Edge(_) => 6,
-                Place::Inside => 7,
+                LinePosition::NotFinite => 0,
+                LinePosition::Degenerate => 1,
+                LinePosition::Coplanar => 2,
+                LinePosition::Parallel => 3,
+                LinePosition::Outside => 4,
+                LinePosition::Vertex(_) => 5,
+                LinePosition::Edge(_) => 6,
+                LinePosition::Inside => 7,
             };
             places[place] += 1;
         }
@@ -91,7 +91,9 @@ fn a_third_route_in_integers_agrees_on_the_grids() {
             let (num, den) = (det(a, b, c), u + v + w);
             let got = answer(&triangle, &ray);
             if den == 0 {
-                assert!(got.place <= Place::Parallel && got.place >= Place::Degenerate);
+                assert!(
+                    got.place <= LinePosition::Parallel && got.place >= LinePosition::Degenerate
+                );
                 assert_eq!(exact_t(&triangle, &ray), None);
                 continue;
             }
@@ -99,10 +101,10 @@ fn a_third_route_in_integers_agrees_on_the_grids() {
             let zeros = [u, v, w].map(|x| usize::from(x == 0)).iter().sum::<usize>();
             let mixed = u.min(v).min(w) < 0 && u.max(v).max(w) > 0;
             let agrees = match got.place {
-                Place::Outside => mixed,
-                Place::Inside => !mixed && zeros == 0,
-                Place::Edge(k) => !mixed && zeros == 1 && [u, v, w][usize::from(k)] == 0,
-                Place::Vertex(k) => !mixed && zeros == 2 && [u, v, w][usize::from(k)] != 0,
+                LinePosition::Outside => mixed,
+                LinePosition::Inside => !mixed && zeros == 0,
+                LinePosition::Edge(k) => !mixed && zeros == 1 && [u, v, w][usize::from(k)] == 0,
+                LinePosition::Vertex(k) => !mixed && zeros == 2 && [u, v, w][usize::from(k)] != 0,
                 _ => false,
             };
             assert!(agrees, "{got:?} {u} {v} {w}");
@@ -179,7 +181,7 @@ fn the_reference_is_nearly_right() {
         let mut t = f64::NAN;
         let hit = scene.inter_tri(0, &F64Ray::new(ray.origin, ray.dir), &mut t) == 1;
         let exact = answer(&triangle, &ray);
-        if matches!(exact.place, Place::Inside | Place::Outside) {
+        if matches!(exact.place, LinePosition::Inside | LinePosition::Outside) {
             differ += u32::from(hit != exact.is_hit());
         }
         if hit && exact.is_hit() {
@@ -198,23 +200,29 @@ fn places_of_a_plain_triangle() {
     let front = |place| OracleAnswer { place, t: Ordering::Greater };
     let none = |place| OracleAnswer { place, t: Ordering::Equal };
     let up = [0.0, 0.0, 2.0];
-    assert_eq!(ask([1.0, 1.0, 0.0], up), front(Place::Inside));
-    assert_eq!(ask([1.0, 1.0, 2.0], up), OracleAnswer { place: Place::Inside, t: Ordering::Less });
-    assert_eq!(ask([1.0, 1.0, 1.0], up), OracleAnswer { place: Place::Inside, t: Ordering::Equal });
-    assert_eq!(ask([2.0, 2.0, 0.0], up), front(Place::Edge(0)));
-    assert_eq!(ask([0.0, 2.0, 0.0], up), front(Place::Edge(1)));
-    assert_eq!(ask([2.0, 0.0, 0.0], up), front(Place::Edge(2)));
-    assert_eq!(ask([0.0, 0.0, 0.0], up), front(Place::Vertex(0)));
-    assert_eq!(ask([4.0, 0.0, 0.0], up), front(Place::Vertex(1)));
-    assert_eq!(ask([0.0, 4.0, 0.0], up), front(Place::Vertex(2)));
-    assert_eq!(ask([5.0, -1.0, 0.0], up), front(Place::Outside));
-    assert_eq!(ask([-1.0, -0.0, 0.0], up), front(Place::Outside));
-    assert_eq!(ask([-1.0, 0.0, 1.0], [1.0, 0.0, 0.0]), none(Place::Coplanar));
-    assert_eq!(ask([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), none(Place::Parallel));
-    assert_eq!(ask([1.0, 1.0, 0.0], [0.0; 3]), none(Place::Parallel));
-    assert_eq!(ask([1.0, 1.0, 0.0], [0.0, f32::NAN, 1.0]), none(Place::NotFinite));
+    assert_eq!(ask([1.0, 1.0, 0.0], up), front(LinePosition::Inside));
+    assert_eq!(
+        ask([1.0, 1.0, 2.0], up),
+        OracleAnswer { place: LinePosition::Inside, t: Ordering::Less }
+    );
+    assert_eq!(
+        ask([1.0, 1.0, 1.0], up),
+        OracleAnswer { place: LinePosition::Inside, t: Ordering::Equal }
+    );
+    assert_eq!(ask([2.0, 2.0, 0.0], up), front(LinePosition::Edge(0)));
+    assert_eq!(ask([0.0, 2.0, 0.0], up), front(LinePosition::Edge(1)));
+    assert_eq!(ask([2.0, 0.0, 0.0], up), front(LinePosition::Edge(2)));
+    assert_eq!(ask([0.0, 0.0, 0.0], up), front(LinePosition::Vertex(0)));
+    assert_eq!(ask([4.0, 0.0, 0.0], up), front(LinePosition::Vertex(1)));
+    assert_eq!(ask([0.0, 4.0, 0.0], up), front(LinePosition::Vertex(2)));
+    assert_eq!(ask([5.0, -1.0, 0.0], up), front(LinePosition::Outside));
+    assert_eq!(ask([-1.0, -0.0, 0.0], up), front(LinePosition::Outside));
+    assert_eq!(ask([-1.0, 0.0, 1.0], [1.0, 0.0, 0.0]), none(LinePosition::Coplanar));
+    assert_eq!(ask([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), none(LinePosition::Parallel));
+    assert_eq!(ask([1.0, 1.0, 0.0], [0.0; 3]), none(LinePosition::Parallel));
+    assert_eq!(ask([1.0, 1.0, 0.0], [0.0, f32::NAN, 1.0]), none(LinePosition::NotFinite));
     let line = Triangle::new([0.0; 3], [1.0; 3], [3.0; 3]);
-    assert_eq!(answer(&line, &Ray::new([0.0, 0.0, -1.0], up)), none(Place::Degenerate));
+    assert_eq!(answer(&line, &Ray::new([0.0, 0.0, -1.0], up)), none(LinePosition::Degenerate));
 }
 
 #[test]
@@ -240,6 +248,6 @@ fn nothing_panics_on_the_mix() {
     for _ in 0..3000 {
         let Case { triangle, ray, .. } = adversarial(&mut rng);
         let place = answer(&triangle, &ray).place;
-        assert_eq!(exact_t(&triangle, &ray).is_some(), place > Place::Parallel);
+        assert_eq!(exact_t(&triangle, &ray).is_some(), place > LinePosition::Parallel);
     }
 }

@@ -15,7 +15,7 @@ pub(crate) trait Mesh: Copy {
     fn tree(&self) -> &Tree;
 
     /// Where a point is.
-    fn at(&self, point: [Self::Scalar; 3]) -> At;
+    fn at(&self, point: [Self::Scalar; 3]) -> QueryPoint;
 
     /// A length in the tree's units.
     fn scaled(&self, length: f64) -> f64;
@@ -32,7 +32,7 @@ pub(crate) trait Mesh: Copy {
 
 /// A point in the tree's units.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct At {
+pub(crate) struct QueryPoint {
     /// It surely lies between these two.
     pub(crate) within: [[f32; 3]; 2],
     /// Where it meets a box around [`Mesh::near_corners`], it lies in the box with these two ends about itself.
@@ -54,8 +54,8 @@ impl Mesh for InF32<'_> {
     }
 
     #[inline(always)]
-    fn at(&self, point: [f32; 3]) -> At {
-        At { within: [point; 2], in_leaves: [point; 2], point: point.map(f64::from) }
+    fn at(&self, point: [f32; 3]) -> QueryPoint {
+        QueryPoint { within: [point; 2], in_leaves: [point; 2], point: point.map(f64::from) }
     }
 
     #[inline(always)]

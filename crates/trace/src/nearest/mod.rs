@@ -17,5 +17,5 @@ mod search;
 mod tests;
 
 pub use found::ClosestPoint;
-pub(crate) use mesh::{At, InF32, Mesh};
+pub(crate) use mesh::{InF32, Mesh, QueryPoint};
 pub(crate) use query::closest_points;

@@ -6,7 +6,7 @@ use intertri::simd::{Lanes, Mask, Simd, Vec3};
 
 use super::boxes;
 use super::found::Candidate;
-use super::mesh::{At, Mesh};
+use super::mesh::{Mesh, QueryPoint};
 use crate::tree::LEAF;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::{BOTTOM, TraversalScratch};
@@ -14,7 +14,7 @@ use crate::walk::single::{BOTTOM, TraversalScratch};
 /// A search for the triangle that is closest to a point.
 pub(super) struct Search<'a, M> {
     pub(super) mesh: M,
-    pub(super) at: At,
+    pub(super) at: QueryPoint,
     /// No square that is larger counts, in the tree's units.
     pub(super) most: f64,
     /// The triangles that may be the closest.

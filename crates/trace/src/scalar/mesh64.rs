@@ -5,7 +5,7 @@ use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Triangle64};
 
-use crate::nearest::{At, Mesh};
+use crate::nearest::{Mesh, QueryPoint};
 use crate::save::EightTriangles;
 use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
@@ -30,14 +30,14 @@ impl Mesh for Mesh64<'_> {
     }
 
     #[inline(always)]
-    fn at(&self, point: [f64; 3]) -> At {
+    fn at(&self, point: [f64; 3]) -> QueryPoint {
         let frame = self.frame;
         let (room, scale) = (frame.corner_room(), frame.scale());
         let [from, to] = frame.around_point(point);
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
         // Of one farther out than 2^400, lanes know nothing.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
-        At { within: [from, to], in_leaves, point: point.map(scaled) }
+        QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }
 
     #[inline(always)]

@@ -61,7 +61,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         ray: usize,
         one: LeafSlot,
         other: LeafSlot,
-        [kept_one, kept_other]: &mut [Kept<'a>; 2],
+        [kept_one, kept_other]: &mut [LastTriangle<'a>; 2],
     ) -> bool {
         if self.reversed {
             return false;
@@ -74,7 +74,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
 
     /// A triangle from where the rays start.
     #[inline(always)]
-    fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut Kept<'a>) -> &'k SharedOrigin<'a> {
+    fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut LastTriangle<'a>) -> &'k SharedOrigin<'a> {
         if kept.is_none_or(|(kept, _)| kept != slot) {
             *kept = None;
         }
@@ -87,4 +87,4 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
 }
 
 /// The triangle that was seen last.
-pub(super) type Kept<'a> = Option<(LeafSlot, SharedOrigin<'a>)>;
+pub(super) type LastTriangle<'a> = Option<(LeafSlot, SharedOrigin<'a>)>;

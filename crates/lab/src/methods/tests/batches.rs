@@ -7,7 +7,7 @@ use intertri_reference::THRESHOLD;
 use crate::families::find;
 use crate::layout::{Form, Layout};
 use crate::methods::{METHODS, on_grid};
-use crate::oracle::{self, Place, exact_t};
+use crate::oracle::{self, LinePosition, exact_t};
 use crate::rng::Rng;
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 use crate::workloads::{Model, Workload};
@@ -117,7 +117,7 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
                 // Nothing that is hit inside is nearer, and what was found is hit.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
-                    if exact.is_hit() && exact.place == Place::Inside {
+                    if exact.is_hit() && exact.place == LinePosition::Inside {
                         let t = exact_t(triangle, ray).unwrap().to_f64().value();
                         assert!(nearest.t <= t);
                         seen += 1;

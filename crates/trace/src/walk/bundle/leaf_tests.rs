@@ -34,7 +34,7 @@ pub(crate) struct PacketTest {
 
 /// How much is listed.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Listed {
+pub(crate) struct ListedTests {
     /// Pairs of a triangle and a group, by group.
     pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
@@ -75,7 +75,7 @@ impl Leaves {
         (filter, projection): (&Filter<'_>, &Projection<S>),
         seen: &mut Vec<LeafSlot>,
         prefetch: &mut Prefetch<'_>,
-    ) -> Listed {
+    ) -> ListedTests {
         let Self { blocks, outlines, places, packets, numbers } = self;
         let blocks = &blocks[..used];
         for (two, outlines) in blocks.chunks(2).zip(&mut *outlines) {
@@ -87,7 +87,7 @@ impl Leaves {
         }
         let outlines = &outlines[..used.div_ceil(2)];
 
-        let (mut listed, begin, mut known) = (Listed::default(), seen.len(), 0);
+        let (mut listed, begin, mut known) = (ListedTests::default(), seen.len(), 0);
         seen.resize(begin + PAIRS, LeafSlot(0));
         for (number, group) in projection.groups.iter().enumerate() {
             if group.asked == 0 {

@@ -18,7 +18,7 @@ use super::culling::{Culling, Pending};
 use super::density::too_dense;
 use super::end_plane::EndPlane;
 use super::frustum::Frustum;
-use super::leaf_tests::{AT_ONCE, Leaves, Listed, PacketTest};
+use super::leaf_tests::{AT_ONCE, Leaves, ListedTests, PacketTest};
 use super::parts::{WIDTHS, Waiting, budget};
 use super::projection::{GROUPS, PACKETS, Projection, RAYS, least};
 use super::rays::BundleRays;
@@ -249,7 +249,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             *self;
         let Bundle { tree, filter, any, every } = bundle;
         let first = seen.len();
-        let Listed { pairs, mut tests } =
+        let ListedTests { pairs, mut tests } =
             leaves.list((tree, used), (&filter, projection), seen, prefetch);
         self.work += 8 * used + pairs.iter().sum::<usize>() + tests;
         for (group, pairs) in pairs.iter().enumerate() {
