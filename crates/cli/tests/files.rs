@@ -262,12 +262,15 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
         let mut command = place.command("trace m.obj --rays - -o out.csv");
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let partial = format!(".out.csv.{}.partial", child.id());
-        child.stdin.as_mut().unwrap().write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
+        // Held open: at the end of its rays the program could end before it hears the signal.
+        let mut input = child.stdin.take().unwrap();
+        input.write_all(b"ox,oy,oz,dx,dy,dz\n").unwrap();
         while !place.path(&partial).exists() {
             std::thread::yield_now();
         }
         signal(name, child.id());
         let status = child.wait_with_output().unwrap().status;
+        drop(input);
         assert_eq!(status.signal(), Some(number));
         assert_eq!(place.names(), names);
     }
