@@ -42,23 +42,11 @@ where
     fn run<S: Simd>(self) -> Answer {
         let Self { filter, data, packets } = self;
         let (mut answer, mut counts) = (Answer::default(), Counts::default());
-        let find = |slot| data.triangle(slot);
         for packet in packets {
             let rays = filter.prepare_packet_in::<S, N>(packet);
             let mut closest = ClosestHits::new(&packet.t_max);
-            for (i, triangle) in (0..).zip(&data.prepared) {
-                let names = (TriangleId(i), LeafSlot(i));
-                let live = packet.live();
-                filter.packet_closest_in(
-                    &rays,
-                    triangle,
-                    names,
-                    find,
-                    live,
-                    &mut closest,
-                    &mut counts,
-                );
-            }
+            let live = packet.live();
+            filter.packet_closest_of_in(&rays, &data.prepared, live, &mut closest, &mut counts);
             data.add(&filter, &rays, &closest, &mut answer);
         }
         answer

@@ -35,7 +35,7 @@ use intertri::{
     PreparedTriangle, Ray, RayPacket, Threshold, Triangle, TriangleBlock, TriangleId,
 };
 
-/// A mode, its name in messages, and what is true in it.
+/// A mode, its name in messages, and its expected answers.
 type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
 /// Every pair of a scene through every mode, level, width and form of the kernel; how many pairs hit by the reference.
@@ -115,7 +115,7 @@ impl<const N: usize> WithSimd for PacketClosest<'_, N>
 where
     Lane<N>: Width,
 {
-    type Output = [[Option<(usize, f64)>; N]; 2];
+    type Output = [[Option<(usize, f64)>; N]; 3];
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
@@ -137,6 +137,16 @@ where
         let packets = std::array::from_fn(|lane| {
             let (TriangleId(index), _) = closest.lane(lane).triangle()?;
             assert!(hits.bits >> lane & 1 == 1, "a hit without its bit");
+            Some((index as usize, hits.t[lane]))
+        });
+
+        // All triangles in one call, in their order, so that slots are indices.
+        let prepared: Vec<_> = triangles.iter().map(PreparedTriangle::new).collect();
+        let mut closest = ClosestHits::new(&packet.t_max);
+        filter.packet_closest_of_in(&rays, &prepared, live, &mut closest, counts);
+        let hits = filter.hits_in(&rays, &closest, |LeafSlot(slot)| triangles[slot as usize]);
+        let at_once = std::array::from_fn(|lane| {
+            let (TriangleId(index), _) = closest.lane(lane).triangle()?;
             Some((index as usize, hits.t[lane]))
         });
 
@@ -162,7 +172,7 @@ where
             }
             *found = filter.hit(&ray, &closest, find).map(|hit| (hit.triangle as usize, hit.t));
         }
-        [packets, one_by_one]
+        [packets, at_once, one_by_one]
     }
 }
 

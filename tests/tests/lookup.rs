@@ -176,7 +176,7 @@ fn spawned_rays_leave_their_triangle_in_f64() {
     spawned_rays_leave_their_triangle::<f64>();
 }
 
-/// From a miss, or a triangle that there is not, a ray hits nothing, whatever its interval is set to.
+/// A ray spawned from a miss or an unknown triangle hits nothing, whatever its interval is set to.
 fn rays_from_a_miss_stay_empty<S: BvhScalar>() {
     let wall = |z: f64| {
         let corners = [[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]];

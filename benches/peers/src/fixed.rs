@@ -60,7 +60,7 @@ impl Engine for Fixed {
     }
 
     fn trace(&mut self, part: Range<usize>) {
-        // So many at a time that they stay near.
+        // One chunk at a time, so that it stays in the cache.
         let Self { bvh, grid, .. } = self;
         let (query, mut lines) = (bvh.query().once(), Vec::with_capacity(CHUNK));
         let (hits, seen) = (&mut self.hits[part.clone()], &mut self.seen[part.clone()]);

@@ -50,7 +50,7 @@ pub type Beside = fn(&[Row], usize) -> Option<usize>;
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// So many rays are timed at once on one thread: a clock that dips for milliseconds spoils little.
+/// Rays that are timed together on one thread: if the clock rate dips for milliseconds, few are affected.
 const PART: usize = 1 << 16;
 
 /// Parts that count have so many times.

@@ -116,7 +116,7 @@ pub mod internal {
     pub use crate::packet::{Copy32, RayLanes};
     pub use crate::resolve::{Originals, Resolver, SharedOrigin};
     pub use crate::scalar::Bits;
-    pub use crate::simd::{Pair, prefetch, prefetch_early};
+    pub use crate::simd::{Pair, lanes_of, prefetch, prefetch_early};
 
     /// The arithmetic of the mode `exact`.
     pub mod exact {
@@ -124,7 +124,7 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, HitCoefficients, LanePairs, Pair64, SeenPlane, Side, Tier, attributes,
+            Decided, HitCoefficients, Pair64, Quotients, SeenPlane, Side, Tier, attributes,
             attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
             hits_of_origin64, hits64, is_on, is_plain, order, order_from, subnormals_are_read, t,
             t_from, t_times, touch,

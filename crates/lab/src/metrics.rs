@@ -56,9 +56,9 @@ pub struct Row {
     pub t_ulps_worst: f64,
 }
 
-/// So many cases make one piece of work, with a seed of its own.
+/// Cases in one piece of work; each piece has its own seed.
 const PIECE: u64 = 500;
-/// Of so many true hits in a piece the exact `t` is computed.
+/// The most true hits of a piece for which the exact `t` is computed.
 const EXACT: usize = 50;
 /// The families whose scenes are closed convex meshes, and how many triangles they have.
 const CLOSED: [(&str, usize); 3] =

@@ -39,7 +39,7 @@ pub struct Time {
 /// The name of the scalar f64 reference in the tables.
 pub const REFERENCE: &str = "reference";
 
-/// So many batches are run in a turn.
+/// Batches that are run in one turn.
 const BUNDLES: usize = 12;
 
 /// Measures every method in every layout that it has. `step` is called after each turn.

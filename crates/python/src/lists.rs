@@ -181,8 +181,8 @@ where
     }
 }
 
-/// An array of zeros, which the system gives without touching them, or an error where there is no memory: the call of
-/// the crate `numpy` panics there.
+/// An array of zeros, which the system provides without writing them; an error if there is too little memory, where the
+/// function of the crate `numpy` panics.
 fn zeros<T: Element>(py: Python<'_>, count: usize) -> PyResult<Bound<'_, PyArray1<T>>> {
     let made = py.import("numpy")?.call_method1("zeros", (count, T::get_dtype(py)))?;
     Ok(made.cast_into()?)

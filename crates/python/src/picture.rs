@@ -35,7 +35,7 @@ const PICTURE: usize = 4 * TILE * TILE;
 /// Fewer rows are no picture.
 const ROWS: usize = TILE / 4;
 
-/// So many bands a thread, that all are done at about the same time.
+/// Bands per thread: several, so that all threads finish at about the same time.
 const BANDS: usize = 4;
 
 /// Rows of pixels that are traced together.

@@ -37,7 +37,7 @@ pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// The same of some, by halves where there is too little memory for all.
+/// Answers points together. If there is too little memory for all, each half is answered on its own.
 fn by_halves<S: Scalar, A: Copy + Send + Sync>(
     points: &[[S; 3]],
     (answers, none): (&mut [A], A),
@@ -54,7 +54,7 @@ fn by_halves<S: Scalar, A: Copy + Send + Sync>(
     }
 }
 
-/// The same of some, as the curve goes.
+/// Answers points in the order of the curve.
 fn in_order<S: Scalar, A: Copy + Send + Sync>(
     points: &[[S; 3]],
     (answers, none): (&mut [A], A),
@@ -76,7 +76,7 @@ fn in_order<S: Scalar, A: Copy + Send + Sync>(
     Ok(())
 }
 
-/// Asks for one answer a point of who puts points in order by itself: as many at a time as may keep Ctrl-C waiting.
+/// Answers points by a function that orders them itself, in slabs small enough that Ctrl-C does not wait long.
 pub(crate) fn by_slabs<S: Scalar, A: Send>(
     py: Python<'_>,
     workers: &Workers,
@@ -125,7 +125,7 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
     Ok(order)
 }
 
-/// A vector with room for so many.
+/// An empty vector with space for `count` items.
 fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     let mut vector = Vec::new();
     vector.try_reserve_exact(count)?;

@@ -95,8 +95,8 @@ pub(crate) fn run<T: Send>(
     }
 }
 
-/// Does work that cannot stop early on a thread of its own. What a signal's handler raises is the error, at once; the
-/// thread then ends by itself, and what it made is dropped.
+/// Does work that cannot stop early on a separate thread. If a signal's handler raises, that is the error at once; the
+/// thread then runs to its end, and its result is dropped.
 pub(crate) fn run_apart<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -121,7 +121,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
     }
 }
 
-/// Pieces of many items, until work should end: of so many that each takes some milliseconds.
+/// Works on many items piece by piece until it should stop. The pieces' size adapts so that each takes some milliseconds.
 pub(crate) fn pieces(count: usize, stop: &Stop, mut each: impl FnMut(Range<usize>)) {
     let (mut done, mut size) = (0, 8);
     while done < count && !stop.is_set() {

@@ -56,7 +56,7 @@ pub(crate) fn closest<S: Scalar>(query: &mut Query<'_, S>, rays: &[RayOf<S>], hi
     }
 }
 
-/// So many triangles are written at a time, so that they stay in the cache.
+/// Triangles that are copied at a time: few enough to stay in the cache.
 const SOME: usize = 1 << 12;
 
 /// The triangles of the closest hits in one mesh; `u32::MAX` for none.

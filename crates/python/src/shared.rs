@@ -55,7 +55,7 @@ impl<S: Scalar> Shared<S> {
         let mesh = place.as_ref().ok_or_else(lost)?;
         let copy = match Arc::strong_count(mesh) {
             1 => None,
-            // A query has it. Where there is no memory for another, nothing has changed.
+            // A query still uses it. If there is too little memory for a copy, the mesh stays as it was.
             _ => Some(run(py, workers, |_| mesh.try_clone())?.map_err(no_memory)?),
         };
         let mesh = place.take().and_then(Arc::into_inner).or(copy).ok_or_else(lost)?;

@@ -186,7 +186,7 @@ def test_refit_of_some_vertices(mesh, rng):
     new = intertri.Mesh(moved, mesh.faces)
     assert mesh.refit(moved[rows], indices=rows) > 0
     assert mesh.digest == new.digest and (hits_of(mesh) == hits_of(new)).all() and (mesh.vertices == moved).all()
-    # Of a row that is named twice, the last position counts; no row, no change.
+    # If a row is named twice, the last position counts; without rows, nothing changes.
     mesh.refit([[9, 9, 9], moved[5]], indices=[5, 5])
     mesh.refit(np.zeros((0, 3)), indices=[])
     assert mesh.digest == new.digest

@@ -189,7 +189,7 @@ def test_what_is_made_of_a_mesh_asks_intertri_too(make):
     assert made is not mesh and isinstance(made, trimesh.Trimesh) and isinstance(made, type(mesh))
     assert isinstance(made.ray, RayMeshIntersector) and isinstance(made.nearest, intertri.trimesh.ProximityQuery)
     assert made.ray.mesh is made and mesh.ray.mesh is mesh
-    # It is asked about itself, and not about what it was made of.
+    # It queries its own faces, not those of the mesh it was made from.
     above = made.triangles_center[:1] + made.face_normals[:1] / 64
     assert made.ray.intersects_any(above, -made.face_normals[:1]).all()
     assert np.allclose(made.nearest.on_surface(above)[1], 1 / 64) and len(made.ray.intertri) == len(made.faces)

@@ -81,7 +81,7 @@ impl<S: Coordinate> Light<S> {
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray of a hit on a triangle by the mode [`Exact`](intertri::Exact), from there to the light: any
+    /// The shadow ray of a hit on a triangle by [`Mode::exact`](intertri::Mode::exact), from there to the light: any
     /// hit occludes it. It never meets that triangle ([`spawn_ray`]), so no share of the way is left out.
     pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {

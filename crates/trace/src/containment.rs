@@ -19,7 +19,7 @@ impl Containment {
         self.wound(if leaves { 1 } else { -1 })
     }
 
-    /// After several crossings, of which `leave` more leave than enter.
+    /// After several crossings: `leave` is how many more of them leave the mesh than enter it.
     pub(crate) fn wound(self, leave: i32) -> Self {
         let times = match self {
             Self::Outside => 0,

@@ -9,6 +9,7 @@ use intertri::simd::Simd;
 use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayId, TriangleId};
 
 use crate::tree::{Leaf, MeshTriangle, Tree};
+use crate::util::lane_ops::lanes_of;
 
 /// Which side of a triangle counts.
 ///
@@ -94,10 +95,10 @@ impl TriangleFilter<'_> {
     /// Offers the triangles of a leaf that count to the closest hit of a ray. In a frame of its own, so that
     /// traversal without a selection keeps its registers.
     #[inline(always)]
-    pub(crate) fn closest_in<S: Simd>(
+    fn closest_in<S: Simd>(
         &self,
         tree: &Tree,
-        filter: Filter<'_>,
+        filter: &Filter<'_>,
         ray: &PreparedRay,
         leaf: usize,
         closest: &mut ClosestHit,
@@ -129,16 +130,15 @@ impl TriangleFilter<'_> {
     ) -> u32 {
         let number = id.0 as usize;
         let skipped = self.selection.skip.get(number).copied().unwrap_or(&[]);
-        let counts = |lane: &u32| {
-            let slot = LeafSlot(8 * leaf as u32 + lane);
+        let counts = |&lane: &usize| {
+            let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = tree.index_of(slot);
             tree.geometries.mask_of(position) & self.selection.mask != 0
                 && !is_among(tree, skipped, position)
                 && self.faces_count(resolver, tree, (id, ray), slot)
                 && self.predicate.is_none_or(|predicate| predicate(self.first + number, slot))
         };
-        let listed = (0..8_u32).filter(|lane| lanes >> lane & 1 != 0);
-        listed.filter(counts).map(|lane| 1 << lane).sum()
+        lanes_of(lanes).filter(counts).map(|lane| 1 << lane).sum()
     }
 
     /// Whether the side from which a ray comes counts.
@@ -162,6 +162,32 @@ impl TriangleFilter<'_> {
 fn is_among(tree: &Tree, hits: &[Hit], position: TriangleId) -> bool {
     let MeshTriangle { triangle, geometry } = tree.geometries.name(position);
     hits.iter().any(|hit| (hit.geometry, hit.triangle) == (geometry, triangle))
+}
+
+/// Offers the triangles of a leaf, those that count, to the closest hit of a ray.
+#[inline(always)]
+pub(crate) fn closest_in_leaf<S: Simd>(
+    selection: &ActiveSelection<'_>,
+    tree: &Tree,
+    filter: &Filter<'_>,
+    ray: &PreparedRay,
+    leaf: usize,
+    closest: &mut ClosestHit,
+    counts: &mut Counts,
+) {
+    match selection {
+        None => {
+            let Leaf { block, indices } = &tree.leaves[leaf];
+            let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
+            filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
+        }
+        // Counts that are lent to a call would be in memory everywhere.
+        Some(selection) => {
+            let mut some = Counts::default();
+            selection.closest_in::<S>(tree, filter, ray, leaf, closest, &mut some);
+            *counts += some;
+        }
+    }
 }
 
 /// The candidate lanes of a leaf that count.

@@ -14,7 +14,7 @@ use intertri_trace::{Bvh, ClosestPoint, Containment, Solid};
 /// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to be missing.
 const LEAST: usize = 1 << 19;
 
-/// The system's allocator, of which one allocation of a thread may fail.
+/// The system's allocator, which can be set to fail one allocation of a thread.
 struct Failing;
 
 std::thread_local! {
@@ -78,7 +78,7 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     unreachable!("some call has no more allocations")
 }
 
-/// A closed bumpy ball of so many rings, and needles and a triangle without area beside it.
+/// A closed bumpy ball of `rings` rings, with some needles and a triangle without area beside it.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);

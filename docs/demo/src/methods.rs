@@ -135,18 +135,7 @@ impl WithSimd for OfMode<'_> {
             let (rays, live) = (filter.prepare_packet_in::<S, 8>(packet), packet.live());
             if closest {
                 let mut best = ClosestHits::new(&packet.t_max);
-                for (k, triangle) in (0..).zip(&prepared) {
-                    let names = (TriangleId(k), LeafSlot(k));
-                    filter.packet_closest_in(
-                        &rays,
-                        triangle,
-                        names,
-                        find,
-                        live,
-                        &mut best,
-                        &mut counts,
-                    );
-                }
+                filter.packet_closest_of_in(&rays, &prepared, live, &mut best, &mut counts);
                 let t = filter.hits_in(&rays, &best, find).t;
                 for lane in 0..8 {
                     if let Some((TriangleId(k), _)) = best.lane(lane).triangle() {

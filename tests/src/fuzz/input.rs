@@ -140,7 +140,7 @@ impl<'a> Input<'a> {
     }
 }
 
-/// So many ulps up or down, over zero too.
+/// Moves a number by some ulps, up or down, across zero too.
 fn steps(x: f32, steps: i32) -> f32 {
     (0..steps.abs()).fold(x, |x, _| if steps > 0 { x.next_up() } else { x.next_down() })
 }

@@ -158,7 +158,7 @@ pub(crate) struct Cases<S: Scalar> {
 }
 
 impl<S: Float> Cases<S> {
-    /// So many pairs of each kind, from a seed; one in `seldom` is asked what takes long. The counts of each kind.
+    /// Compares pairs of each kind, from a seed, and returns the counts by kind. Slow checks run on one pair in `seldom`.
     fn run(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Counts> {
         let mut all = vec![Counts::default(); self.kinds];
         let mut rng = Rng::new(seed);
@@ -197,7 +197,7 @@ impl<S: Float> Cases<S> {
         })
     }
 
-    /// So many pairs of each kind; and that there was enough to compare.
+    /// Compares pairs of each kind, and checks that there were enough to compare.
     pub(crate) fn agree(self, pairs: usize) {
         let all = self.run_on_all(pairs, 1, 1);
         println!("{all:#?}");
@@ -208,7 +208,7 @@ impl<S: Float> Cases<S> {
         }
     }
 
-    /// So many pairs by `INTERTRI_EXACT_PAIRS`, the first of them by `INTERTRI_EXACT_SEED`.
+    /// Compares as many pairs as `INTERTRI_EXACT_PAIRS` says, from the seed `INTERTRI_EXACT_SEED`.
     pub(crate) fn agree_for_hours(self) {
         let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
         let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);

@@ -99,7 +99,7 @@ fn signed_crossings_are_the_winding_number() {
     );
 }
 
-/// So many rays of a mesh through its hierarchy; how many there were of each winding number.
+/// Traces rays through the hierarchy of a mesh; returns how many had each winding number.
 fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i32, usize> {
     let Closed { name, triangles, .. } = mesh;
     let solid = Solid::new(triangles).unwrap();

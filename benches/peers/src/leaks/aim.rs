@@ -45,7 +45,7 @@ impl Aim {
     }
 }
 
-/// So many rays, each from one of the points toward a random target, the same on every call.
+/// Random rays, each from one of the points toward a target. Every call returns the same ones.
 pub fn aims(target: Target, adjacency: &Adjacency, inside: &[[f32; 3]], rays: usize) -> Vec<Aim> {
     let points = adjacency.points();
     let ends: Vec<[u32; 2]> = match target {

@@ -55,7 +55,7 @@ pub struct Options {
     /// Engines, or what their names begin with up to a dash; all unless given.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// So many hits of each ray; all unless given. Peers are asked for all.
+    /// The most hits to list for each ray; all by default. Peers always list all.
     #[arg(long)]
     limit: Option<usize>,
     /// Threads; 0 for all.
@@ -132,7 +132,7 @@ fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// So many hits as an answer: the number stands where else the triangle does.
+/// A number of hits as an answer: it takes the place of the triangle.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }

@@ -10,7 +10,7 @@ pub(crate) fn model(path: Option<&Path>) -> String {
     path.map_or("the built-in scene".to_owned(), |path| path.display().to_string())
 }
 
-/// So many rays in so much time.
+/// The rate at which rays were traced.
 pub(crate) fn rate(rays: u64, seconds: f64) -> String {
     if seconds > 0.0 {
         format!("{:.2} million a second", rays as f64 / seconds * 1e-6)

@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 use super::input::{is_plain, pair};
 use super::int::Int;
 use super::numbers::{Numbers, Pair, Scales};
-use super::one_pair::{self, Meeting};
+use super::one_pair::{self, Intersection};
 use super::quotient::{Quotient, pow2};
 use super::tier::{Tier, at_tier, is_f64};
 use crate::{RayOf, Scalar, TriangleOf};
@@ -26,7 +26,7 @@ pub(crate) fn t_times_from<S: Scalar>(
     exponent: i32,
 ) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
-        let Meeting { quotients: [t, ..], sure, .. } = one_pair::meet(ray, triangle);
+        let Intersection { quotients: [t, ..], sure, .. } = one_pair::meet(ray, triangle);
         let is_sure = sure & 1 != 0;
         if is_sure && exponent == 0 {
             return t;
@@ -68,7 +68,7 @@ pub fn attributes_from<S: Scalar>(
 ) -> (f64, f64, f64) {
     let mut known = ([0.0; 3], 0);
     if from == Tier::Float && is_plain(ray, triangle) {
-        let Meeting { quotients: [t, u, v], sure, .. } = one_pair::meet(ray, triangle);
+        let Intersection { quotients: [t, u, v], sure, .. } = one_pair::meet(ray, triangle);
         if sure == 0b111 {
             return (t, u, v);
         }

@@ -56,7 +56,7 @@ pub use on_triangle::is_on;
 pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
-pub use rounded::LanePairs;
+pub use rounded::Quotients;
 pub use seen_plane::SeenPlane;
 pub use shared_origin64::hits_of_origin64;
 pub use spawn::{spawn_ray, spawn_ray_to};
@@ -66,7 +66,7 @@ use core::cmp::Ordering;
 
 use crate::{RayOf, Scalar, TriangleOf};
 
-/// Whether a ray meets a triangle within its interval, by a rule for who owns its edges and corners.
+/// Whether a ray meets a triangle within its interval. The rule says which triangles own a shared edge or corner.
 pub fn hit<S: Scalar>(rule: Rule, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     crossing_from(Tier::Float, rule, ray, triangle).is_some()
 }

@@ -18,7 +18,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 
 /// Where a ray meets a triangle, and on which side of its edges it runs.
 #[derive(Clone, Copy)]
-pub(super) struct Meeting {
+pub(super) struct Intersection {
     /// t, u and v.
     pub(super) quotients: [f64; 3],
     /// Which of them are proven to be rounded right, the lowest bit t's.
@@ -27,7 +27,7 @@ pub(super) struct Meeting {
     volumes: [[f64; 4]; 3],
 }
 
-impl Meeting {
+impl Intersection {
     /// The signs of T, U, V and W, each 0 where it is not proven.
     pub(super) fn signs(&self) -> [i8; 4] {
         let [high, low, err] = self.volumes;
@@ -48,7 +48,7 @@ fn sign(x: f64, err: f64) -> i8 {
 
 /// Where a ray meets a triangle. No number may be subnormal; of what is given in f64 none may be so large or so small
 /// that a product is.
-pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Meeting {
+pub(super) fn meet<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Intersection {
     // Four lanes are all that it takes.
     Level::avx2().unwrap_or(Level::PORTABLE).run(Meet { ray, triangle })
 }
@@ -59,7 +59,7 @@ struct Meet<'a, X> {
 }
 
 impl<X: Scalar> WithSimd for Meet<'_, X> {
-    type Output = Meeting;
+    type Output = Intersection;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
@@ -104,7 +104,11 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
         if !exact {
             volumes[2] = [f64::NAN; 4];
         }
-        Meeting { quotients: [t, u, v], sure: if exact { sure.bits() >> 1 } else { 0 }, volumes }
+        Intersection {
+            quotients: [t, u, v],
+            sure: if exact { sure.bits() >> 1 } else { 0 },
+            volumes,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::attributes;
 use super::input::subnormals_are_read;
-use super::rounded::LanePairs;
+use super::rounded::Quotients;
 use crate::Hit;
 use crate::hit_attributes::Pairs;
 use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of};
@@ -15,7 +15,7 @@ pub(crate) fn t_in<D: Lanes<Scalar = f64>>(
     origin: Vec3<D>,
     dir: Vec3<D>,
 ) -> (D, u32) {
-    let (t, sure) = LanePairs::new(corners, origin, dir).t();
+    let (t, sure) = Quotients::new(corners, origin, dir).t();
     (t, if subnormals_are_read() { sure.bits() } else { 0 })
 }
 
@@ -26,7 +26,7 @@ pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
     let (mut t, mut u, mut v, mut sure) = ([0.0; 8], [0.0; 8], [0.0; 8], 0);
     for from in [0, 4] {
         let (corners, origin, dir) = pairs.lanes::<S::F64x4>(from);
-        let seen = LanePairs::new(corners, origin, dir);
+        let seen = Quotients::new(corners, origin, dir);
         let ((in_t, t_sure), (in_u, in_v, weights_sure)) = (seen.t(), seen.weights());
         in_t.store(&mut t[from..]);
         in_u.store(&mut u[from..]);

@@ -17,7 +17,7 @@ pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, in numbers that f64 holds exactly.
 #[derive(Clone, Copy)]
-pub struct LanePairs<D: Lanes> {
+pub struct Quotients<D: Lanes> {
     a: Vec3<D>,
     h4: Vec3<D>,
     h5: Vec3<D>,
@@ -45,7 +45,7 @@ impl<D: Lanes<Scalar = f64>> Volume<D> {
     }
 }
 
-impl<D: Lanes<Scalar = f64>> LanePairs<D> {
+impl<D: Lanes<Scalar = f64>> Quotients<D> {
     /// Corners, origins and directions in lanes, none of which may be subnormal in f32.
     #[inline(always)]
     pub fn new([c1, c2, c3]: [Vec3<D>; 3], org: Vec3<D>, dir: Vec3<D>) -> Self {
@@ -192,13 +192,13 @@ mod tests {
             let den = numbers.below(52) | 1 << 51;
             let middle = i128::from(numbers.below(53) | 1 << 53) * 2 + i128::from(i % 2);
             let num = middle * i128::from(den) + i128::from(numbers.below(2 + i % 50) - 1);
-            let seen = LanePairs::new([0, 1, 2].map(axis), axis(3), axis(2));
+            let seen = Quotients::new([0, 1, 2].map(axis), axis(3), axis(2));
             let value = |x: i128| {
                 let high = x as f64;
                 Double { high, low: (x - high as i128) as f64 }
             };
             let (num_two, den_two) = (value(num), value(den.into()));
-            let seen = LanePairs {
+            let seen = Quotients {
                 den: Volume { value: den_two, err: den_two.high * DOUBT },
                 inverse: 1.0 / den_two.high,
                 ..seen

@@ -91,8 +91,8 @@ impl<'a> Filter<'a> {
         Self { threshold: Threshold::ZERO, resolver, level, room: &Room::EXACT }
     }
 
-    /// For f32 copies of coordinates given in f64, right on the originals (`docs/numerics/f64.md`), with room for
-    /// the rounding of the copies.
+    /// For f32 copies of f64 coordinates: answers are exact for the originals. `room` bounds the rounding of the copies
+    /// (`docs/numerics/f64.md`).
     #[doc(hidden)]
     #[inline]
     pub fn on_copies(originals: &'a dyn Originals, room: &'a Room, level: Level) -> Self {

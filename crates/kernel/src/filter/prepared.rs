@@ -1,4 +1,4 @@
-//! What is computed once: from a triangle for many rays, or from rays for many triangles.
+//! Values computed once: from a triangle for many rays, or from rays for many triangles.
 
 use super::precheck::{Constants, Precheck};
 use super::{Counts, Filter, Rays, Triangles, Verdicts};
@@ -128,9 +128,30 @@ impl Filter<'_> {
         PreparedPacket { packet, lanes, precheck: Precheck::new(&lanes) }
     }
 
-    /// What the filter says of N rays and one triangle.
+    /// The filter's verdicts on N rays and one triangle.
     #[inline(always)]
     pub(crate) fn test_packet<S: Simd, const N: usize>(
+        &self,
+        rays: &PreparedPacket<'_, S, N>,
+        triangle: &PreparedTriangle,
+        far: <Lane<N> as Width>::F<S>,
+        live: u32,
+        counts: &mut Counts,
+    ) -> Verdicts<<Lane<N> as Width>::F<S>>
+    where
+        Lane<N>: Width,
+    {
+        // Nearly always the precheck rules out all rays of a packet.
+        if !rays.may_hit(triangle, live) {
+            counts.tests += u64::from(live.count_ones());
+            return Verdicts::miss();
+        }
+        self.test_candidate(rays, triangle, far, live, counts)
+    }
+
+    /// [`Filter::test_packet`] for a triangle that passed the precheck.
+    #[inline(always)]
+    pub(crate) fn test_candidate<S: Simd, const N: usize>(
         &self,
         rays: &PreparedPacket<'_, S, N>,
         PreparedTriangle { constants, triangle }: &PreparedTriangle,
@@ -141,11 +162,17 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
-        // Nearly always all rays of a packet surely miss.
-        if (!rays.precheck.sure_miss(constants)).bits() & live == 0 {
-            counts.tests += u64::from(live.count_ones());
-            return Verdicts::miss();
-        }
         self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
+    }
+}
+
+impl<S: Simd, const N: usize> PreparedPacket<'_, S, N>
+where
+    Lane<N>: Width,
+{
+    /// Whether the precheck leaves any of the live rays a chance to hit the triangle.
+    #[inline(always)]
+    pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
+        (!self.precheck.sure_miss(&triangle.constants)).bits() & live != 0
     }
 }

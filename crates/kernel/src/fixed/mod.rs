@@ -63,7 +63,7 @@ pub use snapped::{Ray, Triangle};
 /// }
 /// ```
 pub trait IntWidth: Width {
-    /// So many i64.
+    /// Lanes of i64.
     type I<S: Simd>: Ints;
 }
 

@@ -201,7 +201,7 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
     }
 }
 
-/// So many packets of eight rays share what is computed from a triangle.
+/// Packets of eight rays that share what is computed from a triangle.
 const PACKETS: usize = 8;
 
 struct ClosestBatch<'a> {

@@ -110,7 +110,7 @@ impl ClosestHit {
         }
     }
 
-    /// Offers the pair of a lane of which nothing is decided.
+    /// Offers the pair of a lane that the filter left undecided.
     #[inline(always)]
     fn offer_undecided(
         &mut self,
@@ -171,7 +171,7 @@ impl ClosestHit {
         let first = least(&t_hi);
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
-        // Nearly always there is one, and it surely wins.
+        // Nearly always there is only one, and it is certain to win.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;

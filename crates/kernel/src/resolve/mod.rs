@@ -25,27 +25,27 @@ use crate::hit_attributes::Pairs;
 use crate::simd::Simd;
 use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
-/// What settles undecided pairs, one at a time.
+/// Decides, one at a time, the pairs that the filter leaves undecided.
 #[derive(Clone, Copy, Debug)]
 pub enum Resolver<'a> {
     /// The operations of document A in f64, with this threshold.
     Document(f64),
-    /// Right on the coordinates as given, with a rule for who owns an edge.
+    /// Exact arithmetic on the given coordinates. The rule says which triangles own a shared edge or corner.
     Exact(Rule),
-    /// The same for originals, of which the filter sees copies.
+    /// Exact arithmetic on f64 originals, where the filter tests their f32 copies.
     Originals(&'a dyn Originals),
 }
 
 impl<'a> Resolver<'a> {
-    /// Whether every hit lies on its triangle. So it does by all that is exact; by the document's operations it may lie
-    /// beside it.
+    /// Whether every hit lies on its triangle. Exact resolvers guarantee that; the document's rounded operations may
+    /// report a hit beside it.
     #[inline]
     pub fn hits_lie_on_triangles(self) -> bool {
         !matches!(self, Self::Document(_))
     }
 
-    /// What to prefetch while so many rays are traced, the first of which has a number: the `next` rays, or where rays
-    /// are copies, what later ones are copied from.
+    /// The memory to prefetch while `count` rays are traced, from this one on: the `next` rays, or where those are copies,
+    /// their originals.
     #[inline]
     pub fn memory_after<'b>(self, (ray, count): (RayId, usize), next: &'b [Ray]) -> &'b [u8]
     where
@@ -152,8 +152,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether a ray that hits two triangles surely does so at one t, because it meets them where they touch. Of a pair
-    /// that is no hit it may say either; a resolver that does not know says no, and asks for nothing.
+    /// Whether a ray that hits two triangles is certain to hit both at one t, because it meets them where they touch. If
+    /// it misses one, either answer may come; a resolver that cannot tell returns false without calling `pair`.
     #[inline(always)]
     pub fn touch(
         self,

@@ -39,7 +39,7 @@ pub trait Originals: fmt::Debug + Sync {
     /// Whether the ray runs with the triangle's normal or against it; `None` where it runs along the plane.
     fn facing(&self, ray: RayId, slot: LeafSlot) -> Option<Side>;
 
-    /// What to prefetch while this ray and those after it are traced, so many in all: rays that are copied later.
+    /// The memory to prefetch while `count` rays are traced, from this one on: rays that are copied later.
     fn later(&self, ray: RayId, count: usize) -> &[u8];
 
     /// Prefetches a pair.
@@ -49,8 +49,8 @@ pub trait Originals: fmt::Debug + Sync {
     /// the ray.
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]);
 
-    /// The same of rays in a row that start at one origin: of pairs of one of them and which of `slots` it is known to
-    /// hit; beyond all of them, where it hits none.
+    /// [`Originals::hits`] for consecutive rays whose copies share their origin. A pair is an offset into `rays` and an
+    /// index into `slots`; an index past the end stands for a miss.
     fn shared_origin_hits(
         &self,
         rays: Range<u32>,
@@ -59,7 +59,7 @@ pub trait Originals: fmt::Debug + Sync {
         hits: &mut [Hit],
     );
 
-    /// The same of one pair.
+    /// [`Originals::hits`] for one pair.
     fn hit_attributes(&self, ray: RayId, slot: LeafSlot) -> Hit {
         let mut hit = [Hit::MISS];
         self.hits(&[(ray, slot)], &mut hit);

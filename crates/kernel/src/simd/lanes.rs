@@ -155,9 +155,9 @@ pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
     a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 }
 
-/// Bits of a mask, from the lowest.
+/// The lanes whose bits are set in a mask, from the lowest.
 #[inline(always)]
-pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
         bits &= bits.wrapping_sub(1);

@@ -52,7 +52,8 @@ mod x86;
 pub use dispatch::{WithSimd, dispatch};
 pub use int::Ints;
 pub(crate) use int::One;
-pub(crate) use lanes::lanes_of;
+#[doc(hidden)]
+pub use lanes::lanes_of;
 pub use lanes::{Lanes, Mask};
 pub use level::Level;
 pub use level_lanes::Simd;

@@ -18,9 +18,9 @@ use super::pair::Pair;
 /// }
 /// ```
 pub trait Width {
-    /// So many f32.
+    /// Lanes of f32.
     type F<S: Simd>: Lanes<Scalar = f32>;
-    /// So many f64.
+    /// Lanes of f64.
     type D<S: Simd>: Lanes<Scalar = f64>;
 }
 

@@ -10,7 +10,7 @@ use crate::methods::METHODS;
 use crate::rng::Rng;
 use crate::workloads::{Model, Workload};
 
-/// So many rays make one piece of work, with a seed of its own.
+/// Rays in one piece of work; each piece has its own seed.
 const PIECE: u64 = 256;
 
 /// Counts the errors of every method that such rays are for, on at least so many rays. `step` is told how

@@ -3,7 +3,7 @@
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
-use crate::stress::{ASKED, DISTANCES, Input, OffsetErrors};
+use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors};
 
 const LEFT: f64 = 250.0;
 const WIDE: f64 = 560.0;
@@ -54,8 +54,8 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
         if i == 0 || ASKED[i - 1].1 != given {
             y += HEADING;
             let heading = match given {
-                Input::AsGiven => "f64, as given",
-                Input::Rounded => "rounded to f32 first, as tracers in f32 do",
+                InputPrecision::AsGiven => "f64, as given",
+                InputPrecision::Rounded => "rounded to f32 first, as tracers in f32 do",
             };
             svg.text([16.0, y - 10.0], heading, Font::new(12.5, Anchor::Start).bold());
         }

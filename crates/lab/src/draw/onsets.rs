@@ -5,7 +5,7 @@ use super::marks::{colour_of, in_order, is_kernel, pale_of};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
 use crate::stress::{Onset, SWEEPS, Sweep};
 
-/// So many sweeps stand side by side.
+/// Sweeps that are drawn side by side.
 const COLUMNS: usize = 9;
 /// A cell with the space around it, and the space to its right and above it.
 const CELL: [f64; 2] = [140.0, 38.0];

@@ -7,7 +7,7 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use super::svg::Svg;
 
-/// So many pixels to a unit of the picture.
+/// Pixels per unit of the picture.
 const SCALE: f32 = 2.0;
 
 /// The picture as a PNG file.

@@ -6,7 +6,7 @@ use super::svg::width;
 use super::{Svg, chart, edge_maps, heat, offsets, onsets};
 use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::methods::METHODS;
-use crate::stress::{ASKED, DISTANCES, Input, OffsetErrors, Onset, SWEEPS};
+use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEPS};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
@@ -152,7 +152,7 @@ fn the_rows_of_onsets_and_edge_maps_name_each_method() {
 fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
     let mut all = Vec::new();
     for (method, given) in ASKED {
-        let wrong = if given == Input::AsGiven { [0; 3] } else { [1, 700, 2000] };
+        let wrong = if given == InputPrecision::AsGiven { [0; 3] } else { [1, 700, 2000] };
         for (distance, false_hits) in [DISTANCES[0], 500e3, DISTANCES[1]].into_iter().zip(wrong) {
             all.push(OffsetErrors {
                 distance,

@@ -54,7 +54,7 @@ pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
 struct Snapped {
     rays: Vec<fixed::Ray>,
     triangles: Vec<fixed::Triangle>,
-    /// So many rays were given, of which none are above where something did not fit.
+    /// The number of rays, which all count as misses, where something did not fit on the grid; else 0.
     misses: usize,
 }
 

@@ -83,18 +83,7 @@ where
         for packet in packets {
             let rays = filter.prepare_packet_in::<S, N>(packet);
             let (live, mut bests) = (packet.live(), ClosestHits::new(&packet.t_max));
-            for (i, triangle) in (0..).zip(triangles) {
-                let names = (TriangleId(i), LeafSlot(i));
-                filter.packet_closest_in(
-                    &rays,
-                    triangle,
-                    names,
-                    find,
-                    live,
-                    &mut bests,
-                    &mut counts,
-                );
-            }
+            filter.packet_closest_of_in(&rays, triangles, live, &mut bests, &mut counts);
             answers::<S, N>(&filter, &rays, &bests, find, live, nearest);
         }
     }

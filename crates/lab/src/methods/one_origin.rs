@@ -42,7 +42,7 @@ const GRAZING: f64 = 24.0 * U;
 /// A shorter edge counts as so long: 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// The square root of a sum of squares, rounded up, and what is added against underflow: 2^-49.
+/// Factor that rounds the square root of a sum of squares up, and 2^-49, which is added against underflow.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 

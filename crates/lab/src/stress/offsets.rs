@@ -20,7 +20,7 @@ use crate::test_batch::Answer;
 
 /// What a method was given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Input {
+pub enum InputPrecision {
     /// The coordinates as they are, in f64.
     #[serde(rename = "f64")]
     AsGiven,
@@ -30,15 +30,15 @@ pub enum Input {
 }
 
 /// The methods that are asked, each with what it is given.
-pub const ASKED: [(&str, Input); 8] = [
-    ("exact", Input::AsGiven),
-    ("Möller–Trumbore f64", Input::AsGiven),
-    ("exact", Input::Rounded),
-    ("Möller–Trumbore f64", Input::Rounded),
-    ("Möller–Trumbore f32", Input::Rounded),
-    ("Woop f32", Input::Rounded),
-    ("Embree fast f32", Input::Rounded),
-    ("Embree robust f32", Input::Rounded),
+pub const ASKED: [(&str, InputPrecision); 8] = [
+    ("exact", InputPrecision::AsGiven),
+    ("Möller–Trumbore f64", InputPrecision::AsGiven),
+    ("exact", InputPrecision::Rounded),
+    ("Möller–Trumbore f64", InputPrecision::Rounded),
+    ("Möller–Trumbore f32", InputPrecision::Rounded),
+    ("Woop f32", InputPrecision::Rounded),
+    ("Embree fast f32", InputPrecision::Rounded),
+    ("Embree robust f32", InputPrecision::Rounded),
 ];
 
 /// How a method fares at a distance from zero.
@@ -49,7 +49,7 @@ pub struct OffsetErrors {
     /// The method.
     pub method: &'static str,
     /// What it was given.
-    pub given: Input,
+    pub given: InputPrecision,
     /// How many rays were asked.
     pub trials: u64,
     /// Rays that hit the wall, called a miss.
@@ -107,9 +107,9 @@ pub fn sweep_offsets(
             let truth: Vec<bool> = wall.rays.iter().map(|ray| is_hit(&wall, ray)).collect();
             for errors in &mut errors {
                 let answers = match (errors.given, errors.method) {
-                    (Input::AsGiven, "exact") => exact(&wall.halves, &wall.rays),
-                    (Input::AsGiven, _) => in_f64(&wall),
-                    (Input::Rounded, name) => rounded(&wall, name),
+                    (InputPrecision::AsGiven, "exact") => exact(&wall.halves, &wall.rays),
+                    (InputPrecision::AsGiven, _) => in_f64(&wall),
+                    (InputPrecision::Rounded, name) => rounded(&wall, name),
                 };
                 assert_eq!(answers.len(), truth.len(), "an answer for each ray");
                 for (&truth, answer) in truth.iter().zip(answers) {
@@ -207,18 +207,20 @@ mod tests {
         assert_eq!(errors.len(), 4 * ASKED.len());
         let of =
             |method, given| errors.iter().filter(move |e| e.method == method && e.given == given);
-        for errors in of("exact", Input::AsGiven) {
+        for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
         // From a metre to a million of kilometres: half of the answers is chance.
-        for (method, given) in ASKED.iter().filter(|(_, given)| *given == Input::Rounded) {
+        for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
         }
         // f64 by itself leaks where the halves meet.
-        assert!(of("Möller–Trumbore f64", Input::AsGiven).any(|errors| errors.share() > 0.0));
+        assert!(
+            of("Möller–Trumbore f64", InputPrecision::AsGiven).any(|errors| errors.share() > 0.0)
+        );
         // Both kinds of rays are there.
-        let told: Vec<_> = of("Embree robust f32", Input::Rounded).collect();
+        let told: Vec<_> = of("Embree robust f32", InputPrecision::Rounded).collect();
         assert!(told[3].false_misses > 100 && told[2].false_hits > 100, "{told:?}");
     }
 }

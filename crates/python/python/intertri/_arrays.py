@@ -148,7 +148,7 @@ def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
 
 
 def vertex_rows(indices: ArrayLike, moved: Floats, count: int) -> NDArray[np.intp]:
-    """The rows of so many vertices to which new positions belong, one each."""
+    """The rows of the vertices that move, one for each new position, checked against the number of vertices."""
     rows = _inputs.array(indices, "indices")
     if rows.size == 0:
         rows = rows.astype(np.intp)

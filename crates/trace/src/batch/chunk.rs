@@ -14,8 +14,9 @@ use crate::walk::bundle::{
 };
 use crate::walk::stream::Stream;
 
-/// So many rays that make no bundle are a stream: more would no longer fit into the cache. Those that
-/// bundles leave wait for the end of their chunk: after a bundle some CPUs have a lower clock for a while.
+/// Rays outside any bundle are traced as a stream once there are this many: more would not fit into the cache. Rays
+/// that a bundle could not trace wait until the end of the chunk, because some CPUs lower their clock rate for a while
+/// after a bundle.
 const STREAM: usize = 4096;
 
 /// Rays of the smallest bundle.
@@ -133,7 +134,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 
-            // The others wait for some more of them, unless any hit will do and one is found.
+            // The other rays wait for the next stream, except those whose query for any hit is already answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
                 let is_left =
@@ -154,8 +155,8 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// Some rays as a bundle, if they share their origin; or if any hit will do, which can be asked from where
-/// rays end, too, their end.
+/// The rays as a bundle, if they share their origin. Queries for any hit can also be traced backwards, so there a common
+/// end is enough.
 #[inline(always)]
 fn bundle_of<'a>(
     (rays, next, first): (&'a [Ray], &'a [Ray], RayId),

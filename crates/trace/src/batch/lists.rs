@@ -48,7 +48,7 @@ impl<T> Lists<T> {
         self.offsets.len().saturating_sub(1)
     }
 
-    /// Whether there is no ray.
+    /// Whether there are no rays.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -107,11 +107,11 @@ impl ListItem for Crossing {
     }
 }
 
-/// Rays a thread takes at a time: what is listed of them stays in the cache.
+/// Rays a thread takes at a time: few enough for their lists to stay in the cache.
 const CHUNK: usize = 1 << 12;
 
-/// So many chunks a thread before they are put together. Their memory is taken once for all of them: the system
-/// gives it slower than hits are found.
+/// Chunks per thread in a round, after which their lists are concatenated. Each round reuses the memory of the last,
+/// because the system allocates memory more slowly than hits are found.
 const ROUND: usize = 8;
 
 /// Lists every hit of many rays; of each ray the first `limit`, if there is a limit.
@@ -157,7 +157,7 @@ struct ChunkLists<T> {
     pairs: HitPairs,
     /// Where those of each ray end.
     ends: Vec<usize>,
-    /// For each ray in turn, the slots of its triangles and which of the pairs these are.
+    /// Ray by ray, the slot of each triangle it hits and the index of that pair.
     slots: Vec<(LeafSlot, u32)>,
     items: Vec<T>,
     /// Whether there is too little memory.
@@ -239,7 +239,7 @@ fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
 }
 
-/// Finds where the pairs meet of which that is not known yet.
+/// Computes the hits of those pairs whose hit is not known yet.
 struct Meet<'a> {
     tree: &'a Tree,
     rays: &'a [Ray],
@@ -254,7 +254,7 @@ impl WithSimd for Meet<'_> {
     fn run<S: Simd>(self) {
         let Self { tree, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
 
-        // Eight pairs side by side, whosever they are.
+        // Eight pairs side by side, of any rays.
         let (mut eight, mut waiting) = (Pairs::new(), 0);
         let (mut ids, mut to) = ([(RayId(0), LeafSlot(0)); 8], [0; 8]);
         for (i, &(id, slot)) in pairs.iter().enumerate() {
@@ -349,7 +349,7 @@ mod tests {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);
         let bvh = Bvh::new(&[wall(7.0), wall(5.0), wall(6.0)]).unwrap();
         let count = ROUND * threads::count() * CHUNK + 2 * CHUNK + 3;
-        // So many hits of the i-th.
+        // How many hits the i-th ray has.
         let hits = |i: usize| [3, 0, 1, 2][(i / 5 + i / CHUNK) % 4];
         let ray = |i: usize| {
             let from = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 6.5], [1.0, 1.0, 5.5]];

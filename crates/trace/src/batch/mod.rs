@@ -27,7 +27,7 @@ use chunk::Chunk;
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 
-/// The rays of one call, and what is asked of them.
+/// The rays of one call, with the query's mode and selection.
 pub(crate) struct RayBatch<'a, S: Backend> {
     pub(crate) tree: &'a Tree,
     pub(crate) originals: &'a S::Originals,
@@ -108,7 +108,7 @@ mod tests {
 
     use crate::Bvh;
 
-    /// A bumpy sheet of 30 by 30 units, of so many squares a side.
+    /// A bumpy sheet of 30 by 30 units, divided into `squares` by `squares` squares.
     fn sheet(squares: usize) -> Bvh {
         let size = 30.0 / squares as f32;
         let corner =

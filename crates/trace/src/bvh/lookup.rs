@@ -17,7 +17,7 @@ const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 ///
 /// The first of these calls makes a table of 4 bytes a triangle, so it takes longer than the others.
 impl<S: BvhScalar> Bvh<S> {
-    /// The triangle of a hit; `None` for a miss, and if there is no such triangle.
+    /// The triangle of a hit; `None` for a miss or an unknown triangle.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Hit, Ray, Triangle}};

@@ -121,7 +121,7 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// From a tree and what is stored beside it.
+    /// From a tree and the data stored with it.
     fn of_parts(tree: Tree, originals: S::Originals) -> Self {
         Self { tree, originals, slots: OnceLock::new() }
     }

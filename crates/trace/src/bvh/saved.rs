@@ -98,7 +98,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// Bytes that grow as far as there is memory.
+/// Bytes that report an error when they cannot grow.
 struct Bytes(Vec<u8>);
 
 impl Write for Bytes {

@@ -13,12 +13,12 @@ use crate::walk::BatchOutput;
 
 /// Many rays a call, on all threads.
 ///
-/// A batch returns its answers; its sister `…_into` writes them to a slice of yours, and returns how many tests were
-/// made. `answers[i]` belongs to `rays[i]`.
+/// Each method returns its answers; its `…_into` variant writes them to a slice of yours and returns the number of
+/// tests. `answers[i]` belongs to `rays[i]`.
 ///
-/// Rays that are neighbours in the slice are best neighbours in space, too. Fastest are rays that share their origin,
-/// 1024 of them in a row in a narrow cone, such as 32 by 32 pixels in Z-order; the library finds out whether that is
-/// so, and no answer depends on it.
+/// Batches are faster if rays that are neighbours in the slice are also neighbours in space. Fastest are rays that share
+/// their origin, 1024 in a row in a narrow cone, such as 32 by 32 pixels in Z-order. The library detects this by itself,
+/// and answers do not depend on the order.
 ///
 /// # Panics
 /// If rays and answers differ in number, or if there are lists of triangles to skip but not one a ray.
@@ -63,8 +63,8 @@ impl<S: BvhScalar> Query<'_, S> {
 
     /// [`Query::any`] of many rays.
     ///
-    /// Fastest where neighbours share their origin, or end at one point but for rounding, at t = 1 or at `t_max`, and
-    /// do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that starts on a surface may hit it,
+    /// Fastest where neighbouring rays share their origin, or all end at one point (up to rounding), at t = 1 or `t_max`,
+    /// and do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that starts on a surface may hit it,
     /// because its origin is rounded.
     pub fn any_batch(&self, rays: &[RayOf<S>]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
@@ -131,7 +131,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(output))
     }
 
-    /// Does something with the rays, on this thread alone if that is asked for.
+    /// Runs `trace` on the rays: on this thread only, if the query is set so.
     fn with_batch<A>(
         &self,
         mode: Mode,

@@ -1,4 +1,4 @@
-//! What is asked of a hierarchy: one object with the mode, the selection and the scratch memory, and all verbs.
+//! `Query`: one object with the mode, the selection, the scratch memory, and every verb.
 
 mod batches;
 mod shortcuts;
@@ -7,14 +7,14 @@ mod visible;
 use std::fmt;
 
 use intertri::simd::Level;
-use intertri::{Crossing, Filter, Hit, Mode, Ray, RayOf};
+use intertri::{Crossing, Hit, Mode, RayId, RayOf};
 
 use crate::bvh::Bvh;
 use crate::scalar::BvhScalar;
 use crate::selection::{ActiveSelection, Faces, Selection};
-use crate::tree::{MeshTriangle, Tree};
+use crate::tree::MeshTriangle;
 use crate::walk::one_ray;
-use crate::walk::single::{LentScratch, TraversalScratch};
+use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 
 /// A query: how hits are decided, which triangles count, and the verbs. [`Bvh::query`] makes one.
 ///
@@ -46,14 +46,14 @@ pub struct Query<'a, S: BvhScalar = f32> {
     bvh: &'a Bvh<S>,
     mode: Mode,
     selection: Selection<'a>,
-    /// What of it a traversal has to look at.
+    /// The part of the selection that a traversal has to check.
     active: ActiveSelection<'a>,
     on_this_thread: bool,
     scratch: LentScratch,
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// A query, in the mode [`Mode::exact`] and among all triangles until it is told otherwise.
+    /// Creates a query. By default its mode is [`Mode::exact`] and it considers all triangles.
     #[inline]
     pub fn query(&self) -> Query<'_, S> {
         Query {
@@ -69,7 +69,7 @@ impl<S: BvhScalar> Bvh<S> {
 
 /// How hits are decided. Coordinates in f64 are always decided exactly.
 impl Query<'_, f32> {
-    /// In this mode.
+    /// Sets the mode.
     #[inline]
     pub fn mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
@@ -77,24 +77,24 @@ impl Query<'_, f32> {
 }
 
 impl<'a, S: BvhScalar> Query<'a, S> {
-    /// In the mode [`Mode::once`]: each point of a mesh belongs to one of its triangles.
+    /// Sets the mode [`Mode::once`]: each point of a mesh belongs to exactly one of its triangles.
     pub fn once(self) -> Self {
         Self { mode: Mode::once().at(self.mode.level()), ..self }
     }
 
-    /// At a level of instructions. No answer depends on it.
+    /// Sets the level of CPU instructions. Answers do not depend on it.
     pub fn at(self, level: Level) -> Self {
         Self { mode: self.mode.at(level), ..self }
     }
 
-    /// Batches are traced on the calling thread alone, without waking others.
+    /// Traces batches on the calling thread only.
     ///
-    /// Without this they run in the rayon pool of the calling thread: inside of `ThreadPool::install` that is your own.
+    /// By default, batches run in the calling thread's rayon pool: inside `ThreadPool::install`, that is your own pool.
     pub fn on_this_thread(self) -> Self {
         Self { on_this_thread: true, ..self }
     }
 
-    /// Among the geometries whose mask ([`Bvh::set_mask`]) has a bit in common with this one.
+    /// Considers only geometries whose mask ([`Bvh::set_mask`]) shares a bit with this one.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -114,7 +114,7 @@ impl<'a, S: BvhScalar> Query<'a, S> {
         self.select(selection)
     }
 
-    /// Among the triangles that a ray meets from this side.
+    /// Considers only triangles that a ray meets from this side.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Faces};
@@ -133,8 +133,8 @@ impl<'a, S: BvhScalar> Query<'a, S> {
         self.select(selection)
     }
 
-    /// Without the triangles of some hits: a list for each ray of a batch, or one list for every single ray. A list
-    /// names triangles by [`Hit::geometry`] and [`Hit::triangle`]; a miss skips nothing.
+    /// Ignores the triangles of some hits. For a batch, pass one list per ray; for single rays, pass one list, which
+    /// applies to each. A list names triangles by [`Hit::geometry`] and [`Hit::triangle`]; misses in it have no effect.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -265,13 +265,13 @@ impl<S: BvhScalar> Bvh<S> {
         verb: Verb<A>,
     ) -> A {
         S::with_ray(&self.tree, &self.originals, mode, ray, |filter, ray| {
-            verb(&self.tree, selection, filter, ray, scratch)
+            verb(SingleRay { tree: &self.tree, filter, ray, id: RayId(0), selection, scratch })
         })
     }
 }
 
 /// A query about one ray, in f32, compiled in this crate.
-type Verb<A> = fn(&Tree, &ActiveSelection<'_>, &Filter<'_>, &Ray, &mut TraversalScratch) -> A;
+type Verb<A> = fn(SingleRay<'_>) -> A;
 
 impl<S: BvhScalar> Clone for Query<'_, S> {
     fn clone(&self) -> Self {

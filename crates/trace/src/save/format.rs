@@ -38,7 +38,7 @@ pub(super) const ENTRY: usize = 32;
 /// Sections begin at multiples of this, so that who maps a file into memory has them aligned.
 pub(super) const ALIGN: usize = 64;
 
-/// So many sections there may be.
+/// The most sections a file may have.
 const SECTIONS: u32 = 64;
 
 /// Records with one checksum.

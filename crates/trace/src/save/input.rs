@@ -15,7 +15,7 @@ const PIECE: usize = 1 << 20;
 pub trait Input {
     /// The next so many.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
-    /// So many are surely still to come.
+    /// How many bytes are certain to follow.
     fn known(&self) -> usize;
 }
 

@@ -150,7 +150,7 @@ impl Backend for f64 {
     }
 }
 
-/// So many triangles tell where most are.
+/// Triangles that are sampled to find where most of them lie.
 const SAMPLE: usize = 1000;
 
 /// The frame of all triangles that are finite.

@@ -35,19 +35,19 @@ impl BvhScalar for core::primitive::f64 {}
 
 /// What a hierarchy does differently for f32 and for f64.
 pub trait Backend: Scalar {
-    /// What is stored beside the tree.
+    /// The data stored with the tree: the coordinates as given, where the tree has only copies.
     type Originals: Clone + Debug + Send + Sync;
 
     /// How many rays are copied for a traversal at a time, so that the copies stay in the cache.
     const PIECE: usize;
 
-    /// Builds the tree, and what is stored beside it.
+    /// Builds the tree and the data stored with it.
     fn build(
         triangles: &[TriangleOf<Self>],
         progress: Progress<'_>,
     ) -> Result<(Tree, Self::Originals), BuildError>;
 
-    /// A copy of what is stored beside the tree, if there is memory for it.
+    /// Copies the data stored with the tree, or fails if there is too little memory.
     fn try_clone(originals: &Self::Originals) -> Result<Self::Originals, OutOfMemory>;
 
     /// Hands one ray to a traversal, in f32, with the filter for it.

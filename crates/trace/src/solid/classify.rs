@@ -2,7 +2,7 @@
 
 use intertri::internal::exact::is_on;
 use intertri::internal::prefetch;
-use intertri::{Counts, Mode, RayOf};
+use intertri::{Counts, Mode, RayId, RayOf};
 
 use crate::batch::{RayBatch, chunks};
 use crate::bvh::Bvh;
@@ -10,10 +10,10 @@ use crate::containment::Containment;
 use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, filled};
 use crate::walk::beam::order;
-use crate::walk::single::{TraversalScratch, is_held};
+use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted: any will do. It is not a common one, so that few edges are met
+/// The direction in which crossings are counted. Any direction gives the same answer; an unusual one meets few edges
 /// exactly.
 const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
@@ -21,7 +21,7 @@ const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 const SLAB: usize = 1 << 21;
 const PIECE: usize = 1 << 12;
 
-/// So many points are prefetched before they are copied.
+/// How many points ahead of the current one are prefetched.
 const AHEAD: usize = 16;
 
 /// Where a point lies.
@@ -33,11 +33,12 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     }
     let ray = RayOf::new(point, DIR.map(S::from));
     S::with_ray(tree, originals, Mode::once(), &ray, |filter, ray| {
-        one_ray::winding(tree, filter, ray, &mut TraversalScratch::lend(tree))
+        let scratch = &mut *TraversalScratch::lend(tree);
+        one_ray::winding(SingleRay { tree, filter, ray, id: RayId(0), selection: &None, scratch })
     })
 }
 
-/// Where points lie, or what a function says of that.
+/// Where points lie, mapped by `answer`.
 pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -50,7 +51,7 @@ pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
     }
 }
 
-/// The same of some, by halves where there is too little memory for all.
+/// Classifies the points of a slab. If there is too little memory for all, each half is classified on its own.
 fn classify_slab<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],

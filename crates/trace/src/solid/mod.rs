@@ -152,7 +152,7 @@ pub enum SolidError<S = f32> {
         /// Its triangle.
         triangle: usize,
     },
-    /// There is no hierarchy over it, or too little memory to check it.
+    /// The hierarchy could not be built, or there is too little memory to check the mesh.
     Build(BuildError),
 }
 

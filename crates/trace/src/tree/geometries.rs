@@ -166,7 +166,7 @@ impl Geometries {
         }
     }
 
-    /// The same of triangles alone.
+    /// [`Geometries::rename`] for triangles without hits.
     #[inline(always)]
     pub(crate) fn rename_triangles(&self, triangles: &mut [MeshTriangle]) {
         if self.are_told() {

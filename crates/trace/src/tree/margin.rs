@@ -51,7 +51,7 @@ mod tests {
             let away = (10.0 * random()).exp2();
             let off = away * (-48.0 - 8.0 * random()).exp2();
             let (long, height) = (0.3 + random(), random() - 0.5);
-            // Each axis in turn is the one along which the ray leaves.
+            // Let the ray leave along each of the three axes.
             let turned = |[x, y, z]: [f32; 3]| {
                 let mut point = [x, y, z];
                 point.rotate_right(i % 3);

@@ -1,5 +1,6 @@
 //! Sums and extremes across lanes, and the lanes of a mask.
 
+pub(crate) use intertri::internal::lanes_of;
 use intertri::simd::{Lanes, Simd};
 
 /// Sixteen lanes as four times four.
@@ -40,14 +41,4 @@ pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
     let mut numbers = [0.0; 8];
     lanes.min(S::permute(lanes, 0x06_07_04_05_02_03_00_01)).store(&mut numbers);
     numbers[0]
-}
-
-/// The bits of a mask, from the lowest.
-#[inline(always)]
-pub(crate) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (lane < 32).then_some(lane)
-    })
 }

@@ -40,7 +40,7 @@ pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, NoMemory> {
     Ok(vector)
 }
 
-/// So many of one value.
+/// A vector of `count` copies of a value.
 pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Result<Vec<T>, NoMemory> {
     let mut vector = room(count)?;
     vector.resize(count, value);

@@ -1,4 +1,4 @@
-//! What is not about rays: operations across lanes, threads, fallible allocation, prefetching.
+//! Helpers that know nothing of rays: operations across lanes, threads, fallible allocation, prefetching.
 
 pub(crate) mod lane_ops;
 pub(crate) mod memory;

@@ -14,7 +14,7 @@ use intertri::internal::prefetch_early;
 /// The memory of the rays that come next, as far as it is not prefetched yet.
 pub(crate) struct Prefetch<'a> {
     memory: &'a [u8],
-    /// So many lines for each that rays in f32 would take.
+    /// Cache lines to prefetch for each line of rays in f32.
     times: usize,
 }
 

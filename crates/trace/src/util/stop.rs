@@ -80,7 +80,7 @@ mod tests {
     use super::*;
     use crate::util::threads;
 
-    /// Pieces done until the token says stop, after so many questions.
+    /// How many pieces are done by a token that stops work the `stop_after`-th time it is checked.
     fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
         let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
         let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;

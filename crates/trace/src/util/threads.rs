@@ -18,7 +18,7 @@ use super::stop;
 use super::stop::StopToken;
 use crate::util::memory::{NoMemory, zeros};
 
-/// So many pieces a thread, that all are done at about the same time.
+/// Pieces per thread: several, so that all threads finish at about the same time.
 const PIECES: usize = 8;
 
 std::thread_local! {

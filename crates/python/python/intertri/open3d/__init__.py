@@ -134,7 +134,7 @@ class _Built(NamedTuple):
     starts: NDArray[np.int64]
     """The first face of each geometry, and the number of all."""
     normals: NDArray[np.floating[Any]]
-    """Of the faces, and behind them that of a miss."""
+    """The normal of each face, then the one that stands for a miss."""
 
 
 class RaycastingScene:

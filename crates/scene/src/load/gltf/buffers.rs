@@ -22,7 +22,7 @@ pub(super) struct Buffers<'a> {
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),
-    /// So many at the beginning of a file.
+    /// This many bytes from the start of a file.
     File(PathBuf, u64),
 }
 

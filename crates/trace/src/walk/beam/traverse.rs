@@ -11,7 +11,7 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// Where one was too much work, the next are not tried: so many.
+/// After a beam that was too much work, this many are not tried.
 const PATIENCE: usize = 32;
 
 /// Finds where rays start, those that go the same way as beams.

@@ -1,32 +1,38 @@
-//! What is asked of one ray: its closest hit, any hit, or all of them.
+//! The closest hit, any hit, or all hits of one ray.
 
 use std::marker::PhantomData;
 
+use crate::util::lane_ops::lanes_of;
 use intertri::simd::{Simd, WithSimd};
 use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayId};
 
 use super::stack::TraversalScratch;
 use super::traverse::{Visit, traverse};
-use crate::selection::{ActiveSelection, selected};
-use crate::tree::{Leaf, Tree};
+use crate::selection::{ActiveSelection, closest_in_leaf, selected};
+use crate::tree::Tree;
 
-/// The closest hit of a ray; with `ANY`, some hit.
-pub(crate) struct Closest<'a, const ANY: bool> {
+/// One ray, and what its traversal needs.
+pub(crate) struct SingleRay<'a> {
     pub(crate) tree: &'a Tree,
     /// By reference: it is larger than what the traversal reads of it.
     pub(crate) filter: &'a Filter<'a>,
     pub(crate) ray: &'a Ray,
-    /// Which triangles count, and which of the query's rays this is.
-    pub(crate) selection: (&'a ActiveSelection<'a>, RayId),
+    /// The ray's number in its query.
+    pub(crate) id: RayId,
+    /// Which triangles count.
+    pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) scratch: &'a mut TraversalScratch,
 }
+
+/// The closest hit of a ray; with `ANY`, some hit.
+pub(crate) struct Closest<'a, const ANY: bool>(pub(crate) SingleRay<'a>);
 
 impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
     type Output = (ClosestHit, Counts);
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
-        let Self { tree, filter, ray, selection: (selection, id), scratch } = self;
+        let SingleRay { tree, filter, ray, id, selection, scratch } = self.0;
         let mut visitor = VisitClosest::<S, ANY> {
             tree,
             filter,
@@ -42,22 +48,15 @@ impl<const ANY: bool> WithSimd for Closest<'_, ANY> {
 }
 
 /// The closest hit of a ray, with its t and weights.
-pub(crate) struct Hits<'a> {
-    pub(crate) tree: &'a Tree,
-    pub(crate) filter: &'a Filter<'a>,
-    pub(crate) ray: &'a Ray,
-    pub(crate) selection: &'a ActiveSelection<'a>,
-    pub(crate) scratch: &'a mut TraversalScratch,
-}
+pub(crate) struct Hits<'a>(pub(crate) SingleRay<'a>);
 
 impl WithSimd for Hits<'_> {
     type Output = Option<Hit>;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Option<Hit> {
-        let Self { tree, filter, ray, selection, scratch } = self;
-        let selection = (selection, RayId(0));
-        let (closest, _) = Closest::<false> { tree, filter, ray, selection, scratch }.run::<S>();
+        let SingleRay { tree, filter, ray, .. } = self.0;
+        let (closest, _) = Closest::<false>(self.0).run::<S>();
         filter.hit(ray, &closest, |slot| tree.triangle_in(slot))
     }
 }
@@ -76,43 +75,23 @@ impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, selection, closest, counts, .. } = self;
-        match selection {
-            None => {
-                let Leaf { block, indices } = &tree.leaves[leaf];
-                let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
-                filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
-            }
-            // Counts that are lent to a call would be in memory everywhere.
-            Some(selection) => {
-                let mut some = Counts::default();
-                selection.closest_in::<S>(tree, **filter, ray, leaf, closest, &mut some);
-                *counts += some;
-            }
-        }
+        closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }
 
 /// The slots of all triangles that a ray hits, in the order in which they are found.
-pub(crate) struct All<'a> {
-    pub(crate) tree: &'a Tree,
-    pub(crate) filter: &'a Filter<'a>,
-    pub(crate) ray: &'a Ray,
-    /// See [`Closest::selection`].
-    pub(crate) selection: (&'a ActiveSelection<'a>, RayId),
-    pub(crate) scratch: &'a mut TraversalScratch,
-}
+pub(crate) struct All<'a>(pub(crate) SingleRay<'a>);
 
 impl WithSimd for All<'_> {
     type Output = Vec<LeafSlot>;
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Vec<LeafSlot> {
-        let Self { tree, filter, ray, selection, scratch } = self;
-        let prepared = filter.prepare_numbered(ray, selection.1);
+        let SingleRay { tree, filter, ray, id, selection, scratch } = self.0;
+        let prepared = filter.prepare_numbered(ray, id);
         let (slots, level) = (Vec::new(), PhantomData::<S>);
-        let mut visitor =
-            VisitAll { tree, filter, ray, prepared, selection: selection.0, slots, level };
+        let mut visitor = VisitAll { tree, filter, ray, prepared, selection, slots, level };
         traverse::<S>(tree, (ray, filter.resolver()), scratch, false, &mut visitor);
         visitor.slots
     }
@@ -138,8 +117,7 @@ impl<S: Simd> Visit for VisitAll<'_, S> {
         if hits.bits != 0 {
             let (ray, resolver) = ((prepared.id(), *ray), filter.resolver());
             let bits = selected(selection, tree, ray, leaf, hits.bits, resolver);
-            let lanes = (0..8).filter(|lane| bits >> lane & 1 != 0);
-            self.slots.extend(lanes.map(|lane| LeafSlot(first + lane)));
+            self.slots.extend(lanes_of(bits).map(|lane| LeafSlot(first + lane as u32)));
         }
         Some(self.ray.t_max)
     }

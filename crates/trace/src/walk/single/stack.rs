@@ -20,7 +20,7 @@ use crate::tree::{Node, Tree, far_to_near, first_slot};
 /// What lies at the bottom: nothing more to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
-/// So many entries lie there, as many as one look takes.
+/// Entries at the bottom: as many as one pop compares at once.
 const LOOK: usize = 8;
 
 /// The stacks of one or several rays.
@@ -160,7 +160,7 @@ impl Entries<'_> {
         }
     }
 
-    /// Takes the last entry, for who put down none that is to be dropped.
+    /// Takes the last entry, on stacks where none is ever dropped.
     #[inline(always)]
     pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
         *top -= 1;

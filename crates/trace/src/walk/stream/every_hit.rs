@@ -6,6 +6,7 @@ use intertri::{Crossings, Filter, LeafSlot, Ray, RayId};
 
 use crate::containment::Containment;
 use crate::tree::Tree;
+use crate::util::lane_ops::lanes_of;
 use crate::walk::BatchOutput;
 use crate::walk::single::is_held;
 use crate::walk::{HitPairs, NearestFew};
@@ -49,9 +50,9 @@ impl HitCollector<'_> {
         if !pairs.reserve(8) {
             return true;
         }
-        let (first, id) = (8 * leaf as u32, self.id);
-        for lane in lanes(hits.sure) {
-            pairs.push(id, LeafSlot(first + lane));
+        let (first, id) = (8 * leaf, self.id);
+        for lane in lanes_of(hits.sure) {
+            pairs.push(id, LeafSlot((first + lane) as u32));
         }
         let is_limited = self.few.is_some();
         hits.undecided != 0 && self.settle(hits.undecided, first, pairs)
@@ -61,9 +62,9 @@ impl HitCollector<'_> {
     /// Lists those of some lanes that the resolver says are hits.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, undecided: u32, first: u32, pairs: &mut HitPairs) -> bool {
-        for lane in lanes(undecided) {
-            let slot = LeafSlot(first + lane);
+    fn settle(&mut self, undecided: u32, first: usize, pairs: &mut HitPairs) -> bool {
+        for lane in lanes_of(undecided) {
+            let slot = LeafSlot((first + lane) as u32);
             let (triangle, ids) = (self.tree.triangle_in(slot), (self.id, slot));
             let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
             pairs.push(self.id, slot);
@@ -77,12 +78,12 @@ impl HitCollector<'_> {
         pairs.is_full
     }
 
-    /// Nothing counts beyond the last of as many hits as are asked for.
+    /// Shortens the ray to the last hit that still counts, if the number of hits is limited.
     #[inline(never)]
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
-            for lane in lanes(hits.sure) {
-                match few.add(hits.t_hi[lane as usize % 8], most, self.far) {
+            for lane in lanes_of(hits.sure) {
+                match few.add(hits.t_hi[lane % 8], most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
                 }
@@ -94,11 +95,11 @@ impl HitCollector<'_> {
     /// Counts the crossings. A ray that is surely inside all edges crosses; on an edge the exact rule decides.
     #[inline(always)]
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
-        for lane in lanes(hits.sure) {
+        for lane in lanes_of(hits.sure) {
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
-        for lane in lanes(hits.undecided) {
-            if let Some(side) = self.crossed(LeafSlot(8 * leaf as u32 + lane)) {
+        for lane in lanes_of(hits.undecided) {
+            if let Some(side) = self.crossed(LeafSlot((8 * leaf + lane) as u32)) {
                 crossings.add(side == Side::Leaves);
             }
         }
@@ -108,11 +109,11 @@ impl HitCollector<'_> {
     /// never decided by the filter: T is 0, and no two edges have sure signs that differ.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
-        for lane in lanes(hits.sure) {
+        for lane in lanes_of(hits.sure) {
             *containment = containment.crossed(hits.leaves >> lane & 1 != 0);
         }
-        for lane in lanes(hits.undecided) {
-            let at = LeafSlot(8 * leaf as u32 + lane);
+        for lane in lanes_of(hits.undecided) {
+            let at = LeafSlot((8 * leaf + lane) as u32);
             if self.starts_on(at) {
                 *containment = Containment::Surface;
             } else if let Some(side) = self.crossed(at) {
@@ -136,7 +137,7 @@ impl HitCollector<'_> {
         self.filter.resolver().starts_on(self.ray, &triangle, (self.id, slot))
     }
 
-    /// Takes every hit of a ray that is asked by itself, from the slots of the triangles.
+    /// Takes every hit of a ray that was traced alone, given the slots of the triangles.
     pub(super) fn take_alone(&mut self, slots: &[LeafSlot], output: &mut BatchOutput<'_>) {
         let number = self.id.0 as usize;
         let crossed = |slot: &LeafSlot| self.crossed(*slot);
@@ -161,14 +162,4 @@ impl HitCollector<'_> {
             BatchOutput::Hits(_) | BatchOutput::Triangles(_) | BatchOutput::Any(_) => (),
         }
     }
-}
-
-/// The lanes of a mask.
-#[inline(always)]
-fn lanes(mut mask: u32) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let lane = mask.trailing_zeros();
-        mask &= mask.wrapping_sub(1);
-        (lane < 32).then_some(lane)
-    })
 }

@@ -7,8 +7,8 @@ use super::active::{ACTIVE, RayState, Set};
 use crate::tree::{LEAF, Tree};
 use crate::walk::single::{BOTTOM, SlabLanes, Stack};
 
-/// Tests the boxes of the nodes that rays of an octant are at. Gives who is at a node next, and who met
-/// nothing.
+/// Tests the boxes of the nodes that rays of an octant are at. Returns the rays now at an inner node and the rays that
+/// hit no child.
 #[inline(always)]
 pub(super) fn visit_nodes(
     level: Level,

@@ -19,19 +19,21 @@
 //! turn. Which ray does what next is written into lists without a branch, so none mispredicts.
 
 use intertri::simd::{Simd, WithSimd};
-use intertri::{ClosestHit, Counts, Filter, LeafSlot, Ray, RayId};
+use intertri::{ClosestHit, Counts, Filter, Ray, RayId};
 
 use super::active::{ACTIVE, AtLeaves, RayState, Set};
 use super::every_hit::HitCollector;
 use super::nodes::{prefetch_next, visit_nodes};
 use super::retire::Retired;
-use crate::selection::{ActiveSelection, selected};
-use crate::tree::{LEAF, Leaf, Margin, Tree};
+use crate::selection::{ActiveSelection, closest_in_leaf, selected};
+use crate::tree::{LEAF, Margin, Tree};
 use crate::util::prefetch::Prefetch;
 use crate::util::stop;
 use crate::walk::BatchOutput;
 use crate::walk::NearestFew;
-use crate::walk::single::{All, BOTTOM, Closest, Slabs, Stack, TraversalScratch, octant};
+use crate::walk::single::{
+    All, BOTTOM, Closest, SingleRay, Slabs, Stack, TraversalScratch, octant,
+};
 
 /// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
 /// are to be prefetched, too.
@@ -205,15 +207,16 @@ impl Active<'_, '_> {
         started
     }
 
-    /// A ray that must not start is asked by itself.
+    /// Traces a ray that must not start alone.
     #[cold]
     fn alone(&mut self, ray: &Ray, id: RayId) -> ClosestHit {
-        let (tree, filter, selection) = (self.tree, &self.filter, (self.selection, id));
+        let Self { tree, ref filter, selection, any, .. } = *self;
         let scratch = &mut *TraversalScratch::lend(tree);
-        let (closest, counts) = if self.any {
-            filter.level().run(Closest::<true> { tree, filter, ray, selection, scratch })
+        let single = SingleRay { tree, filter, ray, id, selection, scratch };
+        let (closest, counts) = if any {
+            filter.level().run(Closest::<true>(single))
         } else {
-            filter.level().run(Closest::<false> { tree, filter, ray, selection, scratch })
+            filter.level().run(Closest::<false>(single))
         };
         *self.counts += counts;
         closest
@@ -222,10 +225,11 @@ impl Active<'_, '_> {
     /// The same for every hit.
     #[cold]
     fn every_alone(&mut self, id: RayId) {
-        let (tree, filter, selection) = (self.tree, &self.filter, (self.selection, id));
-        let ray = &self.rays[id.0 as usize];
+        let Self { tree, ref filter, rays, selection, .. } = *self;
+        let ray = &rays[id.0 as usize];
         let scratch = &mut *TraversalScratch::lend(tree);
-        let slots = filter.level().run(All { tree, filter, ray, selection, scratch });
+        let single = SingleRay { tree, filter, ray, id, selection, scratch };
+        let slots = filter.level().run(All(single));
         let far = ray.t_max;
         let mut collector = HitCollector { tree, filter: *filter, id, ray, few: None, far };
         collector.take_alone(&slots, self.output);
@@ -240,16 +244,7 @@ impl Active<'_, '_> {
             let (state, at) = (&mut states[place], &mut at_leaves[place]);
             let leaf = (state.next ^ LEAF) as usize;
             let (ray, closest) = (&at.ray, &mut at.closest);
-            match selection {
-                None => {
-                    let Leaf { block, indices } = &tree.leaves[leaf];
-                    let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
-                    filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
-                }
-                Some(selection) => {
-                    selection.closest_in::<S>(tree, *filter, ray, leaf, closest, counts);
-                }
-            }
+            closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
             state.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
         }
