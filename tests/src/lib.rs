@@ -20,9 +20,11 @@ pub use solid::is_on;
 use truth::Truth;
 pub use truth::reference_ray;
 
-/// The examples of the page on fixed point, and of the README, are run.
+/// Runs the Rust examples of the README and of two pages as doctests.
 #[cfg(doctest)]
 mod pages {
+    #[doc = include_str!("../../docs/embed.md")]
+    struct Embed;
     #[doc = include_str!("../../docs/fixed-point.md")]
     struct FixedPoint;
     #[doc = include_str!("../../README.md")]
