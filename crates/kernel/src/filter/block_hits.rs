@@ -1,4 +1,4 @@
-//! All hits of a ray with a block of triangles, as far as the filter tells.
+//! All hits of a ray with a block of triangles, as the filter decides them.
 
 use crate::packet::TriangleBlock;
 use crate::simd::{Lanes, Mask, Simd};
@@ -7,7 +7,7 @@ use super::edges::{Edges, Rays, Triangles};
 use super::verdicts::Verdicts;
 use super::{Counts, Filter, PreparedRay};
 
-/// What a ray does to the triangles of a block. A lane that is in neither mask is a miss.
+/// The hits of a ray with the triangles of a block. A lane in neither mask is a miss.
 ///
 /// ```
 /// use intertri::internal::BlockHits;
@@ -26,24 +26,24 @@ use super::{Counts, Filter, PreparedRay};
 ///
 /// let at = |z| Triangle::new([0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]);
 /// let block = TriangleBlock::new(&[at(5.0), at(-1.0), at(3.0)]);
-/// let ask = |x| dispatch(Leaf(&block, &Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0])));
-/// let inside = ask(0.25).unwrap();
+/// let hits = |x| dispatch(Leaf(&block, &Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0])));
+/// let inside = hits(0.25).unwrap();
 /// assert_eq!((inside.sure, inside.undecided, inside.leaves & 0b101), (0b101, 0, 0b101));
 /// assert!(inside.t_lo[2] < 3.0 && 3.0 < inside.t_hi[2]);
 /// // On an edge f32 does not decide.
-/// assert_eq!(ask(0.0).unwrap().undecided, 0b101);
+/// assert_eq!(hits(0.0).unwrap().undecided, 0b101);
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BlockHits {
-    /// Surely hits within the interval, and inside of all edges.
+    /// Certain hits: within the interval, and inside of all edges.
     pub sure: u32,
-    /// What the resolver has to settle.
+    /// Lanes for the resolver.
     pub undecided: u32,
-    /// Of the sure ones those through which the ray goes with the normal.
+    /// Certain hits where the ray goes with the normal.
     pub leaves: u32,
-    /// Of the sure ones: no t is smaller.
+    /// Lower bounds of t of the certain hits.
     pub t_lo: [f32; 8],
-    /// Of the sure ones: no t is larger.
+    /// Upper bounds of t of the certain hits.
     pub t_hi: [f32; 8],
 }
 
@@ -69,7 +69,7 @@ impl Filter<'_> {
         }
         counts.undecided += u64::from(undecided.count_ones());
 
-        // What may lie beyond the end of the interval is not sure, either.
+        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain.
         let sure = hit & Mask::bits(t_hi.lt(Lanes::splat(self.sure_end(ray.ray.t_max))));
         let leaves = sure & !Mask::bits(edges.den.negative());
         let mut hits = BlockHits {

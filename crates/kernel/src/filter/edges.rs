@@ -1,4 +1,4 @@
-//! The f32 filter: what the bound decides, for rays and triangles of any origin.
+//! The f32 test under its bound, for rays of any origin.
 //!
 //! ```text
 //!   A = c1 - o      R = A × d                     c3
@@ -21,7 +21,7 @@ use super::longest_edge::longest_edge;
 use super::room::Room;
 use super::verdicts::Verdicts;
 
-/// Triangles as lanes, with what the filter asks of them.
+/// Triangles as lanes, with the values that the filter needs.
 #[derive(Clone, Copy)]
 pub struct Triangles<F> {
     pub(super) c1: Vec3<F>,
@@ -85,7 +85,7 @@ impl<F: Lanes<Scalar = f32>> Triangles<F> {
     }
 }
 
-/// Rays as lanes, with what the filter asks of them.
+/// Rays as lanes, with the values that the filter needs.
 #[derive(Clone, Copy)]
 pub struct Rays<F> {
     rays: RayLanes<F>,
@@ -93,9 +93,9 @@ pub struct Rays<F> {
     len: F,
     /// `EDGE |d|₂`
     edge: F,
-    /// The part of the bound that is the origin's.
+    /// The part of the bound that depends on the origin.
     off: F,
-    /// `SLACK` times what A may be off by, whatever its length.
+    /// `SLACK` times the part of A's error that does not depend on its length.
     num: F,
     /// `GRAZING |d|₂`
     grazing: F,
@@ -103,7 +103,7 @@ pub struct Rays<F> {
     grazing_add: F,
     /// `SLACK DEN |d|₂`
     den_err: F,
-    /// A t beyond this is large enough, a t under that is not.
+    /// A t above `above` is surely large enough, a t below `below` surely is not.
     above: F,
     below: F,
 }
@@ -116,7 +116,8 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
         let (dir, org) = (rays.dir, rays.org.norm1());
         let len = dir.dot(dir).sqrt().mul_add(splat(bound::NORM_UP), splat(bound::NORM_ADD));
 
-        // Within these limits nothing overflows, and what underflows is in the bound.
+        // Within these limits nothing overflows, and the bound covers underflow. Beyond them the length becomes NaN, so
+        // that no comparison decides anything.
         let sane = org.le(splat(bound::LARGEST))
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
@@ -176,7 +177,7 @@ impl Rays<f32> {
         Self::new(RayLanes::of_ray(ray), threshold, room)
     }
 
-    /// With room for lines of this direction that are no farther away.
+    /// Widens the bound to cover all lines of this direction within a distance of `off`.
     #[inline(always)]
     pub(super) fn passed_within(mut self, off: f32) -> Self {
         self.off += self.len * off;
@@ -184,7 +185,7 @@ impl Rays<f32> {
     }
 }
 
-/// The larger of lanes and a number; where a lane is NaN, NaN.
+/// The larger of lanes and a number; NaN lanes stay NaN.
 #[inline(always)]
 pub(super) fn at_least<F: Lanes<Scalar = f32>>(lanes: F, x: f32) -> F {
     F::select(lanes.lt(F::splat(x)), F::splat(x), lanes)
@@ -217,7 +218,7 @@ pub(super) struct Edges<F> {
     pub(super) v: F,
     pub(super) w: F,
     pub(super) u: F,
-    /// What `den` must exceed for anything to be decided; NaN, which it never does, where the ray's
+    /// The filter decides only if `den` exceeds this. It is NaN, which nothing exceeds, if the ray's
     /// `len` or the triangle's `h` is.
     least: F,
 }
@@ -225,6 +226,7 @@ pub(super) struct Edges<F> {
 impl<F: Lanes<Scalar = f32>> Edges<F> {
     #[inline(always)]
     pub(super) fn new(tri: &Triangles<F>, of: &Rays<F>) -> Self {
+        // Translate to the origin first: large offsets of the scene cancel before they are multiplied.
         let a = tri.c1 - of.rays.org;
         let r = a.cross_fused(of.rays.dir);
         let den = tri.n.dot_fused(of.rays.dir);
@@ -263,15 +265,15 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
-        // What the reference's noise adds, or what copies are off by.
+        // The reference's noise, or the rounding of copies.
         let noise = of.len * splat(room.sharp_away[0]);
         let noise = tri.h * noise.mul_add(self.a.norm1() + tri.h, of.off);
         let [sharp, sharp_u] = [splat(room.sharp[0]), splat(room.sharp[1])];
         [v.mul_add(sharp, noise), w.mul_add(sharp, noise), u.mul_add(sharp_u, noise)]
     }
 
-    /// Where no edge makes a sure miss, and where all make a sure hit if [`Edges::sure`], by the sharp
-    /// bounds.
+    /// By the sharp bounds: lanes that no edge makes a certain miss, and lanes that all edges make a
+    /// certain hit if [`Edges::sure`].
     #[inline(always)]
     fn sharper(&self, tri: &Triangles<F>, of: &Rays<F>, room: &Room) -> (F::Mask, F::Mask) {
         let [v_bound, w_bound, u_bound] = self.sharp_bounds(tri, of, room);
@@ -282,7 +284,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     }
 }
 
-/// Where the ray meets the plane, as a quotient, with what bounds it.
+/// The t at which the ray meets the plane, as a quotient with error bounds.
 #[derive(Clone, Copy)]
 pub(super) struct PlaneHit<F> {
     /// The numerator, with the sign of `den` in it.
@@ -308,10 +310,12 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         }
     }
 
-    /// Where t surely exceeds `far`, or is surely below what counts. Most lanes need no more, and no division.
+    /// Lanes whose t is surely out of the interval: above `far`, or below its near end. Most lanes need no more than
+    /// this, and it takes no division.
     #[inline(always)]
     pub(super) fn out_of_range(&self, of: &Rays<F>, far: F) -> F::Mask {
         let Self { num, num_err, den, den_err } = *self;
+        // num / den > far, multiplied by the positive den.
         let beyond = num.gt(far.mul_add(den + den_err, num_err));
         let before = num.lt(of.below.mul_add(den - den_err, -num_err));
         beyond | before
@@ -381,15 +385,15 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let Self { den, least, .. } = *self;
         let sure = self.sure();
 
-        // The least of the weights is the one that counts; U's bound is twice that of the others. A sum
-        // rounds to something of its own sign: the sign bit is the comparison.
+        // The least of the weights decides. U's bound is twice that of V and W, so U counts by half. A sum
+        // rounds to a number of the same sign, so its sign bit is the comparison.
         let bound = self.bound(tri, of);
         let [v, w, u] = self.weights();
         let edge = v.min(w).min(u * splat(0.5));
         let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
-            // A single number is compared without a minimum, which WebAssembly takes by a branch, and most triangles
-            // need no plane. Of several side by side rarely all are outside.
+            // A single number is compared without a minimum, which is a branch in WebAssembly, and returns early,
+            // because most triangles are missed by an edge. With several lanes, rarely all are outside.
             let least = (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound);
             let outside = least.negative();
             if (sure & outside).any() {
@@ -400,7 +404,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
             (edge + bound).negative()
         };
 
-        // Is the plane where hits count?
+        // Does the ray meet the plane within its interval?
         let plane = PlaneHit::new(tri, of, self, room);
         let out_of_range = plane.out_of_range(of, far);
         let maybe = (!(sure & (outside | out_of_range))).bits() & live;

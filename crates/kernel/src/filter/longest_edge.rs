@@ -1,15 +1,15 @@
 //! The longest edges of triangles, measured in f32.
 //!
-//! A block of triangles keeps them, computed in f64. A triangle that is tested once has no use for so much precision:
-//! any bound of its longest edge that is not too small will do. Proof: `docs/numerics/certified.md`, section 11.
+//! A block of triangles stores them, computed in f64. A triangle that is tested only once does not need that precision:
+//! any upper bound of its longest edge is valid. Proof: `docs/numerics/certified.md`, section 11.
 
 use crate::packet::SHORTEST;
 use crate::simd::{Lanes, Vec3};
 
 use super::bound;
 
-/// At least the longest edge and [`SHORTEST`]; NaN where a corner is so far out that f32 must not decide. Takes the first
-/// corner and the edges `-h4` and `h5` that begin there.
+/// An upper bound of the longest edge, at least [`SHORTEST`]; NaN if a corner is so far out that f32 must not decide.
+/// Takes the first corner and the edges `-h4` and `h5` that begin there.
 #[inline(always)]
 pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     c1: Vec3<F>,
@@ -18,13 +18,13 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
 ) -> F {
     let splat = F::splat;
     let (length, sane) = if F::N == 1 {
-        // A single number is faster without a square root and without a choice of the largest.
+        // For a single number, the sum of two norms is faster than a square root and a maximum, and no edge is longer.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {
         let squares = |v: Vec3<F>| v.dot_fused(v);
         let (a, b, c) = (squares(minus_h4), squares(h5), squares(h5 + minus_h4));
-        // The sum is too large, or a NaN, where any of its parts is.
+        // The sum is too large, or a NaN, if any of its parts is.
         let sum = squares(c1) + a + (b + c);
         (a.max(b).max(c).sqrt(), sum.le(splat(bound::LARGEST * bound::LARGEST)))
     };
@@ -85,7 +85,7 @@ mod tests {
                     let at = || format!("{h:e} of {corners:?}, {}", level.name());
                     assert!(!far || h.is_nan(), "{}", at());
                     assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());
-                    // The sum of all edges and the corner may be over the limit by itself.
+                    // The sum of all edges and the corner may exceed the limit although each of them is below it.
                     let near = corners.as_flattened().iter().all(|x| x.abs() <= 1e9);
                     let limit = longest * most + 2.0 * f64::from(SHORTEST);
                     assert!(!(sane && near) || f64::from(h) <= limit, "{}", at());

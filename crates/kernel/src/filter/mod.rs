@@ -1,5 +1,5 @@
-//! The filter: f32 lanes decide what a proven bound lets them decide. The rare lane that it leaves
-//! undecided goes to a resolver; which one makes the mode.
+//! The filter: f32 lanes decide every pair that a proven bound lets them decide. The rare undecided
+//! lane goes to a resolver, which depends on the mode.
 //!
 //! ```text
 //!   rays, triangles ──► filter (f32, 8 lanes) ──► surely a miss   nearly all, by their edges
@@ -73,7 +73,7 @@ pub struct Filter<'a> {
     threshold: Threshold,
     resolver: Resolver<'a>,
     level: Level,
-    /// By reference: a test is small, and copied for every query.
+    /// A reference, because a filter is copied for every query and should stay small.
     room: &'a Room,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Filter<'a> {
         self.level
     }
 
-    /// What settles undecided pairs.
+    /// The resolver of undecided pairs.
     #[inline]
     pub fn resolver(&self) -> Resolver<'a> {
         self.resolver
@@ -117,13 +117,13 @@ impl<'a> Filter<'a> {
         self.threshold
     }
 
-    /// What to leave for rounding.
+    /// The bounds' shares for rounding.
     #[inline(always)]
     pub(crate) fn room(&self) -> &'a Room {
         self.room
     }
 
-    /// A t below which a hit surely lies before the far end of a ray: the end itself, where that is known exactly.
+    /// Any t below this surely lies before the far end of a ray: the end itself if it is exact.
     #[inline(always)]
     pub(crate) fn sure_end(&self, t_max: f32) -> f32 {
         // The end of a copied ray is rounded up.
@@ -141,6 +141,7 @@ impl<'a> Filter<'a> {
         counts: &mut Counts,
     ) -> Verdicts<F> {
         counts.tests += u64::from(live.count_ones());
+        // The edge functions first: they rule out nearly every pair before t is looked at.
         let edges = Edges::new(triangles, rays);
         let verdicts = edges.decide(triangles, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(verdicts.undecided.count_ones());
@@ -149,10 +150,10 @@ impl<'a> Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// The triangles of one block or two as a frame projects them, for rays none of which has a smaller
-    /// z than `slowest`. Those of the second begin at lane 8.
+    /// The triangles of one or two blocks, projected by a frame, for rays whose z is at least `slowest`.
+    /// The second block begins at lane 8.
     ///
-    /// An example stands at [`Outlines`].
+    /// See [`Outlines`] for an example.
     #[inline(always)]
     pub fn outlines_in<S: Simd>(
         &self,
@@ -161,21 +162,21 @@ impl Filter<'_> {
         frame: &Frame,
         slowest: f32,
     ) -> Outlines {
-        // What f32 rounds here is far less than PARALLEL has to spare.
+        // The slack in PARALLEL is much larger than the rounding here.
         let least = if self.threshold.get() > 0.0 { self.threshold.above } else { 0.0 };
         let parallel = bound::PARALLEL * least / slowest;
         Outlines::new::<S>(first, second, frame, parallel, self.room.exact)
     }
 
-    /// Whether rays and triangles are copies of what is given in f64.
+    /// Whether rays and triangles are f32 copies of f64 originals.
     #[doc(hidden)]
     #[inline]
     pub fn is_of_copies(&self) -> bool {
         self.room.copies
     }
 
-    /// A frame for bundles: that of what is given in f32, or of copies, which may be passed within so much more.
-    /// `reach` is how far from the middle of the projection rays go.
+    /// A frame for bundles whose rays pass the origin within `off`. For copies of f64 originals, `off` grows by the
+    /// rounding of the copies. `reach` is how far rays get from the middle of the projection.
     #[inline]
     pub fn frame(&self, frame: Frame, off: f32, reach: [f32; 2]) -> Frame {
         let frame = if self.room.copies { frame.of_copies() } else { frame };
@@ -183,10 +184,10 @@ impl Filter<'_> {
         if off > 0.0 { frame.passed_within(off, reach) } else { frame }
     }
 
-    /// Where the rays so far and the live ones of a packet begin to look for hits: none before the first `t_min`, and
-    /// surely beyond the second.
+    /// Adds the live rays of a packet to the depths where rays begin to look for hits: none before the first `t_min`,
+    /// and surely beyond the second.
     ///
-    /// An example stands at [`Starts`].
+    /// See [`Starts`] for an example.
     #[inline(always)]
     pub fn starts_in<F: Lanes<Scalar = f32>>(
         &self,

@@ -1,10 +1,10 @@
-//! Parallel rays whose lines are close together: which triangles of a block some of them may hit, and what sixteen
-//! of them do to one of these.
+//! Parallel rays whose lines are close together: which triangles of a block some of them may hit, and which of
+//! sixteen rays hit one of these triangles.
 //!
 //! ```text
-//!   axis ──► block of eight      V, W, U of a ray along the axis, and how they change beside it
-//!   rays ──► each that is left   V, W, U of sixteen rays: three multiply-adds
-//!     └────► each that is left   the test of any rays
+//!   axis ──► block of eight        V, W, U of a ray along the axis, and their gradients across it
+//!   rays ──► remaining triangles   V, W, U of sixteen rays: three multiply-adds
+//!     └────► remaining pairs       the test for any rays
 //! ```
 //!
 //! Bound and proof: `docs/numerics/exact.md`, section 10.
@@ -60,26 +60,26 @@ pub struct AlongAxis {
     v: [f32; 8],
     w: [f32; 8],
     den: [f32; 8],
-    /// How V and W change beside it, by coordinates.
+    /// The gradients of V and W across the axis.
     of_v: [[f32; 8]; 3],
     of_w: [[f32; 8]; 3],
     /// Below this an edge makes a sure miss.
     least: [f32; 8],
 }
 
-/// What sixteen rays do to a triangle. A lane that is in neither mask is a miss.
+/// The hits of sixteen rays with one triangle. A lane in neither mask is a miss.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneHits {
-    /// Surely hits within the interval, and inside of all edges.
+    /// Certain hits: within the interval, and inside of all edges.
     pub sure: u32,
-    /// What the resolver has to settle.
+    /// Lanes for the resolver.
     pub undecided: u32,
-    /// Whether the sure ones go with the normal.
+    /// Whether the rays of the certain hits go with the normal.
     pub leaves: bool,
 }
 
 impl AlongAxis {
-    /// Which of sixteen rays may hit the triangle in a lane, by how far their lines are beside the axis.
+    /// Which of sixteen rays may hit the triangle in a lane, by their lines' offsets from the axis.
     #[inline(always)]
     pub fn maybe_in<S: Simd>(&self, lane: usize, beside: &Vec3<S::F32x16>) -> u32 {
         let splat = |row: &[f32; 8]| S::F32x16::splat(row[lane % 8]);
@@ -87,6 +87,7 @@ impl AlongAxis {
             let [x, y, z] = of;
             Vec3 { x: splat(x), y: splat(y), z: splat(z) }.dot_add(*beside, axis)
         };
+        // All rays are parallel, so D is the same for all, and V and W are linear in the offset.
         let (v, w) = (at(&self.of_v, splat(&self.v)), at(&self.of_w, splat(&self.w)));
         let u = (splat(&self.den) - v) - w;
         let edge = v.min(w).min(u * S::F32x16::splat(0.5));
@@ -95,8 +96,8 @@ impl AlongAxis {
 }
 
 impl Filter<'_> {
-    /// The axis of parallel rays whose lines are within `reach` beside it, coordinate by coordinate, and of whose
-    /// origins no sum of coordinates is larger than `away`.
+    /// The axis of parallel rays whose lines are within `reach` of it in each coordinate. `away` bounds the sum of the
+    /// coordinates of every origin.
     #[inline(always)]
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
@@ -106,8 +107,7 @@ impl Filter<'_> {
         Axis { rays, dir: axis.dir, reach }
     }
 
-    /// The triangles of a block that a ray around an axis may hit, a bit each; where there are any, `along` becomes
-    /// how rays see them.
+    /// The triangles of a block that a ray around an axis may hit, a bit each. If there are any, fills `along` for them.
     #[inline(always)]
     pub fn along_in<S: Simd>(
         &self,
@@ -122,7 +122,7 @@ impl Filter<'_> {
         let least = Lanes::select(edges.sure(), -bound, S::F32x8::splat(f32::NEG_INFINITY));
         let [v, w, u] = edges.weights();
 
-        // The most that they come to anywhere.
+        // The largest values that V, W and U reach anywhere in the tube around the axis.
         let (dir, reach) = (Vec3::<S::F32x8>::splat(axis.dir), Vec3::splat(axis.reach));
         let (of_v, of_w) = (triangles.h5.cross_fused(dir), triangles.minus_h4.cross_fused(dir));
         let most = |at: S::F32x8, of: Vec3<S::F32x8>| of.abs().dot_add(reach, at);
@@ -140,7 +140,7 @@ impl Filter<'_> {
         reached
     }
 
-    /// What those of sixteen rays that are `live` do to the triangle in a lane of a block.
+    /// The hits of the `live` ones of sixteen rays with the triangle in a lane of a block.
     #[inline(always)]
     pub fn lane_hits_in<S: Simd>(
         &self,
@@ -158,7 +158,7 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // What may lie beyond the end of the interval is not sure, either.
+        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain.
         let end = packet.t_max.map(|t_max| self.sure_end(t_max));
         let sure = hit & Mask::bits(t_hi.lt(Lanes::load(&end)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;

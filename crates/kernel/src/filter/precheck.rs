@@ -20,9 +20,9 @@ use super::bound;
 use super::edges::{Rays, Triangles};
 use super::room::Room;
 
-/// What is computed from a triangle once.
+/// The constants of a triangle, computed once.
 //
-// What every precheck needs fills one cache line.
+// The values that every precheck reads fill one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Constants {
@@ -57,18 +57,18 @@ impl Constants {
     }
 }
 
-/// What the precheck needs of rays.
+/// The values of rays that the precheck needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Precheck<F> {
     dir: Vec3<F>,
     moment: Vec3<F>,
     len: F,
-    /// The part of the bound that is the origin's.
+    /// The part of the bound that depends on the origin.
     away: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Precheck<F> {
-    /// Of these rays.
+    /// Computes the moments of rays.
     #[inline(always)]
     pub(super) fn new(rays: &Rays<F>) -> Self {
         let (org, dir, len) = (rays.org(), rays.dir(), rays.len());
@@ -76,7 +76,7 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
         Self { dir, moment: dir.cross_fused(org), len, away }
     }
 
-    /// V, W, U and the denominator, over h, and what they may be off by.
+    /// V, W, U and the denominator, over h, and the bound of their error.
     #[inline(always)]
     pub(super) fn values(&self, at: &Constants) -> ([F; 4], F) {
         let splat = |x: Vec3<f32>| Vec3::<F>::splat([x.x, x.y, x.z]);
@@ -88,13 +88,13 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
         ([v, w, (den - v) - w, den], self.len.mul_add(F::splat(at.reach), self.away))
     }
 
-    /// Where a ray surely misses: two edge functions surely have different signs, and the ray does not
+    /// Lanes that surely miss: two edge functions surely have different signs, and the ray does not
     /// graze.
     #[inline(always)]
     pub(super) fn sure_miss(&self, at: &Constants) -> F::Mask {
         let ([v, w, u, den], bound) = self.values(at);
         let (least, most) = (v.min(w).min(u), v.max(w).max(u));
-        // The bound is NaN where f32 must not decide; nothing else is.
+        // If f32 must not decide, the bound is NaN, and the comparison is false.
         den.abs().min(most).min(-least).gt(bound)
     }
 }

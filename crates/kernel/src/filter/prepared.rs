@@ -6,7 +6,7 @@ use crate::packet::RayPacket;
 use crate::simd::{Lane, Mask, Simd, Width};
 use crate::{Ray, RayId, Triangle};
 
-/// A triangle with what every packet of rays needs of it.
+/// A triangle with the constants that every packet of rays needs.
 ///
 /// ```
 /// use intertri::{Mode, PreparedTriangle, Ray, RayPacket, Triangle};
@@ -38,7 +38,7 @@ impl PreparedTriangle {
     }
 }
 
-/// A ray with what every block of triangles needs of it: [`Filter::prepare_ray`] makes one.
+/// A ray with the constants that every block of triangles needs: [`Filter::prepare_ray`] makes one.
 ///
 /// ```
 /// use intertri::{Mode, PreparedRay, Ray, RayId};
@@ -49,7 +49,7 @@ impl PreparedTriangle {
 #[derive(Clone, Copy)]
 pub struct PreparedRay {
     pub(crate) ray: Ray,
-    /// By which originals know it.
+    /// The index of its original.
     pub(crate) id: RayId,
     pub(crate) lanes: Rays<f32>,
 }
@@ -68,8 +68,8 @@ impl PreparedRay {
     }
 }
 
-/// N rays with what every triangle needs of them, at one level of instructions: [`Filter::prepare_packet_in`] makes
-/// one.
+/// N rays with the constants that every triangle needs, at one level of instructions:
+/// [`Filter::prepare_packet_in`] makes one.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -108,7 +108,7 @@ impl Filter<'_> {
         self.prepare_numbered(ray, RayId(0))
     }
 
-    /// A ray of that number, by which a resolver of originals knows it.
+    /// A ray with a number, by which a resolver finds its f64 original.
     #[doc(hidden)]
     #[inline(always)]
     pub fn prepare_numbered(&self, ray: &Ray, id: RayId) -> PreparedRay {

@@ -1,8 +1,8 @@
-//! The shares of the filter's bounds that a scene has: none of its own where it is given in f32, room for the
-//! rounding of its copies where in f64.
+//! The parts of the filter's bounds that depend on the scene: a scene given in f64 is tested as f32 copies, whose
+//! rounding the bounds have to cover.
 //!
 //! ```text
-//!   given in f64        copies in f32                        what they are off by
+//!   given in f64        copies in f32                        error
 //!   c1, o               about the scene's centre, rounded    u of themselves: a translation of A
 //!   h4, h5, d           scaled, rounded                      u of each component
 //! ```
@@ -11,12 +11,13 @@
 
 use super::bound::{self, U};
 
-/// What the filter's bounds are made of, but for what never changes. `docs/numerics/certified.md` has the names.
+/// The coefficients of the filter's bounds that depend on the scene. `docs/numerics/certified.md` explains the names.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
     /// Whether blocks hold copies: a corner and two edges, not three corners.
     pub(super) copies: bool,
-    /// Whether all hits lie on their triangles. The reference sees some beside those whose normals it does not know.
+    /// Whether all hits lie on their triangles. The reference may accept a point outside of a triangle whose normal it
+    /// computes badly.
     pub(super) exact: bool,
     /// `EDGE`
     pub(super) edge: f32,
@@ -24,23 +25,22 @@ pub struct Room {
     pub(super) grazing: f32,
     /// `SLACK DEN`
     pub(super) den: f32,
-    /// `SLACK NUM`, and of what A may be off by in any case.
+    /// `SLACK NUM`, and the same for the least error of A.
     pub(super) num: [f32; 2],
     /// `SHARP` and `SHARP_U`
     pub(super) sharp: [f32; 2],
-    /// What the sharp bounds of edges and of T have besides, relative to `|A|₁`.
+    /// Added to the sharp bounds of edges and of T, relative to `|A|₁`.
     pub(super) sharp_away: [f32; 2],
-    /// The bound of an edge, relative to `h |d|₂`: what it is for each `|o|₁`, and besides.
+    /// The part of an edge's bound relative to `h |d|₂`: a factor of `|o|₁`, and a constant.
     pub(super) off: [f32; 2],
-    /// What copies of A are off by, besides a share of their length: the first for each `|o|₁`, but not more than the
-    /// second.
+    /// The error of copies of A apart from the share of their length: a factor of `|o|₁`, and its maximum.
     pub(super) copied: [f32; 2],
-    /// The interval's near end, times the first and more by the second, is surely beyond it.
+    /// A t beyond the interval's near end, times the first and plus the second, is surely in the interval.
     pub(super) near: [f32; 2],
 }
 
 impl Room {
-    /// Of what is given in f32, for the reference: none.
+    /// For f32 scenes, with the reference's operations as the truth.
     pub(crate) const NONE: Self = Self {
         copies: false,
         exact: false,
@@ -55,11 +55,11 @@ impl Room {
         near: [1.0, 0.0],
     };
 
-    /// Of what is given in f32, for hits that are exact.
+    /// For f32 scenes and exact hits.
     pub(crate) const EXACT: Self = Self { exact: true, ..Self::NONE };
 
-    /// How far from an origin's copy rays may pass, as triangles see it: as far as it is from the origin, and corners
-    /// from theirs, but for a share of how far these are away.
+    /// How far rays may pass from the copy of their origin, as seen by triangles: the rounding of the origin and of the
+    /// corners, except for the share of the distance between them.
     pub(super) fn passed(&self, origin: [f32; 3]) -> f32 {
         if !self.copies {
             return 0.0;
@@ -68,7 +68,7 @@ impl Room {
         (away * self.copied[0]).min(self.copied[1]) + bound::SMALL
     }
 
-    /// Of copies no corner of which is farther from the origin than `reach`, as a sum of coordinates.
+    /// For copies of f64 scenes. `reach` bounds the sum of the coordinates of every corner.
     pub fn of_copies(reach: f32) -> Self {
         let twice = 2.0 * bound::COPY;
         Self {

@@ -1,4 +1,4 @@
-//! What the filter says of each lane.
+//! The filter's verdict on each lane.
 
 use crate::simd::Lanes;
 
@@ -24,14 +24,14 @@ impl core::ops::AddAssign for Counts {
     }
 }
 
-/// What the bound says of each lane. A lane in neither mask is a miss.
+/// A verdict on each lane. A lane in neither mask is a miss.
 #[derive(Clone, Copy)]
 pub(crate) struct Verdicts<F> {
     /// Hits, except that t may lie beyond the far end of the interval.
     pub(crate) hit: u32,
     /// Pairs for the resolver to settle.
     pub(crate) undecided: u32,
-    /// Where [`Verdicts::hit`]: an enclosure of the mode's t.
+    /// In the lanes of [`Verdicts::hit`]: an enclosure of the mode's t.
     pub(crate) t_lo: F,
     /// See [`Verdicts::t_lo`].
     pub(crate) t_hi: F,
