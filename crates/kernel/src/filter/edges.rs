@@ -420,14 +420,15 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let mut hit = (slanted & t_lo.gt(of.above) & edge.gt(bound)).bits() & maybe;
         let mut undecided = maybe & !hit;
         if undecided != 0 {
-            // A ray that starts on the triangle, for one, is in doubt as to its t.
+            // The last attempt, by bounds that take a few times as long. Most of these lanes are rays that start on
+            // the triangle, whose t is near 0, or rays near an edge.
             let (t_lo, t_hi) = plane.sharper(tri, of, self, room);
             let in_range = !(sure & (t_hi.lt(of.below) | t_lo.gt(far)));
             let clear = slanted & in_range & t_lo.gt(of.above);
             let (maybe, inside) = self.sharper(tri, of, room);
             let mut maybe = maybe & in_range;
             if room.exact {
-                // The weights of a hit never differ in sign, however little is known of the normal.
+                // Two weights of different signs are a miss, even if the sign of the denominator is unknown.
                 let most = v.max(w).max(u * splat(0.5));
                 maybe = maybe & !(edge.lt(-bound) & most.gt(bound));
             }

@@ -1,4 +1,4 @@
-//! The numbers by which the filter decides, laid open, so that tests can compare its bounds with exact arithmetic.
+//! The numbers by which the filter decides, exposed so that tests can compare its bounds with exact arithmetic.
 
 use crate::packet::{Copy32, TriangleBlock};
 use crate::simd::{Lanes, Level, Mask, Simd, WithSimd};
@@ -10,10 +10,10 @@ use super::precheck::{Constants, Precheck};
 use super::room::Room;
 
 /// The numbers by which the mode `certified` decides one test, as its level computes them, each with
-/// the most that it may be off by.
+/// the bound of its error.
 ///
-/// In the words of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
-/// the denominator, `t` is `num / den`. NaN and infinities come in and out as they are.
+/// In the notation of `docs/numerics/certified.md`: `v`, `w`, `u` and `den` are the edge functions and
+/// the denominator, `t` is `num / den`. NaN and infinities are passed through.
 ///
 /// ```
 /// use intertri::internal::Evidence;
@@ -23,7 +23,7 @@ use super::room::Room;
 ///     let ray = Ray::new([x, 0.25, 0.0], [0.0, 0.0, 1.0]);
 ///     Evidence::of(&ray, &triangle, Threshold::DEFAULT, Level::best())
 /// };
-/// // Inside beyond doubt; and on an edge, where f32 does not decide.
+/// // Certainly inside, and on an edge, where f32 does not decide.
 /// assert!(evidence(0.25).w.abs() > evidence(0.25).edge);
 /// assert!(evidence(0.0).v.abs() <= evidence(0.0).edge);
 /// ```
@@ -39,17 +39,17 @@ pub struct Evidence {
     pub edge: f32,
     /// The bound of U.
     pub u_edge: f32,
-    /// The sharp bounds of V, W and U, for what the others leave undecided.
+    /// The sharp bounds of V, W and U, for pairs that the others leave undecided.
     pub sharp: [f32; 3],
     /// D, the normal (not of unit length) times the direction.
     pub den: f32,
     /// The bound of D.
     pub den_err: f32,
-    /// T, the normal times the way from the origin to the first corner.
+    /// T, the normal times the vector from the origin to the first corner.
     pub num: f32,
     /// The bound of T.
     pub num_err: f32,
-    /// The sharp bound of T, for what the other leaves undecided.
+    /// The sharp bound of T, for pairs that the other leaves undecided.
     pub sharp_num: f32,
     /// The enclosure of t under it, valid if [`Evidence::sure`].
     pub sharp_t: [f32; 2],
@@ -71,7 +71,7 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// What the filter goes by for a ray and a triangle, at a level of instructions.
+    /// The filter's numbers for a ray and a triangle, at a level of instructions.
     ///
     /// ```
     /// use intertri::internal::Evidence;
@@ -87,8 +87,8 @@ impl Evidence {
         level.run(BlockEvidence { threshold, ray, triangle, block: &block, room })
     }
 
-    /// The same for copies of what is given in f64, whose corners are no farther from the origin than `reach`, as a sum
-    /// of coordinates; the precheck's numbers mean nothing then.
+    /// The same for copies of f64 originals. `reach` bounds the sum of the coordinates of every corner. The precheck's
+    /// numbers are meaningless here.
     pub fn of_copies(ray: &Ray, copy: &Copy32, reach: f32, level: Level) -> Self {
         let block = TriangleBlock::of_copies(core::slice::from_ref(copy));
         let (threshold, room) = (Threshold::ZERO, &Room::of_copies(reach));

@@ -7,9 +7,9 @@
 //!   U = D - V - W          a miss: two of them have different signs
 //! ```
 //!
-//! It needs no translation, and sixteen numbers of a triangle. The price is an error that grows with the distances
-//! from the world's origin. A precheck can afford that: the filter decides what it lets through. Bound and proof:
-//! `docs/numerics/certified.md`, section 8.
+//! It needs no translation, and only sixteen numbers of a triangle. In return its error grows with the distance from
+//! the world's origin. A precheck can afford that, because the filter tests every pair that it lets through. Bound and
+//! proof: `docs/numerics/certified.md`, section 8.
 
 use crate::Triangle;
 use crate::packet::TriangleBlock;

@@ -4,7 +4,7 @@ use super::super::bound;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// An origin and three axes through it, of length 1 and at right angles but for the rounding of f32.
+/// An origin and three axes through it, of length 1 and at right angles up to the rounding of f32.
 ///
 /// ```
 /// use intertri::internal::Frame;
@@ -22,18 +22,17 @@ pub struct Frame {
     pub(super) depth: [f32; 3],
     pub(super) right: [f32; 3],
     pub(super) up: [f32; 3],
-    /// The axes in which a normal's components make the same product with a direction's in those
-    /// above.
+    /// The dual axes: a normal in these times a direction in the axes above is their dot product.
     pub(super) dual: [[f64; 3]; 3],
     /// How far from the origin rays may pass.
     pub(super) off: f32,
-    /// How far from the middle of the projection, in x and y, those may lie that do, and `OFF_REACH` more.
+    /// How far such rays may lie from the middle of the projection, in x and y, plus `OFF_REACH`.
     pub(super) reach: [f32; 2],
-    /// What bounds are made of.
+    /// The coefficients of the bounds.
     pub(super) shares: Shares,
 }
 
-/// The shares of the bounds that differ between what is given in f32 and copies.
+/// The coefficients of the bounds that differ between f32 scenes and copies of f64 scenes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shares {
     /// Whether blocks hold copies: a corner and two edges, not three corners.
@@ -42,18 +41,18 @@ pub(super) struct Shares {
     pub(super) screen: f32,
     /// `EDGES`
     pub(super) edges: f32,
-    /// What T is uncertain by, relative to `|A|₁ h²`.
+    /// The error of T, relative to `|A|₁ h²`.
     pub(super) plane: f32,
     /// `COPY_DEPTH`
     pub(super) depth: f32,
     /// `COPY_SLANT`
     pub(super) slant: f32,
-    /// `COPY`: how far corners are elsewhere, relative to how far they are away.
+    /// `COPY`: the displacement of corners, relative to their distance.
     pub(super) copy: f32,
 }
 
 impl Shares {
-    /// Of what is given in f32.
+    /// For f32 scenes.
     const PLAIN: Self = Self {
         copies: false,
         screen: bound::SCREEN,
@@ -64,7 +63,7 @@ impl Shares {
         copy: 0.0,
     };
 
-    /// Of copies.
+    /// For copies.
     const COPIES: Self = Self {
         copies: true,
         screen: bound::COPY_SCREEN,
@@ -87,11 +86,11 @@ impl Frame {
         Self { origin, depth, right, up, dual, off, reach, shares }
     }
 
-    /// The same frame for rays that pass the origin at a distance of up to `off`, each parallel to one that
-    /// starts there, all of them at points of the projection within ±`reach` in x and y: rays *toward* a point
-    /// that they miss by rounding alone, turned round, with t counted backwards. Then only what they hit is
-    /// known, not which hit is nearest: the resolver must not be asked for t of such rays. What `off` must be
-    /// is derived in `docs/numerics/projection.md`, section 6.
+    /// The same frame for rays that pass the origin at a distance of up to `off`. Each is parallel to one that
+    /// starts there, and their points lie within ±`reach` in x and y of the projection. These are reversed rays
+    /// *toward* a point, which they miss only by rounding, with t counted backwards. The test then only finds
+    /// whether they hit, not which hit is nearest: do not query the resolver for t of such rays.
+    /// `docs/numerics/projection.md`, section 6, derives `off`.
     ///
     /// ```
     /// use intertri::internal::Frame;
@@ -103,7 +102,7 @@ impl Frame {
         Self { off, reach: reach.map(|most| most + bound::OFF_REACH), ..self }
     }
 
-    /// The same frame for copies of what is given in f64 (`docs/numerics/f64.md`, section 6).
+    /// The same frame for copies of f64 originals (`docs/numerics/f64.md`, section 6).
     #[must_use]
     pub(in super::super) fn of_copies(self) -> Self {
         Self { shares: Shares::COPIES, ..self }
@@ -119,7 +118,7 @@ impl Frame {
         self.off
     }
 
-    /// The same as triangles see it that are `away` from there.
+    /// How far rays may pass from the origin, as seen by triangles at a distance of `away`.
     #[inline(always)]
     pub(super) fn off_at<F: Lanes<Scalar = f32>>(&self, away: F) -> F {
         away.mul_add(F::splat(self.shares.copy), F::splat(self.off))
@@ -140,7 +139,7 @@ impl Frame {
         [self.right, self.up]
     }
 
-    /// Where directions meet the projection.
+    /// The points where directions meet the projection.
     #[inline(always)]
     pub fn points<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>) -> Points<F> {
         let z = dir.dot_fused(Vec3::splat(self.depth));
@@ -184,6 +183,7 @@ impl<F: Lanes<Scalar = f32>> Points<F> {
     #[inline(always)]
     pub(super) fn inverse(&self, t: F) -> (F, F) {
         let least = F::splat(bound::SHORTEST_T);
+        // A subnormal product would round by more than INVERSE, so a tiny t counts as unknown.
         let s = F::splat(1.0) / (t.max(least) * self.z);
         let s_hi = s * F::splat(1.0 + bound::INVERSE);
         let s_hi = F::select(t.lt(least), F::splat(f32::INFINITY), s_hi);

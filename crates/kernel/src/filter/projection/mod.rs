@@ -1,4 +1,4 @@
-//! Rays from one origin as points of a projection: what they have in common, taken to its end.
+//! Rays from one origin as points of a projection plane, and triangles as linear forms on it.
 //!
 //! ```text
 //!        up                     a ray of direction d is the point (x, y) = (d·right, d·up) / d·depth;
@@ -7,8 +7,8 @@
 //!         o───── right
 //! ```
 //!
-//! So a triangle costs a ray two multiply-adds an edge, and one outline of a triangle can be held
-//! against a whole window of the projection. Bounds and proof: `docs/numerics/projection.md`.
+//! So testing a ray takes two multiply-adds for each edge, and the outline of a triangle can be tested
+//! against a whole window of the projection at once. Bounds and proof: `docs/numerics/projection.md`.
 
 mod frame;
 mod nearest;

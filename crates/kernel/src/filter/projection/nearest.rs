@@ -53,7 +53,7 @@ use crate::{LeafSlot, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<F, const N: usize> {
-    /// No hit with a smaller inverse depth can become the nearest.
+    /// A hit with a smaller inverse depth than `s_lo` cannot become the nearest.
     s_lo: F,
     s_hi: F,
     /// The caller's number of the triangle, as bits.
@@ -62,7 +62,7 @@ pub struct Nearest<F, const N: usize> {
     hits: u32,
 }
 
-/// What is seen of a triangle at each point.
+/// A triangle's forms, evaluated at each point.
 struct Sample<F: Lanes> {
     /// The least of the weights, in units of their bound.
     weight: F,
@@ -76,7 +76,7 @@ struct Sample<F: Lanes> {
     maybe: F::Mask,
 }
 
-/// What the bound says of each lane. A lane that is in neither mask is a miss.
+/// The verdict on each lane, with enclosures of the inverse depths. A lane in neither mask is a miss.
 #[derive(Clone, Copy)]
 struct InverseDepths<F> {
     hit: u32,
@@ -86,7 +86,7 @@ struct InverseDepths<F> {
 }
 
 impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
-    /// The number that stands for no triangle.
+    /// The number of no triangle.
     pub const NOTHING: u32 = u32::MAX;
 
     /// No hits yet: whatever is closer than `t_max` is nearer.
@@ -120,10 +120,10 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         numbers
     }
 
-    /// Takes the hits of N rays with the triangle `seen[number]`, where they are nearer. Only the lanes
-    /// in `live` take part, which must be on the projection and have no NaN in their interval. `settle`, who
-    /// knows lane i as the ray `first + i`, is asked about what the bound leaves open. Only undecided tests are
-    /// counted: the caller knows how many its windows decided. Whether anything may have changed.
+    /// Takes the hits of N rays with the triangle `seen[number]` that are nearer. Only the lanes in `live`
+    /// take part, which must be on the projection and have no NaN in their interval. `settle` settles undecided
+    /// lanes; lane i is its ray `first + i`. Only undecided tests are counted, because the caller counts those that
+    /// its windows decided. Returns whether anything may have changed.
     #[inline(always)]
     pub fn take<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -141,8 +141,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         (found.hit | found.undecided) != 0
     }
 
-    /// Which of the live rays hit the triangle in a slot, however many they hit before it; nothing is taken.
-    /// For rays that are not reversed. Otherwise as [`Nearest::take`].
+    /// Which of the live rays hit the triangle in a slot, at any distance; nothing is stored. Only for rays that
+    /// are not reversed. Otherwise like [`Nearest::take`].
     #[inline(always)]
     pub fn hit_by<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &self,
@@ -156,7 +156,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let found = self.test(outline, points, ranges, live);
         counts.undecided += u64::from(found.undecided.count_ones());
 
-        // What may lie beyond the end of its ray is settled, too.
+        // A hit whose enclosure reaches the end of its ray may lie beyond it, so it is settled, too.
         let mut hits = found.hit & found.s_lo.gt(self.s_hi).bits();
         for lane in lanes_of((found.hit & !hits) | found.undecided) {
             hits |= u32::from(settle.hit(slot, first + lane).is_some()) << lane;
@@ -164,8 +164,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         hits
     }
 
-    /// Whether a live ray may hit a triangle where that is nearer: a first look without a branch, after
-    /// which [`Nearest::take`] is asked.
+    /// Whether a live ray may have a nearer hit with a triangle: a quick test without branches. If so, call
+    /// [`Nearest::take`].
     #[inline(always)]
     pub fn maybe(
         &self,
@@ -197,7 +197,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         InverseDepths { hit, undecided: maybe.bits() & live & !hit, s_lo, s_hi }
     }
 
-    /// Where the rays may hit a triangle.
+    /// Evaluates a triangle's forms at the points, and finds which rays may hit it.
     #[inline(always)]
     fn sample(&self, outline: &Outline, points: &Points<F>, ranges: &Ranges<F>) -> Sample<F> {
         // The least of the weights; below -1 a sure miss, if the sign of D is sure.
@@ -213,13 +213,13 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
         if outline.is_edge_on() {
-            // The weights of a hit never differ in sign, whichever is the inner side.
+            // Two weights of different signs are a miss, whichever side is the inner one.
             maybe = maybe & !(outside & u.max(v).max(w).gt(F::splat(1.0)));
         }
         Sample { weight, s, s_lo, s_hi, sure, maybe }
     }
 
-    /// Offers what a test found of the triangle `seen[number]`.
+    /// Stores the hits with the triangle `seen[number]` that are nearer.
     #[inline(always)]
     fn offer<T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32>(
         &mut self,
@@ -228,7 +228,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         points: &Points<F>,
         (first, settle): (usize, &Settle<'_, T, I>),
     ) {
-        // Where the enclosures tell, all lanes at once.
+        // Lanes whose new enclosure lies wholly in front of the old one, all at once.
         let bits = f32::from_bits(number);
         let wins = F::Mask::from_bits(found.hit) & found.s_lo.gt(self.s_hi);
         self.s_lo = F::select(wins, found.s_lo, self.s_lo);
@@ -236,7 +236,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         self.triangle = F::select(wins, F::splat(bits), self.triangle);
         self.hits |= wins.bits();
 
-        // The others one by one, by their exact t.
+        // The other lanes overlap or are undecided: settle them one by one, by their exact t.
         let rest = (found.hit & !wins.bits()) | found.undecided;
         if rest == 0 {
             return;
@@ -257,7 +257,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             let is_hit = self.hits >> lane & 1 != 0;
             let sure = found.hit >> lane & 1 != 0;
             let other = is_hit.then(|| seen[numbers[lane].to_bits() as usize]);
-            // Where it touches the nearest it has its t: then the index decides.
+            // If the ray meets an edge or corner that both triangles share, both have the same t, and the index
+            // decides.
             if let Some(other) = other
                 && !sure
                 && settle.touch(ray, slot, other)

@@ -1,4 +1,4 @@
-//! Triangles as they are projected.
+//! Projected triangles.
 
 use super::super::bound;
 use super::frame::{Frame, Points, at};
@@ -7,7 +7,7 @@ use crate::packet::TriangleBlock;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd};
 
-/// Sixteen triangles as they are projected, side by side.
+/// Sixteen projected triangles, side by side.
 ///
 /// A form is `f[0] + f[1] x + f[2] y`. The edges are scaled so that beyond ±1 their sign is sure.
 ///
@@ -45,22 +45,22 @@ pub struct Outlines {
     w: [[f32; 16]; 3],
     /// The inverse depth of the plane, positive in front; NaN where T is not known well enough.
     s: [[f32; 16]; 3],
-    /// What s may be off by.
+    /// The bound of the error of s.
     err: [f32; 16],
-    /// Up to this, in size, s tells nothing: a grazing ray.
+    /// If |s| is at most this, the ray grazes the plane, and nothing is decided.
     least: [f32; 16],
-    /// Beyond this it is not parallel, either.
+    /// If s exceeds this, the ray is not parallel to the plane.
     parallel: [f32; 16],
-    /// The rectangle that holds the triangle.
+    /// The rectangle that contains the triangle.
     lo: [[f32; 16]; 2],
     hi: [[f32; 16]; 2],
-    /// What the edges are in units of.
+    /// The bound of the edges, by which they are divided.
     unit: [f32; 16],
-    /// Those that there are.
+    /// The lanes with triangles.
     live: u32,
 }
 
-/// A triangle as it is projected.
+/// A projected triangle.
 ///
 /// ```
 /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -109,8 +109,8 @@ pub struct Outline {
 }
 
 impl Outlines {
-    /// The triangles of one block or two; `parallel` is the document's threshold over the smallest z of the
-    /// rays, rounded up; `exact` says that hits lie on their triangles.
+    /// The triangles of one or two blocks. `parallel` is the document's threshold over the smallest z of the rays,
+    /// rounded up; with `exact`, hits lie on their triangles.
     #[inline(always)]
     pub(in super::super) fn new<S: Simd>(
         first: &TriangleBlock<8>,
@@ -131,7 +131,7 @@ impl Outlines {
         let sure = planes.is_sure(corners.a.norm1(), sizes.size, frame);
         let nothing = S::F32x16::splat(f32::NAN);
         let one = S::F32x16::splat(1.0);
-        // Where that is not known, edges still tell what they are apart from it, if hits lie on triangles.
+        // If that sign is unknown, edges of different signs still prove a miss, provided that hits lie on triangles.
         let unturned = if exact { one / unit } else { nothing };
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
@@ -151,8 +151,8 @@ impl Outlines {
         }
     }
 
-    /// Which of the triangles some ray through the window may hit that still looks for hits of at
-    /// least this inverse depth.
+    /// Which of the triangles a ray through the window may hit, if it still looks for hits of at least
+    /// this inverse depth.
     #[inline(always)]
     pub fn within<F: Lanes<Scalar = f32>>(&self, window: &Windows<F>, nearest: f32) -> u32 {
         let lo = [F::load(&self.lo[0]), F::load(&self.lo[1])];
@@ -167,7 +167,7 @@ impl Outlines {
         (window.reached(lo, hi) & !missed).bits() & self.live
     }
 
-    /// Which of the triangles have a rectangle that is larger than this along x or y.
+    /// Which of the triangles have a rectangle larger than this in x or y.
     #[inline(always)]
     pub fn larger<F: Lanes<Scalar = f32>>(&self, size: [f32; 2]) -> u32 {
         let ([x, y], _) = self.sizes::<F>();
@@ -203,8 +203,8 @@ impl Outlines {
 }
 
 impl Outline {
-    /// What the test computes at points: U, V, W in units of their bound, the inverse depth, and what
-    /// that may be off by. For who wants to check the bounds.
+    /// The values that the test computes at points: U, V, W in units of their bound, the inverse depth, and the
+    /// bound of its error. For tests of the bounds.
     #[inline(always)]
     pub fn at<F: Lanes<Scalar = f32>>(&self, points: &Points<F>) -> ([F; 4], f32) {
         let values = [self.u, self.v, self.w, self.s];
@@ -219,7 +219,7 @@ impl Outline {
         )
     }
 
-    /// Whether the origin is so near the triangle's plane that the side from which it is seen is not known.
+    /// Whether the origin is so near the triangle's plane that its side of the plane is unknown.
     #[inline(always)]
     pub(super) fn is_edge_on(&self) -> bool {
         self.s[0].is_nan()
@@ -275,21 +275,21 @@ impl<F: Lanes<Scalar = f32>> Depths<F> {
         Self { most: hi + (err + err), behind: hi.lt(-twice), plain: lo.gt(twice) }
     }
 
-    /// Where the plane lies behind every ray, or too far away.
+    /// Lanes whose plane lies behind every ray, or too far away.
     #[inline(always)]
     fn missed(&self, nearest: F) -> F::Mask {
         self.behind | self.most.lt(nearest)
     }
 }
 
-/// Where some edge has all of the window on its outer side, if D is sure and positive.
+/// Lanes where all of the window is on the outer side of some edge, if D is certain and positive.
 #[inline(always)]
 fn outside<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let highest = windows.range(u).1.min(windows.range(v).1).min(windows.range(w).1);
     highest.lt(F::splat(-2.0))
 }
 
-/// Where all of the window is on one side of some edge and on the other side of another, whichever is the inner.
+/// Lanes where all of the window is on one side of one edge and on the other side of another, whichever is inner.
 #[inline(always)]
 fn apart<F: Lanes<Scalar = f32>>(windows: &Windows<F>, [u, v, w]: [[F; 3]; 3]) -> F::Mask {
     let lowest = windows.range(u).0.max(windows.range(v).0).max(windows.range(w).0);
@@ -334,7 +334,7 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
         Self { s: load(&s), q: F::load(&q), turn: F::load(&normal) }
     }
 
-    /// Where the sign of T is known, for triangles `away` from the origin.
+    /// Lanes where the sign of T is known, for triangles `away` from the origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
         let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
@@ -342,7 +342,7 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     }
 }
 
-/// What the inverse depth may be off by, and what follows from its size.
+/// The error of the inverse depth, and the limits that follow from its size.
 struct Sizes<F> {
     size: F,
     err: F,
@@ -404,7 +404,7 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
         Self { a, b: a + h4, c: a + h5, h4, h5, h6, h }
     }
 
-    /// The rectangle: from corners in front, with room for what they and the reference may be off by.
+    /// The rectangle around corners in front, widened by their error and the reference's.
     #[inline(always)]
     fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
         let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
@@ -417,7 +417,7 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
         if !exact {
-            // The reference sees hits beside a thin triangle.
+            // The reference may accept points outside of a thin triangle.
             known = known & (h * h).lt(turn.abs() * splat(bound::THIN));
         }
         let one = splat(1.0);
@@ -455,7 +455,7 @@ fn into<L: Lanes>(v: Vec3<L>, [a, b, c]: &[[L::Scalar; 3]; 3]) -> Vec3<L> {
     }
 }
 
-/// The smallest and largest of three, with room; everything where they are not known.
+/// The smallest and largest of three, widened; everything if they are not known.
 #[inline(always)]
 fn around<F: Lanes<Scalar = f32>>([a, b, c]: [F; 3], room: F, known: F::Mask) -> (F, F) {
     let everywhere = F::splat(f32::INFINITY);

@@ -1,4 +1,4 @@
-//! Settles what the bound leaves open in a bundle.
+//! Settles the undecided pairs of a bundle.
 
 use crate::resolve::{Resolver, SharedOrigin};
 use crate::{LeafSlot, Ray, RayId, Triangle};
@@ -17,7 +17,7 @@ use crate::{LeafSlot, Ray, RayId, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Settle<'a, T, I> {
-    /// What answers.
+    /// The mode's resolver.
     pub resolver: Resolver<'a>,
     /// The bundle's rays.
     pub rays: &'a [Ray],
@@ -27,8 +27,8 @@ pub struct Settle<'a, T, I> {
     pub find: T,
     /// The triangle's index.
     pub index: I,
-    /// Whether the bundle holds the rays in reverse, from their common end: then it is known only whether
-    /// they hit, and every t is 0.
+    /// Whether the bundle holds the rays in reverse, from their common end. Then only whether they hit is
+    /// known, and every t is 0.
     pub reversed: bool,
 }
 
@@ -53,8 +53,8 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         self.resolver.touch(pair, (self.id(ray), [one, other]))
     }
 
-    /// Whether a ray hits one triangle before another, both of which it is known to hit. What was seen of
-    /// both is kept for other rays.
+    /// Whether a ray hits one triangle before another, both of which it is known to hit. The coefficients of
+    /// both are kept for other rays.
     #[inline(always)]
     pub(super) fn is_before(
         &self,
@@ -72,7 +72,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         order.then((self.index)(one).cmp(&(self.index)(other))).is_lt()
     }
 
-    /// A triangle from where the rays start.
+    /// A triangle as seen from the origin of the rays.
     #[inline(always)]
     fn seen<'k>(&self, slot: LeafSlot, kept: &'k mut LastTriangle<'a>) -> &'k SharedOrigin<'a> {
         if kept.is_none_or(|(kept, _)| kept != slot) {

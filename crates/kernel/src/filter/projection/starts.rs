@@ -1,4 +1,4 @@
-//! Where rays begin to look for hits.
+//! The near ends of rays, as depths on the projection.
 
 use super::super::bound;
 use super::super::edges::at_least;
@@ -6,7 +6,7 @@ use super::frame::Points;
 use crate::Threshold;
 use crate::simd::Lanes;
 
-/// Where rays begin to look for hits, as depths: lane by lane of any number of packets.
+/// The depths at which rays begin to look for hits, lane by lane, of any number of packets.
 ///
 /// ```
 /// use intertri::internal::{Points, Ranges, Starts};
@@ -17,14 +17,14 @@ use crate::simd::Lanes;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Starts<F> {
-    /// Beyond this a hit of any of them is far enough.
+    /// A hit beyond this is far enough for all of the rays.
     last: F,
-    /// Before this no hit is.
+    /// A hit before this is too near for all of the rays.
     first: F,
 }
 
 impl<F: Lanes<Scalar = f32>> Starts<F> {
-    /// Of no ray.
+    /// The starts of no rays.
     #[inline(always)]
     pub fn none() -> Self {
         Self { last: F::splat(0.0), first: F::splat(f32::INFINITY) }
@@ -39,8 +39,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
         live: F::Mask,
         threshold: Threshold,
     ) -> Self {
-        // Not so small that products are subnormal: those are rounded by more than INVERSE, and take the
-        // CPU a hundred times as long.
+        // Keeps products from being subnormal: those round by more than INVERSE, and take the CPU a hundred
+        // times as long.
         let least = F::splat(bound::SHORTEST_T);
         let above = at_least(sure, threshold.above.max(bound::SHORTEST_T));
         let below = at_least(t_min, threshold.below.max(0.0));
@@ -71,8 +71,8 @@ impl<F: Lanes<Scalar = f32>> Starts<F> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<F> {
-    /// Below this a hit is far enough.
+    /// Hits below this are far enough.
     pub(super) near_lo: F,
-    /// Above this it is not.
+    /// Hits above this are too near.
     pub(super) near_hi: F,
 }

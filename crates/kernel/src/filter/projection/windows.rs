@@ -6,7 +6,7 @@ use crate::simd::Lanes;
 ///
 /// ```
 /// use intertri::internal::Windows;
-/// // From (0, 0) to (0.5, 0.25); four, eight or sixteen with as many lanes.
+/// // From (0, 0) to (0.5, 0.25); with N lanes, N windows.
 /// let window = Windows::<f32>::new([0.0, 0.0], [0.5, 0.25]);
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,7 @@ impl<F: Lanes<Scalar = f32>> Windows<F> {
     #[inline(always)]
     pub(super) fn range(&self, form: [F; 3]) -> (F, F) {
         let [one, x, y] = form;
+        // A linear form is largest and smallest at corners: its value in the middle, plus or minus its half ranges.
         let middle = y.mul_add(self.middle[1], x.mul_add(self.middle[0], one));
         let reach = y.abs().mul_add(self.half[1], x.abs() * self.half[0]);
         (middle - reach, middle + reach)
