@@ -1,9 +1,9 @@
-//! One ray against eight triangles at a time, from a hierarchy of one's own: here a flat one, of boxes
+//! One ray against eight triangles at a time, from a hierarchy of your own: here a flat one, with boxes
 //! around eights. `cargo run --release --example own_hierarchy`
 
 use intertri::{Hit, Mode, Ray, Triangle, TriangleBlock};
 
-/// Where the eight of a leaf are, and they.
+/// The box of a leaf's eight triangles, and the triangles.
 struct Leaf([[f32; 3]; 2], TriangleBlock<8>);
 
 impl Leaf {

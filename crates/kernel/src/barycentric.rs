@@ -1,20 +1,20 @@
-//! Document D: what a triangle and the origin of many rays have in common, by Cramer's rule.
+//! Document D: the coefficients of a triangle and an origin that many rays share, by Cramer's rule.
 //!
 //! ```text
 //!   A = c1 - o      n = h4 × h5       D = n·d             each a dot product with the direction;
-//!   h4 = c2 - c1    V = h5 × A        u = V·d / D         what stands left of it is computed once
-//!   h5 = c3 - c1    W = A × h4        v = W·d / D         a triangle and origin
+//!   h4 = c2 - c1    V = h5 × A        u = V·d / D         the vectors are computed once
+//!   h5 = c3 - c1    W = A × h4        v = W·d / D         for a triangle and an origin
 //!                                     t = n·A / D
 //! ```
 //!
-//! The filter for rays of one origin, the weights of every hit, and the z-buffer's all take their
-//! coefficients from here.
+//! The filter for rays of one origin, the weights of every hit, and the z-buffer use these
+//! coefficients.
 
 use crate::Triangle;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 
-/// The coefficients of one triangle as it is seen from one origin, in f64; or of several, in lanes.
+/// The coefficients of one triangle as seen from one origin, in f64; or of several, in lanes.
 ///
 /// ```
 /// use intertri::internal::Coefficients;
@@ -30,22 +30,22 @@ use crate::simd::Vec3;
 pub struct Coefficients<D = f64> {
     /// `c1 - o`
     pub(crate) a: Vec3<D>,
-    /// Those of the common denominator, which are the triangle's normal.
+    /// The coefficients of the common denominator: the triangle's normal.
     pub(crate) n: Vec3<D>,
-    /// Those of u, the weight of c2.
+    /// The coefficients of u, the weight of c2.
     pub(crate) v: Vec3<D>,
-    /// Those of v, the weight of c3.
+    /// The coefficients of v, the weight of c3.
     pub(crate) w: Vec3<D>,
 }
 
 impl<D: Lanes<Scalar = f64>> Coefficients<D> {
-    /// What depends on the triangles and the origin.
+    /// The coefficients of triangles and an origin.
     #[inline(always)]
     pub(crate) fn of([c1, c2, c3]: [Vec3<D>; 3], origin: Vec3<D>) -> Self {
         Self::along(c1 - origin, c2 - c1, c3 - c1)
     }
 
-    /// From the way to c1 and the edges, in any axes.
+    /// From the vector to c1 and the edges, in any axes.
     #[inline(always)]
     pub(crate) fn along(a: Vec3<D>, h4: Vec3<D>, h5: Vec3<D>) -> Self {
         Self { a, n: h4.cross(h5), v: h5.cross(a), w: a.cross(h4) }
@@ -53,7 +53,7 @@ impl<D: Lanes<Scalar = f64>> Coefficients<D> {
 }
 
 impl Coefficients {
-    /// What depends on the triangle and the origin.
+    /// The coefficients of a triangle and an origin.
     #[inline]
     pub fn new(triangle: &Triangle, origin: [f32; 3]) -> Self {
         let vec3 = |v: [f32; 3]| Vec3::<f64>::splat(v.map(f64::from));

@@ -12,7 +12,7 @@ use crate::Hit;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Where.
+    /// The point of the crossing.
     pub hit: Hit,
     /// Whether the ray runs with the normal: out of a mesh whose corners run counter-clockwise as seen from
     /// outside.
@@ -34,8 +34,8 @@ pub struct Crossing {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Crossings {
-    /// Crossings with the normal less crossings against it: of a closed mesh whose corners run
-    /// counter-clockwise as seen from outside, 1 from a point inside and 0 from one outside.
+    /// Crossings with the normal minus crossings against it. In a closed mesh whose corners run
+    /// counter-clockwise as seen from outside, it is 1 from a point inside and 0 from one outside.
     pub signed: i64,
     /// All crossings.
     pub unsigned: u64,

@@ -10,15 +10,15 @@
 //!              h4            h1 = org + dir * t, the point of the ray in the plane
 //! ```
 //!
-//! No operation here is fused, approximated or reordered, so every lane gives the bits that the
-//! scalar listing gives. The resolver of `certified` is made of this.
+//! No operation here is fused, approximated or reordered, so every lane computes the same bits as the
+//! scalar listing. The resolver of `certified` is built from this.
 
 use crate::packet::RayLanes;
 use crate::simd::Lanes;
 use crate::simd::Vec3;
 use crate::{RayOf, Scalar, Triangle, TriangleOf};
 
-/// A triangle as the document initialises it, in every lane the same or in every lane another.
+/// Triangles as the document initialises them: the same in every lane, or a different one in each.
 #[derive(Clone, Copy)]
 pub struct Tri<D> {
     c1: Vec3<D>,
@@ -50,13 +50,13 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         (vd, self.nrm.dot(self.c1 - org) / vd)
     }
 
-    /// The `t` that [`Tri::inter_tri`] gives, without asking whether it is a hit.
+    /// The `t` of [`Tri::inter_tri`], without testing for a hit.
     #[inline(always)]
     pub(crate) fn t(&self, org: Vec3<D>, dir: Vec3<D>) -> D {
         self.plane(org, dir).1
     }
 
-    /// The document's test: where the line of sight meets the triangle, and at which `t`.
+    /// The document's test: which lanes hit the triangle, and at which `t`.
     #[inline(always)]
     pub(crate) fn inter_tri(&self, org: Vec3<D>, dir: Vec3<D>, threshold: f64) -> (D::Mask, D) {
         let zero = D::splat(0.0);
@@ -110,7 +110,7 @@ pub(crate) fn t<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> f64 {
     Tri::one(triangle).t(rays.org, rays.dir)
 }
 
-/// A triangle's plane as it is seen from an origin.
+/// A triangle's plane as seen from an origin.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPlane {
     nrm: Vec3<f64>,

@@ -10,7 +10,7 @@
 #[repr(transparent)]
 pub struct RayId(pub u32);
 
-/// The index of a triangle in the caller's order. Of two hits with one t the lower index is the closer one.
+/// The index of a triangle in the caller's order. If two hits have the same t, the lower index wins.
 ///
 /// ```
 /// use intertri::TriangleId;
@@ -21,7 +21,7 @@ pub struct RayId(pub u32);
 pub struct TriangleId(pub u32);
 
 impl TriangleId {
-    /// Stands for no triangle.
+    /// The id of no triangle.
     ///
     /// ```
     /// assert_eq!(intertri::TriangleId::NONE.0, intertri::Hit::NO_TRIANGLE);

@@ -100,7 +100,7 @@ pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
 pub use types::{Hit, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
 
-/// What the sister crates build on, and what the traits' associated types are. It changes without notice.
+/// Items that the sister crates build on, and the traits' associated types. They change without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::barycentric::Coefficients;

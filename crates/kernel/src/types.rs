@@ -4,13 +4,13 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::Scalar;
 
-/// A half-line with the part of it that counts.
+/// A half-line, and the interval of t in which hits count.
 ///
 /// A point of the ray is `origin + t * dir`, so `t` is in multiples of `|dir|`; `dir` need not have
 /// unit length. A hit counts where `t_min <= t < t_max` and `t > 0`: by the true t in the mode
-/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must be above their threshold, too. The interval is
-/// open at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A ray with a
-/// NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
+/// [`Mode::exact`](crate::Mode::exact), by t in f64 in the others, where it must also be above their threshold. The
+/// interval is open at its far end, so that with the default `t_max` of infinity a `t` that overflowed is a miss. A ray
+/// with a NaN or an infinity in its origin or direction, or a NaN in its interval, hits nothing.
 ///
 /// The layout is that of a file of raw rays: eight little-endian numbers in the order of the fields. It is
 /// [`Ray`] in f32 and [`Ray64`] in f64.
@@ -24,20 +24,20 @@ use crate::Scalar;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayOf<S> {
-    /// Where `t` is 0.
+    /// The point at `t = 0`.
     pub origin: [S; 3],
     /// The smallest `t` that counts.
     pub t_min: S,
-    /// Where the ray goes, and the unit of `t`.
+    /// The direction, whose length is the unit of `t`.
     pub dir: [S; 3],
     /// The smallest `t` that no longer counts.
     pub t_max: S,
 }
 
-/// A half-line in f32, with the part of it that counts.
+/// A ray in f32.
 pub type Ray = RayOf<f32>;
 
-/// A half-line in f64, with the part of it that counts.
+/// A ray in f64.
 pub type Ray64 = RayOf<f64>;
 
 impl<S: Scalar> RayOf<S> {
@@ -64,8 +64,8 @@ impl<S: Scalar> RayOf<S> {
 
 /// Three corners `c1`, `c2`, `c3`. Both sides can be hit; a point on an edge is inside.
 ///
-/// A buffer of vertices, nine numbers a triangle, can be cast to a slice of these by `bytemuck`. A
-/// triangle with a NaN or an infinity in it is hit by nothing, and so is one without area. It is
+/// `bytemuck` casts a buffer of vertices, nine numbers for each triangle, to a slice of these. A triangle with a
+/// NaN or an infinity is never hit, nor is one without area. It is
 /// [`Triangle`](type@Triangle) in f32 and [`Triangle64`](type@Triangle64) in f64.
 ///
 /// ```
@@ -84,7 +84,7 @@ pub type Triangle = TriangleOf<f32>;
 /// Three corners in f64.
 pub type Triangle64 = TriangleOf<f64>;
 
-/// An alias of a type neither constructs nor destructures: so its name stands for the constructor, too, as
+/// A type alias neither constructs nor destructures, so these re-exports make its name a constructor, too:
 /// `Triangle(corners)`. The aliases above take precedence as types.
 mod constructors {
     pub use super::{TriangleOf as Triangle, TriangleOf as Triangle64};
@@ -102,8 +102,8 @@ impl<S: Scalar> TriangleOf<S> {
         Self([c1.into(), c2.into(), c3.into()])
     }
 
-    /// The normal `(c2 - c1) × (c3 - c1)`, in f64: twice the triangle's area long, and toward whom the
-    /// corners run counter-clockwise. Zero for a triangle without area.
+    /// The normal `(c2 - c1) × (c3 - c1)`, in f64. Its length is twice the triangle's area, and it points to the side
+    /// from which the corners run counter-clockwise. Zero for a triangle without area.
     ///
     /// ```
     /// let t = intertri::Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]);
@@ -120,8 +120,8 @@ impl<S: Scalar> TriangleOf<S> {
 /// Where a ray meets a triangle: 32 bytes.
 ///
 /// The point is `origin + t * dir` and, up to rounding, `(1 - u - v) c1 + u c2 + v c3`. The weights `u`
-/// and `v` are the same on every CPU but may stand outside of `0..=1` by rounding. Queries about one ray
-/// give an `Option` of it; batches fill slices with plain ones, [`Hit::MISS`] where nothing is hit.
+/// and `v` are the same on every CPU but may lie outside of `0..=1` by rounding. Queries with one ray
+/// return an `Option<Hit>`; batches fill slices with plain hits, [`Hit::MISS`] where nothing is hit.
 ///
 /// ```
 /// use intertri::{Hit, Mode, Ray, Triangle};
@@ -142,21 +142,21 @@ pub struct Hit {
     pub v: f64,
     /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
     pub triangle: u32,
-    /// The number of the mesh in a hierarchy of several; else 0.
+    /// The index of the mesh in a hierarchy over several; otherwise 0.
     pub geometry: u32,
 }
 
 const _: () = assert!(size_of::<Hit>() == 32);
 
 impl Hit {
-    /// The index that stands for no triangle.
+    /// The index of no triangle.
     ///
     /// ```
     /// assert_eq!(intertri::Hit::MISS.triangle, intertri::Hit::NO_TRIANGLE);
     /// ```
     pub const NO_TRIANGLE: u32 = u32::MAX;
 
-    /// What a ray that meets nothing gets in a batch.
+    /// The result of a ray that hits nothing, in a batch.
     ///
     /// ```
     /// use intertri::{Hit, Mode, Ray};
@@ -187,7 +187,7 @@ impl Hit {
         self.is_hit().then_some(self)
     }
 
-    /// The point `origin + t * dir`, computed in f64; of a miss, nothing finite.
+    /// The point `origin + t * dir`, computed in f64; not finite for a miss.
     ///
     /// ```
     /// use intertri::{Hit, Ray};

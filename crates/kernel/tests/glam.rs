@@ -1,4 +1,4 @@
-//! Vectors of glam go in as they are, though the kernel does not know glam.
+//! The kernel takes glam's vectors directly, although it does not depend on glam.
 
 use glam::Vec3;
 use intertri::{Mode, Ray, Triangle};

@@ -1,4 +1,4 @@
-//! Where a ray meets a triangle that it is known to hit: t by document A, the weights by document D.
+//! t, u and v of pairs that are known to hit: t by document A, the weights by document D.
 
 mod pairs;
 mod shared_origin;

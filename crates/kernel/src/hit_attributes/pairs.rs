@@ -1,7 +1,7 @@
-//! Where rays meet triangles that they are known to hit, eight pairs side by side.
+//! t, u and v of rays and triangles that are known to hit, eight pairs side by side.
 //!
-//! The operations and their order are the reference's, so t has its bits; the weights are document
-//! D's.
+//! The operations and their order are the reference's, so t has the same bits; the weights are those of
+//! document D.
 
 use crate::barycentric::Coefficients;
 use crate::document::Tri;
@@ -72,7 +72,7 @@ impl Pairs {
         (ray, Triangle(self.corners.each_ref().map(vec3)), TriangleId(self.index[lane]))
     }
 
-    /// Corners, origins and directions of the lanes from a place on.
+    /// Corners, origins and directions of the lanes from `from` on.
     #[inline(always)]
     pub(crate) fn lanes<D: Lanes<Scalar = f64>>(
         &self,
@@ -83,10 +83,10 @@ impl Pairs {
         (corners, some(&self.origin, from), some(&self.dir, from))
     }
 
-    /// The hits of all lanes by the document's operations; those of lanes that were not set mean nothing.
+    /// The hits of all lanes by the document's operations; meaningless in lanes that were not set.
     #[inline(always)]
     pub fn hits_in<S: Simd>(&self) -> [Hit; 8] {
-        // Four at a time: for one division of eight in a search some CPUs lower their clock.
+        // Four at a time, because some CPUs lower their clock for a single division of eight lanes.
         let (mut t, mut u, mut v) = ([0.0; 8], [0.0; 8], [0.0; 8]);
         for from in [0, 4] {
             let (corners, origin, dir) = self.lanes::<S::F64x4>(from);
@@ -109,7 +109,7 @@ impl Pairs {
     }
 }
 
-/// The lanes from a place on.
+/// The lanes from `from` on.
 #[inline(always)]
 fn some<D: Lanes<Scalar = f64>>(rows: &[[f32; 8]; 3], from: usize) -> Vec3<D> {
     let [x, y, z] = rows;

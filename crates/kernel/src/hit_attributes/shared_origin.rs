@@ -1,14 +1,14 @@
-//! Where rays from one origin meet the triangles that they are known to hit.
+//! t, u and v of rays from one origin, with triangles that they are known to hit.
 //!
 //! ```text
-//!   num:  nrm & a   V & dir   W & dir              what does not depend on the direction is
-//!   den:  nrm & dir N & dir   N & dir              computed once for a triangle and an origin;
-//!           = t       = u       = v    triangle    a ray takes a dot product and a division of
-//!                                                  four lanes: nrm, V, W and N
+//!   num:  nrm & a   V & dir   W & dir              all but the direction is computed once for a
+//!   den:  nrm & dir N & dir   N & dir              triangle and an origin; then each ray takes a
+//!           = t       = u       = v    triangle    dot product and a division in four lanes:
+//!                                                  nrm, V, W and N
 //! ```
 //!
-//! Document A gives t, document D the weights. The operations and their order are the reference's, so
-//! t has its bits.
+//! t is that of document A, the weights are those of document D. The operations and their order are the
+//! reference's, so t has the same bits.
 
 use super::shared_origin_hit::SharedOriginHit;
 use crate::Hit;
@@ -17,7 +17,7 @@ use crate::document::Tri;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
 
-/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it.
+/// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there.
 ///
 /// ```
 /// use intertri::internal::{HitCoefficients, SharedOriginHit};

@@ -1,12 +1,12 @@
-//! What rays from one origin share where they meet a triangle.
+//! The values that rays from one origin share when they hit the same triangle.
 
 use crate::Hit;
 use crate::simd::Simd;
 
-/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it: by the document's
+/// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there: by the document's
 /// operations, or exactly.
 ///
-/// An example stands at [`HitCoefficients`](super::HitCoefficients).
+/// See [`HitCoefficients`](super::HitCoefficients) for an example.
 pub trait SharedOriginHit: Copy + Default {
     /// Eight triangles: `corners[k][axis][lane]` is of corner k+1.
     fn eight_in<S: Simd>(
@@ -16,7 +16,7 @@ pub trait SharedOriginHit: Copy + Default {
         to: &mut [Self; 8],
     );
 
-    /// Where a ray that is known to hit the triangle meets it. Whether that is sure; where not, the resolver
-    /// knows.
+    /// Writes the hit of a ray that is known to hit the triangle. Returns whether it is certain; if not, call the
+    /// resolver.
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool;
 }

@@ -18,8 +18,8 @@ impl LocalFrame {
         TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
     }
 
-    /// The box around the boxes of the live ones, which are finite, as [`LocalFrame::bounds`] makes them; infinite and
-    /// inside out around none.
+    /// The box around the boxes of all live triangles, as [`LocalFrame::bounds`] computes them. They must be finite. With
+    /// no live triangle, the box is inverted: its lower sides are infinite, its upper sides minus infinity.
     #[inline(always)]
     pub fn bounds_in<S: Simd>(&self, corners: &[[[f64; 8]; 3]; 3], live: u32) -> [[f32; 3]; 2] {
         let scale = S::F64x8::splat(pow2(self.up));
@@ -33,7 +33,7 @@ impl LocalFrame {
             let centre = S::F64x8::splat(self.centre[axis]);
             let (a, b) = (S::F64x8::load(&c1[axis]), S::F64x8::load(&c2[axis]));
             let c = S::F64x8::load(&c3[axis]);
-            // Rounding keeps the order, so the least of all is rounded.
+            // Rounding preserves order, so it is enough to round the extremes.
             let (mut lo, mut hi) = ([0.0; 8], [0.0; 8]);
             ((a.min(b).min(c) - centre) * scale).store_f32(&mut lo);
             ((a.max(b).max(c) - centre) * scale).store_f32(&mut hi);

@@ -1,7 +1,7 @@
-//! The frame in which a scene given in f64 has its copies in f32: about the scene's centre, scaled by a power of two.
+//! The frame of the f32 copies of a scene given in f64: about the scene's centre, scaled by a power of two.
 //!
 //! ```text
-//!        f64                          f32, for the filter and the walk
+//!        f64                          f32, for the filter and traversal
 //!   528 980.13 ────────────┐
 //!   528 981.20 ──┐ centre  │          c1 ──►  2ⁿ (c1 - centre)        rounded
 //!                ▼    ▼    ▼          h4 ──►  2ⁿ (c2 - c1)            rounded: small ones stay sharp
@@ -9,7 +9,7 @@
 //!                                     d  ──►  2ᵐ d                    rounded
 //! ```
 //!
-//! What that may be off by, the filter's bounds have room for: `docs/numerics/f64.md`, section 4.
+//! The filter's bounds cover the rounding of the copies: `docs/numerics/f64.md`, section 4.
 
 mod blocks;
 mod rays;
@@ -20,21 +20,21 @@ use crate::scalar::Bits;
 use crate::simd::Lanes;
 use crate::{Ray, Ray64, Triangle64, TriangleOf};
 
-/// Scaled, the farthest corner is this far out: between 1 and 2. Exponents of the scale, so that it is a normal f64,
-/// and what the CPU may read as 0 stays below all bounds.
+/// The least and largest exponent of the scale, which brings the farthest corner to between 1 and 2. Within these limits
+/// the scale is a normal f64, and numbers that the CPU may read as 0 stay below all bounds.
 const SCALES: (i32, i32) = (-1000, 800);
 
-/// A direction whose scaled length has no larger exponent, in size, is scaled as points are. Others have a scale of their
-/// own, by which their lengths are near 1.
+/// A direction is scaled like points if the exponent of its scaled length is within ± this. Any other gets its own scale,
+/// which brings its length near 1.
 const SAME: i32 = 30;
 
-/// What lies farther out counts as so far (2^100): beyond what f32 decides.
+/// Origins farther out count as this far (2^100), where f32 decides nothing.
 const FAR_OUT: f64 = (1_u128 << 100) as f64;
 
 /// A ray that hits nothing.
 const DEAD: Ray = Ray { origin: [0.0; 3], t_min: 1.0, dir: [1.0, 0.0, 0.0], t_max: 0.0 };
 
-/// Where a scene given in f64 has its copies in f32.
+/// The frame of the f32 copies of a scene given in f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalFrame {
     centre: [f64; 3],
@@ -45,9 +45,9 @@ pub struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame of corners between the lowest and the highest coordinates, most of which are in a `crowd` between
-    /// these coordinates; of none, where they are not finite. Its centre is the point of the crowd that is nearest to the
-    /// middle of all, so that a few triangles far away do not take the digits of the others.
+    /// The frame of corners between the lowest and the highest coordinates, most of which lie within the box `crowd`.
+    /// An empty frame if the coordinates are not finite. Its centre is the point of the crowd that is nearest to the
+    /// middle of all, so that a few triangles far away do not cost the others their digits.
     pub fn around([lo, hi]: [[f64; 3]; 2], crowd: [[f64; 3]; 2]) -> Self {
         if !lo.iter().chain(&hi).all(|x| x.is_finite()) {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
@@ -61,8 +61,8 @@ impl LocalFrame {
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
 
-    /// The frame with such a centre and exponent, if there may be one, of corners that are not farther from it along
-    /// each axis, scaled.
+    /// The frame with this centre and exponent, if they are valid. `farthest` bounds the scaled distance of corners from
+    /// the centre along each axis.
     pub fn of(centre: [f64; 3], up: i32, farthest: [f32; 3]) -> Option<Self> {
         let sane = centre.iter().all(|x| x.is_finite()) && (SCALES.0..=SCALES.1).contains(&up);
         let reach = farthest.iter().map(|&x| f64::from(x)).sum::<f64>() as f32;
@@ -84,13 +84,13 @@ impl LocalFrame {
         pow2(self.up)
     }
 
-    /// A number's place on an axis.
+    /// The scaled coordinate of a number on an axis.
     #[inline(always)]
     fn place(&self, x: f64, axis: usize) -> f64 {
         (x - self.centre[axis]) * pow2(self.up)
     }
 
-    /// The box of a triangle's copy, which holds the scaled triangle; `None` where it is not finite.
+    /// The box of a triangle's copy, which contains the scaled triangle; `None` if it is not finite.
     #[inline]
     pub fn bounds(&self, TriangleOf(corners): &Triangle64) -> Option<[[f32; 3]; 2]> {
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
@@ -115,13 +115,13 @@ impl LocalFrame {
         let square = |v: &[f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
         let (a, b, c) = (square(&minus_h4), square(&h5), square(&h6));
 
-        // A NaN is one in the sum, too.
+        // A NaN in any edge makes the sum NaN, which is not less than infinity.
         let far = f64::from(LARGEST);
         let near =
             (0..3).all(|k| at[k].abs() <= far && minus_h4[k].abs() <= far && h5[k].abs() <= far);
         let known = near && a + b + c < f64::INFINITY;
         let longest = Lanes::sqrt(a.max(b).max(c)) as f32;
-        // The second number above.
+        // Two steps above, which covers all roundings of the length.
         let above = f32::from_bits((longest + SHORTEST).to_bits() + 2);
         Copy32 {
             parts: [at, minus_h4, h5].map(|v| v.map(|x| x as f32)),
@@ -135,16 +135,16 @@ impl LocalFrame {
         [0, 1, 2].map(|k| self.place(point[k], k) as f32)
     }
 
-    /// Two points between which a finite one lies, as seen from the centre and scaled.
+    /// Two points between which the scaled original of a finite point lies.
     #[inline]
     pub fn around_point(&self, point: [f64; 3]) -> [[f32; 3]; 2] {
-        // By halves: the difference may be beyond f64.
+        // Halved first, because the difference may exceed the range of f64.
         let half = |k: usize| (0.5 * point[k] - 0.5 * self.centre[k]) * pow2(self.up + 1);
         let near = [0, 1, 2].map(|k| half(k) as f32);
         [near.map(f32::next_down), near.map(f32::next_up)]
     }
 
-    /// So far a corner of a scaled triangle may be along an axis from what sums of its copy's parts in f32 give.
+    /// How far, along an axis, a scaled corner may be from the sum of its copy's parts in f32.
     #[inline]
     pub fn corner_room(&self) -> f32 {
         self.reach * (5.0 / (1 << 24) as f32)
@@ -173,7 +173,7 @@ impl LocalFrame {
         self.odd_ray(ray)
     }
 
-    /// The same of a ray that is none, starts far out, or has a scale of its own.
+    /// The copy of a ray that hits nothing, starts far out, or needs its own scale.
     #[cold]
     #[inline(never)]
     fn odd_ray(&self, ray: &Ray64) -> Ray {
@@ -192,7 +192,7 @@ impl LocalFrame {
         }
     }
 
-    /// The t of a ray's copy is the ray's times 2 to this: nearly always the ray's own.
+    /// The t of a ray's copy is the ray's t times 2 to this exponent, which is nearly always 0.
     #[inline]
     pub fn exponent(&self, ray: &Ray64) -> i32 {
         let length = self.up + longest_exponent(ray);
@@ -200,22 +200,22 @@ impl LocalFrame {
     }
 }
 
-/// The exponent of the largest component of a direction; 0 of none.
+/// The exponent of the largest component of a direction; 0 if all are 0.
 #[inline]
 fn longest_exponent(ray: &Ray64) -> i32 {
     let [x, y, z] = ray.dir.map(Bits::rank);
     exponent(f64::from_bits(x.max(y).max(z)))
 }
 
-/// e of a positive number between `2^e` and twice that; of 0, 0.
+/// The exponent e of a positive number between `2^e` and twice that; 0 for 0.
 #[inline]
 fn exponent(x: f64) -> i32 {
     let (m, e) = x.parts();
     if m == 0 { 0 } else { 63 - m.leading_zeros() as i32 + e }
 }
 
-/// `x 2^by`, rounded; infinite or about 0 where that is too large or too small. By its bits, for a CPU may be set to
-/// read a subnormal x as 0.
+/// `x 2^by`, rounded; infinite or about 0 if that is too large or too small. Works on the bits, because a CPU may be set
+/// to read a subnormal x as 0.
 #[inline]
 fn scaled(x: f64, by: i32) -> f64 {
     if !Bits::is_finite(x) {
@@ -234,7 +234,7 @@ fn below(x: f64) -> f32 {
     if f64::from(near) > x || near == f32::INFINITY { near.next_down().max(0.0) } else { near }
 }
 
-/// A positive end rounded up: however small, it is one for a CPU that reads subnormal numbers as 0, too.
+/// A positive far end, rounded up; at least the smallest normal number, since a CPU may read smaller ones as 0.
 #[inline]
 fn end(x: f64) -> f32 {
     let near = x as f32;

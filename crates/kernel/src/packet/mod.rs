@@ -8,7 +8,7 @@ use crate::{Ray, RayOf, Scalar, Triangle};
 
 /// N rays side by side: `origin[axis][lane]`.
 ///
-/// Lanes beyond the given rays repeat the last one and are dead: no answer speaks of them.
+/// Lanes beyond the given rays repeat the last one and are dead: no result includes them.
 ///
 /// ```
 /// use intertri::{Ray, RayPacket};
@@ -32,8 +32,7 @@ pub struct RayPacket<const N: usize> {
 }
 
 impl<const N: usize> RayPacket<N> {
-    /// A packet of the first N rays of a slice; of fewer where it is shorter, of none where it is
-    /// empty.
+    /// A packet of the first N rays of a slice, or of fewer if it is shorter.
     ///
     /// ```
     /// use intertri::{Ray, RayPacket};
@@ -83,7 +82,7 @@ impl<const N: usize> RayPacket<N> {
 
 /// N triangles side by side.
 ///
-/// Lanes beyond the given triangles repeat the last one and are dead: no answer speaks of them.
+/// Lanes beyond the given triangles repeat the last one and are dead: no result includes them.
 ///
 /// ```
 /// use intertri::{Triangle, TriangleBlock};
@@ -103,8 +102,7 @@ pub struct TriangleBlock<const N: usize> {
 }
 
 impl<const N: usize> TriangleBlock<N> {
-    /// A block of the first N triangles of a slice; of fewer where it is shorter, of none where it is
-    /// empty.
+    /// A block of the first N triangles of a slice, or of fewer if it is shorter.
     ///
     /// ```
     /// use intertri::{Triangle, TriangleBlock};
@@ -221,8 +219,8 @@ impl TriangleBlock<8> {
         block
     }
 
-    /// A block of lanes that are side by side already: `corners[k][axis][lane]` is of corner k+1. Lanes that are
-    /// not `live` are dead, wherever they are.
+    /// A block from lanes that are already side by side: `corners[k][axis][lane]` is of corner k+1. Any lane may be
+    /// dead: those that are not `live`.
     ///
     /// ```
     /// use intertri::simd::{Simd, WithSimd, dispatch};
@@ -250,7 +248,7 @@ impl TriangleBlock<8> {
         block
     }
 
-    /// A block of copies by the lanes of their parts, a corner and the edges -h4 and h5, and of the third edge.
+    /// A block of copies from the lanes of their parts: a corner, the edges -h4 and h5, and the third edge.
     #[inline(always)]
     pub(crate) fn of_copied_lanes<D: Lanes<Scalar = f64>>(
         parts: [Vec3<D>; 3],
@@ -269,7 +267,7 @@ impl TriangleBlock<8> {
     }
 }
 
-/// The copy in f32 of a triangle that is given in f64.
+/// The f32 copy of a triangle given in f64.
 #[derive(Clone, Copy, Debug)]
 pub struct Copy32 {
     /// The first corner, and the edges from the second to it and from it to the third.
@@ -340,7 +338,7 @@ fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges
     let known = (a + b + c).lt(D::splat(f64::INFINITY));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {
-        // The second number above; of a NaN any bits.
+        // Two steps above, which covers all roundings of the length; for a NaN any bits will do.
         let above = f32::from_bits((*edge + SHORTEST).to_bits().wrapping_add(2));
         *edge = if sane >> lane & 1 != 0 { above } else { f32::NAN };
     }
@@ -351,7 +349,7 @@ fn mask(n: usize) -> u32 {
     ((1_u64 << n) - 1) as u32
 }
 
-/// Rays as lanes, with what a test asks of them; one ray may be spread over all lanes.
+/// Rays as lanes, with the values that a test needs; one ray may fill all lanes.
 #[derive(Clone, Copy)]
 pub struct RayLanes<L> {
     pub(crate) org: Vec3<L>,
