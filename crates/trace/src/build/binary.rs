@@ -1,4 +1,4 @@
-//! The two-way tree, from the top down, and on the way back up the plan how to cut it.
+//! Builds the two-way tree top down, and on the way back up plans how to cut it into wide nodes.
 //!
 //! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so
 //! that both sides of a cut can be built at once without sharing anything:
@@ -19,22 +19,22 @@ use crate::util::threads::join;
 use intertri::simd::{Lanes, Level, Simd, WithSimd};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// From so many triangles on, two sides are built side by side, and progress is told.
+/// With at least this many triangles, two sides are built in parallel, and progress is reported.
 const MANY: usize = 1 << 12;
 
 /// Boxes binned or measured in one go, by one thread.
 const CHUNK: usize = 1 << 15;
 
-/// Every box costs so much more than its area, so that among boxes without area the fewer nodes win.
+/// Added to the area of every box, so that among boxes without area fewer nodes win.
 pub(super) const TRIFLE: f32 = 1e-20;
 
 /// The whole: at least one reference, and one node fewer.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
-    /// Of each node its box, and as words, where it is no block, the number of triangles of its left side
-    /// and its plan. Plain numbers, so that their memory comes as zeros and is not touched before it is used.
+    /// Each node's box, and for inner nodes, as words, the number of triangles of its left side and its
+    /// plan. Plain numbers, so that the memory comes zeroed and is not touched before it is used.
     inner: Box<[[f32; 8]]>,
-    /// Nodes in the place of those at the top, the root last, if parts were put elsewhere.
+    /// Nodes that replace those at the top, the root last, if parts were moved.
     pub moved: Vec<Moved>,
 }
 
@@ -74,7 +74,7 @@ impl Binary {
         self.moved.get(number)
     }
 
-    /// Few triangles are a block, which nothing divides.
+    /// A subtree of few triangles is a block, which is not divided.
     pub(super) fn is_block(&self, part: Subtree) -> bool {
         part.count <= BLOCK && self.moved(part).is_none()
     }
@@ -88,7 +88,7 @@ impl Binary {
         }
     }
 
-    /// The two sides of a subtree that is no block.
+    /// The two sides of a subtree that is not a block.
     pub(super) fn sides(&self, part: Subtree) -> [Subtree; 2] {
         if let Some(moved) = self.moved(part) {
             return moved.sides;
@@ -101,7 +101,7 @@ impl Binary {
         ]
     }
 
-    /// What is planned for a subtree; `None` for a block.
+    /// The plan for a subtree; `None` for a block.
     pub(super) fn plan(&self, part: Subtree) -> Option<Plan> {
         if let Some(moved) = self.moved(part) {
             return Some(moved.plan);
@@ -178,7 +178,7 @@ impl<'a> Builder<'a> {
         self.level.run(Finish { builder, here, left, a, b })
     }
 
-    /// What a subtree's area costs.
+    /// The cost of a subtree's area.
     #[inline(always)]
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
@@ -218,7 +218,7 @@ impl WithSimd for Small<'_> {
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
 
-        // A function that calls itself is not inlined: it is entered by its level.
+        // A recursive function is not inlined, so each call enters its level of instructions anew.
         let (level, depth) = (builder.level, depth + 1);
         let a = level.run(Small { builder, refs: lr, inner: li, centres: &ca, depth });
         let b = level.run(Small { builder, refs: rr, inner: ri, centres: &cb, depth });
@@ -226,8 +226,8 @@ impl WithSimd for Small<'_> {
     }
 }
 
-/// Sorts the references to the two sides of the cheapest cut. Gives how many are on the left, and the
-/// boxes around the centres of both sides.
+/// Partitions the references by the cheapest cut. Returns how many are on the left, and the boxes around
+/// the centres of both sides.
 struct Cut<'a> {
     builder: &'a Builder<'a>,
     refs: &'a mut [PrimRef],
@@ -242,8 +242,7 @@ impl WithSimd for Cut<'_> {
     fn run<S: Simd>(self) -> Self::Output {
         let Self { builder, refs, centres, depth } = self;
         let (count, scale) = (refs.len(), builder.scale);
-        // Halving from here on would need so many levels: as long as there are more, the cut is
-        // free.
+        // Halving from here on needs this many levels. While more are left, any cut is allowed.
         let levels = count.ilog2() as usize;
         if depth + levels < MAX_DEPTH {
             let binning = Binning::new(count, centres, scale);
@@ -255,7 +254,7 @@ impl WithSimd for Cut<'_> {
                 return split::partition::<S>(refs, &binning, cut);
             }
         }
-        // All centres alike, or too deep: halves, as they come, of full blocks.
+        // All centres are equal, or the tree is too deep: cut in half, in order, at full blocks.
         ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }
@@ -283,7 +282,7 @@ impl WithSimd for Finish<'_> {
     }
 }
 
-/// What a subtree tells the node above.
+/// The result of building a subtree, for the node above.
 struct Built {
     sides: SimdAabb,
     costs: Costs,
@@ -375,7 +374,7 @@ mod tests {
 
     #[test]
     fn depth_is_bounded() {
-        // Each half as far as the one before: the heuristic peels off a few at a time.
+        // Each is half as far out as the one before, so the heuristic peels off a few at a time.
         let at = |i: i32| {
             let x = (i as f32).exp2();
             Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]])

@@ -1,13 +1,13 @@
-//! Whether a tree is one: for tests, and slow.
+//! Checks that a tree is well formed. It is slow, and only for tests.
 
 use super::layout::{Layout, MAX_DEPTH};
 use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
 impl Layout {
-    /// Walks the whole tree. Fails with a sentence where a triangle that has a box is not in
-    /// exactly one block, or another is in any; where a box is not exactly that of what is below;
-    /// where a node or block has not exactly one parent; where the depth is not the one told.
+    /// Walks the whole tree. Fails with a message if a triangle with a box is not in exactly one block, or one
+    /// without a box is in any; if a box is not exactly that of its contents; if a node or block does not have
+    /// exactly one parent; or if the depth is not the stored one.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
             tree: self,

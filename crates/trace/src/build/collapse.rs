@@ -5,18 +5,18 @@
 //! its triangles by at most `i` children of some wide node. One child is a wide node of its own, whose
 //! eight places are shared out between the two sides; where the two-way tree ends, it is a block. More than one: share out `i` between the two sides, or make do with `i - 1`.
 
-/// What the visit of a node costs.
+/// The cost of visiting a node.
 pub(crate) const NODE: f32 = 1.0;
 
-/// What the visit of a block costs, however full it is.
+/// The cost of visiting a block, however full it is.
 pub(crate) const LEAF: f32 = 1.0;
 
-/// The least costs of standing for a subtree by at most 1 to 7 children: never rising.
+/// The least costs of representing a subtree by at most 1 to 7 children; they never increase.
 #[derive(Clone, Copy)]
 pub(super) struct Costs([f32; 7]);
 
 /// The choices behind the costs of a two-way node, packed: three bits for each of 2 to 8 children
-/// (how many of them the left side gets; 0 stands for one fewer child).
+/// (how many of them the left side gets; 0 means one fewer child).
 #[derive(Clone, Copy)]
 pub(super) struct Plan(pub u32);
 
@@ -30,7 +30,7 @@ impl Costs {
     /// The costs and choices for a node from those of its two sides.
     #[inline(always)]
     pub(super) fn join(area: f32, left: &Self, right: &Self) -> (Self, Plan) {
-        // The cheapest way to share out 2 to 8 children.
+        // The cheapest way to divide 2 to 8 children between the two sides.
         let mut shared = [f32::INFINITY; 9];
         let mut plan = 0;
         for (children, least) in shared.iter_mut().enumerate().skip(2) {
@@ -45,7 +45,7 @@ impl Costs {
         }
         // One child: a node.
         let one = shared[8] + area * NODE;
-        // At most so many: one child may be cheaper than several.
+        // `costs[i]` allows up to i + 1 children, so one child may be cheaper than several.
         let mut costs = [one; 7];
         for i in 1..7 {
             costs[i] = shared[i + 1];

@@ -1,4 +1,4 @@
-//! What the builder gives: nodes, and blocks of triangle indices.
+//! The builder's result: nodes, and blocks of triangle indices.
 
 use crate::tree::{BLOCK, Node};
 #[cfg(test)]
@@ -15,20 +15,20 @@ pub(crate) const MAX_DEPTH: usize = 64;
 pub(crate) struct Layout {
     /// The root is the first. The node children of a node lie side by side.
     pub nodes: Vec<Node>,
-    /// Triangle indices, ascending; [`crate::tree::NONE`] fills up behind them.
+    /// Triangle indices, ascending, padded with [`crate::tree::NONE`].
     pub blocks: Vec<[u32; BLOCK]>,
     /// Nodes on the longest path from the root, at least 1 and at most [`MAX_DEPTH`].
     pub depth: usize,
-    /// How far beside its box the reference sees hits with a triangle of the blocks.
+    /// How far outside of its box the reference may hit a triangle of the blocks.
     pub lean: f32,
-    /// Triangles beside which it sees hits anywhere, ascending; they are in no block.
+    /// Triangles that the reference may hit anywhere, ascending; they are in no block.
     pub thin: Vec<u32>,
     /// Whether some of the triangles in blocks have no area.
     pub has_degenerate: bool,
 }
 
 impl Layout {
-    /// One over nothing.
+    /// A layout without triangles.
     pub(crate) fn empty() -> Self {
         Self { nodes: vec![Node::NO_CHILDREN], depth: 1, ..Self::default() }
     }
@@ -36,8 +36,8 @@ impl Layout {
 
 #[cfg(test)]
 impl Layout {
-    /// The surface-area cost: what a random line through the root's box is expected to pay, in
-    /// units of one node's visit.
+    /// The surface-area cost: the expected cost of a random line through the root's box, in units of one
+    /// node's visit.
     pub(crate) fn cost(&self) -> f64 {
         let mut root = Aabb::EMPTY;
         let children =

@@ -10,8 +10,8 @@
 //!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`collapse`]
 //!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
 //!    least cost.
-//! 3. [`reinsert`]: where large triangles make it pay, parts of that tree are put elsewhere.
-//! 4. [`wide`]: the nodes and blocks of that plan, written in the order in which rays want them.
+//! 3. [`reinsert`]: where large triangles make it pay, parts of that tree are moved.
+//! 4. [`wide`]: the nodes and blocks of that plan, written in the order in which rays visit them.
 //!
 //! The result depends on the triangles alone, never on the number of threads or the CPU's lanes. At
 //! its peak the builder holds about 64 bytes a triangle besides its input and the tree, which itself
@@ -47,7 +47,7 @@ use prim_refs::Prims;
 pub(crate) use triangles::Triangles;
 
 impl Tree {
-    /// Builds a hierarchy, telling from time to time how many triangles are done, of how many. The calls come from
+    /// Builds a hierarchy, and reports from time to time how many triangles are done, of how many. The calls come from
     /// any thread and may overtake each other.
     pub(crate) fn over(
         triangles: &(impl Triangles + ?Sized),
@@ -58,7 +58,7 @@ impl Tree {
         Self::build(triangles, progress).map_err(|NoMemory| BuildError::OutOfMemory { count })
     }
 
-    /// Whether so many triangles are not too many.
+    /// Fails if there are too many triangles.
     pub(crate) fn check_count(count: usize) -> Result<(), BuildError> {
         if count < LEAF as usize { Ok(()) } else { Err(BuildError::TooManyTriangles { count }) }
     }
@@ -69,7 +69,7 @@ impl Tree {
     ) -> Result<Self, NoMemory> {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        // A triangle's place, eight a leaf, has 32 bits.
+        // A triangle's slot, eight a leaf, has 32 bits.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -92,7 +92,7 @@ impl Tree {
             cost_as_built: None,
         };
         if has_degenerate {
-            // Rays must not see them.
+            // Lanes of triangles without area must be dead to rays.
             let bounds = tree.fit_leaves(triangles)?;
             tree.note_degenerate(&bounds)?;
         }
@@ -100,8 +100,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves of triangles that have no place below the root, and of such without an area, which no ray sees;
-    /// neighbours together, and the second tree over them.
+    /// Adds leaves of triangles that are not below the root, and of those without area, which no ray hits. Neighbours go
+    /// together, below the second tree.
     pub(crate) fn add_unboxed(
         &mut self,
         triangles: &(impl Triangles + ?Sized),

@@ -1,4 +1,4 @@
-//! What the builder sorts: a box and an index for each triangle, 32 bytes.
+//! The references that the builder sorts: a box and an index for each triangle, 32 bytes.
 
 use super::simd_aabb::SimdAabb;
 use super::triangles::Triangles;
@@ -21,21 +21,21 @@ impl PrimRef {
     }
 }
 
-/// What is to be built over.
+/// The triangles to build over.
 pub(super) struct Prims {
-    /// The boxes of all triangles that have a place below the root, in order.
+    /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far beside its box the reference sees hits with one of those.
+    /// How far outside of its box the reference may hit one of those.
     pub lean: f32,
-    /// Triangles beside which the reference sees hits anywhere.
+    /// Triangles that the reference may hit anywhere.
     pub thin: Vec<u32>,
     /// Whether some of those with a box have no area.
     pub has_degenerate: bool,
 }
 
-/// Looks at all triangles.
+/// Collects the references of all triangles.
 pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, NoMemory> {
-    // Numbers that are not negative are ordered as their bits are.
+    // Non-negative floats are ordered like their bits, so an integer maximum will do.
     let most = AtomicU32::new(0);
     let (rare, degenerate) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut refs = each(triangles.count(), |i| {

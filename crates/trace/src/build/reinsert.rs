@@ -1,4 +1,4 @@
-//! Reinsertion: parts of the two-way tree are put where they cost less.
+//! Reinsertion: moves parts of the two-way tree to where they cost less.
 //!
 //! After Bittner, Hapala and Havran, *Fast Insertion-Based Optimization of Bounding Volume Hierarchies* (2013):
 //!
@@ -12,8 +12,8 @@
 //!                              ▯ [══]
 //! ```
 //!
-//! Only the nodes with the largest boxes are moved, which rays meet most; and only where a few of them tell that it
-//! pays: in rooms with their long walls, not in scans.
+//! Only the nodes with the largest boxes are moved, because rays meet them most. A trial with a few of them decides
+//! whether it pays at all: it does in interiors with long walls, not in scans.
 
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
@@ -23,26 +23,26 @@ use crate::util::threads::join;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// As many nodes are moved as there are triangles, divided by this; but no more than so many.
+/// One node is moved for this many triangles, up to a limit.
 const SHARE: usize = 32;
 const MOST: usize = 2048;
 
-/// One in so many of them tells whether it pays.
+/// One in this many of them takes part in the trial.
 const FEW: usize = 8;
 
-/// By less than this share of its cost it does not pay.
+/// Reinsertion pays if it lowers the cost by at least this share.
 const LEAST_GAIN: f64 = 1.0 / 32.0;
 
 /// How often each is moved.
 const ROUNDS: usize = 2;
 
-/// From so many triangles on, two sides are looked at side by side.
+/// With at least this many triangles, two sides are processed in parallel.
 const MANY: usize = 1 << 12;
 
 /// No node.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree; its boxes and plans are as a build's.
+/// Moves parts of a tree. Its boxes and plans are then like those of a build.
 pub(super) fn reinsert(binary: &mut Binary) {
     let most = (binary.refs.len() / SHARE).min(MOST);
     if Top::of(binary, most / FEW).pays(1)
@@ -78,11 +78,11 @@ impl Node {
 }
 
 impl Top {
-    /// At least so many nodes, as far as there are.
+    /// At least `most` nodes, or all if there are fewer.
     fn of(binary: &Binary, most: usize) -> Self {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
-        // An area is not negative: its bits are in its order.
+        // An area is not negative, so its bits compare like its value.
         let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
         while top.len() < most
             && let Some((_, parent, part)) = largest.pop()
@@ -100,7 +100,7 @@ impl Top {
         Self(top)
     }
 
-    /// Moves all nodes so often, the largest first. Whether the tree costs less by enough.
+    /// Moves all nodes `rounds` times, the largest first. Returns whether the cost fell enough.
     fn pays(&mut self, rounds: usize) -> bool {
         let (before, mut waiting) = (self.cost(), Vec::new());
         for _ in 0..rounds {
@@ -118,8 +118,7 @@ impl Top {
         self.0.iter().map(|node| node.area).sum()
     }
 
-    /// Takes a node out, with what is below it, and puts it beside the node where that costs least. Its parent goes
-    /// with it.
+    /// Removes a subtree and makes it the sibling of the node where that costs least. Its parent moves with it.
     fn reinsert(&mut self, i: usize, waiting: &mut Vec<(f64, usize)>) {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
@@ -138,7 +137,7 @@ impl Top {
         self.find_bounds(parent);
     }
 
-    /// Puts a node to the place of another below its parent.
+    /// Replaces a child of a node by another.
     fn replace(&mut self, parent: usize, old: usize, new: usize) {
         self.0[new].parent = parent;
         if let Below::Sides(sides) = &mut self.0[parent].below {
@@ -146,7 +145,7 @@ impl Top {
         }
     }
 
-    /// Finds the boxes of a node and of all above it. Gives by how much their areas shrink.
+    /// Recomputes the boxes of a node and of all its ancestors. Returns by how much their areas shrink.
     fn find_bounds(&mut self, mut i: usize) -> f64 {
         let mut less = 0.0;
         while i != NONE
@@ -162,7 +161,7 @@ impl Top {
         less
     }
 
-    /// Beside which node a box costs least: by branch and bound, from a place that is known to cost so much.
+    /// The node next to which a box costs least, by branch and bound, starting from a position of known cost.
     fn cheapest_place(
         &self,
         bounds: &Aabb,
@@ -171,7 +170,7 @@ impl Top {
         waiting: &mut Vec<(f64, usize)>,
     ) -> usize {
         let own = area(bounds);
-        // Nodes beside whose sides it may cost less, each with what it and all above it grow by.
+        // Nodes next to whose children it may cost less, each with the growth of itself and its ancestors.
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
@@ -182,7 +181,7 @@ impl Top {
             let both = sides.map(|side| self.with(side, bounds));
             let grows = [0, 1].map(|k| both[k] - self.0[sides[k]].area);
 
-            // The side that grows less is next.
+            // Visit the side that grows less first: it lowers the bound soonest.
             let near = usize::from(grows[1] < grows[0]);
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
@@ -199,7 +198,7 @@ impl Top {
         area(&around(self.0[i].bounds, bounds))
     }
 
-    /// Writes the nodes that have sides into the tree, unless some path would pass more than `deepest`.
+    /// Writes the inner nodes into the tree, unless some path would have more than `deepest` nodes.
     fn write(&self, binary: &mut Binary, deepest: usize) {
         if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
             binary.moved.clear();
@@ -230,7 +229,7 @@ impl Top {
     }
 }
 
-/// A part of the tree, what it costs, and how many nodes are on its longest path.
+/// A part of the tree, its cost, and the number of nodes on its longest path.
 struct Written {
     part: Subtree,
     costs: Costs,
@@ -251,7 +250,7 @@ impl Written {
     }
 }
 
-/// As in a build.
+/// The area by which a build computes costs.
 fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
     bounds.half_area(scale) + TRIFLE
 }
@@ -292,7 +291,7 @@ mod tests {
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 
-    /// Against the cost of the whole tree with the node in every place.
+    /// Compares the position found with the cost of the whole tree for every possible position of the node.
     #[test]
     fn a_node_goes_where_it_costs_least() {
         let mut top = Top::of(&room(2000), 120);
@@ -326,7 +325,7 @@ mod tests {
             let places = (1..top.0.len()).filter(|&p| p != parent && !is_inside(p));
             let least = places.map(costs).fold(before, f64::min);
 
-            // As it was.
+            // Undo the move.
             top.replace(above, sibling, parent);
             top.0[parent].below = Below::Sides([sibling, i]);
             top.0[sibling].parent = parent;

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! With its lower sides negated, the union of two boxes is one maximum, and their sizes are one sum of
-//! halves. In the lanes that are left go words, which mean nothing to a box.
+//! halves. The two remaining lanes hold words, which the box operations ignore.
 
 use crate::tree::Aabb;
 use bytemuck::Zeroable;
@@ -48,13 +48,13 @@ impl SimdAabb {
         }
     }
 
-    /// The lengths along the axes, in units of `1 / scale`; the last lane means nothing.
+    /// The lengths along the axes, in units of `1 / scale`; the last lane is meaningless.
     #[inline(always)]
     pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
 
-    /// Twice the middle, likewise.
+    /// Twice the centre, in the same units.
     #[inline(always)]
     pub(super) fn centre<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
@@ -97,7 +97,7 @@ impl<F: Lanes<Scalar = f32>> CentreLanes<F> {
         Self { lo: F::splat(f32::INFINITY), hi: F::splat(f32::NEG_INFINITY) }
     }
 
-    /// Reaches to a centre, too, where the mask is set.
+    /// Extends the box to a centre in the lanes of the mask.
     #[inline(always)]
     pub(super) fn reach(&mut self, centre: F, which: F::Mask) {
         self.lo = F::select(which, self.lo.min(centre), self.lo);

@@ -1,4 +1,4 @@
-//! Where to cut a set of boxes in two.
+//! Finds where to cut a set of boxes in two.
 //!
 //! Boxes are thrown into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
 //! Hierarchies*, 2007):
@@ -13,19 +13,19 @@ use super::simd_aabb::{CentreLanes, Centres, SimdAabb};
 use super::sweep::{Cuts, ROW};
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Up to so many boxes have half the bins: to look at the bins would take longer than to fill them.
+/// Sets of up to this many boxes use half the bins: evaluating all of them would take longer than filling them.
 const SOME: usize = 32;
 
 /// Bins along each axis; a power of two, so that a mask keeps every index inside.
 const BINS: usize = ROW;
 
-/// From so many boxes on, two sets of bins pay.
+/// With at least this many boxes, two sets of bins pay.
 const MANY: usize = 200;
 
 /// Adding this number rounds to an integer in the low bits: the vector form of a conversion.
 const ROUND: f32 = 12_582_912.0;
 
-/// From a box to its bin along each axis.
+/// Maps a box to its bin along each axis.
 #[derive(Clone, Copy)]
 pub(super) struct Binning {
     origin: [f32; 4],
@@ -35,7 +35,7 @@ pub(super) struct Binning {
 }
 
 impl Binning {
-    /// For so many boxes with those centres.
+    /// For `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
         // A little less than all bins, so that the last centre falls into the last. An axis along
         // which all centres are equal has them all in bin 0.
@@ -77,8 +77,8 @@ impl Bins {
 
     #[inline(always)]
     pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
-        // Neighbours often go to the same bin, and each would have to wait for the one before: many take
-        // turns between two sets.
+        // Neighbours often go to the same bin, and each update would have to wait for the one before. So
+        // many boxes alternate between two sets of bins.
         let mut all = Self::EMPTY;
         let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
         for r in last {
@@ -142,8 +142,8 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     centres.store()
 }
 
-/// Sorts the boxes in place to the two sides of a cut. Returns how many are on the left, and the boxes
-/// around the centres of both sides.
+/// Partitions the boxes in place by a cut. Returns how many are on the left, and the boxes around the
+/// centres of both sides.
 #[inline(always)]
 pub(super) fn partition<S: Simd>(
     refs: &mut [PrimRef],

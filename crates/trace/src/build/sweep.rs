@@ -1,4 +1,4 @@
-//! What it costs to cut a row of boxes in two, by the surface-area heuristic: the area of each side's box
+//! The costs of cutting a row of boxes in two, by the surface-area heuristic: the area of each side's box
 //! times the number of triangles in it.
 //!
 //! ```text
@@ -21,8 +21,8 @@ impl Cuts {
         Self([[f32::INFINITY; ROW]; 3])
     }
 
-    /// Costs of cutting the boxes along an axis, each of which holds so many triangles, before each of them:
-    /// infinite where a side would be empty.
+    /// The costs of cutting before each of the boxes along an axis, given their numbers of triangles; infinite if
+    /// a side would be empty.
     #[inline(always)]
     pub(super) fn sweep<S: Simd>(
         &mut self,
@@ -50,7 +50,7 @@ impl Cuts {
             left[i] = sized::<S>(side, number, scale);
         }
 
-        // Four cuts at a time. A side of no boxes has an infinite area, times 0 is NaN.
+        // Four cuts at a time. An empty side has an infinite area, which times 0 triangles is NaN.
         for first in (0..n).step_by(4) {
             let rows = |sides: &[[f32; 4]; ROW]| {
                 let row = |i: usize| S::F32x4::load(&sides[first + i]);
@@ -65,7 +65,7 @@ impl Cuts {
         }
     }
 
-    /// The axis and the place of the cheapest cut, the first of several; `None` where there is none.
+    /// The axis and the position of the cheapest cut; the first if several are equal, `None` if there is no cut.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self) -> Option<(usize, usize)> {
         let [x, y, z] = &self.0;

@@ -127,7 +127,7 @@ fn triangles_at_one_place() {
 fn triangles_on_a_line() {
     let along = |x: f32| Triangle([[x, 0.0, 0.0], [x * 1.5, 0.0, 0.0], [x, 0.0, x]]);
     checked(&(1..10_000).map(|i| along(i as f32)).collect::<Vec<_>>());
-    // Each twice as far as the one before: cut by cut, the heuristic would peel off one by one.
+    // Each is twice as far out as the one before, so cut by cut the heuristic would peel off one.
     let far = (0..250).map(|i| along((i as f32 - 125.0).exp2()));
     let tree = checked(&far.flat_map(|t| [t; 40]).collect::<Vec<_>>());
     assert!(tree.depth <= MAX_DEPTH);

@@ -1,4 +1,4 @@
-//! What a hierarchy is built over: triangles, or copies of triangles that are given in f64.
+//! The triangles that a hierarchy is built over: f32 triangles, or copies of f64 triangles.
 
 use intertri::simd::{Level, Simd, WithSimd};
 use intertri::{Triangle, TriangleBlock};
@@ -6,16 +6,16 @@ use intertri::{Triangle, TriangleBlock};
 use crate::tree::{BLOCK, HitBounds, LaneBounds, LeafBounds, NONE, hit_bounds};
 use crate::util::lane_ops::lanes_of;
 
-/// What a hierarchy is built over.
+/// The triangles that a hierarchy is built over.
 pub(crate) trait Triangles: Sync {
     /// How many there are.
     fn count(&self) -> usize;
-    /// Where one can be hit.
+    /// The box in which one can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;
-    /// Those of a leaf side by side.
+    /// The triangles of a leaf, side by side.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The same where some cannot be hit in a box, whose lanes are dead; and the box around the others and those without
-    /// an area, which keep their corners.
+    /// The same, with dead lanes for triangles that cannot be hit in a box; and the box around all others and those
+    /// without area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -92,8 +92,8 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes that have no triangle of their own with one that can be hit, or with any that has an area: a saved
-/// hierarchy takes one that has none for a triangle of its own.
+/// Fills the lanes without a triangle with one that can be hit, or with any triangle that has an area. A filler without
+/// area would be loaded from a saved hierarchy as a triangle of its own.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {

@@ -9,7 +9,7 @@ use crate::util::threads::join;
 /// Subtrees of fewer triangles than this are written by one thread each.
 const PART: usize = 1 << 14;
 
-/// A node still to be written: what it stands for, where it goes, and how many are above it.
+/// A node still to be written: its subtree, its index, and the number of its ancestors.
 #[derive(Clone, Copy)]
 struct Task {
     part: Subtree,
@@ -19,14 +19,14 @@ struct Task {
 
 /// Writes the wide tree.
 pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
-    // The top; then what is below it, side by side, each a tree of its own.
+    // The top first; then the subtrees below it in parallel, each as a separate tree.
     let mut below = Vec::new();
     let mut tree = write_part(binary, binary.root(), Some(&mut below))?;
     let parts = in_parts(binary, &below)?;
     tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
     tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
-    // The root of each goes where it was left out, the rest behind what is there.
+    // The root of each goes where the top left a gap, the rest to the end.
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
@@ -57,7 +57,7 @@ fn in_parts(binary: &Binary, tasks: &[Task]) -> Result<Vec<Layout>, NoMemory> {
     Ok(a)
 }
 
-/// Writes the wide tree of a subtree; what is smaller than a [`PART`] goes to `below`, if there is one.
+/// Writes the wide tree of a subtree; subtrees smaller than a [`PART`] go to `below`, if given.
 fn write_part(
     binary: &Binary,
     root: Subtree,
@@ -78,8 +78,8 @@ fn write_part(
         let boxes: [Aabb; 8] =
             std::array::from_fn(|i| children.get(i).map_or(Aabb::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
-        // Blocks are written at once, side by side; nodes get their places side by side and are
-        // filled later, the first of them next.
+        // Blocks are written now, side by side; nodes get adjacent indices and are filled later, the first
+        // of them next.
         tree.nodes.try_reserve(count)?;
         tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
@@ -105,21 +105,21 @@ fn write_part(
     Ok(tree)
 }
 
-/// The children that the plan gives to the wide node over a subtree.
+/// The children of the wide node over a subtree, by the plan.
 fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     let mut out = [root; 8];
     // Only the root of the whole tree can be a block; it becomes the one child.
     if binary.is_block(root) {
         return (out, 1);
     }
-    // Shares out the eight places, depth first. What waits has at least one place each: at most 8.
+    // Divides the eight slots, depth first. Each waiting subtree has at least one slot, so at most 8 wait.
     let mut count = 0;
     let mut waiting = [(root, 0); 8];
     let mut n = share(binary, root, 8, &mut waiting, 0);
     while n > 0 {
         n -= 1;
         let (part, places) = waiting[n];
-        // Fewer places may cost no more than all.
+        // Fewer slots may cost no more than all of them.
         let plan = binary.plan(part);
         let places = (2..=places).rev().find(|&i| plan.is_some_and(|p| p.left(i) > 0));
         if let Some(places) = places {
@@ -158,8 +158,8 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
 }
 
 /// A slot for each child, by octant: slot `s` is the first that rays of octant `s` look at, so it
-/// gets the child that lies farthest towards where those rays come from. The most telling pair of
-/// child and slot is chosen first, as Ylitie, Karras and Laine do (2017, section 3.3).
+/// gets the child that lies farthest towards the side where those rays come from. The pair of child and
+/// slot with the largest difference is chosen first, as by Ylitie, Karras and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {

@@ -1,4 +1,4 @@
-//! The closest point of the mesh: of one point, or of many.
+//! The closest point of the mesh, for one point or for many.
 
 use intertri::Counts;
 

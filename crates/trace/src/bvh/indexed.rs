@@ -63,7 +63,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Errors
     /// If an index is out of bounds, there are 2^31 triangles or more, or too little memory.
     ///
-    /// An example stands at [`IndexedMesh`].
+    /// See [`IndexedMesh`] for an example.
     pub fn from_indexed_meshes(meshes: &[IndexedMesh<'_, S>]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.indices.len()).sum();
         Tree::check_count(count)?;

@@ -13,7 +13,7 @@ use crate::util::lane_ops::lanes_of;
 /// The slot of a triangle that is not stored: one with a corner that is not finite.
 const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 
-/// What belongs to a hit.
+/// The triangle, normal and secondary rays of a hit.
 ///
 /// The first of these calls makes a table of 4 bytes a triangle, so it takes longer than the others.
 impl<S: BvhScalar> Bvh<S> {

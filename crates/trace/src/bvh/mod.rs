@@ -1,4 +1,4 @@
-//! The hierarchy: building it, and what it knows of its triangles.
+//! The public `Bvh<S>`: building it, and looking up its triangles.
 
 mod closest_point;
 mod indexed;
@@ -200,7 +200,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// geometry if its mask and the [query's](crate::Query::mask) have a bit in common, so one whose mask is 0 never
     /// counts. Closest points and [`Solid`](crate::Solid) count all triangles, whatever their masks.
     ///
-    /// An example stands at [`Query::mask`](crate::Query::mask).
+    /// See [`Query::mask`](crate::Query::mask) for an example.
     ///
     /// # Panics
     /// If the geometry is out of bounds.

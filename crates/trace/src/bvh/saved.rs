@@ -28,7 +28,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     ///
     /// # Panics
-    /// If there is too little memory for them; [`Bvh::write_to`] tells that as an error.
+    /// If memory runs out; [`Bvh::write_to`] returns an error instead.
     pub fn to_bytes(&self) -> Vec<u8> {
         self.try_to_bytes().expect("memory for a saved hierarchy")
     }
@@ -51,9 +51,9 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// A hierarchy that was saved.
     ///
-    /// Whatever the bytes are, there is an error or a hierarchy that is sound: every child, number and box is
-    /// checked against what lies below it. So who tampers with a tree can leave out triangles, or give others,
-    /// but never make it miss one that it holds. A checksum tells damage.
+    /// Any bytes yield an error or a sound hierarchy: every child, number and box is checked against its
+    /// contents. An attacker who fixes up the checksums can remove or replace triangles, but cannot make a
+    /// query miss a stored one. The checksums detect damage; they are not a signature.
     ///
     /// # Errors
     /// If they are not a saved hierarchy, damaged, cut off, followed by more, of a later version, too large
@@ -65,9 +65,8 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// [`Bvh::from_bytes`] of what a stream gives, as far as the hierarchy goes: what follows is not read.
-    /// Memory grows with what arrives, whatever the header promises. It reads large pieces: there is no
-    /// use in a buffer before it.
+    /// [`Bvh::from_bytes`] from a stream. Bytes after the hierarchy are not read. Memory grows with the bytes
+    /// that arrive, whatever the header promises. It reads large pieces, so a buffered reader gains nothing.
     ///
     /// # Errors
     /// As [`Bvh::from_bytes`]; and if it cannot be read.

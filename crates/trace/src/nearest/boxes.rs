@@ -1,13 +1,13 @@
-//! How far a point is from the eight boxes of a node, or from those of eight triangles: from below.
+//! Lower bounds of the distances from a point to the eight boxes of a node, or of eight triangles.
 
 use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// Squares are within this of themselves, upwards: `2^-20`.
+/// A computed square exceeds the exact one by at most this share: `2^-20`.
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// What underflow and subnormal numbers that are read as 0 can make of a square: `2^-120`.
+/// The most that underflow, and subnormal numbers read as 0, change a square by: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
 /// The largest square, as [`squares`] has it, of a box that may hold something nearer than the root of `most`.
@@ -16,15 +16,15 @@ pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Which boxes may hold something whose square is at most what `far` is for, and their squares; the point lies
-/// between two.
+/// Which boxes may contain a point whose squared distance is within `far`, and their squares. The query point lies
+/// between two points.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
     within: [Vec3<F>; 2],
     far: f32,
 ) -> (F::Mask, F) {
-    // A child that is not there has nothing between its sides.
+    // A missing child has its lower sides above its upper sides.
     let lo = Vec3 {
         x: F::load(node.sides(0, false)),
         y: F::load(node.sides(1, false)),
@@ -39,7 +39,7 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     (lo.x.le(hi.x) & square.le(F::splat(far)), square)
 }
 
-/// Which of eight triangles may be nearer than what `far` is for, by the boxes around them.
+/// Which of eight triangles may be within `far`, by the boxes around them.
 #[inline(always)]
 pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     [a, b, c]: [Vec3<F>; 3],

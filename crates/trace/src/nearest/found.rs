@@ -1,4 +1,4 @@
-//! What is found: triangles that may be the closest, and the one that is.
+//! The result of a search: triangles that may be the closest, and the one that is.
 
 use bytemuck::{Pod, Zeroable};
 use intertri::internal::exact::{Closest, Tier, closer, closest};
@@ -10,24 +10,24 @@ use super::mesh::Mesh;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
-    /// How far it is: the true distance within 0.86 units in the last place, 0 only where that is 0. Of coordinates in
-    /// f64, within 0.93 where it is subnormal, and infinite where it is beyond f64.
+    /// The distance, within 0.86 units in the last place of the true one, and 0 only if that is 0. For f64 coordinates,
+    /// it is within 0.93 units if it is subnormal, and infinite if it is beyond the range of f64.
     pub distance: f64,
-    /// Where it is: each coordinate within `2^-50` of the triangle's largest, and `2^-1073` more where that is subnormal in
-    /// f64; never outside of the triangle's box.
+    /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest coordinate, plus `2^-1073` if
+    /// that is subnormal in f64. It is never outside of the triangle's box.
     pub point: [f64; 3],
     /// The weight of the triangle's second corner, rounded once.
     pub u: f64,
     /// The weight of the third corner, rounded once.
     pub v: f64,
-    /// The triangle: truly the closest, and of those that are exactly as close the first.
+    /// The triangle. It is truly the closest; if several are exactly as close, the lowest index wins.
     pub triangle: u32,
-    /// The number of its mesh, where there are several; else 0.
+    /// The index of its mesh, if there are several; otherwise 0.
     pub geometry: u32,
 }
 
 impl ClosestPoint {
-    /// What batches have for a point without an answer: infinitely far away, and of triangle `u32::MAX`.
+    /// The result for a point without an answer, in a batch: infinitely far away, on triangle `u32::MAX`.
     pub const NONE: Self = Self {
         distance: f64::INFINITY,
         point: [f64::NAN; 3],
@@ -50,7 +50,7 @@ pub(super) struct Candidate {
     pub(super) least: f64,
 }
 
-/// The closest of some triangles, one of which is; of those that are exactly as close the lowest index.
+/// The closest of some candidates; if several are exactly as close, the lowest index wins.
 pub(super) fn closest_of<M: Mesh>(
     mesh: M,
     point: [M::Scalar; 3],
@@ -74,7 +74,7 @@ pub(super) fn closest_of<M: Mesh>(
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
         let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());
-        // Rounding may lead out of the box, or beyond f64.
+        // Rounding may leave the box, or the range of f64.
         ((first * a + u * b) + v * c).clamp(a.min(b).min(c), a.max(b).max(c))
     };
     let point = [at(0), at(1), at(2)];

@@ -1,29 +1,30 @@
-//! The mesh as a search for the closest point sees it.
+//! The mesh that a search for the closest point works on.
 
 use intertri::simd::{Lanes, Simd, Vec3};
 use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};
 
 use crate::tree::Tree;
 
-/// A mesh in some scalar, and the tree over it, or over copies of it. The search goes in the tree's units, in which the
+/// A mesh in some scalar, and the tree over it, or over copies of it. The search works in the tree's units, in which the
 /// mesh is scaled by a power of two.
 pub(crate) trait Mesh: Copy {
-    /// What it is given in.
+    /// The scalar of the coordinates.
     type Scalar: Scalar;
 
     /// The tree.
     fn tree(&self) -> &Tree;
 
-    /// Where a point is.
+    /// A point in the tree's units.
     fn at(&self, point: [Self::Scalar; 3]) -> QueryPoint;
 
     /// A length in the tree's units.
     fn scaled(&self, length: f64) -> f64;
 
-    /// The corners of a leaf's triangles in the tree, about.
+    /// Approximate corners of a leaf's triangles in the tree's units.
     fn near_corners<F: Lanes<Scalar = f32>>(&self, leaf: usize) -> [Vec3<F>; 3];
 
-    /// The corners of some of a leaf's triangles in the tree's units, but for underflow; any numbers in other lanes.
+    /// The corners of some of a leaf's triangles in the tree's units, exact except for underflow; arbitrary in other
+    /// lanes.
     fn corners<S: Simd>(&self, leaf: usize, lanes: u32) -> [Vec3<S::F64x8>; 3];
 
     /// The triangle in a slot of the leaves.
@@ -33,15 +34,15 @@ pub(crate) trait Mesh: Copy {
 /// A point in the tree's units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QueryPoint {
-    /// It surely lies between these two.
+    /// Two points between which it surely lies.
     pub(crate) within: [[f32; 3]; 2],
-    /// Where it meets a box around [`Mesh::near_corners`], it lies in the box with these two ends about itself.
+    /// The same, widened by the error of [`Mesh::near_corners`].
     pub(crate) in_leaves: [[f32; 3]; 2],
-    /// Itself, but for underflow.
+    /// The point itself, exact except for underflow.
     pub(crate) point: [f64; 3],
 }
 
-/// A mesh in f32: it is what the tree is over.
+/// A mesh in f32, over which the tree is built directly.
 #[derive(Clone, Copy)]
 pub(crate) struct InF32<'a>(pub(crate) &'a Tree);
 

@@ -1,9 +1,9 @@
 //! The point of the mesh that is closest to a given one.
 //!
 //! ```text
-//!   boxes      f32 lanes, from below: what is surely farther than something found is left out
-//!   triangles  f64 lanes, from below and above: nearly always one remains, or neighbours that share the point
-//!   the rest   exact signs and integers: which is closest, how far, and where
+//!   boxes      lower bounds in f32 lanes: boxes that are surely farther than a triangle found so far are skipped
+//!   triangles  lower and upper bounds in f64 lanes: nearly always one remains, or neighbours that share the point
+//!   the rest   exact signs and integers: the closest triangle, its distance and point
 //! ```
 //!
 //! Bounds and proofs: `docs/numerics/nearest.md`.

@@ -37,11 +37,11 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let mut kept = TraversalScratch::lend(tree);
         let mut candidates: Vec<Candidate> = Vec::new();
 
-        // More than the square of the radius: what is in between is seen when the distance is known.
+        // Slightly more than the square of the radius. The final distance decides about points in between.
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        // As they come, where there is too little memory for an order.
+        // In the given order, if memory runs out for a better one.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {
@@ -59,7 +59,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
             if let Some((slot, found)) = closest_of(mesh, point, search.candidates)
                 && found.distance <= radius
             {
-                // The next point is often near.
+                // The next point is often near, so the search begins at this leaf.
                 likely = Some(slot.0 / 8);
                 *closest = found;
                 let name = tree.geometries.name(TriangleId(found.triangle));

@@ -1,4 +1,4 @@
-//! The walk: the nearest box first, and no box that is surely farther than something found.
+//! The traversal: visits the nearest box first, and skips boxes that are surely farther than a triangle found so far.
 
 use intertri::LeafSlot;
 use intertri::internal::exact::squares;
@@ -15,14 +15,14 @@ use crate::walk::single::{BOTTOM, TraversalScratch};
 pub(super) struct Search<'a, M> {
     pub(super) mesh: M,
     pub(super) at: QueryPoint,
-    /// No square that is larger counts, in the tree's units.
+    /// The largest square that still counts, in the tree's units.
     pub(super) most: f64,
     /// The triangles that may be the closest.
     pub(super) candidates: &'a mut Vec<Candidate>,
 }
 
 impl<M: Mesh> Search<'_, M> {
-    /// Walks the tree; first to a leaf that is likely to be near, if one is known. What remains are the candidates.
+    /// Traverses the tree, first a leaf that is likely to be near, if one is known. Leaves the candidates.
     #[inline(always)]
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;

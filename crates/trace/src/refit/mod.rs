@@ -1,13 +1,13 @@
 //! Refitting: the same tree around triangles that have moved.
 //!
 //! ```text
-//!   leaves   corners anew, who can be hit, the box around them     side by side
-//!   nodes    boxes around their children's, from the last node up
-//!   the rest triangles that no box can hold, or that the build had left out
+//!   leaves   new corners, live lanes and boxes                     in parallel
+//!   nodes    boxes around those of their children, from the last node up
+//!   the rest triangles that no box can contain, or that the build left out
 //! ```
 //!
-//! A triangle keeps its place in a leaf, also while it can not be hit: its lane is dead until it can again. One without an
-//! area keeps its corners there, for closest points.
+//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until it can be hit again. A triangle
+//! without area keeps its corners there, for closest points.
 
 mod error;
 #[cfg(test)]
@@ -33,7 +33,7 @@ pub struct Refit {
 }
 
 impl Refit {
-    /// A tree that costs so many times what it did may be worth a build.
+    /// A tree that costs this many times as much as when it was built may be worth rebuilding.
     pub const WORN: f64 = 1.5;
 
     /// The cost now over that of the build: 1 for triangles that have not moved, more the more a tree has worn.
@@ -50,7 +50,7 @@ impl Refit {
 }
 
 impl Tree {
-    /// Moves the triangles. Where there is too little memory, it holds none any more.
+    /// Moves the triangles. If memory runs out, the tree is left empty.
     pub(crate) fn refit(
         &mut self,
         triangles: &(impl Triangles + ?Sized),
@@ -65,7 +65,7 @@ impl Tree {
         })
     }
 
-    /// Holds no triangle any more.
+    /// Removes all triangles.
     pub(crate) fn clear(&mut self) {
         (self.nodes, self.leaves) = (vec![Node::NO_CHILDREN], Vec::new());
         self.degenerate = Vec::new();
@@ -79,7 +79,7 @@ impl Tree {
         };
         self.cost_as_built = Some(cost_as_built);
 
-        // Who has no place in the tree is known before it changes.
+        // Find the triangles that are not in the tree before it changes.
         let left_out = self.left_out()?;
         self.leaves.truncate(self.boxed);
         self.nodes.truncate(self.main_nodes().len());
@@ -131,8 +131,8 @@ impl Tree {
         Ok(())
     }
 
-    /// The triangles that have no place below the root any more, or never had, and can be hit; and those that have none and
-    /// no area.
+    /// The triangles that are no longer below the root, or never were, and can be hit; and those that are not and have no
+    /// area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),

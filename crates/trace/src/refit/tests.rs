@@ -3,7 +3,7 @@ use intertri::{Mode, Ray, Triangle};
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// A ball of so many rings, the corners moved by a function.
+/// A ball with this many rings, its corners moved by a function.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {

@@ -12,7 +12,7 @@ pub enum LoadError {
     NotSaved,
     /// A later version of this crate has written it.
     Newer {
-        /// What this one does not know.
+        /// The part that is unknown to this version.
         what: String,
     },
     /// An earlier version of this crate has written it, and left out triangles that closest points count.
@@ -26,7 +26,7 @@ pub enum LoadError {
     CutOff,
     /// It is not what was written.
     Damaged {
-        /// What is wrong.
+        /// The damage.
         what: &'static str,
     },
     /// There is too little memory.
@@ -60,9 +60,9 @@ impl From<io::Error> for LoadError {
 impl fmt::Display for LoadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSaved => f.write_str("is no saved hierarchy"),
+            Self::NotSaved => f.write_str("is not a saved hierarchy (bad magic number)"),
             Self::Newer { what } => {
-                write!(f, "a later version has saved it ({what}); save it again by this one")
+                write!(f, "written by a newer version ({what}); save it again with this one")
             }
             Self::Older => f.write_str(
                 "the saved hierarchy is of version 1, which left out triangles without an area; build it again",

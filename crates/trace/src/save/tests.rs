@@ -107,7 +107,7 @@ fn the_same_bytes_everywhere() {
     }
 }
 
-/// Of the saved soup of 5000. It changes with the format, whose version then goes up, or with the builder.
+/// The checksum of the saved soup of 5000. It changes with the builder, or with the format, which raises the version.
 const GOLDEN: u64 = 491_421_215_413_427_236;
 
 #[test]
@@ -132,8 +132,11 @@ fn every_cut_and_every_damage_is_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     for end in 0..bytes.len() {
         let error = Bvh::<f32>::from_bytes(&bytes[..end]).unwrap_err();
-        let expected =
-            if end < HEADER { "is no saved hierarchy" } else { "the saved hierarchy is cut off" };
+        let expected = if end < HEADER {
+            "is not a saved hierarchy"
+        } else {
+            "the saved hierarchy is cut off"
+        };
         assert_eq!(error.to_string(), expected, "{end}");
         assert!(Bvh::<f32>::read_from(&bytes[..end]).is_err());
     }
@@ -204,7 +207,7 @@ fn other_versions_are_told() {
     );
 }
 
-/// What a header promises sizes nothing.
+/// No count in a header sizes an allocation.
 #[test]
 fn promises_need_no_memory() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();

@@ -37,7 +37,7 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// The box with the smallest normal number outward for each side that is the smallest number beside 0.
+    /// The box with each side of ±2^-149 moved outward to the smallest normal number.
     #[inline(always)]
     pub(crate) fn without_least_sides(&self) -> Self {
         let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };

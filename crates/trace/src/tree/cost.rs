@@ -1,4 +1,4 @@
-//! What a tree costs, by the surface-area heuristic.
+//! The cost of a tree, by the surface-area heuristic.
 
 use super::hierarchy::Tree;
 use super::node::{EMPTY, Node};

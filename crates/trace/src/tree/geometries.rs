@@ -1,9 +1,9 @@
-//! Several meshes in one hierarchy: which triangle is whose, and which masks they have.
+//! Several meshes in one hierarchy: the geometry of each triangle, and the masks of geometries.
 //!
 //! ```text
-//!   position in the whole   0 1 2 3 4 5 6 7 8        what ties go by, and leaves hold
-//!   geometry                0 0 0 1 1 2 2 2 2
-//!   triangle                0 1 2 0 1 0 1 2 3        what a hit tells
+//!   position in the whole   0 1 2 3 4 5 6 7 8        leaves store it, and it breaks ties
+//!   geometry                0 0 0 1 1 2 2 2 2        a hit reports these two
+//!   triangle                0 1 2 0 1 0 1 2 3
 //! ```
 
 use bytemuck::{Pod, Zeroable};
@@ -37,12 +37,12 @@ impl MeshTriangle {
     }
 }
 
-/// The geometries of a hierarchy. One mesh by itself has no tables.
+/// The geometries of a hierarchy. A single mesh has no tables.
 #[derive(Clone, Debug)]
 pub(crate) struct Geometries {
-    /// Where each begins; nothing if there is one mesh by itself.
+    /// The position of each geometry's first triangle; empty for a single mesh.
     firsts: Vec<u32>,
-    /// The geometry of each triangle by its position in the whole; nothing if there is one mesh by itself.
+    /// The geometry of each triangle by its position in the whole; empty for a single mesh.
     of: Vec<u32>,
     /// The mask of each.
     masks: Vec<u32>,
@@ -78,17 +78,17 @@ impl Geometries {
         counts.zip(self.masks.iter().copied())
     }
 
-    /// Whether this is one mesh by itself that every mask has.
+    /// Whether this is a single mesh that every mask selects.
     pub(crate) fn is_plain(&self) -> bool {
         !self.are_told() && self.masks == [u32::MAX]
     }
 
-    /// One mesh by itself.
+    /// A single mesh.
     pub(crate) fn one() -> Self {
         Self { firsts: Vec::new(), of: Vec::new(), masks: vec![u32::MAX], common: u32::MAX }
     }
 
-    /// Meshes of so many triangles.
+    /// Meshes with these numbers of triangles.
     pub(crate) fn of(
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, NoMemory> {
@@ -112,7 +112,7 @@ impl Geometries {
         Ok(Self { firsts, of, masks, common: *common })
     }
 
-    /// Whether there are several, or none: then hits are told by geometry.
+    /// Whether there are several, or none: then hits are renamed by geometry.
     #[inline(always)]
     fn are_told(&self) -> bool {
         !self.of.is_empty()
@@ -149,7 +149,7 @@ impl Geometries {
         self.masks[geometry as usize]
     }
 
-    /// Whether every geometry has a bit of a mask. It may say no where that is so.
+    /// Whether every geometry surely has a bit of a mask. `false` is only a guess.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0

@@ -1,4 +1,4 @@
-//! The hierarchy as the walk sees it: in f32.
+//! The hierarchy that is traversed: nodes and leaves in f32.
 
 use bytemuck::Zeroable;
 use intertri::internal::Resolver;
@@ -29,24 +29,24 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     /// The triangles, eight by eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// By leaf, the lanes of triangles without an area: their lanes are dead to rays, but closest points count them. Empty
-    /// where there are none.
+    /// For each leaf, the lanes of triangles without area. They are dead to rays, but closest points count them. Empty
+    /// if there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// How many leaves, from the first, are below the root. The others hold triangles beside which the reference may
-    /// see hits, however far off, and those that were not finite when the tree was built.
+    /// How many leaves, from the first, are below the root. The others hold needles, whose hits by the reference may lie
+    /// anywhere outside of them, and triangles that were not finite when the tree was built.
     pub(crate) boxed: usize,
-    /// The root of a second tree, over those others; [`EMPTY`] where there are none.
+    /// The root of a second tree, over those others; [`EMPTY`] if there are none.
     pub(crate) thin_root: u32,
-    /// No coordinate of a triangle is larger.
+    /// The largest coordinate of any triangle.
     pub(crate) reach: f32,
-    /// No hit of the reference lies farther beside the box of its triangle, but for what depends on the ray.
+    /// How far outside of its triangle's box a hit of the reference may lie, apart from a share of the ray's origin.
     pub(crate) lean: f32,
-    /// A stack of this size always suffices.
+    /// A stack size that always suffices.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
-    /// Which triangle is whose.
+    /// The geometries of the triangles.
     pub(crate) geometries: Geometries,
-    /// What it cost as built; known once it was refitted.
+    /// Its cost when it was built, once it was refitted.
     pub(crate) cost_as_built: Option<f64>,
 }
 
@@ -62,8 +62,7 @@ impl Tree {
         })
     }
 
-    /// The triangles that have no place in the tree, ascending: they were not finite when it was built, or had no
-    /// box.
+    /// The triangles that are not in the tree, ascending: when it was built they were not finite, or had no box.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
@@ -87,7 +86,7 @@ impl Tree {
         self.leaves[leaf].block.live() | degenerate
     }
 
-    /// Notes which lanes have no area; told by leaf, from the first.
+    /// Records which lanes have no area, leaf by leaf.
     pub(crate) fn note_degenerate(&mut self, bounds: &[LeafBounds]) -> Result<(), NoMemory> {
         self.degenerate = Vec::new();
         if bounds.iter().any(|leaf| leaf.degenerate != 0) {
@@ -97,7 +96,7 @@ impl Tree {
         Ok(())
     }
 
-    /// How a walk must widen boxes for a resolver.
+    /// How traversal must widen boxes for a resolver.
     #[inline(always)]
     pub(crate) fn margin(&self, resolver: Resolver<'_>) -> Margin {
         Margin::new(
@@ -106,22 +105,21 @@ impl Tree {
         )
     }
 
-    /// The first leaf that is tested with every ray, and so are those behind it. Where hits lie on triangles there is
-    /// none, and the walk begins at both roots.
+    /// The first of the leaves that are tested with every ray. If hits lie on their triangles there are none, and
+    /// traversal begins at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
     }
 
-    /// The second root, for a walk that tests the leaves from `unboxed` on without a look at their boxes, if it has
-    /// not tested them then; else [`EMPTY`].
+    /// The second root, unless traversal has tested the leaves from `unboxed` on without boxes; then [`EMPTY`].
     #[inline(always)]
     pub(crate) fn thin_root_for(&self, unboxed: usize) -> u32 {
         if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
     }
 
-    /// Puts the second tree over the leaves from `boxed` on, whose boxes these are: eight neighbours a node, and eight
-    /// of these again.
+    /// Builds the second tree over the leaves from `boxed` on, with these boxes: eight neighbours become a node, and
+    /// eight of these again.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
         // How many nodes each level has, from the leaves up.
         let mut levels = Vec::new();
@@ -158,12 +156,12 @@ impl Tree {
         Ok(())
     }
 
-    /// The nodes below the root: the others are the second tree's.
+    /// The nodes of the main tree; the others belong to the second.
     pub(crate) fn main_nodes(&self) -> &[Node] {
         &self.nodes[..self.nodes.len().min(self.thin_root as usize)]
     }
 
-    /// The stack for a tree of so many nodes on its longest path.
+    /// The stack size for a tree with `depth` nodes on its longest path.
     pub(crate) fn stack_for(depth: usize) -> usize {
         8 * depth + 8
     }
@@ -177,7 +175,7 @@ impl Tree {
         around
     }
 
-    /// No coordinate of a triangle is larger: of the boxes of both roots.
+    /// The largest coordinate of any triangle, from the boxes of both roots.
     pub(crate) fn find_reach(&self) -> f32 {
         let roots = [Some(&self.nodes[0]), self.nodes.get(self.thin_root as usize)];
         let sides = roots.into_iter().flatten().flat_map(|root| {

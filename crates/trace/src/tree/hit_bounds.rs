@@ -1,29 +1,29 @@
-//! Where a triangle can be hit: in its box; and by the reference, if it is one of the thinnest, around it. One without an
-//! area is never hit, but has a place in the tree for closest points.
+//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles outside of it. A triangle
+//! without area is never hit, but is in the tree for closest points.
 //!
-//! The reference computes the normal in f64, relative to the product of two edges. The thinner the
-//! triangle, the further that normal can lean, and the further outside of the triangle a point can
-//! be accepted. `docs/numerics/hierarchy.md` bounds how far.
+//! The reference computes the normal in f64, with an error relative to the product of two edges. The thinner the
+//! triangle, the further that normal can lean, and the further outside of the triangle it accepts points.
+//! `docs/numerics/hierarchy.md` bounds how far.
 
 use intertri::Triangle;
 use intertri::internal::exact::has_area;
 
 use super::aabb::Aabb;
 
-/// Where a triangle can be hit.
+/// The box in which a triangle can be hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
     /// Nowhere: it is not finite.
     Nowhere,
     /// Nowhere: it has no area. For closest points it is a segment or a point in this box.
     Degenerate(Aabb),
-    /// In its box; by the reference, up to `lean` beside it.
+    /// In its box; by the reference, up to `lean` outside of it.
     Box { bounds: Aabb, lean: f32 },
-    /// In its box; by the reference anywhere, for the normal is not known well enough to say.
+    /// In its box; by the reference anywhere, because the error of the normal has no useful bound.
     Thin(Aabb),
 }
 
-/// Up to this thinness (2^25) a triangle is hit so little beside its box that all boxes can be that much larger.
+/// Up to this thinness (2^25) the margin is so small that it can widen all boxes of the tree.
 const THIN: f64 = (1_u64 << 25) as f64;
 
 /// Beyond this thinness (2^44) nothing is known of where the reference accepts a point.
@@ -32,7 +32,7 @@ const NEEDLE: f64 = (1_u64 << 44) as f64;
 /// How far outside of a triangle of thinness 1 and longest edge 1 a point is accepted: 64 · 2^-53.
 const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
 
-/// Aabb a triangle.
+/// Finds the [`HitBounds`] of a triangle.
 pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let Some(bounds) = Aabb::of(triangle) else { return HitBounds::Nowhere };
 
@@ -50,7 +50,7 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        // Nowhere by the reference; and exactly, where f64 loses an area, in its box.
+        // The reference never hits it. `exact` hits it in its box if f64 has rounded its area to 0.
         let lean = 0.0;
         if has_area(triangle) {
             HitBounds::Box { bounds, lean }

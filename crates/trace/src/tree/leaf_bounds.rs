@@ -1,7 +1,7 @@
-//! Where the triangles of a leaf can be hit, eight at once.
+//! The boxes in which the triangles of a leaf can be hit, eight at once.
 //!
-//! Nearly all triangles are plain: finite, and far from being needles. Those have the boxes of their corners,
-//! which lanes of f32 find. What is not surely plain is asked of [`hit_bounds`], one by one.
+//! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the boxes of their corners,
+//! which f32 lanes compute. [`hit_bounds`] handles triangles that are not surely plain, one by one.
 
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
@@ -12,30 +12,29 @@ use super::hit_bounds::{HitBounds, hit_bounds};
 use crate::util::lane_ops::{lanes_of, smallest_of_eight};
 use crate::util::memory::{NoMemory, room};
 
-/// A triangle of eight lanes is plain where its normal is surely longer than this share of its longest edge's
-/// square, `2^-8`, in sums of sizes. Then its thinness is below `2^12`, far from what needs padding: f32 is off by
-/// `2^-19` at most.
+/// A triangle is plain if its normal is surely longer than this share (2^-8) of the square of its longest edge, in
+/// 1-norms. Then its thinness is below `2^12`, which is far from needing padding: f32 is off by `2^-19` at most.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// How far beside its box a plain triangle is hit by the reference, in longest edges and thinness, both in sums of sizes:
+/// How far outside of its box the reference hits a plain triangle, times longest edge and thinness, both in 1-norms:
 /// 2^-43, which is 16 times that of [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// Squares of edges beyond `2^-90..2^100` are not for f32 to judge.
+/// f32 does not decide for squares of edges outside of `2^-90..2^100`.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
-/// Where triangles side by side can be hit.
+/// The boxes in which up to eight triangles can be hit.
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(crate) struct LeafBounds {
-    /// The box around those that have one, without an area or not.
+    /// The box around all triangles that have one, with or without area.
     pub bounds: Aabb,
-    /// How far beside their boxes the reference sees hits with those that are `boxed`, at most.
+    /// How far outside of their boxes the reference may hit those that are `boxed`.
     pub lean: f32,
-    /// Those that are hit near their boxes.
+    /// The lanes that are hit in or near their boxes.
     pub boxed: u32,
-    /// Which have no area.
+    /// The lanes without area.
     pub degenerate: u32,
-    /// Those beside which the reference sees hits anywhere.
+    /// The lanes that the reference may hit anywhere.
     pub thin: u32,
 }
 
@@ -46,7 +45,7 @@ pub(crate) struct LaneBounds<'a> {
 }
 
 impl LaneBounds<'_> {
-    /// Of the triangles of a block.
+    /// For the triangles of a block.
     pub(crate) fn of(block: &TriangleBlock<8>) -> LaneBounds<'_> {
         LaneBounds { corners: block.corners(), lanes: block.live() }
     }
@@ -92,7 +91,7 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
-/// How far beside their boxes the reference sees hits, at most.
+/// The largest margin of any of these leaves.
 pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
     leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
 }
@@ -105,7 +104,7 @@ pub(crate) fn boxes_of(leaves: &[LeafBounds]) -> Result<Vec<Aabb>, NoMemory> {
 }
 
 impl LeafBounds {
-    /// Those of no triangle.
+    /// The bounds of no triangle.
     pub(crate) const NONE: Self =
         Self { bounds: Aabb::EMPTY, lean: 0.0, boxed: 0, degenerate: 0, thin: 0 };
 
@@ -114,7 +113,7 @@ impl LeafBounds {
         self.boxed | self.degenerate
     }
 
-    /// Adds those of some lanes that have no area, and no others.
+    /// Adds the triangles of some lanes that have no area.
     pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
             if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {

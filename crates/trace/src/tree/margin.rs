@@ -1,32 +1,33 @@
-//! How much wider than their boxes triangles count in a walk.
+//! How far traversal widens boxes.
 //!
-//! A box is geometry: it holds its triangles, and rounding of the walk itself is a share of the ray's numbers. Only the
-//! reference, which rounds, sees hits beside a triangle. `docs/numerics/hierarchy.md`, section 1, bounds how far.
+//! A box is pure geometry: it contains its triangles, and the rounding of traversal is a share of the ray's numbers. Only
+//! the reference, which rounds, may accept hits outside of a triangle. `docs/numerics/hierarchy.md`, section 1, bounds
+//! how far.
 
-/// How far beside a triangle the reference sees hits, as a share of the largest coordinate of the origin and of the
-/// scene, besides what comes from the triangle's shape: 2^-46.
+/// How far outside of a triangle the reference may accept hits, as a share of the largest coordinate of the origin and of
+/// the scene, apart from the part that the triangle's shape causes: 2^-46.
 const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 
-/// What a walk must know of a tree besides its boxes.
+/// The padding of a tree's boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Margin {
-    /// No coordinate of a triangle is larger.
+    /// The largest coordinate of any triangle.
     pub(crate) reach: f32,
-    /// What boxes are padded by, whatever the ray.
+    /// The padding of boxes for every ray.
     lean: f32,
-    /// The same as a share of the origin's largest coordinate.
+    /// The additional padding, as a share of the origin's largest coordinate.
     beside: f32,
 }
 
 impl Margin {
-    /// Of a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far beside boxes.
+    /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside of boxes.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }
 
-    /// What boxes are padded by for a ray whose origin's largest coordinate is `away`.
+    /// The padding of boxes for a ray whose origin's largest coordinate is `away`.
     #[inline(always)]
     pub(crate) fn room(&self, away: f32) -> f32 {
         self.beside * away + self.lean
@@ -40,8 +41,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// The reference sees hits beside an edge that lies in a side of the box. The ray starts in that side and leaves the
-    /// box at once; its own numbers along that axis are too small to widen the box by as much.
+    /// The reference accepts hits outside of an edge that lies in a side of the box. The ray starts in that side and
+    /// leaves the box at once; its own numbers along that axis are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 
 use super::aabb::Aabb;
 
-/// The child that is not there.
+/// A missing child.
 pub(crate) const EMPTY: u32 = u32::MAX;
 
 /// Marks a child that is a block of triangles; the other bits are the block's index.
@@ -16,7 +16,7 @@ pub(crate) const MOST_LEAVES: usize = 1 << 29;
 /// Triangles in a block.
 pub(crate) const BLOCK: usize = 8;
 
-/// The index of no triangle, in the empty places of a block.
+/// The index of no triangle, in the empty lanes of a block.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Eight children in structure-of-arrays order: four cache lines, of which a slab test reads three.
@@ -26,7 +26,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Lower sides by axis and slot, infinite where there is no child; upper sides, minus infinity there;
+    /// Lower sides by axis and slot, infinite for a missing child; upper sides, minus infinity for one;
     /// the children, by their bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a
     /// node; and [`EMPTY`] again.
     rows: [[f32; 8]; 8],
@@ -84,8 +84,8 @@ impl Node {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
 
-    /// Puts a child into a slot. No side is the smallest number beside 0: it is subnormal, a CPU takes some hundred cycles
-    /// to multiply it, and in f64 every corner at the centre of a scene has one on each side.
+    /// Puts a child into a slot. Replaces sides of ±2^-149 by the smallest normal number: a CPU takes some hundred cycles
+    /// to multiply a subnormal one, and in f64 scenes every corner at the centre would have such sides.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {
         let bounds = bounds.without_least_sides();
         for k in 0..3 {

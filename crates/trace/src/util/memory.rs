@@ -20,7 +20,7 @@ pub struct OutOfMemory;
 impl fmt::Display for OutOfMemory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(
-            "too little memory for the hits: ask fewer rays at a time, or fewer hits of each",
+            "too little memory for the hits: trace fewer rays at a time, or limit the hits of each",
         )
     }
 }
@@ -33,7 +33,7 @@ impl From<NoMemory> for OutOfMemory {
     }
 }
 
-/// A vector with room for so many.
+/// An empty vector with this capacity.
 pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, NoMemory> {
     let mut vector = Vec::new();
     vector.try_reserve_exact(count)?;
@@ -54,7 +54,7 @@ pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
     Ok(vector)
 }
 
-/// Zeros, which the system gives without touching them.
+/// Zeros, from pages that the system zeroes only when they are touched.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)
 }
