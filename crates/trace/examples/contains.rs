@@ -50,7 +50,7 @@ fn main() -> Result<(), SolidError> {
     assert_eq!(solid.classify([x.next_up(), y, z]), Containment::Outside);
     assert_eq!(solid.classify([x.next_down(), y, z]), Containment::Inside(1));
 
-    // A mesh with a hole is told of, and where.
+    // A mesh with a hole is an error that names the open edge.
     println!("{}", Solid::new(&mesh[1..]).unwrap_err());
     Ok(())
 }

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ray = Ray::new([8.0, 3.0, 8.0], [0.1, -1.0, 0.2]);
     assert_eq!(loaded.closest(&ray), sea.closest(&ray));
 
-    // What is damaged is told, in a line.
+    // A damaged file is an error of one line.
     let mut saved = sea.to_bytes();
     saved[123_456] ^= 1;
     println!("{}", Bvh::<f32>::from_bytes(&saved).unwrap_err());

@@ -1,4 +1,4 @@
-//! A room with a window, a lamp and a screen of one side: `cargo run --release --example select`.
+//! A room with a window, a lamp and a one-sided screen: `cargo run --release --example select`.
 //!
 //! Several meshes in one hierarchy, and queries that count some of their triangles: by a mask, by the side
 //! from which they are met, and without what a ray has hit before.
@@ -8,7 +8,7 @@ use std::error::Error;
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::{Bvh, Faces};
 
-/// What the bits of our masks mean.
+/// The bits of our masks.
 const SOLID: u32 = 0b001;
 const GLASS: u32 = 0b010;
 const HELPER: u32 = 0b100;
@@ -44,12 +44,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("from {:?}: {}", ray.origin, told(hits));
     }
 
-    // What is not glass, and not seen from its back.
+    // All but glass, with back faces culled.
     let lists = bvh.query().mask(SOLID).faces(Faces::Front).all_batch(&rays, None)?;
     println!("solid fronts: {}; {}", told(lists.of(0)), told(lists.of(1)));
     assert!(lists.items.iter().all(|hit| [0, 2].contains(&hit.geometry)));
 
-    // What each ray hits behind what it hit first.
+    // The next hit of each ray, behind its first.
     let first = bvh.closest_batch(&rays);
     let skip: Vec<&[Hit]> = first.iter().map(std::slice::from_ref).collect();
     let next = bvh.query().skip(&skip).closest_batch(&rays);

@@ -7,7 +7,7 @@ use intertri::Triangle;
 use intertri_trace::{Solid, SolidError};
 
 fn main() -> Result<(), SolidError> {
-    // A closed torus: of each square two triangles, counter-clockwise as seen from outside.
+    // A closed torus: two triangles for each square, counter-clockwise as seen from outside.
     let (around, across) = (256, 128);
     let corner = |i: usize, j: usize| {
         let a = (i % around) as f32 * 2.0 * PI / around as f32;
@@ -37,7 +37,7 @@ fn main() -> Result<(), SolidError> {
     let cell = 30.0_f64.powi(-3);
     println!("volume {:.3}, of the round torus {:.3}", inside as f64 * cell, 2.0 * 9.8696 * 0.16);
 
-    // Where the point is that is closest, and on which triangle.
+    // The closest point, and its triangle.
     let closest = solid.bvh().closest_point([0.0, 3.0, 0.0], f64::INFINITY);
     println!("{closest:?}");
     Ok(())

@@ -1,13 +1,13 @@
-//! Where a point lies.
+//! Whether a point lies inside, outside or on the surface.
 
-/// Where a point lies: what [`Solid::classify`](crate::Solid::classify) returns.
+/// Whether a point lies inside, outside or on the surface, as [`Solid::classify`](crate::Solid::classify) returns it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Containment {
     /// The mesh does not wind around it.
     #[default]
     Outside,
     /// The mesh winds around it, this many times: once, if its corners run counter-clockwise as seen from outside;
-    /// more where parts overlap, fewer than 0 where they are turned inside out.
+    /// more where parts overlap, less than 0 where they are inside out.
     Inside(i32),
     /// It lies on a triangle.
     Surface,

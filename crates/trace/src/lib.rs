@@ -118,7 +118,7 @@ pub use solid::{Solid, SolidError};
 pub use tree::MeshTriangle;
 pub use util::memory::OutOfMemory;
 
-/// What the Python package builds on. It changes without notice.
+/// Items that the Python package builds on. They change without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::save::{checksum, seal};

@@ -3,7 +3,7 @@
 use crate::tree::Aabb;
 use crate::util::memory::{NoMemory, room};
 
-/// So few points stay as they are.
+/// Up to this many points keep their order.
 const FEW: usize = 16;
 
 /// Bits of a coordinate along the curve.
@@ -29,7 +29,7 @@ pub(crate) fn along_curve(
     let cell = |point: [f32; 3]| {
         let along = |axis: usize| {
             let (from, per_unit) = places[axis];
-            // What is outside, or not finite, is in the first cell or the last.
+            // Points outside of the box, or not finite, go to the first cell or the last.
             let cell = ((point[axis] - from) * per_unit).clamp(0.0, cells - 1.0) as u32;
             spread(cell) << axis
         };
@@ -42,7 +42,7 @@ pub(crate) fn along_curve(
     Ok(numbers)
 }
 
-/// The ten lowest bits, two places apart.
+/// The ten lowest bits, with two zeros between neighbours.
 fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;

@@ -14,8 +14,8 @@ use crate::util::lane_ops::lanes_of;
 /// Which side of a triangle counts.
 ///
 /// A ray meets a triangle from its front where it runs against the normal: seen from there, the corners run
-/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode; where it is 0,
-/// neither side is met.
+/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode. If it is 0, the ray
+/// meets neither side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Faces {
     /// Either side.
@@ -30,7 +30,7 @@ pub enum Faces {
 /// Which triangles count for the rays of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Selection<'a> {
-    /// A geometry counts where this and its own mask have a bit in common.
+    /// A geometry counts if this and its own mask have a bit in common.
     pub(crate) mask: u32,
     pub(crate) faces: Faces,
     /// The hits whose triangles each ray skips: a list a ray, or none.
@@ -43,13 +43,13 @@ impl Selection<'_> {
         Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
 }
 
-/// What a traversal has to look at; nothing, where all triangles count.
+/// The filter of a traversal; `None` if all triangles count.
 pub(crate) type ActiveSelection<'a> = Option<TriangleFilter<'a>>;
 
 /// Whether a triangle counts for a ray, by the ray's number in the query and the triangle's slot.
 pub(crate) type Predicate<'a> = &'a (dyn Fn(usize, LeafSlot) -> bool + Sync);
 
-/// A selection, and a predicate that triangles have to satisfy besides.
+/// A selection, and a predicate that triangles also have to satisfy.
 #[derive(Clone, Copy)]
 pub(crate) struct TriangleFilter<'a> {
     selection: Selection<'a>,
@@ -65,7 +65,7 @@ impl fmt::Debug for TriangleFilter<'_> {
 }
 
 impl<'a> Selection<'a> {
-    /// What a traversal has to look at.
+    /// The filter of a traversal, if it needs one.
     #[inline(always)]
     pub(crate) fn active(self, tree: &Tree) -> ActiveSelection<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
@@ -181,7 +181,7 @@ pub(crate) fn closest_in_leaf<S: Simd>(
             let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
             filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
         }
-        // Counts that are lent to a call would be in memory everywhere.
+        // Counts passed by reference to a call would live in memory in all of the traversal.
         Some(selection) => {
             let mut some = Counts::default();
             selection.closest_in::<S>(tree, filter, ray, leaf, closest, &mut some);

@@ -1,4 +1,4 @@
-//! Where points lie: batches and single points alike, on the surface, beside it, in it.
+//! Points inside, outside, on and near the surface: batches and single points agree.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};

@@ -1,4 +1,4 @@
-//! Builds and batches on all threads, as one thread has them: what a thread sanitizer watches.
+//! Builds and batches on all threads equal those of one thread. Run it under a thread sanitizer.
 
 use intertri::{Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;

@@ -20,9 +20,9 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 
 /// A bounding volume hierarchy over triangles.
 ///
-/// Its answers are those of a plain loop over all triangles, index and bits of t: they depend
-/// neither on the hierarchy nor on the number of threads. Ask by its shortcuts, or by a [`query`](Bvh::query) with
-/// settings of your own.
+/// Its answers equal those of a plain loop over all triangles, index and bits of t: they depend neither on the
+/// hierarchy nor on the number of threads. Trace rays by its shortcuts, or by a [`query`](Bvh::query) with your own
+/// settings.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -36,8 +36,8 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// ```
 ///
 /// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and is
-/// right on these coordinates. The traversal goes over copies in f32 about the scene's centre; where these do not
-/// decide, and for t, u and v, the originals do. That takes 72 bytes a triangle more. Hits are always decided exactly.
+/// right on these coordinates. Traversal uses f32 copies about the scene's centre. The originals decide where the copies
+/// do not, and yield t, u and v. They take 72 bytes more for each triangle. Hits are always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;

@@ -6,8 +6,8 @@ use super::format::Entry;
 use super::input::Input;
 use crate::util::memory::{NoMemory, zeros};
 
-/// Room for the records of a section: for all at once where they are surely there, for each thread touches its own
-/// pages of it then; else room that grows with what arrives.
+/// Memory for the records of a section. If all records are certain to follow, it is allocated at once, so that each
+/// thread touches its own pages; otherwise it grows as they arrive.
 pub(super) struct Arriving<T> {
     all: Vec<T>,
     done: usize,
@@ -20,7 +20,7 @@ impl<T: Zeroable + Clone> Arriving<T> {
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }
 
-    /// The places of the next so many.
+    /// The slots of the next `count` records.
     pub(super) fn next(&mut self, count: usize) -> Result<&mut [T], NoMemory> {
         let end = self.done + count;
         if let Some(more) = end.checked_sub(self.all.len()) {
@@ -32,7 +32,7 @@ impl<T: Zeroable + Clone> Arriving<T> {
         Ok(next)
     }
 
-    /// All that came.
+    /// All records that arrived.
     pub(super) fn all(self) -> Vec<T> {
         self.all
     }

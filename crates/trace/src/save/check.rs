@@ -1,7 +1,7 @@
-//! Whether nodes, leaves and numbers belong together.
+//! Checks that nodes, leaves and numbers are consistent.
 //!
-//! What passes gives the right answers about the triangles in its leaves: every child is there, once, below one
-//! parent; every box holds what is below it, with the padding that needles need; no number is given twice.
+//! A hierarchy that passes answers right for the triangles in its leaves: every child exists and has one parent; every
+//! box contains its contents, with the padding that needles need; no number occurs twice.
 
 use super::error::LoadError;
 use crate::build::MAX_DEPTH;
@@ -24,7 +24,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
             let index = (child & !LEAF) as usize;
             if child & LEAF == 0 {
                 match depths.get_mut(index) {
-                    // Also where nobody has this node for a child.
+                    // This also covers nodes that are nobody's child.
                     Some(below) if index > i && *below == 0 && depth > 0 => *below = depth + 1,
                     _ => return wrong,
                 }
@@ -57,12 +57,12 @@ pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometrie
     Ok(geometries)
 }
 
-/// Every box holds what is below it, and no triangle that is to be tested with every ray is in a box.
+/// Checks that every box contains its contents, and that no triangle that must be tested with every ray is in a box.
 pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadError> {
     let is_in = |inner: &Aabb, outer: &Aabb| {
         (0..3).all(|k| outer.lo[k] <= inner.lo[k] && inner.hi[k] <= outer.hi[k])
     };
-    // All eight at once: lanes find the least and the greatest side.
+    // All eight at once: compare the extremes of the sides in lanes.
     let are_in = |node: &Node, outer: &Aabb| {
         (0..3).all(|k| {
             let least = node.sides(k, false).iter().fold(f32::INFINITY, |least, &x| least.min(x));
@@ -83,8 +83,8 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
     if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }
 }
 
-/// Each triangle has one place in the tree or is among those left out; and of those without a box none is in the
-/// tree, too, where it can be hit, or twice among them.
+/// Checks that each triangle is either in the tree once or among those left out, and that none of those without a box
+/// is also live in the tree, or listed twice.
 pub(super) fn numbers(
     leaves: &[Leaf],
     boxed: usize,
@@ -109,7 +109,7 @@ pub(super) fn numbers(
     for &index in left_out {
         once = once && (index as usize) < triangles && is_new(index);
     }
-    // Each once, and so as many as there are bits.
+    // If each occurs once, there are as many as bits are set.
     let found: usize = seen.iter().map(|word| word.count_ones() as usize).sum();
     if !once || found != triangles {
         return wrong;
@@ -118,7 +118,7 @@ pub(super) fn numbers(
         return Ok(());
     }
 
-    // Those that may stand there: the silent ones of the tree, and those left out.
+    // The triangles that may be there: those of the tree that cannot be hit, and those left out.
     let mut away = zeros::<u64>(triangles.div_ceil(64))?;
     let silent = tree.iter().flat_map(|leaf| {
         let lanes = leaf.indices.iter().take_while(|&&index| index != NONE).count();

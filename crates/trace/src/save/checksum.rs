@@ -1,5 +1,4 @@
-//! XXH64 with seed 0, as <https://xxhash.com> has it: not against malice, but against damage, and as fast as
-//! memory.
+//! XXH64 with seed 0, as specified at <https://xxhash.com>: it detects damage, not malice, and is as fast as memory.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;
@@ -28,7 +27,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     }
     sum = sum.wrapping_add(bytes.len() as u64);
 
-    // What is left: words, half a word, bytes.
+    // The remaining bytes: words, half a word, single bytes.
     let mut left = stripes.remainder();
     while let Some((word, rest)) = left.split_first_chunk::<8>() {
         let mixed = sum ^ round(0, u64::from_le_bytes(*word));

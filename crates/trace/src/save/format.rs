@@ -6,20 +6,19 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is how many leaves are in the tree; the others are tested with every ray. `cost` is that of the tree as
-//! built, NaN unless it was refitted. Of a section, `record` is the size of what it is made of. Its checksum is
-//! that of the checksums of its blocks of 1024 records. The header's is that of its other bytes and the table, so
-//! it stands for the whole file.
+//! `boxed` is the number of leaves in the main tree; the others are tested with every ray. `cost` is that of the tree as
+//! built, NaN unless it was refitted. `record` is the size of a section's records, and its checksum is that of the
+//! checksums of its blocks of 1024 records. The header's checksum covers its other bytes and the table, and so the whole
+//! file.
 //!
-//! **To add a section**: a kind, here; its records beside those of leaves. A reader that does not know a kind
-//! refuses the file, unless the kind has the bit [`OPTIONAL`]. Where nodes or leaves get another shape, [`VERSION`]
-//! goes up.
+//! **To add a section**, add a kind here, and its records next to those of leaves. A reader refuses a file with an unknown
+//! kind, unless the kind has the bit [`OPTIONAL`]. If the layout of nodes or leaves changes, raise [`VERSION`].
 
 use super::checksum::checksum;
 use super::error::LoadError;
 use crate::tree::LEAF;
 
-/// What a saved hierarchy begins with.
+/// The first bytes of a saved hierarchy.
 ///
 /// ```
 /// use intertri_trace::{Bvh, SAVED_MAGIC};
@@ -28,14 +27,14 @@ use crate::tree::LEAF;
 /// ```
 pub const SAVED_MAGIC: [u8; 8] = *b"\x89ITRI\r\n\x1a";
 
-/// Version 1 left out triangles without an area.
+/// Version 1 left out triangles without area.
 pub(super) const VERSION: u32 = 2;
 
 /// The size of the header, and of an entry of the table.
 pub(super) const HEADER: usize = 64;
 pub(super) const ENTRY: usize = 32;
 
-/// Sections begin at multiples of this, so that who maps a file into memory has them aligned.
+/// Sections begin at multiples of this, so that they are aligned if a file is mapped into memory.
 pub(super) const ALIGN: usize = 64;
 
 /// The most sections a file may have.
@@ -44,10 +43,10 @@ const SECTIONS: u32 = 64;
 /// Records with one checksum.
 pub(super) const BLOCK: usize = 1024;
 
-/// No record is larger.
+/// The largest size of a record.
 const RECORD: usize = 4096;
 
-/// A kind with this bit may be skipped by who does not know it.
+/// Readers may skip unknown kinds with this bit.
 pub(super) const OPTIONAL: u32 = 1 << 31;
 
 /// The kinds of sections, and the sizes of their records.
@@ -60,16 +59,16 @@ pub(super) const NUMBER: usize = 4;
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
 
-/// In place of [`LEAVES`] where corners are f64: where their copies are, and the leaves.
+/// For f64 corners, in place of [`LEAVES`]: the frame of their copies, and the leaves.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
 pub(super) const LEAVES64: u32 = 6;
 pub(super) const LEAF64_SIZE: usize = 608;
 
-/// Where the header has its checksum.
+/// The offset of the header's checksum.
 const SUM: usize = HEADER - 8;
 
-/// What the header says.
+/// The fields of the header.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Header {
     pub triangles: u64,
@@ -78,7 +77,7 @@ pub(super) struct Header {
     pub size: u64,
 }
 
-/// What the table says of a section.
+/// An entry of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub kind: u32,
@@ -120,7 +119,7 @@ fn sum_of(front: &[u8]) -> u64 {
     checksum(&[&front[..SUM], &front[HEADER..]].concat())
 }
 
-/// How many bytes of entries follow a header. What is checked here is told before any checksum.
+/// How many bytes of entries follow a header. Errors found here are reported before any wrong checksum.
 pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     if header[..8] != SAVED_MAGIC {
         return Err(LoadError::NotSaved);
@@ -138,7 +137,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     Ok(sections as usize * ENTRY)
 }
 
-/// What header and table say, where they make sense.
+/// Parses header and table, if they are valid.
 pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     if u64_at(front, SUM) != sum_of(front) {
         return LoadError::damaged("the checksum of its header differs");
@@ -151,7 +150,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     };
     let entries: Vec<Entry> = front[HEADER..].chunks_exact(ENTRY).map(entry).collect();
 
-    // Sections follow each other without gaps but for their alignment.
+    // Apart from alignment, sections follow each other without gaps.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;

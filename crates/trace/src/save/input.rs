@@ -1,4 +1,4 @@
-//! Where bytes come from: from memory, as they lie there, or from a stream or a file, through one buffer.
+//! Sources of bytes: memory, which is read in place, or a stream or a file, through one buffer.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -8,12 +8,12 @@ use super::error::LoadError;
 #[cfg(unix)]
 use crate::util::threads;
 
-/// So much of a stream is read at a time.
+/// The number of bytes that are read from a stream at a time.
 const PIECE: usize = 1 << 20;
 
 /// Bytes, one piece after the other.
 pub trait Input {
-    /// The next so many.
+    /// The next `count` bytes.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
     /// How many bytes are certain to follow.
     fn known(&self) -> usize;
@@ -55,7 +55,7 @@ pub(crate) struct Stream<R> {
 }
 
 impl<R: Read> Stream<R> {
-    /// `known` of them are surely to come.
+    /// A stream of which at least `known` bytes are certain to follow.
     pub(crate) fn new(from: R, known: usize) -> Self {
         Self { from, buffer: Vec::new(), known }
     }
@@ -89,7 +89,7 @@ impl<R: Read> Input for Stream<R> {
     }
 }
 
-/// Bytes of a file of some size, which all threads copy from what the system has of it.
+/// Bytes of a file of known size, which all threads copy from the system's cache.
 #[cfg(unix)]
 pub(crate) struct Pieces {
     file: File,
@@ -100,7 +100,7 @@ pub(crate) struct Pieces {
 
 #[cfg(unix)]
 impl Pieces {
-    /// So much of a file is copied by one thread.
+    /// The number of bytes that one thread copies at a time.
     const EACH: usize = 1 << 18;
 
     pub(crate) fn new(file: File, size: u64) -> Self {

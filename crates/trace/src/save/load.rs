@@ -1,5 +1,4 @@
-//! Reading a hierarchy: a section at a time, each batch of it summed up and put in its place while it is in the
-//! cache.
+//! Reading a hierarchy, a section at a time. Each batch is checksummed, checked and stored while it is in the cache.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -29,17 +28,17 @@ const BATCH: usize = 1;
 /// Records that a thread takes at a time, at least.
 const LEAST: usize = 128;
 
-/// What the sections have.
+/// The contents of the sections.
 #[derive(Default)]
 pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Of f64: where copies are, and the triangles of which they are made, leaf by leaf.
+    /// Only in f64: the frame of the copies, and the original triangles, leaf by leaf.
     pub(super) frame: Option<LocalFrame>,
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
-    /// Of each geometry how many triangles it has, and its mask.
+    /// The number of triangles and the mask of each geometry.
     geometries: Option<Vec<(u32, u32)>>,
 }
 
@@ -78,7 +77,7 @@ pub(super) fn read_parts(
     Ok((header, parts))
 }
 
-/// What is too short for a header is hardly one that was cut off.
+/// A file that is shorter than a header is probably not a truncated hierarchy, but something else.
 fn not_saved(error: LoadError) -> LoadError {
     if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
 }
@@ -137,7 +136,7 @@ impl Parts {
                 self.bounds = bounds;
                 self.leaves.replace(leaves).is_some() | self.originals.replace(originals).is_some()
             }
-            // Nobody needs it; its checksum is right or not.
+            // An optional section is skipped, but its checksum is compared.
             _ => {
                 in_batches(input, entry, |_| Ok(()))?;
                 false
@@ -146,7 +145,7 @@ impl Parts {
         if again { LoadError::damaged("it has a section twice") } else { Ok(()) }
     }
 
-    /// The tree, if all belongs together.
+    /// The tree, if its parts are consistent.
     pub(super) fn tree(self, header: &Header) -> Result<Tree, LoadError> {
         let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
             return LoadError::damaged("it has no nodes or no leaves");
@@ -159,7 +158,7 @@ impl Parts {
             return LoadError::damaged("the header makes no sense");
         }
         let boxed = header.boxed as usize;
-        // Boxes are looked at where the tree leads to, so after that.
+        // Check the boxes only when the tree is known to be one: the check follows its children.
         let (depth, numbers) = threads::join(
             || check::tree(&nodes, boxed),
             || check::numbers(&leaves, boxed, &left_out, header.triangles as usize),
@@ -205,7 +204,7 @@ fn read_nodes(input: &mut dyn Input, entry: &Entry) -> Result<Vec<Node>, LoadErr
     Ok(nodes.all())
 }
 
-/// Leaves, and where their triangles can be hit.
+/// Leaves, and the boxes in which their triangles can be hit.
 type Leaves = (Vec<Leaf>, Vec<LeafBounds>);
 
 fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<Leaves, LoadError> {
@@ -224,7 +223,7 @@ fn read_leaves(input: &mut dyn Input, entry: &Entry, triangles: u32) -> Result<L
     Ok((leaves.all(), bounds.all()))
 }
 
-/// Leaves of f64, and the triangles as given.
+/// Leaves over f64, and the original triangles.
 fn read_leaves64(
     input: &mut dyn Input,
     entry: &Entry,
@@ -247,13 +246,13 @@ fn read_leaves64(
     Ok(((leaves.all(), bounds.all()), originals.all()))
 }
 
-/// Room for all records of a section, if they are surely there.
+/// Reserves memory for all records of a section, if they are certain to follow.
 fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     let there = input.known() as u64 >= entry.size;
     crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
-/// Hands on a section in batches of blocks, and compares its checksum.
+/// Passes on a section in batches of blocks, and compares its checksum.
 fn in_batches(
     input: &mut dyn Input,
     entry: &Entry,
@@ -276,7 +275,7 @@ fn in_batches(
     }
 }
 
-/// Reads records piece by piece, on all threads, or says that one of them makes no sense.
+/// Reads records piece by piece, on all threads. Fails if one of them is invalid.
 fn all_sound<P: Send>(
     pieces: impl Iterator<Item = P>,
     what: &'static str,

@@ -1,15 +1,14 @@
 //! Saved hierarchies: to bytes and back, the same bytes on every CPU.
 //!
 //! ```text
-//!   header    magic, version, how much there is      64 bytes
-//!   table     kind, place, checksum of each section  32 bytes a section
-//!   sections  nodes; leaves; triangles left out      each from a multiple of 64 on
+//!   header    magic, version, sizes                   64 bytes
+//!   table     kind, offset, checksum of each section  32 bytes a section
+//!   sections  nodes; leaves; triangles left out       each at a multiple of 64
 //! ```
 //!
-//! [`format`] has every field; `docs/saved.md` tells it to those who write programs of their own. A section is
-//! copied once, from where it is read to where the walk wants it, and every number is looked at on the way
-//! ([`records`], [`check`]): what passes gives the right answers about the triangles that it holds, whoever
-//! wrote it.
+//! [`format`] has every field, and `docs/saved.md` specifies them for other programs. A section is copied once, from the
+//! read buffer to where traversal needs it, and every number is checked on the way ([`records`], [`check`]). So a
+//! hierarchy that passes answers right for the triangles that it contains, even if an attacker wrote it.
 
 mod arriving;
 mod check;
@@ -36,8 +35,8 @@ pub(crate) use load::read;
 pub(crate) use records64::EightTriangles;
 pub(crate) use store::write;
 
-/// Makes all checksums of a saved hierarchy right, where it is so whole that they can be found: for tests of what
-/// comes behind them.
+/// Recomputes all checksums of a saved hierarchy, if it is intact enough to find them: for tests of the checks behind
+/// them.
 #[doc(hidden)]
 pub fn seal(bytes: &mut [u8]) {
     format::seal(bytes);

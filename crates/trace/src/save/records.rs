@@ -5,9 +5,9 @@
 //!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
 //! ```
 //!
-//! A number with its highest bit set belongs to a triangle that cannot be hit: one without an area, whose corners these
-//! are; or, in a hierarchy that was refitted, one that is not here at present, with corners of any triangle that has an
-//! area. All bits set are no triangle.
+//! A number with its highest bit set belongs to a triangle that cannot be hit: one without area, with its own corners; or,
+//! in a refitted hierarchy, one that is not finite at present, with the corners of any triangle that has an area. All
+//! bits set mean no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -18,14 +18,14 @@ use crate::tree::{EMPTY, LaneBounds, Leaf, LeafBounds, NONE, Node};
 /// Marks the number of a triangle that can not be hit.
 const SILENT: u32 = 1 << 31;
 
-/// Writes a node down.
+/// Writes a node.
 pub(super) fn write_node(node: &Node, to: &mut [u8]) {
     for (to, x) in to.chunks_exact_mut(4).zip(node.rows().as_flattened()) {
         to.copy_from_slice(&x.to_bits().to_le_bytes());
     }
 }
 
-/// Writes a leaf down.
+/// Writes a leaf.
 pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
     let corners = leaf.block.corners().as_flattened().as_flattened().iter().map(|x| x.to_bits());
     for (to, x) in to.chunks_exact_mut(4).zip(corners.chain(numbers_to_write(leaf))) {
@@ -79,7 +79,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node, and tells whether it makes sense, as far as that is seen before all are there.
+/// Reads a node. Returns whether it is valid, as far as a single node shows.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
@@ -88,7 +88,7 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
         for axis in 0..3 {
             let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
             let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
-            // Around nothing: no child, or one below which nothing can be hit.
+            // An inverted box: no child, or one below which nothing can be hit.
             let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }
@@ -97,8 +97,8 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     sound
 }
 
-/// Reads leaves and finds where their triangles can be hit; tells whether they make sense: finite corners, and at least
-/// one number, in ascending order, below `triangles`.
+/// Reads leaves and computes their bounds. Returns whether they are valid: finite corners, and at least one number, in
+/// ascending order, below `triangles`.
 pub(super) struct ReadLeaves<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,

@@ -1,11 +1,11 @@
-//! What a hierarchy over f64 has in place of leaves of f32, as bytes.
+//! The frame and the leaves of a hierarchy over f64, as bytes.
 //!
 //! ```text
 //!   frame  the centre x y z (f64), the exponent of the scale (i32), zero (u32)
 //!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' numbers, as for f32
 //! ```
 //!
-//! Copies are not written down: they are computed from the corners as a build computes them.
+//! Copies are not written: a loader computes them from the corners as a build does.
 
 use intertri::internal::LocalFrame;
 use intertri::internal::exact::has_area;
@@ -21,7 +21,7 @@ use crate::util::lane_ops::lanes_of;
 /// The triangles of a leaf.
 pub(crate) type EightTriangles = [Triangle64; 8];
 
-/// Writes a frame down.
+/// Writes a frame.
 pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     let (centre, up) = frame.centre_and_exponent();
     for (to, x) in to.chunks_exact_mut(8).zip(centre) {
@@ -30,7 +30,7 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     to[24..28].copy_from_slice(&up.to_le_bytes());
 }
 
-/// Writes a leaf down, where some lanes are of triangles without an area. Lanes without a triangle repeat one that is live,
+/// Writes a leaf, some of whose lanes may hold triangles without area. Lanes without a triangle repeat one that is live,
 /// or any that has an area.
 pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
@@ -47,7 +47,7 @@ pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles
     }
 }
 
-/// Reads a frame, as far as it is known before all corners are there.
+/// Reads a frame. Its reach is computed later, from the corners.
 pub(super) fn read_frame(bytes: &[u8]) -> Result<LocalFrame, LoadError> {
     let (centre, up) = ([0, 8, 16].map(|at| f64_at(bytes, at)), u32_at(bytes, 24) as i32);
     match LocalFrame::of(centre, up, [0.0; 3]) {
@@ -60,8 +60,8 @@ fn f64_at(bytes: &[u8], at: usize) -> f64 {
     f64::from_bits(u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32)
 }
 
-/// Reads leaves of f64: the leaves of their copies, where these can be hit, whether they have an area or not, and the
-/// triangles as given. Tells whether they make sense: finite corners, and numbers as a leaf of f32 has them.
+/// Reads leaves over f64: the leaves of their copies, the bounds of these, and the original triangles. Returns whether
+/// they are valid: finite corners, and numbers as in a leaf of f32.
 pub(super) struct ReadLeaves64<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,

@@ -87,7 +87,7 @@ pub(super) fn write_with(
         sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });
     }
 
-    // Where all goes, and its checksums.
+    // The offsets of all sections, and their checksums.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in &sections {

@@ -195,7 +195,7 @@ fn other_versions_are_told() {
     assert!(text(&changed(&bytes, 8, &[3])).contains("later version"));
     // It may have left out triangles without an area.
     assert!(text(&changed(&bytes, 8, &[1])).contains("version 1"));
-    // The third section is that of triangles left out; of a kind that nobody knows, it is to be known or not.
+    // The third section has the triangles left out. Give it an unknown kind, required or optional.
     let kind = HEADER + 2 * ENTRY;
     assert!(text(&changed(&bytes, kind, &7_u32.to_le_bytes())).contains("kind 7"));
     let optional = changed(&bytes, kind, &(7 | OPTIONAL).to_le_bytes());

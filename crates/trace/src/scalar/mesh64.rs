@@ -1,5 +1,5 @@
-//! A mesh in f64 as a search for the closest point sees it: the boxes are those of copies, the corners in lanes and all
-//! that is exact those of the originals.
+//! An f64 mesh for closest-point searches: boxes are those of the copies, while lanes and exact arithmetic use the
+//! originals.
 
 use intertri::internal::LocalFrame;
 use intertri::simd::{Lanes, Simd, Vec3};
@@ -35,7 +35,7 @@ impl Mesh for Mesh64<'_> {
         let (room, scale) = (frame.corner_room(), frame.scale());
         let [from, to] = frame.around_point(point);
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
-        // Of one farther out than 2^400, lanes know nothing.
+        // Farther out than 2^400 lanes could overflow: NaN makes them prove nothing.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
         QueryPoint { within: [from, to], in_leaves, point: point.map(scaled) }
     }

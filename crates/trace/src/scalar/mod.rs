@@ -1,4 +1,4 @@
-//! The scalars in which triangles and rays may be given, and what the traversal makes of them.
+//! The f32 and f64 backends of `Bvh<S>`.
 //!
 //! ```text
 //!   f32 ─────────────────────────────────────────────►┐
@@ -33,7 +33,7 @@ pub trait BvhScalar: Backend {}
 impl BvhScalar for core::primitive::f32 {}
 impl BvhScalar for core::primitive::f64 {}
 
-/// What a hierarchy does differently for f32 and for f64.
+/// The operations of a hierarchy that differ between f32 and f64.
 pub trait Backend: Scalar {
     /// The data stored with the tree: the coordinates as given, where the tree has only copies.
     type Originals: Clone + Debug + Send + Sync;
@@ -71,10 +71,10 @@ pub trait Backend: Scalar {
     /// The triangle in a slot of the tree's leaves, as given.
     fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
 
-    /// Where a point lies among the tree's boxes.
+    /// A point in the tree's units.
     fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];
 
-    /// The closest points to some, on this thread, where they are not farther than a radius.
+    /// The closest points to some points, on this thread, if they are within a radius.
     fn closest_points(
         tree: &Tree,
         originals: &Self::Originals,

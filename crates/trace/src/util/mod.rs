@@ -1,4 +1,4 @@
-//! Helpers that know nothing of rays: operations across lanes, threads, fallible allocation, prefetching.
+//! Helpers that do not depend on rays: operations across lanes, threads, fallible allocation, prefetching.
 
 pub(crate) mod lane_ops;
 pub(crate) mod memory;

@@ -1,17 +1,17 @@
 //! The rays that come next, prefetched while others are traced.
 //!
 //! ```text
-//!   a bundle      project ▪▪▪▪▪▪▪▪  list ▪▪▪▪▪  test ▪▪▪▪▪▪▪▪▪▪     the next bundle: its rays are there
+//!   a bundle      project ▪▪▪▪▪▪▪▪  list ▪▪▪▪▪  test ▪▪▪▪▪▪▪▪▪▪     the next bundle: its rays are cached
 //!   cache lines          | | | | |      | | |       |  |  |
 //! ```
 //!
-//! A core can wait for a dozen lines or two at a time. A bundle's 512 all at once would keep it waiting; one
-//! here and there costs next to nothing.
+//! A core can have one or two dozen cache misses in flight. Prefetching a bundle's 512 lines at once would stall it; a
+//! line now and then costs next to nothing.
 
 use intertri::Ray;
 use intertri::internal::prefetch_early;
 
-/// The memory of the rays that come next, as far as it is not prefetched yet.
+/// The part of the next rays' memory that is not prefetched yet.
 pub(crate) struct Prefetch<'a> {
     memory: &'a [u8],
     /// Cache lines to prefetch for each line of rays in f32.
@@ -19,7 +19,7 @@ pub(crate) struct Prefetch<'a> {
 }
 
 impl<'a> Prefetch<'a> {
-    /// The memory from which so many rays come next, at most.
+    /// The memory of at most the next `rays` rays.
     pub(crate) fn of(memory: &'a [u8], rays: usize) -> Self {
         Self { memory, times: memory.len().div_ceil((rays * size_of::<Ray>()).max(1)) }
     }

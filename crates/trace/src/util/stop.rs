@@ -1,17 +1,17 @@
-//! Work that a caller can stop, whatever it is at: by unwinding, from where it looks at a token.
+//! Work that a caller can stop at any time: it unwinds from where it checks a token.
 //!
 //! ```text
 //!   StopToken::run ──► work ──► in_parallel, join ──► the token goes along to other threads
 //!                                  │
 //!                                  ▼
-//!                           check, heed ──► unwinds with Stopped, once the token says so
+//!                           check, heed ──► unwinds with Stopped, if the token tells it to
 //! ```
 
 use std::cell::{Cell, RefCell};
 use std::panic::resume_unwind;
 use std::sync::Arc;
 
-/// Says whether work should stop.
+/// Returns whether work should stop.
 type ShouldStop = Arc<dyn Fn() -> bool + Send + Sync>;
 
 std::thread_local! {
@@ -22,7 +22,7 @@ std::thread_local! {
 /// Calls of [`heed`] that come to one [`check`].
 const EVERY: u32 = 32;
 
-/// What stopped work unwinds with.
+/// The payload with which stopped work unwinds.
 #[derive(Debug)]
 pub struct Stopped;
 
@@ -31,7 +31,7 @@ pub struct Stopped;
 pub struct StopToken(Option<ShouldStop>);
 
 impl StopToken {
-    /// Stops work once a function says so. Any thread that works may call it, some ten thousand times a second.
+    /// Stops work as soon as a function returns true. Any working thread may call it, some ten thousand times a second.
     pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
         Self(Some(should_stop))
     }
@@ -41,7 +41,7 @@ impl StopToken {
         CURRENT.with_borrow(Clone::clone)
     }
 
-    /// Does work under this token. Once it says so, the work unwinds with [`Stopped`], and no panic is reported.
+    /// Runs work under this token. When it stops the work, the work unwinds with [`Stopped`], and no panic is reported.
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
         struct Before(StopToken);
         impl Drop for Before {
@@ -62,7 +62,7 @@ pub(crate) fn check() {
     }
 }
 
-/// The same for inner loops: looks now and then.
+/// The same for inner loops: checks only once in a while.
 #[inline]
 pub(crate) fn heed() {
     let turns = TURNS.get().wrapping_add(1);

@@ -1,7 +1,6 @@
-//! Work on all threads where there are threads.
+//! Runs work on all threads, or on the calling one without the feature `parallel`.
 //!
-//! Whatever the work, it is handed over as pieces that a function does, so that how threads share it is compiled
-//! once:
+//! All work is passed on as pieces for one function, so that the code that distributes it is compiled once:
 //!
 //! ```text
 //!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
@@ -22,11 +21,11 @@ use crate::util::memory::{NoMemory, zeros};
 const PIECES: usize = 8;
 
 std::thread_local! {
-    /// Whether this thread is to do all by itself.
+    /// Whether this thread does all work alone.
     static IS_ALONE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does work on this thread alone, whatever pools of threads there are: none is started or woken.
+/// Runs work on this thread alone: no thread of any pool is started or woken.
 pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -38,7 +37,7 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// Does 0 to `count`, on all threads where there are threads.
+/// Calls a function for 0 to `count`, on all threads.
 fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
@@ -58,7 +57,7 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Does each of some pieces, whose numbers are told, on all threads where there are threads.
+/// Calls a function for each of some pieces and its index, on all threads.
 pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
     // A piece is taken once, by whichever thread comes to it.
     let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
@@ -70,12 +69,12 @@ pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usi
     });
 }
 
-/// How many of `count` a piece has: `least` or more.
+/// The size of a piece of `count` items: `least` or more.
 pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }
 
-/// What a function gives for 0 to `count`, on all threads where there are threads.
+/// The results of a function for 0 to `count`, on all threads.
 pub(crate) fn each<T: Zeroable + Send>(
     count: usize,
     of: impl Fn(usize) -> T + Sync,
@@ -85,8 +84,7 @@ pub(crate) fn each<T: Zeroable + Send>(
     Ok(all)
 }
 
-/// Appends what a function gives for 0 to `count`, on all threads where there are threads; each does at least
-/// `least` in a row.
+/// Appends the results of a function for 0 to `count`, on all threads; each computes at least `least` in a row.
 pub(crate) fn extend<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
@@ -100,7 +98,7 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     Ok(())
 }
 
-/// Writes what a function gives, on all threads where there are threads; each does at least `least` in a row.
+/// Writes the results of a function, on all threads; each computes at least `least` in a row.
 pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
     let size = piece_of(all.len(), least);
     pieces(all.chunks_mut(size), |piece, all| {
@@ -110,7 +108,7 @@ pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> 
     });
 }
 
-/// Changes all, on all threads where there are threads, and gives what that tells.
+/// Changes all items, on all threads, and returns the function's results.
 pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
     change: impl Fn(&mut T) -> R + Sync,
@@ -125,7 +123,7 @@ pub(crate) fn update<T: Send, R: Zeroable + Send>(
     Ok(told)
 }
 
-/// Fills pieces of a slice, on all threads where there are threads. Of several that fail it tells of one.
+/// Fills pieces of a slice, on all threads. If several fail, it returns one of the errors.
 #[cfg(unix)]
 pub(crate) fn fill<E: Send>(
     all: &mut [u8],
@@ -141,7 +139,7 @@ pub(crate) fn fill<E: Send>(
     failed.into_inner().unwrap_or(Ok(()))
 }
 
-/// Whether something holds of all, on all threads where there are threads.
+/// Whether a predicate holds for all items, on all threads.
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
@@ -161,7 +159,7 @@ pub(crate) fn count() -> usize {
     1
 }
 
-/// Runs both, side by side where there are threads.
+/// Runs both, in parallel if there are threads.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
