@@ -1,7 +1,7 @@
 //! The program `intertri`: draws models, answers files of rays, and measures.
 //!
-//! Its exit code is 0 only where it did what it was asked, 1 where it could not, and 2 where the
-//! command line made no sense. An error is one line on the standard error.
+//! Its exit code is 0 only if it did everything that the user asked for, 1 if it could not, and 2 if the
+//! command line made no sense. An error is one line on standard error.
 
 mod commands;
 mod engine;
@@ -17,10 +17,10 @@ use crate::commands::{advise, bench, build, chart, crossover, render, stress, tr
 
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
-/// The engine exact, the default, is right on the coordinates as given; oracle is its plain loop in
-/// rationals. The engines certified and reference give the same answers, those of a plain loop
-/// over the scalar f64 reference, bit for bit; they differ in speed. The engine fixed snaps the scene to
-/// a grid and is exact there; the engine raster draws without rays.
+/// The default engine, exact, is right on the coordinates as given; oracle computes the same by a plain loop
+/// in rationals. The engines certified and reference return the answers of the scalar f64 reference, bit for
+/// bit, and differ only in speed. The engine fixed snaps the scene to a grid and is exact there; the engine
+/// raster draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {
@@ -44,7 +44,7 @@ fn main() -> ExitCode {
     let command = match CommandLine::try_parse() {
         Ok(line) => line.command,
         Err(error) => {
-            // Help would be lost without a word, too.
+            // If standard output is closed, even help would be lost silently.
             let closed = if error.use_stderr() { Ok(()) } else { io::standard_output::check() };
             return closed.map_or_else(|e| e.tell(), |()| error::command_line(&error));
         }
@@ -55,7 +55,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What all commands need: a standard output, threads, and one that hears when the run is told to end.
+/// Prepares what all commands need: a standard output, threads, and a thread that waits for signals.
 fn prepare() -> error::Result<()> {
     io::standard_output::check()?;
     io::signals::watch()?;

@@ -37,12 +37,12 @@ const TURNS: usize = 3;
 /// The grids that are tried, by the bits of a coordinate.
 const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 
-/// Say what a model needs: the coarsest grid, or else exact answers
+/// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
-/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, checks
-/// that on a sample against exact arithmetic, and names the choice that takes the fewest bits a vertex
-/// of those that meet the tolerance. A pixel is wrong if it shows another triangle than it would
-/// without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison.
+/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks
+/// the bounds on a sample with exact arithmetic. Of the choices that meet the tolerance, it names the one
+/// with the fewest bits for each vertex. A pixel is wrong if it shows a different triangle from the one it
+/// would show without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison.
 /// Coordinates that f32 does not hold are rounded first, and counted in the report.
 #[derive(Args)]
 pub(crate) struct Options {
@@ -72,7 +72,7 @@ pub(crate) struct Options {
 #[derive(Clone, Copy)]
 enum Tolerance {
     Pixels(u64),
-    /// Of all pixels.
+    /// A share of all pixels.
     Share(f64),
 }
 

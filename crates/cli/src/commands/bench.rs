@@ -31,11 +31,11 @@ const MAX_RAYS: usize = 1 << 20;
 /// Ray/triangle tests of the reference in a turn, about: it is slow.
 const REFERENCE_TESTS: usize = 20_000_000;
 
-/// Say how many million rays a second each engine answers, of each kind
+/// Measure how many million rays a second each engine traces, for each kind of ray
 ///
-/// Primary rays are the camera's, tile by tile; shadow rays go from the light to what they hit and ask
-/// for any hit; diffuse rays leave from there in all directions of the open side. All engines run in
-/// turn, on all threads, and what is told is the median of the turns. The scalar reference, which asks
+/// Primary rays are the camera's, tile by tile. Shadow rays go from the light to the points that were hit,
+/// and look for any hit. Diffuse rays leave these points in all directions of the open side. The engines
+/// take turns, on all threads, and the median of the turns is reported. The scalar reference, which tests
 /// all triangles, gets fewer rays. All engines get the same numbers: those that f32 does not hold are
 /// rounded first, and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
@@ -51,11 +51,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
 
-    /// What that file is written in [default: as trace finds it]
+    /// The format of that file [default: as for trace]
     #[arg(long, value_name = "FORMAT", value_parser = rays_format(), requires = "rays")]
     rays_format: Option<RaysFormat>,
 
-    /// How often each engine gets its turn
+    /// The number of turns of each engine
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     turns: u32,
 

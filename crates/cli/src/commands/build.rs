@@ -20,21 +20,21 @@ use crate::report::rounding::Rounded;
 
 /// Build the hierarchy over a model, and save it to a file
 ///
-/// Every command takes such a file for a model: it is checked, and loaded several times as fast as it was
-/// built. It holds the triangles and their numbers; texture coordinates, colors and the sharing of
-/// vertices are not kept. It has the same bytes on every CPU.
+/// Every command accepts such a file as a model. The file is checked, and loads several times as fast as
+/// building takes. It has the triangles and their numbers, but no texture coordinates, colors or shared
+/// vertices. It has the same bytes on every CPU.
 ///
-/// Coordinates are kept as the model has them, in f32 where it holds all of them and in f64 otherwise.
+/// Coordinates are kept as the model has them, in f32 if it holds all of them and in f64 otherwise.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved
     model: PathBuf,
 
-    /// Where the hierarchy goes
+    /// The file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// What the coordinates are kept in [default: what build saved them in; else f32 if it holds all of
+    /// The scalar of the coordinates [default: that of a saved hierarchy; else f32 if it holds all of
     /// them, and f64 if not]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,

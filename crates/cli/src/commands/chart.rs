@@ -24,14 +24,14 @@ use crate::report::rounding::Rounded;
 
 /// Run every known method and draw speed against accuracy
 ///
-/// Writes a chart (SVG and PNG), its numbers (CSV), and all on one page (HTML). Coordinates that f32 does not
-/// hold are rounded first, and counted in the report. Run it on a quiet machine.
+/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates that f32
+/// does not hold are rounded first, and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved, for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
-    /// Where the random numbers start: the same seed gives the same counts
+    /// The seed of the random numbers: the same seed yields the same counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 

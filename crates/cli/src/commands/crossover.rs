@@ -22,9 +22,9 @@ use crate::report::print::print;
 
 /// Time rays against the z-buffer and shadow volumes, over triangles and pixels
 ///
-/// The scene is a ring on a floor, of more and more triangles; a picture of it is drawn both ways, and
-/// every pixel compared. Writes a chart (SVG and PNG) and its numbers (CSV). What is built once a mesh,
-/// the hierarchy and the table of neighbours, is not in the times. Run it on a quiet machine.
+/// The scene is a ring on a floor, with more and more triangles. Its picture is drawn both ways, and every
+/// pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times leave out what is built
+/// once for each mesh: the hierarchy and the table of neighbours. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     #[command(flatten)]
@@ -69,7 +69,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&Report { written: charts.finish(), races }, options.charts.json)
 }
 
-/// Times both ways to draw a picture in turn. Their pixels must be the same.
+/// Times both ways to draw a picture, alternating. Their pixels must be the same.
 fn race(
     scene: &Scene,
     raster: &Raster<'_>,

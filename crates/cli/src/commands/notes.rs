@@ -1,4 +1,4 @@
-//! What a picture may lose to a tolerance that is too large for it, to be said before it is drawn.
+//! Warnings, before a picture is drawn, about tolerances that are too large for its scene.
 
 use intertri::{Threshold, Triangle};
 use intertri_scene::{Coordinate, Light, Mesh, Scene};
@@ -8,11 +8,11 @@ use crate::io::numbers::Decimal;
 /// Surfaces that a ray meets at a smaller sine are hardly lit, so nobody misses their shadows.
 const FLAT: f64 = 0.01;
 
-/// Farther away than so many times a model's size, a light's shadows begin visibly behind what casts
+/// If a light is farther away than this many times a model's size, shadows begin visibly behind what casts
 /// them: a ten thousandth of the way, by [`Light::REACH`].
 const FAR: f64 = 100.0;
 
-/// What to say of a scene so small that the default threshold hides triangles from its rays.
+/// The warning about a scene so small that the default threshold hides triangles from its rays.
 ///
 /// `|normal . direction|` is compared with it, and so is t. A shadow ray's direction is as long as its
 /// way from the light, and a camera ray's t is a distance.
@@ -26,7 +26,7 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
         return None;
     }
     let hidden = triangles.iter().filter(|triangle| is_hidden(scene, triangle, threshold)).count();
-    // As small beside these rays as the default is beside rays of length 1.
+    // As small compared with these rays as the default is compared with rays of length 1.
     let power = (length * threshold).log10().floor();
     (hidden > 0).then(|| {
         format!(
@@ -49,7 +49,7 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
         || (across <= threshold && slant > FLAT)
 }
 
-/// Where neighbouring f32 are farther apart than this share of a model, rounding to them shows.
+/// If neighbouring f32 are farther apart than this share of a model, rounding shows.
 const COARSE: f64 = 1e-5;
 
 /// What to say of a model that f32, in which it was read, has hardly digits for, because it lies far from 0 or
@@ -71,7 +71,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// What to say of a scene whose light stands far away.
+/// The warning about a scene whose light is far away.
 pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;

@@ -17,21 +17,21 @@ use crate::io::numbers;
 #[derive(Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
-    /// Where the camera stands
+    /// The position of the camera
     #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true)]
     eye: Option<WrittenPoint>,
 
-    /// What is in the middle of the picture [default: the middle of the model]
+    /// The point in the middle of the picture [default: the middle of the model]
     #[arg(long, value_name = "X,Y,Z", value_parser = WrittenPoint::read, allow_hyphen_values = true, requires = "eye")]
     target: Option<WrittenPoint>,
 
-    /// From which direction to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
+    /// The direction from which to frame the whole model, instead of --eye [default: 0.55,0.38,1, turned
     /// with --up]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true, conflicts_with = "eye")]
     view: Option<[f32; 3]>,
 
-    /// What is up; 0,0,1 for a model whose z is [default: 0,1,0 or, for a look straight along that,
-    /// 0,0,-1 from above and 0,0,1 from below]
+    /// The direction that points up; 0,0,1 for a model whose z is up [default: 0,1,0 or, if you look straight
+    /// along it, 0,0,-1 from above and 0,0,1 from below]
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::point::<f32>, allow_hyphen_values = true)]
     up: Option<[f32; 3]>,
 
@@ -91,7 +91,7 @@ impl CameraOptions {
         })
     }
 
-    /// What is up for a camera that was made by these, and whether that was asked for.
+    /// The up direction of a camera with these options, and whether the user chose it.
     pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
@@ -107,7 +107,7 @@ fn fov(text: &str) -> std::result::Result<f64, String> {
     }
 }
 
-/// A place as it was written: rounded once, to f32 or to f64, when the scene is known.
+/// A point as the user wrote it. It is rounded once, to f32 or to f64, when the scene is known.
 #[derive(Clone, Copy)]
 pub(crate) struct WrittenPoint {
     single: [f32; 3],
@@ -124,12 +124,12 @@ impl WrittenPoint {
     }
 }
 
-/// The light. Without any of these, it stands over the camera's left shoulder or, in the built-in
-/// scene, at its own place.
+/// The light. Without any of these, it stands over the camera's left shoulder or, in the built-in scene,
+/// at a fixed position.
 #[derive(Args)]
 #[command(next_help_heading = "Light")]
 pub(crate) struct LightOptions {
-    /// Where the light stands [default: over the camera's left shoulder]
+    /// The position of the light [default: over the camera's left shoulder]
     #[arg(long, value_name = "X,Y,Z", value_parser = finite_place, allow_hyphen_values = true, conflicts_with = "sun")]
     light: Option<WrittenPoint>,
 
@@ -139,7 +139,7 @@ pub(crate) struct LightOptions {
 }
 
 impl LightOptions {
-    /// Puts the light of a scene where it was asked for.
+    /// Sets the light of a scene, if the user chose one.
     pub(crate) fn shine_on<S: Coordinate>(&self, scene: &mut Scene<S>) -> Result<()> {
         if let Some(position) = self.light {
             scene.light = Light::Point { position: position.of() };
@@ -154,7 +154,7 @@ impl LightOptions {
     }
 }
 
-/// A place whose numbers are finite.
+/// A point whose numbers are finite.
 fn finite_place(text: &str) -> std::result::Result<WrittenPoint, String> {
     finite(text)?;
     WrittenPoint::read(text)

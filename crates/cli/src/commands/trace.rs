@@ -1,4 +1,4 @@
-//! `intertri trace`: a file of rays answered, so that other programs can ask and compare.
+//! `intertri trace`: traces a file of rays, for other programs to use or to compare with.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,45 +35,45 @@ use crate::report::trace::{TraceReport, TraceSeconds};
 /// Batches in the pipeline for each thread: while it works on one, another is read or written.
 const BATCHES: usize = 2;
 
-/// Chunks of a batch: enough that handing it on costs little beside them, few enough that all batches stay
-/// in the cache.
+/// Chunks in a batch: enough to make passing a batch on cheap, few enough to keep all batches in the cache.
 const CHUNKS: usize = 4;
 
-/// Answer a file of rays: what does each hit, and where?
+/// Trace a file of rays: what does each hit, and where?
 ///
-/// RAYS are CSV, which begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any order, of which
-/// t_min (0) and t_max (inf) may be left out; or raw, eight little-endian f32 a ray in the order origin
-/// x y z, t_min, dir x y z, t_max; or raw64, the same as f64. A hit counts where t_min <= t < t_max and
+/// RAYS are in one of three formats. CSV begins with a line of names: ox,oy,oz,t_min,dx,dy,dz,t_max in any
+/// order, of which t_min (0) and t_max (inf) are optional. Raw has eight little-endian f32 for each ray:
+/// origin x y z, t_min, dir x y z, t_max. Raw64 has the same as f64. A hit counts if t_min <= t < t_max and
 /// t > 0.
 ///
-/// Answers are for the numbers as the files have them; of a decimal, for the nearest f64. Engines other
-/// than exact and oracle take f32 alone: what they round is counted on the standard error and in the report.
+/// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other than exact
+/// and oracle only take f32: what they round is counted on standard error and in the report.
 ///
-/// ANSWERS are CSV: ray,triangle,t,u,v, both numbered from 0, triangles in the order of the file and a
-/// polygon's one behind the other; u and v are the weights of the second and third corner. Numbers are the shortest
-/// decimals that read back to the same bits, in scientific notation below 1e-5 and from 1e16 on. A miss
-/// has empty cells. Or raw: i64 triangle (-1 for a miss), f64 t, u, v; little-endian, 32 bytes.
+/// ANSWERS are CSV by default: ray,triangle,t,u,v. Rays and triangles are numbered from 0, triangles in the
+/// order of the file and those of a polygon in sequence; u and v are the weights of the second and third
+/// corner. Numbers are the shortest decimals that read back to the same bits, in scientific notation below
+/// 1e-5 and from 1e16 on. A miss has empty cells. Raw answers are i64 triangle (-1 for a miss), f64 t, u, v;
+/// little-endian, 32 bytes.
 #[derive(Args)]
-#[expect(clippy::doc_markdown, reason = "it is printed as it stands")]
+#[expect(clippy::doc_markdown, reason = "it is printed verbatim")]
 #[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
 pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved
     model: PathBuf,
 
-    /// The file of rays, or - for the standard input
+    /// The file of rays, or - for standard input
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
 
-    /// What the rays are written in [default: what the name ends in, .csv, .f32 (raw) or .f64 (raw64);
-    /// else csv, if they begin with a line of names]
+    /// The format of the rays [default: by the name's ending, .csv, .f32 (raw) or .f64 (raw64); else csv,
+    /// if they begin with a line of names]
     #[arg(long, value_name = "FORMAT", value_parser = rays_format())]
     rays_format: Option<RaysFormat>,
 
-    /// Where the answers go [default: the standard output]
+    /// The file for the answers [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 
-    /// What the answers are written in
+    /// The format of the answers
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     format: Format,
 
@@ -81,55 +81,55 @@ pub(crate) struct Options {
     #[arg(long, conflicts_with = "format")]
     raw: bool,
 
-    /// Only say whether anything is hit: 1 or 0 (CSV ray,hit; one byte a ray if raw)
+    /// Only report whether anything is hit: 1 or 0 (CSV ray,hit; if raw, one byte for each ray)
     #[arg(long, conflicts_with_all = ["all", "crossings"])]
     any: bool,
 
     /// Every hit, not only the closest: a line for each, in order of t, and one with
-    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes). Of
+    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes). With the
     /// engine exact, an edge belongs to each of its triangles
     #[arg(long, conflicts_with = "crossings")]
     all: bool,
 
-    /// Every crossing, in order of t, where an edge belongs to one of its triangles: as --all with a
-    /// further column side, 1 where the ray leaves (it runs with the normal) and -1 where it enters (if
-    /// raw, an i64 behind the record, 0 for a miss: 48 bytes). Of a closed mesh they sum to 1 from a
-    /// point inside. For engines exact and fixed
+    /// Every crossing, in order of t, where an edge belongs to one of its triangles. Like --all with another
+    /// column, side: 1 where the ray leaves (it runs with the normal) and -1 where it enters (if raw, an i64
+    /// after the record, 0 for a miss: 48 bytes). In a closed mesh the sides sum to 1 from a point inside.
+    /// For the engines exact and fixed
     #[arg(long)]
     crossings: bool,
 
-    /// What finds the hits; raster answers no rays
+    /// The engine that finds the hits; raster traces no rays
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// What the model and the rays are traced in; f64 is for engines exact and oracle [default of these
-    /// two: what holds all numbers, so that it shows in the speed alone; of other engines: f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle [default of these two: the one
+    /// that holds all numbers, which only affects the speed; of other engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid is that of
-    /// the model, whatever the rays
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid depends on the
+    /// model alone, not on the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     grid: Option<Bits>,
 
-    /// Make the grid of engine fixed hold this box, too, which has two opposite corners: rays must start
+    /// Extend the grid of engine fixed to hold this box, given by two opposite corners: rays must start
     /// within the grid
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = grid_bounds, allow_hyphen_values = true)]
     grid_bounds: Option<[[f32; 3]; 2]>,
 
-    /// Let rays that start outside of the grid of engine fixed be misses, and say how many there were
+    /// Count rays that start outside of the grid of engine fixed as misses, and report how many there were
     #[arg(long)]
     skip_outside: bool,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
-    /// engines certified and reference [default: 1e-9]
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is not a hit, for
+    /// the engines certified and reference [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON, on the standard output
+    /// Print a report for programs, as JSON, on standard output
     #[arg(long, requires = "output")]
     json: bool,
 }
@@ -174,7 +174,7 @@ impl Options {
 
 /// Answers the rays.
 pub(crate) fn run(options: &Options) -> Result<()> {
-    // What can be refused is refused before the work.
+    // Refuse bad combinations of options before any work.
     options.check()?;
     let threshold = threshold_of(options.engine, options.threshold)?;
     refuse_same_file(options.output.as_deref(), &[&options.model, &options.rays])?;
@@ -253,7 +253,7 @@ fn corners<S: Coordinate + BvhScalar>(options: &Options, model: ModelIn<S>) -> R
     Ok((triangles, model.bvh, model.rounding, model.notes))
 }
 
-/// Refuses to write onto what was read beside the model.
+/// Refuses to overwrite a file that was read in addition to the model.
 fn refuse_output(options: &Options, files: &[PathBuf]) -> Result<()> {
     let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     refuse_same_file(options.output.as_deref(), &files)
@@ -283,7 +283,7 @@ fn answer<T: Tracer>(
         ));
     }
 
-    // Where the answers are the standard output, there is no place for a report.
+    // If the answers go to standard output, the report cannot.
     if options.output.is_none() {
         return Ok(());
     }

@@ -133,7 +133,7 @@ fn every_cut_and_every_damage_is_told() {
     for end in 0..bytes.len() {
         let error = Bvh::<f32>::from_bytes(&bytes[..end]).unwrap_err();
         let expected = if end < HEADER {
-            "is not a saved hierarchy"
+            "is not a saved hierarchy (bad magic number)"
         } else {
             "the saved hierarchy is cut off"
         };

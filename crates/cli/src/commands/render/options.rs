@@ -1,4 +1,4 @@
-//! What `intertri render` is asked.
+//! The options of `intertri render`.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ pub(crate) struct Options {
     /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
     pub(super) model: Option<PathBuf>,
 
-    /// Where the picture goes
+    /// The file to write
     #[arg(short, long, value_name = "FILE", default_value = "intertri.png")]
     pub(super) output: PathBuf,
 
@@ -29,13 +29,13 @@ pub(crate) struct Options {
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     pub(super) size: (u32, u32),
 
-    /// What finds the hits
+    /// The engine that finds the hits
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     pub(super) engine: EngineName,
 
-    /// What the model is traced in; f64 is for engines exact and oracle, which --check may name, too.
-    /// Without a model it draws a house at UTM coordinates. In f32 coordinates are rounded, which a picture
-    /// hardly shows; the report says how many [default: what build saved it in, else f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle, also in --check. Without a model,
+    /// f64 draws a house at UTM coordinates. f32 rounds coordinates, which a picture hardly shows; the report
+    /// counts them [default: that of a saved hierarchy, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -43,35 +43,34 @@ pub(crate) struct Options {
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     pub(super) grid: Option<Bits>,
 
-    /// How to find what is in shadow
+    /// How to find shadows
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     pub(super) shadows: Shadows,
 
     /// Cover the model, by its texture coordinates, with a PNG or JPEG file, or with the pattern xor;
-    /// of the built-in scene, the floor and the sphere
+    /// in the built-in scene, the floor and the sphere
     #[arg(long, value_name = "FILE")]
     pub(super) texture: Option<PathBuf>,
 
-    /// Draw edges over the picture where nothing hides them: of all triangles, or where the mesh turns
-    /// away from the eye
+    /// Draw visible edges over the picture: those of all triangles, or only where the mesh turns away
+    /// from the eye
     #[arg(long, value_enum, value_name = "EDGES", num_args = 0..=1, require_equals = true, default_missing_value = "mesh")]
     pub(super) wire: Option<Wire>,
 
-    /// Draw with this engine too, which finds shadows in its own way: raster by volumes, others by
-    /// rays. Write a picture of where the two differ beside the output (NAME.diff.png), and fail if
-    /// any pixel does that should not; those that may are light blue in the picture, the others red.
-    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every
-    /// pixel, and so must exact and oracle. Between the three and these two, a pixel may show another
-    /// triangle or shadow if exact arithmetic, asked of all triangles, says that exact is right. With
-    /// raster or volumes on one side, a pixel may differ where an edge, a tie, or the border of a shadow
-    /// passes within a rounding of it, as docs/raster.md derives. With fixed on one side, any pixel may
-    /// show another triangle or shadow, for its scene is snapped: how many do, and how far the hits are
-    /// apart, is reported
+    /// Also draw with this engine, which finds shadows in its own way: raster by volumes, the others by
+    /// rays. Write a picture of the differences next to the output (NAME.diff.png), and fail if a pixel
+    /// differs that should not. Pixels that may differ are light blue in that picture, the others red.
+    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every pixel, and
+    /// so must exact and oracle. Between these two pairs, a pixel may show another triangle or shadow if
+    /// exact arithmetic over all triangles confirms exact. With raster or volumes on one side, a pixel may
+    /// differ where an edge, a tie, or the border of a shadow passes within a rounding of it, as
+    /// docs/raster.md derives. With fixed on one side, any pixel may show another triangle or shadow,
+    /// because its scene is snapped; the report says how many do, and how far the hits are apart
     #[arg(long, value_name = "ENGINE")]
     pub(super) check: Option<EngineName>,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is no hit, of
-    /// engines certified, reference and raster [default: 1e-9]
+    /// The smallest |normal . direction| that is not parallel, and the largest t that is not a hit, for
+    /// the engines certified, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
 
@@ -89,7 +88,7 @@ pub(crate) struct Options {
     pub(super) light: LightOptions,
 }
 
-/// Whether something is asked for that takes coordinates in f32 alone.
+/// Whether the options include something that only takes f32 coordinates.
 pub(super) fn takes_f32_alone(options: &Options) -> bool {
     let engines = [Some(options.engine), options.check];
     engines.into_iter().flatten().any(|engine| !engine.is_exact())
