@@ -177,7 +177,7 @@ fn unsaved_is_one_line(scalar: &str) {
     let cases = [
         ("short", "cut off"),
         ("damaged", "checksum"),
-        ("newer", "later version"),
+        ("newer", "newer version"),
         ("nothing", "no triangle in it that is finite"),
     ];
     for (name, word) in cases {

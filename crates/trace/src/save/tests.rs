@@ -192,7 +192,7 @@ fn changed(bytes: &[u8], at: usize, to: &[u8]) -> Vec<u8> {
 fn other_versions_are_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     let text = |bytes: &[u8]| Bvh::<f32>::from_bytes(bytes).unwrap_err().to_string();
-    assert!(text(&changed(&bytes, 8, &[3])).contains("later version"));
+    assert!(text(&changed(&bytes, 8, &[3])).contains("newer version"));
     // It may have left out triangles without an area.
     assert!(text(&changed(&bytes, 8, &[1])).contains("version 1"));
     // The third section has the triangles left out. Give it an unknown kind, required or optional.
