@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 
-/// Why the program did not do what it was asked: what, where, and what to do, in one line.
+/// Why the program failed: what, where, and what to do, in one line.
 #[derive(Debug)]
 pub(crate) struct Error {
     what: String,
@@ -23,7 +23,7 @@ impl Error {
         Self { what: what.into(), code: 1 }
     }
 
-    /// An error in what the command line asks for.
+    /// An error in the command line.
     pub(crate) fn usage(what: impl Into<String>) -> Self {
         Self { what: what.into(), code: 2 }
     }
@@ -50,7 +50,7 @@ impl Error {
         ))
     }
 
-    /// Prints it, and gives its exit code.
+    /// Prints it, and returns its exit code.
     pub(crate) fn tell(&self) -> ExitCode {
         note(&self.what);
         ExitCode::from(self.code)
@@ -78,7 +78,7 @@ from!(
     intertri_trace::BuildError
 );
 
-/// Prints what is wrong with the command line, or the help that was asked for.
+/// Prints the error in the command line, or the requested help.
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
@@ -91,7 +91,7 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
             ExitCode::from(2)
         }
         _ => {
-            // The first paragraph says what is wrong; usage and hints are a page of their own.
+            // Print only the first paragraph, which names the error; usage and hints would fill a page.
             let text = error.to_string();
             let cause = text.lines().map(str::trim).take_while(|line| !line.is_empty());
             let cause = cause.collect::<Vec<_>>().join(" ");

@@ -77,7 +77,7 @@ enum Tolerance {
 }
 
 impl Tolerance {
-    /// The number of pixels, of so many.
+    /// The number of wrong pixels that are tolerated, out of `pixels`.
     fn of(self, total: usize) -> u64 {
         match self {
             Self::Pixels(pixels) => pixels,
@@ -104,7 +104,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (scene, bvh, rounding, notes) = load(options)?;
     let triangles = triangles(&scene.mesh)?;
 
-    // What is seen, whatever the threshold.
+    // The triangles that are seen do not depend on the threshold.
     let zero = Threshold::new(0.0).unwrap_or_default();
     let raster = Raster::new(&scene, &triangles, options.size, zero);
     let mut engines = Engines::new(&triangles, zero).with_bvh(bvh);
@@ -120,7 +120,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let needs = needs(&triangles, &camera, &frame.hits, Threshold::DEFAULT.get());
     let threshold = Threshold::new(needs.threshold).unwrap_or(zero);
 
-    // What each choice can do at worst.
+    // The worst case of each choice.
     let candidates = candidates(&triangles, camera.eye, threshold);
     let arithmetics: Vec<Arithmetic> = candidates.iter().filter_map(|c| c.arithmetic).collect();
     let every = frame.hits.len().div_ceil(SAMPLE);
@@ -128,7 +128,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let found = scan(&triangles, &camera, &frame.hits, &arithmetics, every, &|rows| bar.add(rows));
     drop(bar);
 
-    // What it does on the sample.
+    // Its result on the sample.
     let bar = Progress::new("sample", Some(candidates.len() as u64));
     let rays: Vec<Ray> = found.sample.iter().map(|e| pixel(e.pixel.0, e.pixel.1)).collect();
     let tolerance = options.tolerance.of(frame.hits.len());
@@ -200,10 +200,10 @@ fn refuse_nothing(report: &AdviseReport) -> Result<()> {
     )))
 }
 
-/// What could be chosen.
+/// The choices.
 struct Candidate {
     name: String,
-    /// Of the three coordinates of a vertex.
+    /// The bits of the three coordinates of a vertex.
     bits: u32,
     /// None where it is exact: nothing moves, and nothing is in doubt.
     arithmetic: Option<Arithmetic>,

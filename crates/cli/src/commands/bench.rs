@@ -74,7 +74,7 @@ pub(crate) struct Options {
 struct Kind {
     name: &'static str,
     rays: Vec<Ray>,
-    /// Whether they ask for any hit, not the closest.
+    /// Whether these are any-hit rays.
     any: bool,
 }
 
@@ -188,7 +188,7 @@ fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [y * r - z * q, z * p - x * r, x * q - y * p]
 }
 
-/// Times all engines in turn, and compares the answers of those that follow document A, which must agree.
+/// Times all engines alternately, and compares the answers of those that follow document A, which must agree.
 fn measure(
     kind: &Kind,
     names: &[EngineName],
@@ -247,14 +247,14 @@ fn measure(
     Ok((0..names.len()).map(rate).collect())
 }
 
-/// What an engine answered.
+/// The answers of an engine.
 struct Answers {
     closest: Vec<Hit>,
     any: Vec<bool>,
 }
 
 impl Answers {
-    /// Room for the answers of so many rays, which ask for any hit or the closest.
+    /// Memory for the answers of `count` any-hit or closest-hit rays.
     fn of(rays: usize, any: bool) -> Result<Self> {
         let (closest, any) = if any { (0, rays) } else { (rays, 0) };
         let closest = filled(closest, Hit::MISS, "hits")?;

@@ -24,7 +24,7 @@ use crate::engine::scalar_name::ScalarName;
 use crate::error::Result;
 use crate::io::same_file::refuse_same_file;
 
-/// Draws the picture, and checks it if asked.
+/// Draws the picture, and checks it with `--check`.
 pub(crate) fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
     check_output(&options.output)?;

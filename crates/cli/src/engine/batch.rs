@@ -8,7 +8,7 @@ use intertri_scene::Coordinate;
 use crate::engine::tracer::Tracer;
 use crate::io::answers::{Format, Query};
 
-/// What rays are asked, and how the answers are written down.
+/// The query for the rays, and the format of the answers.
 pub(crate) struct Question<'a, T> {
     pub(crate) engine: &'a T,
     pub(crate) query: Query,
@@ -32,7 +32,7 @@ pub(crate) struct Batch<S> {
 }
 
 impl<S: Coordinate> Batch<S> {
-    /// Asks all rays, chunk by chunk.
+    /// Traces all rays, chunk by chunk.
     pub(crate) fn answer(&mut self, question: &Question<'_, impl Tracer<Scalar = S>>) {
         let start = Instant::now();
         self.answers.bytes.clear();
@@ -61,7 +61,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Asks the rays from number `first` on, adds their answers, and says how many hit something.
+    /// Traces the rays from number `first` on, adds their answers, and returns how many hit something.
     fn add<T: Tracer>(
         &mut self,
         question: &Question<'_, T>,

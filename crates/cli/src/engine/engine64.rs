@@ -18,7 +18,7 @@ pub(crate) enum Engine64 {
 }
 
 impl Engine64 {
-    /// Refuses a name that has no such engine where `--scalar f64` asks for one.
+    /// Refuses the name of an engine that does not support `--scalar f64`.
     pub(crate) fn check(name: EngineName) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),

@@ -18,7 +18,7 @@ pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// What the grid must hold besides the triangles: where rays start.
+    /// The points that the grid must hold besides the triangles: the origins of rays.
     room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,
@@ -32,7 +32,7 @@ impl<'a> Engines<'a> {
         Self { triangles, threshold, bits, room_for, bvh: None, fixed: None, seconds: 0.0 }
     }
 
-    /// The same with a grid of so many bits that holds the model, and has room for those points.
+    /// The same with a grid of `bits` bits that holds the model and those points.
     pub(crate) fn on_grid(self, bits: Bits, room_for: Vec<[f32; 3]>) -> Self {
         Self { bits, room_for, ..self }
     }
@@ -80,7 +80,7 @@ impl<'a> Engines<'a> {
         Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }
 
-    /// The grid of the engine `fixed`, if that was asked for.
+    /// The grid of the engine `fixed`, if the user chose that.
     pub(crate) fn grid(&self) -> Option<GridReport> {
         self.fixed.as_ref().map(|fixed| fixed.report())
     }

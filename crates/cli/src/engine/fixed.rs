@@ -10,7 +10,7 @@ use crate::engine::memory::room;
 use crate::error::Result;
 use crate::io::progress::Progress;
 
-/// How many rays a thread snaps and asks at a time.
+/// How many rays a thread snaps and traces at a time.
 const CHUNK: usize = 4096;
 
 /// A scene on a grid.
@@ -18,7 +18,7 @@ pub(crate) struct FixedScene {
     grid: Grid,
     /// Over the snapped triangles, in units of the grid: integers, which f32 hold exactly.
     bvh: Bvh,
-    /// A ray with an empty interval: it stands for rays that have no direction.
+    /// A ray with an empty interval, in place of rays without a direction.
     never: Snapped,
     /// How far the point that snapping moved most is from where it was.
     moved: f64,
@@ -109,7 +109,7 @@ impl FixedScene {
         });
     }
 
-    /// What is told of the grid.
+    /// The report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
         // Along the whole grid, snapping a direction puts a component off by less than 2^-q of the
@@ -127,7 +127,7 @@ pub(crate) struct GridReport {
     pub(crate) direction_bits: u32,
     /// The distance of neighbouring points of the grid.
     pub(crate) step: f64,
-    /// The farthest that a corner, or a point for which the grid has room, moved along an axis.
+    /// The farthest that a corner, or another point that the grid holds, moved along an axis.
     pub(crate) moved: f64,
     /// The far end of a ray across the whole grid is off by less than this along each axis, because
     /// its direction is snapped, too.

@@ -27,15 +27,15 @@ pub(crate) enum Shadows {
     None,
 }
 
-/// What a frame has many of.
+/// The name of a frame's elements, for errors.
 const PIXELS: &str = "pixels";
 
-/// What is seen, and what is lit.
+/// The visibility buffer and the shadow mask.
 #[derive(Default)]
 pub(crate) struct Frame {
-    /// What each pixel shows, row by row from the top left.
+    /// The hit at each pixel, row by row from the top left.
     pub(crate) hits: Vec<Hit>,
-    /// Whether the light reaches that point; true where there is no point or no shadow.
+    /// Whether the light reaches that point; true if there is no point or no shadow.
     pub(crate) lit: Vec<bool>,
     /// How many shadow rays were traced.
     pub(crate) shadow_rays: u64,
@@ -234,7 +234,7 @@ fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
-/// Rays and the room for their answers, so many as to be asked at once.
+/// Rays that are traced at once, and memory for their answers.
 fn in_batches<'a, S: Scalar, T>(
     rays: &'a [RayOf<S>],
     answers: &'a mut [T],

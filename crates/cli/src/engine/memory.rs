@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// An empty list with room for `count` of `what`; an error where there is too little memory.
+/// An empty list with capacity for `count` of `what`; an error if memory runs out.
 pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     let mut list = Vec::new();
     let room = list.try_reserve_exact(count);

@@ -1,4 +1,4 @@
-//! What finds hits: the engines that answer rays, the rasterizer, and the frames that either draws.
+//! The engines that trace rays, the rasterizer, and the frames that either draws.
 
 pub(crate) mod batch;
 pub(crate) mod engine64;

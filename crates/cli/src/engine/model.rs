@@ -23,13 +23,13 @@ use crate::error::{Error, Result, note};
 pub(crate) struct Model {
     path: PathBuf,
     content: Content,
-    /// What was read beside the file.
+    /// The files that were read in addition to the model.
     pub(crate) files: Vec<PathBuf>,
     /// Things that were left out, repaired or guessed; the standard error has them, too.
     notes: ModelNotes,
 }
 
-/// What a file has: f64 holds the numbers of every format.
+/// The numbers of the file: f64 holds those of every format.
 enum Content {
     Mesh(Mesh<f64>),
     SavedF32(Bvh<f32>),
@@ -70,7 +70,7 @@ struct ModelNote {
 }
 
 impl ModelOptions {
-    /// Says what was left out, repaired or guessed, or refuses it.
+    /// Reports what was left out, repaired or guessed, or refuses the model for it.
     fn report(self, path: &Path, notes: &Notes) -> Result<ModelNotes> {
         let (name, notes) = (path.display(), notes.as_slice());
         if self.strict && !notes.is_empty() {
@@ -106,7 +106,7 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Whether f32 holds all of its numbers. What was saved in f64 has its hierarchy in f64, whatever its numbers.
+    /// Whether f32 holds all of its numbers. A hierarchy that was saved in f64 counts as f64, whatever its numbers.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -172,7 +172,7 @@ fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     Ok(bvh.into_one_mesh())
 }
 
-/// The model of a hierarchy that was saved in the scalar that is asked for.
+/// The model of a hierarchy that was saved in the chosen scalar.
 fn with_bvh<S: Coordinate + BvhScalar>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
     let mesh = mesh(&bvh)?;
     Ok(ModelIn { bvh: Some(Arc::new(bvh)), ..of_mesh(mesh, Rounding::default()) })

@@ -5,7 +5,7 @@ use std::fmt;
 use clap::ValueEnum;
 use serde::Serialize;
 
-/// What finds the hits.
+/// The engine that finds the hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum EngineName {
@@ -26,7 +26,7 @@ pub(crate) enum EngineName {
 }
 
 impl EngineName {
-    /// Why the rasterizer is not asked for rays.
+    /// The error for tracing rays by the rasterizer.
     pub(crate) const ANSWERS_NO_RAYS: &str = "engine raster draws pictures and answers no rays; choose exact, certified, fixed, reference or oracle";
 
     /// Whether it answers for the real numbers that the coordinates are.

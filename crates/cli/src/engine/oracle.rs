@@ -11,7 +11,7 @@ use intertri::{Hit, RayOf, Scalar, TriangleOf};
 use intertri_lab::oracle::{Rational, answer, exact_t};
 use rayon::prelude::*;
 
-/// The closest hit of each ray; of equal t, of the lowest index.
+/// The closest hit of each ray; if two have the same t, the lower index wins.
 pub(crate) fn closest_batch<S: Scalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -31,7 +31,7 @@ pub(crate) fn any_batch<S: Scalar>(
 
 /// The closest hit of a ray.
 pub(crate) fn closest<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Hit {
-    // Of several minima, `min_by` takes the first.
+    // `min_by` takes the first of several minima.
     let closest = met(triangles, ray).min_by(|(_, a), (_, b)| a.cmp(b));
     closest.map_or(Hit::MISS, |(index, _)| hit(triangles, ray, index))
 }
@@ -41,7 +41,7 @@ pub(crate) fn any<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> boo
     met(triangles, ray).next().is_some()
 }
 
-/// Every hit of a ray, in order of t; of equal t, of the triangles.
+/// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
 pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec<Hit> {
     let mut all: Vec<_> = met(triangles, ray).collect();
     all.sort_by(|(_, a), (_, b)| a.cmp(b));
@@ -72,7 +72,7 @@ fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     }
 }
 
-/// What is told of a triangle that is hit.
+/// The hit with a triangle.
 fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> Hit {
     let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
     Hit { t, u, v, triangle: index as u32, geometry: 0 }

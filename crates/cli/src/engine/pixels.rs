@@ -35,7 +35,7 @@ impl Tiles {
         (self.width * TILE) as usize
     }
 
-    /// The pixel `(x, y)` at that place in the order.
+    /// The pixel `(x, y)` at this position in the order.
     pub(crate) fn pixel(self, place: usize) -> (u32, u32) {
         let (place, band) = (place as u32, self.band() as u32);
         let (top, in_band) = (place / band * TILE, place % band);
@@ -51,7 +51,7 @@ impl Tiles {
         (left + x, top + y)
     }
 
-    /// The place of a pixel in the order.
+    /// The position of a pixel in the order.
     pub(crate) fn place(self, (x, y): (u32, u32)) -> usize {
         let (left, top) = (x / TILE * TILE, y / TILE * TILE);
         let (columns, rows) = (TILE.min(self.width - left), TILE.min(self.height - top));

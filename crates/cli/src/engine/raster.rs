@@ -60,7 +60,7 @@ impl<'a> Raster<'a> {
         Ok(View::new(camera.eye(), camera.axes(), camera.half_height(), width, height)?)
     }
 
-    /// What each pixel shows.
+    /// The hit at each pixel.
     pub(crate) fn hits(&self) -> Result<Vec<Hit>> {
         Ok(triangles(&self.view()?, self.triangles, self.threshold.get()))
     }
@@ -70,7 +70,7 @@ impl<'a> Raster<'a> {
         Ok(lit(&self.view()?, hits, &self.volume()?))
     }
 
-    /// The shadow volumes, as far as shadow rays reach.
+    /// The shadow volumes, with the reach of shadow rays.
     pub(crate) fn volume(&self) -> Result<Volume<'_>> {
         let reach = f64::from(Lamp::REACH);
         let light = match self.scene.light {

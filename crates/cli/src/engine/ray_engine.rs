@@ -1,4 +1,4 @@
-//! The engines of a scene in f32, all asked the same way.
+//! The engines for f32 scenes behind one interface.
 
 use std::sync::Arc;
 

@@ -29,7 +29,7 @@ impl ReferenceScene {
         });
     }
 
-    /// Every hit of a ray, in order of t; of equal t, of the triangles.
+    /// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
     pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
         let line = line(ray);
         let mut all = self.0.all(&line, ray.t_min.into(), ray.t_max.into());

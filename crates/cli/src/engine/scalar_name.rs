@@ -6,11 +6,11 @@ use clap::ValueEnum;
 use intertri_scene::Coordinate;
 use serde::Serialize;
 
-/// What coordinates are traced in.
+/// The scalar in which coordinates are traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ScalarName {
-    /// Every number is rounded to f32; the report says how many were
+    /// Every number is rounded to f32; the report counts those that changed
     F32,
     /// Every number is kept, such as those of UTM coordinates; for engines exact and oracle
     F64,
@@ -22,7 +22,7 @@ impl ScalarName {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }
 
-    /// What a report adds to the engine: nothing where it is f32.
+    /// The suffix of the engine's name in a report: empty for f32.
     pub(crate) fn mention(self) -> &'static str {
         match self {
             Self::F32 => "",

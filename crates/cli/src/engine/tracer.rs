@@ -1,11 +1,11 @@
-//! What answers rays, whatever they are given in.
+//! The interface of engines that trace rays, in f32 or in f64.
 
 use intertri::{Counts, Crossing, Hit, RayOf};
 use intertri_scene::Coordinate;
 
 /// Something that answers rays.
 pub(crate) trait Tracer: Sync {
-    /// What coordinates of its scene and its rays are given in.
+    /// The scalar of its scene and its rays.
     type Scalar: Coordinate;
 
     /// How many rays a thread should ask at once: few enough that they and their answers stay in the
@@ -20,7 +20,7 @@ pub(crate) trait Tracer: Sync {
     /// Whether its answers are right on the coordinates as given.
     fn is_exact(&self) -> bool;
 
-    /// Where a point is for this engine: `fixed` has it on its grid.
+    /// The position of a point for this engine: `fixed` snaps it to its grid.
     fn place(&self, point: [Self::Scalar; 3]) -> [Self::Scalar; 3] {
         point
     }
@@ -33,13 +33,13 @@ pub(crate) trait Tracer: Sync {
     /// The closest hit of each ray. Only what walks a hierarchy counts its tests, and `fixed` does not.
     fn closest(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [Hit]) -> Counts;
 
-    /// Whether each ray hits anything; the same of its counts.
+    /// Whether each ray hits anything; counts like `closest`.
     fn any(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [bool]) -> Counts;
 
-    /// Every hit of a ray, in order of t; of equal t, of the triangles.
+    /// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
     fn all(&self, ray: &RayOf<Self::Scalar>) -> Vec<Hit>;
 
     /// Where a ray crosses, each edge and corner once, in order of t; of equal t, of the triangles.
-    /// Nothing of engines that have no such rule: `trace` refuses to ask them.
+    /// Empty for engines without such a rule, which `trace` refuses.
     fn crossings(&self, ray: &RayOf<Self::Scalar>) -> Vec<Crossing>;
 }

@@ -8,7 +8,7 @@ use intertri::{Crossing, Hit};
 
 use crate::io::numbers::Decimal;
 
-/// What each ray is asked.
+/// The query for each ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Query {
     Closest,
@@ -27,7 +27,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// What stands before the first answer.
+    /// The header before the first answer.
     pub(crate) fn header(self, query: Query) -> &'static [u8] {
         match (self, query) {
             (Self::Raw, _) => b"",

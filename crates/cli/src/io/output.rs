@@ -1,4 +1,4 @@
-//! Where bytes go: the standard output, or a file that appears only when it is whole.
+//! Output: standard output, or a file that appears only when it is complete.
 
 use std::fs::{self, File};
 use std::io::{self, Write};

@@ -97,7 +97,7 @@ fn write_in_order<B>(
     free: &Sender<B>,
     mut write: impl FnMut(&B) -> Result<()>,
 ) -> Result<()> {
-    // What is done before its turn waits.
+    // A batch that is finished before its turn waits.
     let (mut early, mut next) = (BTreeMap::new(), 0);
     for (number, worked) in done {
         early.insert(number, worked);
@@ -159,7 +159,7 @@ mod tests {
         let (result, out) = doubled(0, u32::MAX, u32::MAX);
         assert!(result.is_ok() && out.is_empty());
 
-        // What was read before an error is written.
+        // Batches that were read before an error are still written.
         let (result, out) = doubled(1000, 700, u32::MAX);
         assert!(format!("{result:?}").contains("cannot read") && out == evens(700));
         let (result, out) = doubled(1000, u32::MAX, 1400);

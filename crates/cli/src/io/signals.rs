@@ -1,4 +1,4 @@
-//! The end of a run that is told to end.
+//! Cleaning up when a signal ends the run.
 
 use crate::error::{Error, Result};
 

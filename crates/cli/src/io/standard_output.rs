@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 /// Its name in error messages.
 pub(crate) const NAME: &str = "standard output";
 
-/// Refuses a standard output that is closed: what is written there would be lost without a word.
+/// Refuses a closed standard output: everything written to it would be lost silently.
 pub(crate) fn check() -> Result<()> {
     if at_the_start::was_closed() {
         return Err(Error::at(NAME, "is closed; open it, or send it to /dev/null"));

@@ -1,4 +1,4 @@
-//! What `advise` found out, and what it advises.
+//! The report of `advise`: its findings and its advice.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -35,11 +35,11 @@ pub(crate) struct AdviseReport {
     pub(crate) seconds: f64,
 }
 
-/// What can be chosen, and what it would do.
+/// A choice, and its effect.
 #[derive(Clone, Serialize)]
 pub(crate) struct Choice {
     pub(crate) name: String,
-    /// Of the three coordinates of a vertex.
+    /// The bits of the three coordinates of a vertex.
     pub(crate) bits_a_vertex: u32,
     /// How far what is seen moves at most, in pixels.
     pub(crate) pixels: f64,
@@ -65,7 +65,7 @@ impl fmt::Display for AdviseReport {
 }
 
 impl AdviseReport {
-    /// What the model and the picture are like.
+    /// Properties of the model and the picture.
     fn write_needs(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { needs, size: [width, height], .. } = self;
         writeln!(f, "{}, {width}x{height} pixels", model(self.model.as_deref()))?;
@@ -130,7 +130,7 @@ impl AdviseReport {
         )
     }
 
-    /// What to take, and with which threshold.
+    /// The advised choice and threshold.
     fn write_advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let taken = self.choices.iter().find(|choice| Some(&choice.name) == self.take.as_ref());
         match (taken, self.tolerance) {

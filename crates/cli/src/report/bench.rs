@@ -1,4 +1,4 @@
-//! What `bench` measured.
+//! The report of `bench`.
 
 use std::fmt;
 use std::path::PathBuf;

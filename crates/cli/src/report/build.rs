@@ -1,4 +1,4 @@
-//! What `build` did.
+//! The report of `build`.
 
 use std::fmt;
 use std::path::PathBuf;

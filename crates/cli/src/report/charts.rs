@@ -35,7 +35,7 @@ pub(crate) struct ChartFolder {
     start: Instant,
 }
 
-/// What was written, on which machine, and how long it took.
+/// The files written, the machine, and the time it took.
 #[derive(Serialize)]
 pub(crate) struct Written {
     pub(crate) machine: Machine,
@@ -74,7 +74,7 @@ impl ChartFolder {
         self.write(&format!("{name}.png"), &pixels)
     }
 
-    /// Writes a table as CSV; its first line names the machine and says of what the table is.
+    /// Writes a table as CSV; its first line names the machine and the table.
     pub(crate) fn table<T: Serialize>(&mut self, name: &str, rows: &[T], what: &str) -> Result<()> {
         let table = tables::csv(rows).map_err(|cause| Error::at(name, cause))?;
         let text = format!("# {}; {what}\n{table}", self.machine);
@@ -96,7 +96,7 @@ impl ChartFolder {
         Ok(())
     }
 
-    /// Ends the run, and gives what was written.
+    /// Ends the run, and returns the list of files.
     pub(crate) fn finish(self) -> Written {
         let Self { machine, files, start, .. } = self;
         Written { machine, files, seconds: start.elapsed().as_secs_f64() }

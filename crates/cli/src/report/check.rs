@@ -25,9 +25,9 @@ const UNEXCUSED: [u8; 3] = [255, 32, 32];
 
 /// How two frames differ.
 pub(crate) struct Difference {
-    /// Of what each pixel shows.
+    /// The hits of the pixels.
     pub(crate) hits: Vec<Verdict>,
-    /// Of whether that is lit.
+    /// Whether these are lit.
     pub(crate) shadows: Vec<Verdict>,
 }
 
@@ -62,7 +62,7 @@ impl Difference {
         });
         let shadows = (0..exact.lit.len()).into_par_iter().map(|i| {
             let (_, hit) = pixel(i);
-            // Where nothing is seen, there is no shadow to compare.
+            // A pixel without a hit has no shadow to compare.
             if exact.lit[i] == other.lit[i] || !hit.is_hit() {
                 return Verdict::Same;
             }
@@ -77,7 +77,7 @@ impl Difference {
     pub(crate) fn by_rule(raster: &Raster<'_>, a: &Frame, b: &Frame) -> Result<Self> {
         let view = raster.view()?;
         let hits = differences(&view, raster.triangles, &a.hits, &b.hits);
-        // Where the two see different triangles, there is no shadow to compare.
+        // If the two see different triangles, there is no shadow to compare.
         let same = |i: usize| a.hits[i].triangle == b.hits[i].triangle;
         let other: Vec<bool> =
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
@@ -148,7 +148,7 @@ fn left_out(
     oracle::any(triangles, &whole) && !oracle::any(triangles, &from_the_light)
 }
 
-/// All that a hit tells of a pixel, to be compared.
+/// All values of a hit, for comparison.
 fn bits(hit: &Hit) -> (u32, [u64; 3]) {
     (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
 }

@@ -1,4 +1,4 @@
-//! What is told when the work is done: reports as text and JSON, comparisons of frames, folders of charts.
+//! Reports as text and JSON, comparisons of frames, folders of charts.
 
 pub(crate) mod advise;
 pub(crate) mod bench;

@@ -20,8 +20,8 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
     })
 }
 
-/// Says, on the standard error, what a report's reader should know and may not have asked for.
+/// Prints a warning on standard error.
 pub(crate) fn tell(note: &str) {
-    // Where that is closed, nobody wants to know.
+    // If standard error is closed, nobody wants to read it.
     let _ = writeln!(io::stderr(), "intertri: {note}");
 }

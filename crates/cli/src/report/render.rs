@@ -1,4 +1,4 @@
-//! What `render` did, and what its `--check` found.
+//! The report of `render` and its `--check`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -26,13 +26,13 @@ pub(crate) struct RenderReport {
     pub(crate) notes: ModelNotes,
     pub(crate) size: [u32; 2],
     pub(crate) engine: EngineName,
-    /// What the model was traced in.
+    /// The scalar in which the model was traced.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     pub(crate) shadows: Shadows,
     /// Null where the engine has none.
     pub(crate) threshold: Option<f64>,
-    /// What was taken as up, and whether that was asked for.
+    /// The up direction, and whether the user chose it.
     pub(crate) up: [f32; 3],
     #[serde(skip)]
     pub(crate) up_given: bool,
@@ -70,7 +70,7 @@ pub(crate) struct RenderSeconds {
     pub(crate) total: f64,
 }
 
-/// What `--check` found.
+/// The result of `--check`.
 #[derive(Serialize)]
 pub(crate) struct CheckReport {
     pub(crate) engine: EngineName,

@@ -1,4 +1,4 @@
-//! What was rounded because a scalar does not hold it.
+//! Numbers that were rounded because a scalar does not hold them.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use intertri_lab::tables::grouped;
 use intertri_scene::Rounding;
 use serde::{Serialize, Serializer};
 
-/// What was rounded to f32 of a model and of rays; nothing is rounded to f64.
+/// The numbers of a model and of rays that were rounded to f32; none are rounded to f64.
 #[derive(Clone, Copy, Default, Serialize)]
 pub(crate) struct Rounded {
     #[serde(serialize_with = "serialize")]
@@ -24,7 +24,7 @@ fn serialize<S: Serializer>(rounding: &Rounding, serializer: S) -> Result<S::Ok,
 }
 
 impl Rounded {
-    /// What was rounded of a model alone.
+    /// The numbers of a model that were rounded.
     pub(crate) fn of_model(model: Rounding) -> Self {
         Self { model, ..Self::default() }
     }

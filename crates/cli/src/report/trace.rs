@@ -1,4 +1,4 @@
-//! What `trace` did.
+//! The report of `trace`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ pub(crate) struct TraceReport {
     /// Things in the model that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
     pub(crate) engine: EngineName,
-    /// What the model and the rays were traced in.
+    /// The scalar in which model and rays were traced.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     /// Null where the engine has none.
@@ -38,7 +38,7 @@ pub(crate) struct TraceReport {
     pub(crate) seconds: TraceSeconds,
 }
 
-/// How long each step took; of `trace`, how long each thread worked. The last three go on at the same time.
+/// How long each step took; for `trace`, the working time of each thread. The last three overlap.
 #[derive(Default, Serialize)]
 pub(crate) struct TraceSeconds {
     pub(crate) load: f64,

@@ -1,4 +1,4 @@
-//! The light of a scene and its texture, where they were asked for.
+//! The light and the texture of a scene, if the user chose them.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use intertri_scene::{Coordinate, Scene, Texture};
 use super::options::Options;
 use crate::error::{Error, Result};
 
-/// Puts the light where it was asked for, and the texture onto the model.
+/// Sets the light that the user chose, and puts the texture onto the model.
 pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> Result<()> {
     options.light.shine_on(scene)?;
     if let Some(path) = &options.texture {

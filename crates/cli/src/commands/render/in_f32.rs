@@ -25,7 +25,7 @@ use crate::report::print::{print, tell};
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it if asked.
+/// Draws the picture, and checks it with `--check`.
 pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instant) -> Result<()> {
     let mut seconds = RenderSeconds::default();
     let (scene, triangles, bvh, (rounding, notes)) = timed(&mut seconds.load, || -> Result<_> {
@@ -34,7 +34,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
         Ok((scene, triangles, bvh, changes))
     })?;
 
-    // What is seen, and what is lit.
+    // The visibility buffer and the shadow mask.
     tell_of(options, &scene, &triangles);
     let raster =
         Raster::new(&scene, &triangles, options.size, threshold.unwrap_or(Threshold::ZERO));
@@ -102,7 +102,7 @@ fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
     Ok((scene, bvh, changes))
 }
 
-/// Says what the picture may lose to tolerances that nobody chose.
+/// Warns if default tolerances are too large for the scene.
 fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
     let usual = options.engine.has_threshold() && options.threshold.is_none();
     let small = if usual { notes::small(scene, triangles) } else { None };
@@ -115,7 +115,7 @@ fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
     }
 }
 
-/// The frame shaded, with edges over it if asked.
+/// Shades the frame, and draws edges over it with `--wire`.
 fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame) -> Result<Image> {
     let (width, height) = options.size;
     let mut image = shade(scene, width, height, &frame.hits, &frame.lit)?;
@@ -144,7 +144,7 @@ fn compare(
 ) -> Result<Difference> {
     let is_fixed = |name| name == EngineName::Fixed;
     let traced = |name, shadows| name != EngineName::Raster && shadows != Shadows::Volumes;
-    // The same grid gives the same bits; a snapped scene is another than the one as loaded.
+    // The same grid yields the same bits; a snapped scene differs from the scene as loaded.
     let snapped =
         is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
     let both_traced = traced(options.engine, options.shadows) && traced(name, shadows);

@@ -21,7 +21,7 @@ use crate::report::print::print;
 use crate::report::render::{CheckReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// Draws the picture, and checks it if asked.
+/// Draws the picture, and checks it with `--check`.
 pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     check(options)?;
     let (size, mut seconds) = (options.size, RenderSeconds::default());
@@ -75,7 +75,7 @@ type Saved = Option<Arc<Bvh<f64>>>;
 fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // No file beside a model is a picture, so none can be the output.
+    // None of the model's other files is a picture, so none can be the output.
     let load = |path| Model::load(path, options.reading)?.in_f64();
     let model = options.model.as_deref().map(load).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();

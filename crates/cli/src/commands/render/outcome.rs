@@ -1,4 +1,4 @@
-//! What `intertri render` did, and whether it found what it should not.
+//! The outcome of `intertri render`, and whether its check failed.
 
 use intertri::Threshold;
 use intertri_scene::{Coordinate, Scene};
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::report::render::{CheckReport, RenderReport, RenderSeconds};
 use crate::report::rounding::Rounded;
 
-/// What was done.
+/// The outcome.
 pub(super) fn report<S: Coordinate>(
     options: &Options,
     (scene, notes): (&Scene<S>, ModelNotes),
