@@ -1,4 +1,4 @@
-//! What the oracle, the reference and every method answer to cases.
+//! The answers of the oracle, the reference and every method to cases.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -20,7 +20,7 @@ pub(crate) struct CaseAnswers {
 }
 
 impl CaseAnswers {
-    /// Asks, each case with its own threshold.
+    /// Computes the answers, each case with its own threshold.
     pub(crate) fn of(cases: &[Case]) -> Self {
         let by_reference = |case: &Case| {
             let scene = reference::Scene::from_triangles([case.triangle.0]);

@@ -10,13 +10,13 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::closed_mesh;
 
-/// What was counted.
+/// The counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
     /// Rays of each mode: half of them exactly at a vertex or a point of an edge of a closed mesh,
-    /// half but for rounding.
+    /// half up to rounding.
     pub rays: u64,
-    /// Pairs of a ray and a triangle that `certified` was asked about.
+    /// Pairs of a ray and a triangle that `certified` tested.
     pub pairs: u64,
     /// Of these, pairs where hit or miss, or a bit of `t`, is not the reference's.
     pub not_reference: u64,
@@ -28,7 +28,7 @@ pub struct EdgeCount {
 
 const PIECE: u64 = 4096;
 
-/// Counts at least so many rays. The counts depend on the seed and the number alone.
+/// Counts on at least this many rays. The counts depend on the seed and the number alone.
 pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
     let piece = |piece: u64| {
         let mut rng = Rng::new(seed ^ piece << 16);
@@ -99,7 +99,7 @@ fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
         let count = |ray| Ok(mode.crossings(&blocks, &grid.ray(ray)?).unsigned);
         batch.rays.iter().map(count).collect::<Result<Vec<_>, fixed::GridError>>()
     };
-    // What does not fit the grid is not crossed.
+    // Triangles that do not fit the grid are not crossed.
     let crossings = crossings().unwrap_or_else(|_| vec![0; batch.rays.len()]);
     count.leaks += crossings.iter().filter(|&&n| n == 0).count() as u64;
     count.doubles += crossings.iter().filter(|&&n| n > 1).count() as u64;

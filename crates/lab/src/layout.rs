@@ -1,6 +1,6 @@
 //! How rays and triangles lie in the lanes.
 
-/// What lies side by side in the lanes.
+/// The elements that fill the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// N rays against one triangle after another.
@@ -30,7 +30,7 @@ impl Form {
 /// Which form, and how many lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// What lies in the lanes.
+    /// The elements in the lanes.
     pub form: Form,
     /// 1, 4, 8 or 16.
     pub lanes: usize,

@@ -22,7 +22,7 @@
 //! Without the feature `measure` there are [`rng`], [`meshes`], [`families`] and the generic tests of [`methods`]
 //! alone: what compiles in seconds, everywhere.
 //!
-//! A seed gives the same counts on every run and every CPU; only times differ.
+//! A seed yields the same counts on every run and every CPU; only times differ.
 
 #[cfg(feature = "measure")]
 pub mod accuracy;

@@ -36,11 +36,11 @@ pub struct Row {
     pub not_reference: u64,
     /// Rays from within a closed convex mesh; 0 where the family has none.
     pub closed_trials: u64,
-    /// Of these, rays that hit nothing.
+    /// Rays among these that hit nothing.
     pub leaks: u64,
-    /// Of these, rays that hit two or more triangles, although they leave the mesh once.
+    /// Rays among these that hit two or more triangles, although they leave the mesh once.
     pub doubles: u64,
-    /// Hits that are true ones, whose `t` was held against the exact one.
+    /// True hits, whose `t` was compared with the exact one.
     pub t_trials: u64,
     /// The median of the relative error of `t`.
     pub t_median: f64,
@@ -64,7 +64,7 @@ const EXACT: usize = 50;
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
-/// What one piece of work found of one method.
+/// The result of one piece of work for one method.
 #[derive(Clone, Default)]
 struct Found {
     true_hits: u64,

@@ -4,7 +4,7 @@ use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// What a method is held against.
+/// The truth that a method is compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
     /// The exact oracle; of [`Workload::Edges`] only leaks count, double counts stand beside them.

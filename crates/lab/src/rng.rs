@@ -22,7 +22,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// An integer in `0..n`, by the high half of a product. `n` of 0 gives 0.
+    /// An integer in `0..n`, by the high half of a product; 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }

@@ -44,7 +44,7 @@ impl Camera {
     pub const FOV: f64 = 35.0;
     /// From where [`Camera::framing`] looks: a three-quarter view from slightly above, y up.
     pub const VIEW: [f32; 3] = [0.55, 0.38, 1.0];
-    /// What is up for [`Camera::framing`].
+    /// The up direction of [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
     /// [`Camera::VIEW`] turned as [`Camera::UP`] must be to become `up`: the same picture of a model
@@ -216,7 +216,7 @@ impl<S: Coordinate> Camera<S> {
     }
 }
 
-/// Why there is no such camera.
+/// Why a camera is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CameraError {
     /// A coordinate is NaN or infinite, or became so because the model is too large.
@@ -301,7 +301,7 @@ mod tests {
         for points in clouds {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 3.0] {
                 let camera = Camera::framing(points.iter().copied(), aspect).unwrap();
-                // Where the points are in the image, its borders at -1 and 1.
+                // The points in the image, whose borders are at -1 and 1.
                 let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for &point in &points {
                     let arm = double(point) - double(camera.eye);

@@ -63,7 +63,7 @@ impl Image {
         let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
         let reader = reader.map_err(|cause| error(cause.to_string()))?;
         let refused = |cause: ::image::ImageError| {
-            // One line, whatever the decoder has to say.
+            // Keep only one line of the decoder's message.
             let cause = cause.to_string();
             error(format!("{}; give a PNG or JPEG file", cause.lines().next().unwrap_or_default()))
         };
@@ -173,7 +173,7 @@ pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
     marked
 }
 
-/// Why there is no image.
+/// Why an image cannot be read or written.
 #[derive(Debug)]
 pub enum ImageError {
     /// A side is 0, or there are more than [`MAX_PIXELS`].
@@ -187,21 +187,21 @@ pub enum ImageError {
     Output {
         /// The name.
         path: PathBuf,
-        /// What is wrong with it and what to do.
+        /// The problem, and what to do.
         why: &'static str,
     },
-    /// A file is no image that can be read.
+    /// A file is not a readable image.
     Read {
         /// Its name.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         cause: String,
     },
     /// The file system refused.
     Write {
         /// The image's name.
         path: PathBuf,
-        /// What it said.
+        /// Its message.
         cause: io::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! What an image needs and no more: meshes and their files, a camera, a light, shading,
+//! Just what an image needs: meshes and their files, a camera, a light, shading,
 //! textures, and image files.
 //!
 //! Coordinates are f32, unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`] and [`Light`] are

@@ -1,4 +1,4 @@
-//! One light, at a place or in a direction, and its shadow rays.
+//! A point light or a directional light, and its shadow rays.
 
 use glam::DVec3;
 use intertri::{Hit, RayOf, Scalar, TriangleOf, spawn_ray, spawn_ray_to};
@@ -10,9 +10,9 @@ use crate::mesh::{Bounds, double, rounded};
 /// A light: its shadows are hard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light<S = f32> {
-    /// At a place.
+    /// A point light.
     Point {
-        /// Where it stands.
+        /// Its position.
         position: [S; 3],
     },
     /// So far away that its rays are parallel. [`Light::sun`] makes one.
@@ -58,7 +58,7 @@ impl<S: Coordinate> Light<S> {
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
 
-    /// Where the shadow ray of `point` starts.
+    /// The origin of the shadow ray of `point`.
     pub fn origin(&self, point: [f64; 3]) -> [S; 3] {
         match *self {
             Self::Point { position } => position,

@@ -1,4 +1,4 @@
-//! Where lines of text end: at a line feed, a carriage return, or both.
+//! The ends of lines of text: a line feed, a carriage return, or both.
 
 use std::io::{self, BufRead, ErrorKind};
 
@@ -68,7 +68,7 @@ pub(crate) fn read_line(
     }
 }
 
-/// What has come of the input and is not yet read.
+/// The input that has arrived and is not yet read.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
     // Asked for twice, because a loop could not give away what it has borrowed.
     while let Err(error) = input.fill_buf() {

@@ -52,7 +52,7 @@ impl<S: Coordinate> Mesh<S> {
     /// The three corners of triangle `index`.
     ///
     /// # Panics
-    /// If there is no such triangle.
+    /// If the index is out of bounds.
     pub fn corners(&self, index: usize) -> [[S; 3]; 3] {
         self.triangles[index].map(|corner| self.positions[corner as usize])
     }

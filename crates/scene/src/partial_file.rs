@@ -69,10 +69,10 @@ impl PartialFile {
         self.file.sync_all()
     }
 
-    /// Gives the file its name.
+    /// Renames the file to its final name.
     ///
     /// # Errors
-    /// Whatever the file system objects to; then there is no file.
+    /// Any error of the file system; then there is no file.
     pub fn finish(self) -> io::Result<()> {
         // Dropped, and so removed, after the list is free again.
         let this = self;
@@ -109,7 +109,7 @@ impl Drop for PartialFile {
         let mut unfinished = unfinished();
         if unfinished.contains(&self.hidden) {
             unfinished.retain(|hidden| *hidden != self.hidden);
-            // The error that led here has been told.
+            // The error that led here has been reported.
             let _ = fs::remove_file(&self.hidden);
         }
     }

@@ -1,4 +1,4 @@
-//! What a scalar cannot hold.
+//! Counts numbers that a scalar cannot hold.
 
 use crate::coordinate::Coordinate;
 

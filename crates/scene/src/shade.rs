@@ -61,7 +61,7 @@ pub fn shade<S: Coordinate>(
     Ok(image)
 }
 
-/// What all hits of a triangle share. Neighbouring pixels mostly show one triangle.
+/// The values that all hits of a triangle share. Neighbouring pixels mostly show the same triangle.
 struct Face<'a> {
     triangle: u32,
     /// The first corner, and the ways from there to the other two.

@@ -17,7 +17,7 @@ use glam::{DVec2, Vec3};
 use crate::image::{Image, ImageError};
 use crate::srgb::Srgb;
 
-/// What covers a surface.
+/// The pattern or image that covers a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
     /// The document's pattern: the exclusive or of the numbers of a texel's column and row, modulo
@@ -26,7 +26,7 @@ pub enum Texture {
     Xor {
         /// How many texels a side, a power of two.
         texels: u32,
-        /// What the lowest number reflects.
+        /// The share of light that the lowest number reflects.
         dark: f32,
     },
     /// An image, with bilinear filtering.

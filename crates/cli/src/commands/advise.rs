@@ -77,7 +77,7 @@ enum Tolerance {
 }
 
 impl Tolerance {
-    /// The number of wrong pixels that are tolerated, out of `pixels`.
+    /// The number of wrong pixels that are tolerated, out of `total`.
     fn of(self, total: usize) -> u64 {
         match self {
             Self::Pixels(pixels) => pixels,

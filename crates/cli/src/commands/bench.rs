@@ -254,7 +254,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Memory for the answers of `count` any-hit or closest-hit rays.
+    /// Memory for the answers to `rays` any-hit or closest-hit rays.
     fn of(rays: usize, any: bool) -> Result<Self> {
         let (closest, any) = if any { (0, rays) } else { (rays, 0) };
         let closest = filled(closest, Hit::MISS, "hits")?;

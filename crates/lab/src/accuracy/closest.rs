@@ -37,7 +37,7 @@ pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u6
     rays
 }
 
-/// What is known of a batch before a method is asked.
+/// The facts about a batch that do not depend on the method.
 struct Known {
     right: RightAnswers,
     reference: Vec<ClosestHit>,
@@ -66,7 +66,7 @@ impl RightAnswers {
                 .filter(|(_, triangle)| oracle::answer(triangle, ray).is_hit())
                 .map(|(k, triangle)| (t(triangle, ray), k))
                 .collect();
-            // Two that share the edge that is met have the same t, but for rounding.
+            // Two triangles that share the edge that is hit have the same t, except for rounding.
             let least = hits.iter().fold(f64::INFINITY, |least, hit| least.min(hit.0));
             let is_least = |hit: &&(f64, u32)| hit.0 <= least * (1.0 + 1e-9);
             hits.iter().filter(is_least).map(|hit| hit.1).collect()

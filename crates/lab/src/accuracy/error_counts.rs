@@ -14,9 +14,9 @@ pub struct ErrorCounts {
     /// Answers that are not the exact one. For `camera` and `secondary`: another closest triangle, a
     /// hit that is none, a miss that is none. For `edges`: see the next two. For `mix`: hit or miss.
     pub wrong: u64,
-    /// Of `edges`: rays that leave the closed mesh without hitting it.
+    /// In `edges`: rays that leave the closed mesh without hitting it.
     pub leaks: u64,
-    /// Of `edges`: rays that leave it once and hit two or more triangles.
+    /// In `edges`: rays that leave it once and hit two or more triangles.
     pub doubles: u64,
     /// Answers that are not the scalar f64 reference's: another closest triangle, another count of
     /// hits, another hit or miss.

@@ -94,12 +94,12 @@ mod tests {
                 let Some(exact) = error_counts.iter().find(|v| v.method == method) else {
                     continue;
                 };
-                // Where edges are met, the closed rule counts both triangles that share one.
+                // If a ray hits an edge, the closed rule counts both triangles that share it.
                 let doubles = if method == "exact, once" { exact.doubles } else { 0 };
                 let wrong = exact.wrong - exact.doubles + doubles;
                 assert_eq!((wrong, exact.leaks), (0, 0), "{workload:?} {method}");
             }
-            // What is no more than f32 is wrong somewhere, at edges most of the time.
+            // Every f32 method is wrong somewhere, mostly at edges.
             let plain = of(&error_counts, "Möller–Trumbore f32");
             match workload {
                 Workload::Edges => assert!(plain.leaks > 30 && plain.doubles > 1000, "{plain:?}"),

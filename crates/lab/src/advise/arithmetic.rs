@@ -1,6 +1,6 @@
-//! The arithmetics that are asked about, and how far snapping to a grid moves things.
+//! The arithmetics that are compared, and how far snapping to a grid moves points.
 
-/// What computes.
+/// An arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arithmetic {
     /// The reference's f64, with a threshold.

@@ -5,7 +5,7 @@ use intertri::Ray;
 /// A camera and its picture.
 #[derive(Clone, Copy)]
 pub struct PinholeCamera<'a> {
-    /// Where all rays start.
+    /// The origin of all rays.
     pub eye: [f32; 3],
     /// To the right, up, and into the picture; of unit length, at right angles.
     pub axes: [[f64; 3]; 3],

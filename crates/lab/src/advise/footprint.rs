@@ -1,4 +1,4 @@
-//! Where in the picture a triangle may matter.
+//! The part of the picture where a triangle may matter.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
 
@@ -11,7 +11,7 @@ use super::camera::PinholeCamera;
 use super::facet::Facet;
 use super::vector::Vec3d;
 
-/// What all bands share.
+/// The values that all bands share.
 pub(super) struct ScanInput<'a> {
     pub(super) triangles: &'a [Triangle],
     pub(super) camera: &'a PinholeCamera<'a>,
@@ -23,7 +23,7 @@ pub(super) struct ScanInput<'a> {
 pub(super) struct Footprint {
     pub(super) columns: Range<u32>,
     pub(super) rows: Range<u32>,
-    /// It is seen so nearly edge-on that f32 can see it beside itself.
+    /// It is seen so nearly edge-on that f32 can hit it outside of itself.
     pub(super) strip: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a frame needs: how many pixels an arithmetic can get wrong at most, and how many it does.
+//! The precision that a frame needs: how many pixels an arithmetic can get wrong at most, and how many it does.
 //!
 //! Three arithmetics are asked about: the reference's f64 (whose answers `certified` and `double`
 //! give), a plain f32 test, and integers on a grid. For each pixel the exact answer is known to stay

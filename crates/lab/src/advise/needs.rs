@@ -1,4 +1,4 @@
-//! What the scene is like, for this camera.
+//! Properties of the scene, for this camera.
 
 use intertri::{Hit, Triangle, TriangleOf};
 use serde::Serialize;
@@ -112,7 +112,7 @@ fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     }
 }
 
-/// What the pixels show.
+/// The exact hits of the pixels.
 fn measure_picture(
     needs: &mut Needs,
     triangles: &[Triangle],

@@ -10,7 +10,7 @@ use super::pixel_ray::PixelRay;
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
-/// What an arithmetic can make of a facet at a pixel.
+/// The possible outcomes of an arithmetic for a facet at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Outcome {
     /// No hit.
@@ -22,7 +22,7 @@ pub(super) enum Outcome {
 }
 
 impl Facet {
-    /// What an f32 test can be off by in an edge value, for directions of unit length.
+    /// The bound of an f32 test's error in an edge value, for directions of unit length.
     pub(super) fn single_bound(&self) -> f64 {
         let (small, large) = (2.0_f64.powi(-30), 2.0_f64.powi(30));
         if self.side.min(self.first) < small || self.side.max(self.reach()) > large {
@@ -50,7 +50,7 @@ impl Facet {
         8.0 * (self.single_bound() + self.double_bound(rho)) / slope
     }
 
-    /// What an arithmetic can make of it.
+    /// The possible outcomes of an arithmetic.
     pub(super) fn outcome(
         &self,
         arithmetic: Arithmetic,
@@ -89,7 +89,7 @@ impl Facet {
                 }
             }
         };
-        // What starts behind or at the eye.
+        // Facets that begin behind the eye or at it.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
@@ -105,7 +105,7 @@ impl Facet {
         plane_hit: &PlaneHit,
         pixel_ray: &PixelRay,
     ) -> Outcome {
-        // What is computed here is itself rounded.
+        // This computation is itself rounded.
         let bound = (bound + 32.0 * W * self.reach() * self.reach()) * pixel_ray.length;
         let (lo, hi) = if (plane_hit.t - off).is_nan() {
             (f64::NEG_INFINITY, f64::INFINITY)

@@ -48,7 +48,7 @@ impl Pixel {
                 Outcome::Hit(lo, _) => self.seen != Some(index) && !(lo > self.far[k]),
                 Outcome::Doubtful(lo, _) => !(lo > self.far[k]),
             };
-            // Where two have the same t, either is right.
+            // If two have the same t, either is right.
             let sure = matches!(outcome, Outcome::Hit(..));
             if doubt
                 && !(sure && *tied.get_or_insert_with(|| self.is_tied(index, plane_hit.t, input)))
@@ -60,7 +60,7 @@ impl Pixel {
         if !self.sampled {
             return;
         }
-        // What f32 says.
+        // The answer of f32.
         let ray = PlainRay {
             origin: intertri::simd::Vec3::<f32>::splat(self.ray.origin),
             dir: intertri::simd::Vec3::splat(self.ray.dir),
@@ -69,7 +69,7 @@ impl Pixel {
         if hit && t < self.single.0 {
             self.single = (t, Some(index));
         }
-        // What the oracle says.
+        // The answer of the oracle.
         if facet.is_outside(&plane_hit, &self.pixel_ray)
             || facet.is_behind(&plane_hit, &self.pixel_ray, self.closest.0)
         {

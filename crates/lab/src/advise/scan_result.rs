@@ -1,6 +1,6 @@
-//! What a scan finds: counts, and a sample of pixels with their exact answers.
+//! The result of a scan: counts, and a sample of pixels with their exact answers.
 
-/// What was found.
+/// The result of a scan.
 #[derive(Clone, Debug)]
 pub struct ScanResult {
     /// For each arithmetic, how many pixels are doubtful.
@@ -9,11 +9,11 @@ pub struct ScanResult {
     pub doubtful_in_sample: Vec<u64>,
     /// For each arithmetic, how far what is seen moves at most, in pixels.
     pub shift: Vec<f64>,
-    /// The sample: every so many pixels, row by row.
+    /// The sample: pixels at a fixed stride, row by row.
     pub sample: Vec<SampledPixel>,
 }
 
-/// What a pixel of the sample shows, exactly, and what f32 says.
+/// The exact answer at a pixel of the sample, and that of f32.
 #[derive(Clone, Debug)]
 pub struct SampledPixel {
     /// Its column and row.

@@ -44,7 +44,7 @@ impl Camera {
     }
 }
 
-/// Predicts and asks; gives for each arithmetic the predicted and the counted wrong pixels.
+/// Predicts and counts: returns the predicted and the counted wrong pixels for each arithmetic.
 fn compare(what: &str, triangles: &[Triangle], camera: &Camera) -> Vec<(Arithmetic, u64, u64)> {
     let pixel = |x, y| camera.ray(x, y);
     let camera = PinholeCamera {

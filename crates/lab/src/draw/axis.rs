@@ -1,6 +1,6 @@
 //! Logarithmic axes.
 
-/// Numbers onto places, in equal ratios.
+/// A logarithmic axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Log {
     from: f64,
@@ -9,12 +9,12 @@ pub struct Log {
 }
 
 impl Log {
-    /// From a number at one place to a number at another, both positive.
+    /// From a number at one position to a number at another, both positive.
     pub fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
         Self { from: from.log10(), to: to.log10(), places }
     }
 
-    /// The place of a number.
+    /// The position of a number.
     pub fn at(&self, x: f64) -> f64 {
         let share = (x.log10() - self.from) / (self.to - self.from);
         self.places[0] + share * (self.places[1] - self.places[0])

@@ -6,10 +6,10 @@ use super::axis::{Log, power};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg, width};
 use crate::tables::grouped;
 
-/// What both ways took for one scene at one size.
+/// The times of both ways for one scene at one size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Race {
-    /// What they had to find out: one of [`Race::TASKS`].
+    /// Their task: one of [`Race::TASKS`].
     pub task: &'static str,
     /// How many triangles there are.
     pub triangles: usize,
@@ -24,7 +24,7 @@ pub struct Race {
 }
 
 impl Race {
-    /// What each pixel shows, and whether that is lit.
+    /// The hit at each pixel, and whether it is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 
@@ -128,7 +128,7 @@ fn axes(svg: &mut Svg, [ox, oy]: [f64; 2], panel: usize, x: &Log, y: &Log) {
     svg.line([left, top], [left, bottom], INK, 1.2);
 }
 
-/// Where two lines over the same places cross.
+/// The points where two lines over the same positions cross.
 fn crossings(one: &[[f64; 2]], other: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut found = Vec::new();
     for (a, b) in one.windows(2).zip(other.windows(2)) {

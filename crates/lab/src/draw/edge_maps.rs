@@ -89,7 +89,7 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // Of a snapped pair the finest grid is as good as the common one.
+                // For a snapped pair the finest grid is as good as the common one.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {

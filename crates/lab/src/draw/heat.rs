@@ -38,7 +38,7 @@ pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// What the colours say.
+/// The legend of the colours.
 fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     let font = Font::new(12.0, Anchor::Start).fill(GREY);
     let before = "in each field the first bad value; its colour: at the harmless end of the range";
@@ -51,7 +51,7 @@ fn legend(svg: &mut Svg, [x, y]: [f64; 2]) {
     svg.text([at + 8.0, y], "at the other; none: not within the range", font);
 }
 
-/// What a column is, what its numbers are, and from where to where they go.
+/// The label of a column, its unit, and the range of its numbers.
 fn heading(svg: &mut Svg, x: f64, sweep: &Sweep) {
     let range = format!("from {} to {}", number(sweep.from), number(sweep.to));
     let font = Font::new(11.0, Anchor::Start).upright();

@@ -28,13 +28,13 @@ td, th { border-bottom: 1px solid var(--faint); padding: 0.2rem 1rem 0.2rem 0; t
 pub struct Section<'a> {
     /// The heading.
     pub title: &'a str,
-    /// What it shows.
+    /// The caption.
     pub text: &'a str,
     /// The picture.
     pub picture: &'a Svg,
 }
 
-/// A page: what it is, its pictures, and the table of the methods.
+/// A page: title, pictures, and the table of the methods.
 pub fn page(title: &str, caption: &str, sections: &[Section<'_>]) -> String {
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\

@@ -31,7 +31,7 @@ pub(super) struct Point {
     pub(super) trials: u64,
 }
 
-/// How high a panel is in which so many methods have a row of their own.
+/// The height of a panel with this many methods in rows of their own.
 pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }
@@ -90,7 +90,7 @@ impl<'a> Axes<'a> {
         Self { left, right, top, bottom, broken, rows, x, y }
     }
 
-    /// The place of a method.
+    /// The position of a method.
     fn at(&self, p: &Point) -> [f64; 2] {
         let row = self.rows.iter().position(|&name| name == p.name);
         let of_row = |row: usize| self.broken + ROW * (row as f64 + 0.8);

@@ -1,4 +1,4 @@
-//! What every picture keeps: its texts are apart from each other and inside of it, and each method is
+//! Properties of every picture: its texts are apart from each other and inside of it, and each method is
 //! named.
 
 use super::marks::is_kernel;

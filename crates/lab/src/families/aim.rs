@@ -1,4 +1,4 @@
-//! How rays are aimed: at the places of a triangle where rounding decides.
+//! Aims rays at the points of a triangle where rounding decides.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::inter_tri::THRESHOLD;
@@ -107,7 +107,7 @@ pub(super) fn around(rng: &mut Rng, target: Point, size: f64) -> [f32; 3] {
     round(add(target, away, size * rng.log(0.25, 16.0)))
 }
 
-/// A ray at one of the places of [`target`], from a random side.
+/// A ray at one of the points of [`target`], from a random side.
 pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
     let to = weigh(triangle, target(rng));
     let origin = around(rng, to, size(triangle));

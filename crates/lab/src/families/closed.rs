@@ -11,7 +11,7 @@ use crate::rng::Rng;
 /// The steps of the grid on which a sum of four vertices minus four origins still fits 24 bits.
 const GRID: f64 = 262_144.0;
 
-/// The largest icosphere of at most so many faces, or the smallest.
+/// The largest icosphere with at most this many faces, or the smallest one.
 fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
@@ -25,7 +25,7 @@ fn largest_torus(triangles: usize) -> Mesh {
     Mesh::torus(triangles / (2 * across), across)
 }
 
-/// The largest cube of at most so many faces, or the smallest.
+/// The largest cube with at most this many faces, or the smallest one.
 fn largest_cube(triangles: usize) -> Mesh {
     let mut n = 1;
     while 48 * (n + 1) * (n + 1) <= triangles {
@@ -34,7 +34,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// The triangles of a mesh; where fewer are asked for, some of its neighbours.
+/// The triangles of a mesh, or some neighbouring ones if fewer are requested.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {

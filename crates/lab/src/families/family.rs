@@ -1,4 +1,4 @@
-//! What a family is.
+//! The type of a family.
 
 use super::scene::{Case, Scene};
 use crate::rng::Rng;
@@ -8,7 +8,7 @@ use crate::rng::Rng;
 pub struct Family {
     /// A short name, of small letters and dashes.
     pub name: &'static str,
-    /// What is made, in one line.
+    /// A description, in one line.
     pub what: &'static str,
     /// The one number that the family depends on, if there is one.
     pub param: Option<Param>,
@@ -18,7 +18,7 @@ pub struct Family {
 /// A positive number that a family depends on, to be swept in equal ratios.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
-    /// What the number is.
+    /// The meaning of the number.
     pub name: &'static str,
     /// One end of its range: the harmless one, where only one end hurts.
     pub from: f64,

@@ -1,4 +1,4 @@
-//! What a family makes: scenes, or a single triangle with a single ray.
+//! The output of a family: scenes, or a single triangle with a single ray.
 
 use intertri::{Ray, Triangle};
 

@@ -14,7 +14,7 @@ fn ask(triangle: &Triangle, ray: &Ray, threshold: f64) -> (f64, f64, bool) {
     (scene.trian[0].nrm & Vector::from(ray.dir), t, hit)
 }
 
-/// Of some cases of a family, how many a condition is true for.
+/// For how many of some cases of a family a condition is true.
 fn count(name: &str, n: usize, mut holds: impl FnMut(&Family, &mut Rng) -> bool) -> usize {
     let family = find(name).expect("a family of this name");
     let mut rng = Rng::new(7);
@@ -68,7 +68,7 @@ fn scenes_have_the_size_asked_for() {
 
 #[test]
 fn rays_come_near_hitting() {
-    // Of rays at the edges about half hit; a family with hardly any hits or misses tests nothing.
+    // About half of the rays at the edges hit; a family with hardly any hits or misses tests nothing.
     let rare = [
         "threshold-vd",
         "threshold-t",

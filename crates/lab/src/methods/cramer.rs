@@ -49,7 +49,7 @@ impl Intersector for Cramer {
         let &Triangle { a, ab, ac, t } = triangle;
         let zero = L::of(0.0);
 
-        // What belongs to the origin.
+        // The part that depends on the origin.
         let ap = ray.origin - a;
         let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
 

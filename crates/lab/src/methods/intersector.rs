@@ -1,4 +1,4 @@
-//! What a ray/triangle test is made of, whatever lanes it runs in.
+//! The interface of a ray/triangle test, generic over lanes.
 
 use intertri::simd::Vec3;
 
@@ -20,7 +20,7 @@ pub trait Intersector: Copy {
     /// One triangle in all lanes: how it meets many rays after it was stored once.
     fn spread<L: Real>(one: &Self::Triangle<L::Scalar>) -> Self::Triangle<L>;
 
-    /// Which lanes are hits, and their `t`, which means nothing where there is no hit.
+    /// Which lanes are hits, and their `t`, which is meaningless without a hit.
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
 }
 
@@ -40,7 +40,7 @@ pub(super) fn splat3<L: Real>([a, b, c]: [Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
 /// A ray for which nothing is computed in advance.
 #[derive(Clone, Copy, Debug)]
 pub struct PlainRay<L> {
-    /// Where `t` is 0.
+    /// The point at `t = 0`.
     pub origin: Vec3<L>,
     /// The unit of `t`.
     pub dir: Vec3<L>,

@@ -1,4 +1,4 @@
-//! What the laboratory asks of every method, published or the kernel's.
+//! The laboratory's interface to every method, published or the kernel's.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -12,7 +12,7 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 pub struct Method {
     /// The name by which it is called in tables and charts.
     pub name: &'static str,
-    /// Where it comes from.
+    /// Its source.
     pub source: &'static str,
     /// The significant bits of what it computes in: 24 or 53.
     pub bits: u32,

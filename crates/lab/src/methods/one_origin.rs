@@ -33,7 +33,7 @@ const FORM: f64 = 4.25 * U;
 /// The reference's noise, relative to `|d|₂ h (|A|₂ + h)`.
 const NOISE: f64 = 0.25 * U;
 
-/// What the origin's rounding adds, relative to `|d|₂ h |o|₁`.
+/// The share of the origin's rounding, relative to `|d|₂ h |o|₁`.
 const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 
 /// D must exceed this share of `|d|₂ h²` for a sign to decide.

@@ -2,7 +2,7 @@
 
 use intertri::simd::Lanes;
 
-/// f32 or f64: what the lanes of a method can be made of.
+/// f32 or f64: the scalars of a method's lanes.
 pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {
     /// How many significant bits it has.
     const BITS: u32;

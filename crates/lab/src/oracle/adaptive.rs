@@ -17,7 +17,7 @@ use super::exact::{self, is_finite};
 use super::oracle_answer::{LinePosition, OracleAnswer};
 use super::rational;
 
-/// What is exactly true of a ray and a triangle, by adaptive predicates.
+/// The exact answer for a ray and a triangle, by adaptive predicates.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};

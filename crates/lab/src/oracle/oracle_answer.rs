@@ -1,11 +1,11 @@
-//! What the oracle answers: where the line of a ray meets a triangle, and on which side of its origin.
+//! The oracle's answer: where the line of a ray meets a triangle, and on which side of its origin.
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. Of several that hold, the first in this list.
+/// Where the *line* of a ray meets a triangle. If several hold, the first in this list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
-    /// Not asked: an input is NaN or infinite.
+    /// Undefined, because an input is NaN or infinite.
     NotFinite,
     /// Nowhere: the triangle has no area.
     Degenerate,
@@ -23,7 +23,7 @@ pub enum LinePosition {
     Inside,
 }
 
-/// What is exactly true of a ray and a triangle; the interval of the ray does not matter.
+/// The exact answer for a ray and a triangle; the interval of the ray does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
@@ -63,7 +63,7 @@ impl OracleAnswer {
         Self { place, t }
     }
 
-    /// A place without a `t`.
+    /// An answer without a `t`.
     pub(super) fn without_t(place: LinePosition) -> Self {
         Self { place, t: Ordering::Equal }
     }

@@ -5,7 +5,7 @@ use intertri::{RayOf, Scalar, TriangleOf};
 use super::exact::{Rational, cross, difference, dot, is_finite, sign, vector};
 use super::oracle_answer::{LinePosition, OracleAnswer};
 
-/// What is exactly true of a ray and a triangle, in rationals: slow, and independent of
+/// The exact answer for a ray and a triangle, in rationals: slow, and independent of
 /// [`super::answer()`].
 ///
 /// It solves `origin + t dir = c1 + u (c2 - c1) + v (c3 - c1)` by Cramer's rule, divisions and all, and

@@ -1,4 +1,4 @@
-//! Where methods begin to fail: families swept by their parameter, and walls in f64 far from zero.
+//! Finds where methods begin to fail: families swept by their parameter, and f64 walls far from zero.
 
 mod clearance;
 mod offsets;

@@ -1,4 +1,4 @@
-//! A house where surveyors put it: in UTM coordinates, metres from a meridian and from the equator.
+//! A house in the coordinates of surveyors: UTM, in metres from a meridian and from the equator.
 
 use glam::{DQuat, DVec3};
 
@@ -99,7 +99,7 @@ fn turned(p: DVec3) -> DVec3 {
     DQuat::from_rotation_z(TURN) * p
 }
 
-/// A point of the house, where it stands.
+/// A point of the house, in UTM coordinates.
 fn placed(p: [f64; 3]) -> [f64; 3] {
     (CORNER + turned(DVec3::from(p))).to_array()
 }
@@ -110,7 +110,7 @@ struct House {
 }
 
 impl House {
-    /// What follows is of that colour.
+    /// Sets the colour of the following parts.
     fn part(&mut self, tint: [f32; 3]) {
         let first = self.mesh.triangles.len() as u32;
         self.mesh.parts.push(Part { first, tint, textured: false });

@@ -27,7 +27,7 @@ pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// What becomes of faces that are not as they should be.
+/// The notes about faces that had to be left out or changed.
 const SHORT: &str = "faces of fewer than three corners, left out";
 const UNCLEAR: &str =
     "concave faces that cross themselves or have more than 16384 corners, filled as fans";
@@ -108,7 +108,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.mesh.positions, position)
     }
 
-    /// Adds a vertex whose numbers are none, which is an error if a triangle uses it.
+    /// Adds a vertex with invalid numbers, which is an error only if a triangle uses it.
     pub(super) fn broken_position(&mut self, cause: String) -> Result<(), Fault> {
         self.add_unusable(Some(cause))?;
         push(&mut self.mesh.positions, [S::nearest(f64::NAN); 3])
@@ -178,7 +178,7 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // They are kept from the first face that has some; what came before has zeros.
+        // They are stored from the first face that has some; earlier faces get zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;

@@ -1,4 +1,4 @@
-//! What can be wrong with a file.
+//! Errors about files.
 
 use std::collections::TryReserveError;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ pub struct LoadError {
     pub path: PathBuf,
     /// The line where it is wrong, counted from 1, in a file of text.
     pub line: Option<u64>,
-    /// What is wrong, and what to do where that is not plain.
+    /// The problem, and what to do if that is not obvious.
     pub cause: String,
 }
 

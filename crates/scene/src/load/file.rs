@@ -8,7 +8,7 @@ use super::error::{Fault, fault};
 /// The endings of the formats' names.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
-/// The files beside a model.
+/// The other files of a model.
 pub(super) struct Beside<'a> {
     /// The folder in which they are.
     pub(super) folder: &'a Path,

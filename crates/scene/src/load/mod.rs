@@ -26,39 +26,37 @@ use crate::mesh::Mesh;
 
 /// Reads a model.
 ///
-/// The format is that of the name's ending (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or
-/// lower case) and, for any other ending, that which the file's beginning looks like. A file that is
-/// in gzip, whatever its name, is unpacked first; an ending `.gz` does not count.
+/// The name's ending decides the format (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or lower case);
+/// for any other ending, the first bytes of the file do. A gzip file is unpacked first, whatever its name; an
+/// ending `.gz` does not count.
 ///
-/// - A polygon of n corners becomes n - 2 triangles, wound as it is, one behind the other: as
-///   [`Mesh`] says, the fan of its first corner, or by ear clipping if that would reach outside. Faces of
-///   fewer than three corners are left out.
+/// - A polygon of n corners becomes n - 2 consecutive triangles with the same winding: the fan of its first
+///   corner (see [`Mesh`]), or the result of ear clipping if the fan would reach outside. Faces of fewer than
+///   three corners are left out.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
-///   file; negative indices count back from the last vertex so far; points and lines are skipped,
-///   materials not looked for, a fourth coordinate and colors ignored. Lines end in a line feed, a
-///   carriage return, or both.
-/// - PLY: ascii and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
+///   file; negative indices count back from the last vertex so far; points, lines, materials, fourth
+///   coordinates and colors are ignored. Lines end in a line feed, a carriage return, or both.
+/// - PLY: ASCII and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
 ///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, -1
 ///   between strips. A `double` is rounded to f32.
-/// - STL: ascii (all its solids) and binary, told apart by the size that a binary header promises.
-///   Every triangle has three positions of its own.
-/// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first where none is named, all
-///   nodes where there is no scene), node by node, each before its children, where their transforms,
-///   instances or joints put them; triangles, strips and fans; morph targets by their weights; the first
-///   texture coordinates. A transform that mirrors turns the triangles. Hidden nodes are left out. Buffers
+/// - STL: ASCII (all its solids) and binary, distinguished by the size that a binary header promises.
+///   Triangles do not share vertices.
+/// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first scene if none is named, all
+///   nodes if there is no scene), node by node, each before its children, placed by their transforms,
+///   instances or joints; triangles, strips and fans; morph targets by their weights; the first texture
+///   coordinates. A transform that mirrors flips the triangles. Hidden nodes are left out. Buffers
 ///   are within the file, in data URIs, or in files in the model's folder. Materials and animations are
 ///   ignored, points and lines skipped, compressed meshes refused.
 ///
-/// In a strip, every other triangle is turned, so that all are wound alike, and those that name a
-/// vertex twice are left out. A byte order mark may stand before any text. Vertices, texture coordinates
-/// and other numbers that no triangle needs may be anything, such as NaN.
+/// In a strip, every other triangle is flipped, so that all have the same winding, and triangles that name a
+/// vertex twice are left out. Any text may begin with a byte order mark. Vertices, texture coordinates and
+/// other numbers that no triangle needs may be anything, such as NaN.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is left out, repaired or guessed.
 ///
-/// Time and memory are linear in the size of the file, but for faces that are cut by ear clipping, whose
-/// time may grow with the square of their corners; what a file promises sizes nothing. A gzip may
-/// unpack to a hundred times its size, a glTF may repeat its meshes up to some sixteen million
-/// triangles.
+/// Time and memory are linear in the size of the file, except for faces that are cut by ear clipping, whose
+/// time may grow with the square of their corners. No count in a file sizes an allocation. A gzip may unpack
+/// to a hundred times its size, and a glTF may repeat its meshes up to some sixteen million triangles.
 ///
 /// # Errors
 /// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a

@@ -1,4 +1,4 @@
-//! Notes about a model: the things in its file that were not read as they stand.
+//! Notes about a model: the things in its file that were left out, repaired or guessed.
 
 use std::borrow::Cow;
 use std::fmt;

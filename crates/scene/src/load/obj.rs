@@ -100,7 +100,7 @@ fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }
 
-/// What was read so far.
+/// The model as read so far.
 struct Model<S> {
     builder: MeshBuilder<S>,
     /// The corners of the current face, kept here to spare allocations.
@@ -116,14 +116,14 @@ impl<S: Coordinate> Model<S> {
         match words.next() {
             Some("v") => self.vertex(words),
             Some("vt") => {
-                // The second coordinate may be missing: it is 0 then, says the format.
+                // The second coordinate may be missing; by the format it is then 0.
                 let mut words = words.peekable();
                 let u = number(words.next());
                 let v = if words.peek().is_some() { number(words.next()) } else { Ok(0.0) };
-                // Triangles need none of them, so what is no number is no error.
+                // No triangle needs them, so an invalid number is not an error.
                 self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
-            // What `f` was called once.
+            // The old name of `f`.
             Some("f" | "fo") => self.face(words),
             Some(word) => {
                 self.pass(word);

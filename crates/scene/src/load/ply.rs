@@ -260,7 +260,7 @@ fn whole(value: &Property) -> Option<Vec<i64>> {
     })
 }
 
-/// A number of any type, which f64 has room for.
+/// A number of any type; f64 holds all of them.
 fn number(value: &Property) -> Option<f64> {
     Some(match *value {
         Property::Char(x) => x.into(),
@@ -275,7 +275,7 @@ fn number(value: &Property) -> Option<f64> {
     })
 }
 
-/// What is wanted of a vertex, of a face and of strips.
+/// The properties that are read of a vertex, of a face and of strips.
 struct Element {
     position: [f64; 3],
     uv: [f64; 2],
@@ -285,7 +285,7 @@ struct Element {
 }
 
 impl Element {
-    /// Where the number of a property goes, if it is wanted.
+    /// The destination of a property's number, if it is read.
     fn place(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "x" => &mut self.position[0],

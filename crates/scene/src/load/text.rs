@@ -1,4 +1,4 @@
-//! Byte order marks: what some editors put before a text.
+//! Byte order marks, which some editors put before a text.
 
 use std::io::{BufRead, Read, Seek, SeekFrom};
 

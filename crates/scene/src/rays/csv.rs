@@ -3,7 +3,7 @@
 /// The columns' names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
 
-/// What each column of a line is: an index into [`COLUMNS`].
+/// The meaning of each column of a line, as an index into [`COLUMNS`].
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {

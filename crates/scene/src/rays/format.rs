@@ -1,4 +1,4 @@
-//! What a file of rays is written in.
+//! The format of a file of rays.
 
 use std::path::Path;
 

@@ -118,7 +118,7 @@ impl<'a> Rays<'a> {
         Ok(rays)
     }
 
-    /// How many there are, where the file's size says it.
+    /// How many there are, if the file's size shows it.
     pub fn total(&self) -> Option<u64> {
         self.total
     }
@@ -128,7 +128,7 @@ impl<'a> Rays<'a> {
         matches!(self.format, Format::Raw)
     }
 
-    /// What had to be rounded of those that were read.
+    /// The rounding of the rays that were read.
     pub fn rounding(&self) -> Rounding {
         self.rounding
     }
@@ -207,7 +207,7 @@ impl<'a> Rays<'a> {
                 continue;
             }
             let records = &records[..records.len().min(count - rays.len())];
-            // Memory grows with what has come, not with what was asked for.
+            // Memory grows with the rays that have arrived, not with the number requested.
             if rays.try_reserve(records.len()).is_err() {
                 return Err(self.no_memory());
             }
@@ -238,7 +238,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of names. Where the format is not `certain`, it is known by that line alone.
+    /// Reads the line of names. If the format is not `certain`, only that line identifies it.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
@@ -311,7 +311,7 @@ impl<'a> Rays<'a> {
         self.wrong("its rays need more memory than there is".to_owned())
     }
 
-    /// What is wrong here: in the line last read, if it has lines.
+    /// An error at this point: in the line last read, if the format has lines.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
     }
@@ -343,7 +343,7 @@ fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S
 mod tests {
     use super::*;
 
-    /// Gives its pieces one at a time, as a slow pipe does.
+    /// Returns its pieces one at a time, as a slow pipe does.
     struct Pieces<'a>(&'a [&'a [u8]]);
 
     impl Read for Pieces<'_> {
@@ -355,7 +355,7 @@ mod tests {
         }
     }
 
-    /// How many rays each call gives.
+    /// How many rays each call returns.
     fn calls(pieces: &[&[u8]], format: RaysFormat) -> Vec<usize> {
         let mut file = Rays::new("pipe", Pieces(pieces), None, Some(format)).unwrap();
         let (mut rays, mut calls) = (Vec::<Ray>::new(), vec![]);

@@ -79,7 +79,7 @@ fn every_layout_finds_the_hits_of_the_pairs() {
                 expected.push(best);
                 counts.push(to.iter().filter(|answer| answer.hit).count() as u32);
             }
-            // Of two triangles that share the edge that is met, `once` counts one.
+            // `once` counts one of two triangles that share the edge that is hit.
             if method.name != "exact, once" {
                 assert_eq!(method.counts(Level::best(), &batch), counts);
             }

@@ -1,4 +1,4 @@
-//! Worked examples: what a method must answer, followed by hand.
+//! Worked examples: the answers of each method, computed by hand.
 
 use intertri::simd::Vec3;
 use intertri::{Ray, Triangle};

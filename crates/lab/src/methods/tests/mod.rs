@@ -1,4 +1,4 @@
-//! What the methods are known to do, and where they are known to fail.
+//! Known properties of the methods, and known failures.
 
 mod batches;
 mod by_hand;

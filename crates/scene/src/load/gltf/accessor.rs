@@ -29,7 +29,7 @@ struct Replaced<'a> {
     bytes: &'a [u8],
 }
 
-/// What looks up a file's tables.
+/// Looks up a file's tables.
 #[derive(Clone, Copy)]
 pub(super) struct Tables<'a> {
     pub(super) root: &'a Root,
@@ -89,7 +89,7 @@ impl<'a> Tables<'a> {
         Ok(Accessor { bytes, stride, count, component, normalized, replaced })
     }
 
-    /// The bytes of so many rows, each of so many bytes and with that stride.
+    /// The bytes of a number of rows, with their size and stride.
     fn rows(
         self,
         view: Index<buffer::View>,
@@ -173,7 +173,7 @@ impl Accessor<'_> {
             (ComponentType::U16, &[a, b]) => share(f64::from(u16::from_le_bytes([a, b])), 65535.0),
             (ComponentType::U32, &[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]).into(),
             (ComponentType::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]).into(),
-            // There is no other size.
+            // No other size exists.
             _ => f64::NAN,
         }
     }

@@ -1,4 +1,4 @@
-//! The bytes that a glTF's buffers have: within the file, in data URIs, or in files beside it.
+//! The bytes of a glTF's buffers: within the file, in data URIs, or in other files.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -14,11 +14,11 @@ use crate::load::file::{Beside, open};
 /// All buffers of a file.
 pub(super) struct Buffers<'a> {
     all: Vec<Bytes<'a>>,
-    /// The files beside it, each read once, however many buffers it has.
+    /// The other files, each read once, however many buffers use it.
     files: HashMap<PathBuf, Vec<u8>>,
 }
 
-/// Where the bytes of a buffer are.
+/// The source of a buffer's bytes.
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),
@@ -27,7 +27,7 @@ enum Bytes<'a> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads them; `blob` is the binary chunk of a GLB, and other files are beside it.
+    /// Reads them; `blob` is the binary chunk of a GLB.
     pub(super) fn read(
         root: &Root,
         blob: Option<&'a [u8]>,
@@ -49,7 +49,7 @@ impl<'a> Buffers<'a> {
         };
         let all: Vec<_> = root.buffers.iter().enumerate().map(find).collect::<Result<_, _>>()?;
 
-        // As much of each file as the longest of its buffers wants.
+        // Read as much of each file as the longest of its buffers needs.
         let mut longest = HashMap::<&Path, (usize, u64)>::new();
         for (i, bytes) in all.iter().enumerate() {
             if let Bytes::File(path, length) = bytes {

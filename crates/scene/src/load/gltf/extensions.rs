@@ -1,4 +1,4 @@
-//! What a glTF's extensions say that matters to triangles.
+//! The extensions of a glTF that affect triangles.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -79,7 +79,7 @@ pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What an extension says of a node.
+/// The data of an extension at a node.
 fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
@@ -89,7 +89,7 @@ pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }
 
-/// Where the copies of a node's mesh are, in the node's space; `None` if it is there once.
+/// The transforms of the copies of a node's mesh, in the node's space; `None` for a single one.
 pub(super) fn instances(
     tables: Tables<'_>,
     node: &scene::Node,

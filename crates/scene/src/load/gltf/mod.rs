@@ -35,7 +35,7 @@ pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
 
-/// Reads the default scene into one mesh. Its other files, if it has any, are beside it.
+/// Reads the default scene into one mesh. Other files are relative to the model's folder.
 pub(super) fn read<S: Coordinate>(
     mut input: impl Read,
     beside: Option<&mut Beside<'_>>,
@@ -44,7 +44,7 @@ pub(super) fn read<S: Coordinate>(
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
     let root: Root = gltf::json::deserialize::from_slice(&json).map_err(|error| {
-        // What is quoted of the file may be anything.
+        // Text quoted from the file may be anything.
         let text: String =
             error.to_string().chars().filter(|c| !c.is_control()).take(120).collect();
         let line = Some(error.line() as u64).filter(|&line| line > 0 && blob.is_none());

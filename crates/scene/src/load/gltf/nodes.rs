@@ -1,4 +1,4 @@
-//! The tree of nodes: where meshes are.
+//! The tree of nodes, which places the meshes.
 
 use glam::DMat4;
 use gltf::json::accessor::Type;
@@ -51,7 +51,7 @@ fn add<S: Coordinate>(
     let weights = node.weights.as_deref();
     let copies = instances(tables, node, |count| primitives.spend(count))?;
     if let Some(skin) = node.skin {
-        // Its joints place a mesh, wherever its node is, and so there is one copy of it.
+        // The joints alone place a skinned mesh, so its node does not matter, and there is one copy of it.
         if copies.is_some_and(|copies| copies.len() != 1) {
             primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
         }

@@ -1,4 +1,4 @@
-//! Primitives: what a mesh of a glTF is made of.
+//! Primitives: the parts of a glTF's meshes.
 
 use glam::{DMat4, DVec3};
 use gltf::json::accessor::Type;
@@ -25,7 +25,7 @@ pub(super) struct Primitives<'a, S> {
     pub(super) builder: MeshBuilder<S>,
 }
 
-/// Where a mesh is.
+/// The placement of a mesh.
 pub(super) struct Placement {
     /// From the mesh's space to that of the scene.
     pub(super) transform: DMat4,
@@ -40,7 +40,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         Self { tables, left, builder }
     }
 
-    /// Adds a mesh where it is placed, its morph targets by `weights` or, if there are none, its own.
+    /// Adds a placed mesh, with its morph targets by `weights` or, if there are none, by its own weights.
     pub(super) fn add(
         &mut self,
         index: usize,
@@ -147,7 +147,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
     }
 }
 
-/// Hands on the triangles of a primitive, and says how many corners are left over.
+/// Passes on the triangles of a primitive, and returns how many corners are left over.
 fn each_triangle(
     mode: Mode,
     indices: &[u32],
@@ -176,7 +176,7 @@ struct Vertices<'a> {
     positions: Accessor<'a>,
     /// Ways of all vertices, and how far they go.
     morphs: Vec<(f64, Accessor<'a>)>,
-    /// Of each set, four joints of a vertex and their shares.
+    /// For each set, four joints of a vertex and their weights.
     skin: Vec<(Accessor<'a>, Accessor<'a>)>,
     lacks_joints: bool,
     placement: &'a Placement,
@@ -226,7 +226,7 @@ impl<'a> Vertices<'a> {
         self.morphs.len() + self.skin.len()
     }
 
-    /// Where a vertex is in the scene, and by which transform.
+    /// The position of a vertex in the scene, and its transform.
     fn place(&self, vertex: usize) -> Result<(DVec3, DMat4), Fault> {
         let mut position = DVec3::from_array(self.positions.row(vertex));
         for (weight, ways) in &self.morphs {
@@ -254,7 +254,7 @@ impl<'a> Vertices<'a> {
                 all += share;
             }
         }
-        // They sum up to 1, but for roundings. A vertex without joints is where it was bound.
+        // They sum up to 1, except for rounding. A vertex without joints keeps its bound position.
         Ok(if all > 0.0 { sum * (1.0 / all) } else { DMat4::IDENTITY })
     }
 }
