@@ -111,7 +111,7 @@ where
     }
 }
 
-/// A workload on the fine grid, and what the scalar test in i128 says of it.
+/// A workload on the fine grid, and the answers of the scalar test in i128.
 struct Data {
     rays: Vec<Ray>,
     triangles: Vec<Triangle>,

@@ -1,4 +1,4 @@
-//! What the benchmarks share: the workload, and a table of ratios measured side by side.
+//! Shared by the benchmarks: the workload, and a table of ratios measured side by side.
 
 use std::time::Instant;
 
@@ -70,7 +70,7 @@ impl Workload {
     }
 }
 
-/// What a contender answers: how many rays hit, which triangles, and all bits of t, mixed.
+/// A contender's answer: how many rays hit, and a hash of the triangles and all bits of t.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
     /// The number of rays that hit.
@@ -88,9 +88,9 @@ impl Answer {
     }
 }
 
-/// A contender: a name, what it runs, and whether its answer is held against the first one's.
+/// A contender: a name, a function, and whether its answer is compared with the first one's.
 pub struct Contender<'a> {
-    /// What stands in the table.
+    /// The name in the table.
     pub name: String,
     /// Does all the tests of the workload once.
     pub run: Box<dyn FnMut() -> Answer + 'a>,
@@ -98,7 +98,7 @@ pub struct Contender<'a> {
     pub exact: bool,
 }
 
-/// Runs all contenders in turn, again and again, and prints each one's time against the first's.
+/// Runs all contenders alternately, and prints the ratio of each one's time to the first's.
 ///
 /// The turns are short, so that a dip of the clock hits all alike; the ratio is the median of the
 /// ratios within a turn, with the tenth and ninetieth percentile.

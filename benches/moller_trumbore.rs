@@ -15,7 +15,7 @@ pub struct MollerTrumbore<'a, const N: usize> {
     pub triangles: &'a [[[f32; 3]; 3]],
 }
 
-/// The corner and the edges that the test wants.
+/// The corner and the edges that the test needs.
 pub fn edges(TriangleOf([a, b, c]): &Triangle) -> [[f32; 3]; 3] {
     let sub = |p: &[f32; 3]| [0, 1, 2].map(|k| p[k] - a[k]);
     [*a, sub(b), sub(c)]

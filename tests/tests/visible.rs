@@ -139,7 +139,7 @@ fn points_see_each_other_as_a_plain_loop_says_in_f64() {
     agrees_with_a_plain_loop::<f64>();
 }
 
-/// A sphere of so many rings of faces.
+/// A sphere with this many rings of faces.
 fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     use std::f64::consts::PI;
     let at = |i: usize, j: usize| {

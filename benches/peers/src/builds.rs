@@ -14,7 +14,7 @@ use crate::embree::{Api, Build, Scene};
 use crate::obvhs::Obvhs;
 use crate::parry::Parry;
 
-/// Who builds, and the milliseconds of the middle one of some repeats.
+/// A builder, and its median time in milliseconds.
 pub fn builds(
     mesh: &Mesh,
     triangles: &[Triangle],
@@ -22,7 +22,7 @@ pub fn builds(
     pool: &ThreadPool,
 ) -> Vec<(&'static str, f64)> {
     let repeats = if triangles.len() > 300_000 { 3 } else { 9 };
-    // What a builder is given is ready, and what it gives back is dropped, outside of the time.
+    // The input is prepared, and the result dropped, outside of the timed part.
     fn middle<T, R>(repeats: usize, ready: impl Fn() -> T, build: impl Fn(&T) -> R) -> f64 {
         let once = |_| {
             let given = ready();

@@ -35,7 +35,7 @@ fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()
 }
 
-/// What differs, in the order in which it comes.
+/// The distinct values, in order of appearance.
 fn distinct<'a, T: PartialEq>(rows: &'a [Row], key: impl Fn(&'a Row) -> T) -> Vec<T> {
     let mut keys = Vec::new();
     for row in rows {
@@ -96,7 +96,7 @@ fn panel(
         let center = top + (ROW - 4.0) / 2.0;
         svg.line([low, center], [high, center], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // What is right on a grid is another scene's.
+        // Answers on a grid belong to another scene.
         let how = if row.engine == "fixed" { "by the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),

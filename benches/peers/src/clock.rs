@@ -8,7 +8,7 @@ use std::time::Instant;
 /// Additions in a chain, each of which waits for the one before; and chains in a sample.
 const LENGTH: u32 = 100_000;
 const CHAINS: usize = 3;
-/// What is measured at a clock further than this from the usual one does not count.
+/// Measurements at a clock further than this from the usual one do not count.
 const STEADY: f64 = 0.03;
 /// The usual clock: so many of a thousand are slower. A dip of the other half of the time would be taken for
 /// usual by the middle one; the fastest of all may be a boost.

@@ -1,4 +1,4 @@
-//! Signed distances: a million points beside a mesh, by intertri and parry3d.
+//! Signed distances of a million points near a mesh, by intertri and parry3d.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -123,7 +123,7 @@ fn compare(
     });
     println!("  parry3d, signed distance   {time:7.3} us a point");
 
-    // intertri's distances are within an ulp of f64: what differs from them is off.
+    // intertri's distances are within an f64 ulp of the truth, so the others are measured against them.
     let (mut signs, mut worst) = (0, 0.0_f64);
     for (&theirs, &ours) in theirs.iter().zip(&signed) {
         signs += usize::from((theirs < 0.0) != (ours < 0.0));

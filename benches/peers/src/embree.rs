@@ -136,7 +136,7 @@ pub struct Scene {
     pub version: isize,
 }
 
-// SAFETY: a committed scene may be asked from any thread.
+// SAFETY: a committed scene may be queried from any thread.
 unsafe impl Send for Scene {}
 // SAFETY: as above.
 unsafe impl Sync for Scene {}
@@ -147,7 +147,7 @@ impl Scene {
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
-        // SAFETY: calls in the order of the manual; the buffers are as large as they are told to be.
+        // SAFETY: calls in the order of the manual; the buffers have the sizes that are passed.
         unsafe {
             let device = (api.new_device)(config.as_ptr());
             if device.is_null() {
@@ -195,7 +195,7 @@ impl Scene {
 
     /// Moves all vertices, of which there are as many as at the beginning.
     pub fn refit(&self, vertices: &[[f32; 3]]) {
-        // SAFETY: the buffer has as many rows as the mesh, and nothing asks the scene meanwhile.
+        // SAFETY: the buffer has as many rows as the mesh, and nothing queries the scene meanwhile.
         unsafe {
             let geometry = (self.api.get_geometry)(self.scene, 0);
             let to = (self.api.buffer_data)(geometry, VERTEX_BUFFER, 0);
@@ -217,7 +217,7 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: both are owned, and nothing asks them any more.
+        // SAFETY: both are owned, and nothing queries them any more.
         unsafe {
             (self.api.release_scene)(self.scene);
             (self.api.release_device)(self.device);
@@ -243,7 +243,7 @@ impl<const N: usize> Group<N> {
     }
 }
 
-/// What Embree reads and writes: `RTCRayHit`, `RTCRayHit8` and `RTCRayHit16` all look like this.
+/// Embree's `RTCRayHit`, `RTCRayHit8` and `RTCRayHit16`, which all have this layout.
 #[repr(C, align(64))]
 pub struct RayHit<const N: usize> {
     origin: [[f32; N]; 3],
@@ -287,12 +287,12 @@ impl<const N: usize> RayHit<N> {
     }
 }
 
-/// What a filter collects, by the numbers of rays.
+/// The hits that a filter collects, by ray.
 #[derive(Default)]
 pub struct Collector([Vec<Found>; 16]);
 
 impl Collector {
-    /// The hits of the first so many rays.
+    /// The hits of the first `rays` rays.
     pub fn taken(&mut self, rays: usize) -> &mut [Vec<Found>] {
         &mut self.0[..rays]
     }
@@ -351,7 +351,7 @@ struct Context {
     collector: Ptr,
 }
 
-/// A scene asked by calls of N rays: 1, 8 or 16.
+/// A scene queried by calls of N rays: 1, 8 or 16.
 pub struct Embree<const N: usize> {
     scene: Arc<Scene>,
     question: Question,

@@ -1,11 +1,11 @@
-//! What a tracer must do to be measured.
+//! The interface of a tracer that is measured.
 
 use std::ops::Range;
 
 use intertri::Ray;
 use rayon::prelude::*;
 
-/// What is asked of the rays.
+/// The query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
     /// Whether any hit will do; else the closest is wanted.
@@ -14,7 +14,7 @@ pub struct Question {
     pub coherent: bool,
 }
 
-/// The answer to a ray: a triangle and how far it is. Of any hit, only whether there is one.
+/// The answer to a ray: a triangle and its t; for any-hit queries, only whether there is a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,
@@ -30,14 +30,14 @@ impl Answer {
     }
 }
 
-/// A tracer over one scene, which is asked with rays of this type.
+/// A tracer over one scene, which takes rays of this type.
 pub trait Engine<R = Ray>: Send + Sync {
     /// Takes rays into the layout that it likes best. Not timed.
     fn load(&mut self, rays: &[R], question: Question);
     /// Traces those of a part that begins with a multiple of [`CHUNK`] and ends with another or the last, on the
     /// threads of the pool it is called in. Timed.
     fn trace(&mut self, part: Range<usize>);
-    /// What it found, in the order of the rays.
+    /// The hits, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
     /// Whether it promises every bit of t.
     fn exact(&self) -> bool {

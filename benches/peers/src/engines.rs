@@ -1,4 +1,4 @@
-//! Who is measured, by name, and how each is made for a scene.
+//! The engines by name, and how to build each for a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::obvhs::Obvhs;
 use crate::ours::{Batch, Kept, Single, Triangles};
 use crate::parry::Parry;
 
-/// Everyone: what it is, and a line about it.
+/// All engines, each with a line of description.
 pub const ENGINES: [(&str, &str); 35] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
@@ -72,7 +72,7 @@ pub fn wanted_of<'a>(
         Some(rest) => rest.is_empty() || rest.starts_with('-'),
         None => false,
     };
-    // A name that is also the beginning of others stands for itself.
+    // A name that is also a prefix of others means itself.
     let whole = |filter: &String| names.clone().any(|name| name == filter) && filter != name;
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
@@ -83,7 +83,7 @@ fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Bo
     Some(Box::new(engine))
 }
 
-/// A mode of ours, through the calls that a name tells.
+/// A mode of intertri, through the calls that a name specifies.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     let has = |word| name.split('-').any(|part| part == word);
@@ -95,12 +95,12 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     }
 }
 
-/// The level of instructions that a name tells, if this CPU has it.
+/// The level of instructions that a name specifies, if this CPU has it.
 fn level(name: &str) -> Option<Level> {
     if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
 }
 
-/// The engines over a scene. Those that cannot be made are told of and left out.
+/// The engines over a scene. Those that cannot be built are reported and left out.
 pub fn engines(
     filters: &[String],
     scene: &intertri_scene::Scene,

@@ -10,7 +10,7 @@ use intertri_trace::Bvh;
 
 use crate::engine::{Answer, Engine, Question};
 
-/// Rays that are snapped and asked at a time.
+/// Rays that are snapped and traced at a time.
 const CHUNK: usize = 1 << 14;
 
 pub struct Fixed {

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::Clock;
 use crate::engine::{Answer, Engine, Question};
 
-/// What was seen of an engine.
+/// The measurements of an engine.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Row {
     pub scene: String,
@@ -41,10 +41,10 @@ pub struct Row {
     pub reference_wrong: usize,
 }
 
-/// What is right for whom, by the engine's name.
+/// The true answers for an engine, by its name.
 pub type Truth<'a> = &'a dyn Fn(&str) -> &'a [Answer];
 
-/// Beside which row a row stands.
+/// The row that a row is compared with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
@@ -53,7 +53,7 @@ pub type Named = (String, Box<dyn Engine>);
 /// Rays that are timed together on one thread: if the clock rate dips for milliseconds, few are affected.
 const PART: usize = 1 << 16;
 
-/// Parts that count have so many times.
+/// The number of times in a part that counts.
 const TIMES: usize = 3;
 
 /// The seconds of each part of each repeat; `None` where the clock was another than usual.
@@ -178,7 +178,7 @@ fn time_parts(
     parts.map(part).collect()
 }
 
-/// The row of an engine, but for the comparison with another.
+/// The row of an engine, without the comparison with another.
 fn row(
     (name, engine): &Named,
     rounds: &Rounds,
@@ -208,7 +208,7 @@ fn row(
     }
 }
 
-/// The fastest of Embree's fast calls; of those held to AVX2 for who is held to AVX2.
+/// The fastest of Embree's fast calls; for engines limited to AVX2, of those limited to AVX2.
 pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     let avx2 = rows[engine].engine.contains("avx2");
     let group = if avx2 { "embree-avx2" } else { "embree-fast" };

@@ -75,7 +75,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Batch<S> {
     }
 }
 
-/// The batch call that tells the triangle alone; of any hit, the batch call.
+/// The batch call that returns the triangle alone; for any hits, the batch call.
 pub struct Triangles<S: PeerScalar = f32> {
     batch: Batch<S>,
     triangles: Vec<MeshTriangle>,
@@ -151,7 +151,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
 /// The calls for one ray after another, by a query that each chunk of rays makes and keeps.
 pub struct Kept {
     single: Single,
-    /// Whether the triangle alone is asked for.
+    /// Whether only the triangle is returned.
     triangle: bool,
 }
 

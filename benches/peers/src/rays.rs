@@ -7,7 +7,7 @@ use intertri_trace::Bvh;
 use crate::engine::Question;
 use crate::scenes::random;
 
-/// What the rays are for.
+/// The kind of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
     /// From the camera: the closest hit.

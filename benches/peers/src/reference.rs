@@ -1,4 +1,4 @@
-//! The truth itself held against the plain loop over the scalar f64 reference.
+//! Compares the truth itself with the plain loop over the scalar f64 reference.
 
 use intertri::Ray;
 use intertri_scene::Mesh;

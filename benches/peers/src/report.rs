@@ -22,7 +22,7 @@ pub fn grouped(number: usize) -> String {
     groups.join(",")
 }
 
-/// What it runs on.
+/// The machine.
 pub fn header(fastest: f64, threads: usize, size: u32) {
     let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
     println!(

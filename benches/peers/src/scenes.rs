@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::solids::solid;
 
-/// Those that are measured unless others are asked for.
+/// The default scenes.
 pub const SCENES: [&str; 10] = [
     "bunny", "kitchen", "sphere", "fandisk", "spot", "suzanne", "teapot", "built-in", "box",
     "terrain",
@@ -54,7 +54,7 @@ fn model(file: &str) -> Result<Mesh, String> {
         .map_err(|e| format!("{e}; INTERTRI_MODELS names the folder"))
 }
 
-/// Where the shared models are.
+/// The folder of the shared models.
 fn folder() -> PathBuf {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
     std::env::var_os("INTERTRI_MODELS").map_or(beside, PathBuf::from)
@@ -75,7 +75,7 @@ pub fn models() -> Result<Vec<String>, String> {
     Ok(paths)
 }
 
-/// A scene's name in a table: of a path, the name of its file.
+/// A scene's name in a table; for a path, the name of its file.
 pub fn short(name: &str) -> String {
     Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -182,7 +182,7 @@ fn terrain() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
-/// Noise of so many octaves, about -1 to 1, by `+ - *` alone: the same bits everywhere.
+/// Noise of some octaves, about -1 to 1, by `+ - *` alone: the same bits everywhere.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);

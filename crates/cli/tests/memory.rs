@@ -34,7 +34,7 @@ fn sheet(place: &TestFolder, name: &str, cells: u32) {
     }
 }
 
-/// Runs with so many kilobytes of address space.
+/// Runs with a limited address space, in kilobytes.
 fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
     let mut shell = Command::new("sh");
     shell.current_dir(place.path("")).arg("-c");

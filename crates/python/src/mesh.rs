@@ -31,7 +31,7 @@ impl<S: Scalar> Mesh<S> {
         Self { solid: Solid::assume_closed_bvh(bvh) }
     }
 
-    /// That of saved bytes, over so many triangles.
+    /// The hierarchy of saved bytes, over this many triangles.
     pub(crate) fn from_bytes(bytes: &[u8], triangles: usize) -> PyResult<Self> {
         let mut bvh = Bvh::from_bytes(bytes).map_err(|error| match error {
             LoadError::OutOfMemory => no_memory(error),

@@ -44,7 +44,7 @@ impl<A: Copy> Part<A> {
     }
 }
 
-/// There is too little memory for so many answers.
+/// Memory ran out for the answers.
 fn too_many(answers: usize) -> PyErr {
     PyMemoryError::new_err(format!("{answers} answers need more memory than there is"))
 }

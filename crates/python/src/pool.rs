@@ -82,7 +82,7 @@ pub(crate) fn chunks<A: Send, T>(
     }
 }
 
-/// The pool of so many threads.
+/// The pool with this many threads.
 fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
     let process = std::process::id();
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);

@@ -19,7 +19,7 @@ use intertri::Triangle;
 /// One face at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Side {
-    /// Its place among the triangles.
+    /// Its index among the triangles.
     pub face: u32,
     /// Whether the edge runs from its first end to its second in the face's winding.
     pub forward: bool,
@@ -28,7 +28,7 @@ pub struct Side {
 /// One edge, and all faces that meet there in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge<'a> {
-    /// Two places in [`Adjacency::points`], the smaller first.
+    /// Two indices into [`Adjacency::points`], the smaller first.
     pub ends: [u32; 2],
     /// One for an edge of an open mesh, two within a manifold, or more.
     pub sides: &'a [Side],
@@ -101,7 +101,7 @@ impl Adjacency {
         &self.points
     }
 
-    /// The triangles in their order, as places in [`Adjacency::points`].
+    /// The triangles in their order, as indices into [`Adjacency::points`].
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -109,7 +109,7 @@ impl Adjacency {
     /// The three corners of a face.
     ///
     /// # Panics
-    /// If there is no such face.
+    /// If the index is out of bounds.
     pub fn corners(&self, face: usize) -> [[f32; 3]; 3] {
         self.faces[face].map(|corner| self.points[corner as usize])
     }

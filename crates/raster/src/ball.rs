@@ -73,7 +73,7 @@ impl<'a> Ball<'a> {
             return None;
         }
         let slant = 1.0 + (directions + moved) * steep / upright;
-        // What f64 does to the depth, as in the comparison of depths.
+        // The rounding of the depth in f64, as in the comparison of depths.
         let products = size(&p) * size(&q);
         let doubt = &products * size(&d) / abs(height) + products * size(&arm) / abs(offset);
         let far = match volume.light() {

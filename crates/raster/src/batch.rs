@@ -2,7 +2,7 @@
 //!
 //! A picture is cut into bands of a few full rows each. One pass over the facets, in batches shared
 //! out over threads, makes the outlines and lists for each band those that reach into it; a second
-//! pass, band by band over threads, draws them in their order. Nothing depends on who did what.
+//! pass, band by band over threads, draws them in their order. Nothing depends on which thread did what.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;
@@ -21,7 +21,7 @@ pub(crate) struct Piece {
     pub(crate) tag: i32,
     /// From which row to which, the last not included.
     rows: (u32, u32),
-    /// Where its corners are.
+    /// The positions of its corners.
     corners: (u32, u32),
 }
 

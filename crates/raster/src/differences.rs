@@ -20,7 +20,7 @@ use crate::threads;
 use crate::vector::{cross, dot, double, length, sub};
 use crate::view::View;
 
-/// What one pixel of two pictures is.
+/// The verdict on one pixel of two pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Both show the same.

@@ -23,7 +23,7 @@ pub(crate) struct Disc {
     axes: [Point; 3],
     /// The centre at W = 1.
     centre: Point,
-    /// What [`View::tolerance`] is there.
+    /// The [`View::tolerance`] there.
     pub(crate) radius: Exact,
 }
 
@@ -34,7 +34,7 @@ struct SeenTriangle {
     height: Linear,
     /// `n · a`, not negative.
     offset: Exact,
-    /// What f64 may do to the offset.
+    /// The bound of f64's rounding of the offset.
     doubt: Exact,
 }
 
@@ -44,7 +44,7 @@ struct Linear {
     value: Exact,
     /// Along x and y.
     slope: [Exact; 2],
-    /// What f64 may do to its value.
+    /// The bound of f64's rounding of its value.
     doubt: Exact,
 }
 
@@ -88,7 +88,7 @@ impl Disc {
 
     /// Whether the pixel may show either of two triangles, or nothing instead of one of them.
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
-        // What is not finite or has no area cannot be seen.
+        // A triangle that is not finite or has no area cannot be seen.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
         if matches!(one, Some(None)) || matches!(other, Some(None)) {
             return false;

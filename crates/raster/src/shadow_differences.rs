@@ -69,7 +69,7 @@ pub fn shadow_differences(
 
 /// Whether the surface of a volume passes so near to what a pixel shows that it may be lit or not.
 fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool {
-    // What is not there is lit, whoever looks.
+    // A pixel without a hit counts as lit in both masks.
     if !hit.is_hit() {
         return false;
     }

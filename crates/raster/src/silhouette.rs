@@ -21,7 +21,7 @@ use robust::{Coord3D, orient3d};
 use crate::adjacency::Adjacency;
 use crate::vector::{Vector, double};
 
-/// What casts the shadows.
+/// The light that casts the shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
     /// At a place. A triangle casts its shadow from `1 / reach` times its distance on.

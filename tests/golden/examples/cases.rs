@@ -1,4 +1,4 @@
-//! Runs an ordinary query so many times, for whoever counts instructions (`.ci/instructions`):
+//! Runs an ordinary query repeatedly, to count its instructions (`.ci/instructions`):
 //!
 //!     cases NAME TIMES
 //!
@@ -11,7 +11,7 @@ use intertri_lab::rng::Rng;
 use intertri_scene::Scene;
 use intertri_trace::Bvh;
 
-/// A case runs 256 queries so many times.
+/// A case runs 256 queries this many times.
 type Case = (&'static str, fn(times: u64));
 
 const CASES: [Case; 10] = [

@@ -1,4 +1,4 @@
-//! Runs one kind of step so many times at the narrowest level, for whoever counts instructions:
+//! Runs one kind of step repeatedly at the narrowest level, to count its instructions:
 //!
 //!     steps NAME TIMES
 //!

@@ -13,7 +13,7 @@ struct Ball {
     outer: f64,
 }
 
-/// A bumpy ball of so many rings; on a grid, every difference of corners is exact, and so are rays at them.
+/// A bumpy ball with this many rings; on a grid, every difference of corners is exact, and so are rays at them.
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {

@@ -1,4 +1,4 @@
-//! A scene as it is given in f64, and who is asked about it.
+//! An f64 scene, and the engines that trace it.
 
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ impl Input {
         counts(&self.bvh, rays, question)
     }
 
-    /// What is right, by a call a ray.
+    /// The true answers, by a call a ray.
     pub fn truth(&self, rays: &[Ray64], question: Question) -> Vec<Answer> {
         let mut single = Single::new(self.bvh.clone(), Mode::exact());
         single.load(rays, question);

@@ -1,4 +1,4 @@
-//! An engine that is asked with rays of its own, whatever the others are asked with.
+//! An engine that takes its own rays, whatever the others take.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::scenes::random;
 
-/// What the rays are aimed at.
+/// The target of the rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     Vertices,

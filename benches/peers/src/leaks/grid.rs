@@ -9,7 +9,7 @@ use intertri_trace::Bvh;
 
 use super::aim::Aim;
 
-/// What it is called among the engines.
+/// Its name among the engines.
 pub const NAME: &str = "fixed-aimed";
 
 /// Bits of a coordinate.

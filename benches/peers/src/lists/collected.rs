@@ -1,4 +1,4 @@
-//! What a peer collects: the hits of each ray in order of t, one after the other, by chunks of rays.
+//! The lists of a peer: the hits of each ray in order of t, one after the other, by chunks of rays.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::answer;
 use crate::engine::{Answer, CHUNK};
 
-/// A hit as a peer tells it.
+/// A hit as a peer reports it.
 #[derive(Clone, Copy)]
 pub struct Found {
     pub t: f32,

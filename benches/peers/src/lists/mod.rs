@@ -26,7 +26,7 @@ use crate::measure::{self, Named, Row};
 use crate::rays::{self, Kind, Order};
 use crate::{report, scenes};
 
-/// What is measured, by name.
+/// The measured engines, by name.
 pub const ENGINES: [&str; 11] = [
     "certified-single",
     "exact-single",

@@ -25,7 +25,7 @@ const SHARES: usize = 320;
 thread_local! {
     /// How many there are so far.
     static USED: Cell<usize> = const { Cell::new(0) };
-    /// What the next numbers that are loaded may be off by.
+    /// The error of the next numbers that are loaded.
     static LOADED: RefCell<VecDeque<f64>> = const { RefCell::new(VecDeque::new()) };
 }
 
@@ -287,12 +287,12 @@ impl Search {
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A place among so many.
+    /// A random index below `n`.
     pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.number() + 1.0) * 0.5 * n as f64) as usize % n
     }
 
-    /// The most that `share` finds in so many climbs of so many steps, each from other inputs.
+    /// The largest value of `share` in a number of climbs with a number of steps, each from other inputs.
     pub(super) fn most<const N: usize>(
         &mut self,
         [climbs, steps]: [usize; 2],

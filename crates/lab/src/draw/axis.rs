@@ -20,7 +20,7 @@ impl Log {
         self.places[0] + share * (self.places[1] - self.places[0])
     }
 
-    /// The powers of ten on the axis, every so many.
+    /// The powers of ten on the axis, at a fixed stride.
     pub fn decades(&self, every: i32) -> Vec<i32> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
         let (lo, hi) = ((lo - 1e-9).ceil() as i32, (hi + 1e-9).floor() as i32);

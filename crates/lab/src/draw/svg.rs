@@ -79,7 +79,7 @@ pub(super) fn width(text: &str, size: f64) -> f64 {
 }
 
 impl Svg {
-    /// White, of so many units.
+    /// A white picture of a size in units.
     pub fn new(width: f64, height: f64) -> Self {
         let mut svg = Self { width, height, body: String::new() };
         svg.rect([0.0, 0.0], [width, height], "#ffffff");

@@ -16,7 +16,7 @@ fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// The largest torus of at most so many faces, about twice as many around as across, or the smallest.
+/// The largest torus with at most this many faces, about twice as many around as across, or the smallest one.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {

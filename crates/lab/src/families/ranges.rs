@@ -52,7 +52,7 @@ pub(super) fn direction(rng: &mut Rng, x: f64, triangles: usize, rays: usize) ->
 }
 
 pub(super) fn overflow(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // Never so many that all are infinite: the places stay within the size.
+    // The centres stay within half the size, so that not all coordinates become infinite.
     let shape = |rng: &mut Rng, _| {
         let center = rng.cube().map(|p| p * x / 2.0);
         sized(rng, center, x / 2.0)

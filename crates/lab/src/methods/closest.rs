@@ -119,7 +119,7 @@ impl<L: Real> Best<L> {
     }
 }
 
-/// How many rays there are in all, with room for so many more a batch.
+/// How many rays there are in all, plus `more` for each batch.
 #[inline(never)]
 pub(super) fn rays_of(batches: &[TestBatch], more: usize) -> usize {
     batches.iter().map(|batch| batch.rays.len() + more).sum()

@@ -36,7 +36,7 @@ impl Onset {
     }
 }
 
-/// At least so many of the tries must be clear for a value of the parameter to be shown.
+/// At least this many of the tries must be clear for a value of the parameter to be shown.
 const ENOUGH: u64 = 100;
 
 /// Sweeps: `points` values in equal ratios, about `cases` cases each. The counts depend on the seed

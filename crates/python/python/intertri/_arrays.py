@@ -126,7 +126,7 @@ def check_finite(corners: Floats, rows: NDArray[np.uint32]) -> None:
 
 
 def face_rows(faces: ArrayLike, count: int) -> NDArray[np.uint32]:
-    """Faces (m, 3) of so many vertices."""
+    """Faces (m, 3), checked against the number of vertices."""
     rows = _inputs.array(faces, "faces")
     if rows.size == 0:
         return np.zeros((0, 3), np.uint32)

@@ -271,7 +271,7 @@ class RayQueries(Triangles):
         origins, directions, t_min, t_max, mode, threads
             As for `closest`; rays of more dimensions count in C order.
         limit : int, optional
-            At most so many hits a ray, the nearest.
+            The largest number of hits for each ray; the nearest are kept.
 
         Returns
         -------
@@ -409,7 +409,7 @@ class RayQueries(Triangles):
 
 
 def _limit_of(limit: int | None) -> int | None:
-    """At most so many hits a ray."""
+    """The limit of hits for each ray."""
     if limit is None:
         return None
     if not isinstance(limit, (int, np.integer)) or isinstance(limit, bool):
