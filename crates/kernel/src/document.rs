@@ -63,6 +63,7 @@ impl<D: Lanes<Scalar = f64>> Tri<D> {
         let threshold = D::splat(threshold);
 
         // Parallel to the plane?
+        // NaN passes this test and the next; only `t > threshold` refuses it.
         let (vd, t) = self.plane(org, dir);
         let parallel = (-threshold).lt(vd) & vd.lt(threshold);
 

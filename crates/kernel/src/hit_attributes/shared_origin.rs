@@ -77,6 +77,8 @@ impl SharedOriginHit for HitCoefficients {
     #[inline(always)]
     fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool {
         let dir = Vec3::<S::F64x4>::splat([dir[0].into(), dir[1].into(), dir[2].into()]);
+        // The four sums are t's denominator, the numerators of u and v, and their common denominator. The numerator of t
+        // is known, so one division of four lanes yields t, u and v. Lane 3 then takes the indices.
         let lane = |i: u32| <S::F64x4 as Lanes>::Mask::from_bits(1 << i);
         let known = S::F64x4::load(&self.known);
         let sums = Vec3::load(&self.coefficients).dot(dir);

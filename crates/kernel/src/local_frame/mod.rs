@@ -54,9 +54,11 @@ impl LocalFrame {
         }
         let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
+        // The distance of the farthest side from the centre along each axis, which the scale brings to between 1 and 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
         let up = -exponent(half[0].max(half[1]).max(half[2]));
         let up = up.clamp(SCALES.0, SCALES.1);
+        // A little more than the sum, which covers the rounding of the copies and of the sum.
         let reach = half.iter().map(|x| x * pow2(up)).sum::<f64>();
         Self { centre, up, reach: reach as f32 * (1.0 + 1.0 / 1024.0) }
     }
@@ -97,6 +99,7 @@ impl LocalFrame {
             return None;
         }
         let mut bounds = [[0.0; 3]; 2];
+        // A step of f32 outward is more than all roundings, so the scaled triangle lies within the box.
         for axis in 0..3 {
             let [a, b, c] = corners.map(|corner| corner[axis]);
             bounds[0][axis] = (self.place(a.min(b).min(c), axis) as f32).next_down();
@@ -108,6 +111,7 @@ impl LocalFrame {
     /// The copy of a triangle.
     #[inline]
     pub fn triangle(&self, TriangleOf([c1, c2, c3]): &Triangle64) -> Copy32 {
+        // Edges are differences of the originals, not of copies: a small triangle far from the centre keeps its digits.
         let scale = pow2(self.up);
         let sub = |a: &[f64; 3], b: &[f64; 3]| [0, 1, 2].map(|k| (a[k] - b[k]) * scale);
         let (minus_h4, h5, h6) = (sub(c1, c2), sub(c3, c1), sub(c3, c2));
@@ -182,6 +186,7 @@ impl LocalFrame {
         if !(has_interval(ray) && finite(&ray.origin) && finite(&ray.dir) && goes) {
             return DEAD;
         }
+        // Clamped, an origin stays finite in f32, and is so far out that the filter leaves its pairs to the resolver.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
         let times = self.exponent(ray);
         Ray {
@@ -222,6 +227,7 @@ fn scaled(x: f64, by: i32) -> f64 {
         return x;
     }
     let (m, e) = x.parts();
+    // Two factors, because 2^by alone may be beyond the range of f64.
     let to = e + by;
     let half = (to / 2).clamp(-600, 600);
     m as f64 * pow2(half) * pow2((to - half).clamp(-1000, 1000))

@@ -43,12 +43,13 @@ impl Costs {
             }
             plan |= best << (3 * (children - 2));
         }
-        // One child: a node.
+        // One child: a wide node, whose eight slots the two sides divide between them.
         let one = shared[8] + area * NODE;
         // `costs[i]` allows up to i + 1 children, so one child may be cheaper than several.
         let mut costs = [one; 7];
         for i in 1..7 {
             costs[i] = shared[i + 1];
+            // Fewer children are no dearer: take that plan, which 0 stands for.
             if costs[i - 1] <= costs[i] {
                 costs[i] = costs[i - 1];
                 plan &= !(7 << (3 * (i - 1)));

@@ -140,6 +140,7 @@ fn in_eights(
             bounds
         }
     };
+    // Sorting along a space-filling curve brings neighbours together without building a tree.
     let mut around = Aabb::EMPTY;
     for i in some {
         around.join(&bounds(i));

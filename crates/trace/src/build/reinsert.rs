@@ -174,6 +174,7 @@ impl Top {
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
+            // Below this node the new parent's area is at least the box's own: a lower bound that cuts the search.
             if grown + own >= cost {
                 continue;
             }

@@ -43,7 +43,7 @@ impl ClosestPoint {
     }
 }
 
-/// A triangle that may be the closest: its slot in the leaves, and a square that its distance's is not below.
+/// A triangle that may be the closest: its slot in the leaves, and a lower bound of the square of its distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) slot: LeafSlot,
@@ -56,7 +56,8 @@ pub(super) fn closest_of<M: Mesh>(
     point: [M::Scalar; 3],
     candidates: &mut [Candidate],
 ) -> Option<(LeafSlot, ClosestPoint)> {
-    // From the lowest index on, a later one must be closer.
+    // In order of the indices: a later triangle replaces the best only if it is strictly closer, so the lowest index
+    // wins ties.
     if candidates.len() > 1 {
         candidates.sort_unstable_by_key(|candidate| mesh.tree().index_of(candidate.slot));
     }

@@ -27,10 +27,12 @@ impl<M: Mesh> Search<'_, M> {
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;
         let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
+        // A near leaf first makes `most` small, so that traversal skips nearly everything else.
         self.candidates.clear();
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
         }
+        // Leaves outside of the main tree are few, and are all tested.
         for leaf in bvh.boxed..bvh.leaves.len() {
             self.leaf::<S>(leaf);
         }
@@ -60,6 +62,7 @@ impl<M: Mesh> Search<'_, M> {
                 BOTTOM
             };
         }
+        // `most` has shrunk since the early candidates were added.
         let most = self.most;
         self.candidates.retain(|candidate| candidate.least <= most);
     }
@@ -70,6 +73,7 @@ impl<M: Mesh> Search<'_, M> {
         let (mesh, at) = (self.mesh, self.at);
         let within = at.in_leaves.map(Vec3::<S::F32x8>::splat);
         let far = boxes::far_for(self.most);
+        // The boxes of the eight triangles in f32 rule out most of them before any f64.
         let near = boxes::may_be_near(mesh.near_corners(leaf), within, far);
         let near = near.bits() & mesh.tree().present(leaf);
         if near == 0 {
@@ -83,6 +87,7 @@ impl<M: Mesh> Search<'_, M> {
         let (mut least, mut most) = ([0.0; 8], [0.0; 8]);
         found.least.store(&mut least);
         found.most.store(&mut most);
+        // First lower the bound by all lanes, then add only those that still meet it.
         for lane in lanes_of(near) {
             self.most = if most[lane] < self.most { most[lane] } else { self.most };
         }

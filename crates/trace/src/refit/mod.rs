@@ -81,6 +81,7 @@ impl Tree {
 
         // Find the triangles that are not in the tree before it changes.
         let left_out = self.left_out()?;
+        // The second tree is not refitted but built anew, since triangles enter and leave it.
         self.leaves.truncate(self.boxed);
         self.nodes.truncate(self.main_nodes().len());
         let bounds = self.fit_leaves(triangles)?;
@@ -106,7 +107,7 @@ impl Tree {
 
     /// Fits the boxes of all nodes to those of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
-        // A node comes after its parent.
+        // A node comes after its parent, so going backwards all children are done before their parent.
         let mut around = room(self.nodes.len())?;
         around.resize(self.nodes.len(), Aabb::EMPTY);
         let of = |child: u32, around: &[Aabb]| match child & LEAF {
@@ -120,6 +121,7 @@ impl Tree {
             }
             around[i] = all;
         }
+        // Writing the boxes into the nodes is most of the work, and no node depends on another now.
         threads::update(&mut self.nodes, |node| {
             for slot in 0..8 {
                 let child = node.children()[slot];
@@ -139,6 +141,7 @@ impl Tree {
         bounds: &[LeafBounds],
         left_out: &[u32],
     ) -> Result<[Vec<u32>; 2], NoMemory> {
+        // Triangles in leaves that have become needles: no box bounds the reference's hits with them.
         let mut outside = Vec::new();
         for (leaf, bounds) in self.leaves.iter().zip(bounds) {
             for lane in lanes_of(bounds.thin) {
@@ -146,6 +149,7 @@ impl Tree {
                 outside.push(leaf.indices[lane]);
             }
         }
+        // Triangles that were never in the tree may be finite, or have an area, by now.
         let mut degenerate = Vec::new();
         for &index in left_out {
             let to = match triangles.hit_bounds(index as usize) {

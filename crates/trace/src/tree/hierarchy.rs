@@ -68,6 +68,7 @@ impl Tree {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
             indices.filter(|&index| index != NONE)
         };
+        // Nearly always all triangles are in the tree, and no table is needed.
         if in_tree().count() == self.triangles {
             return Ok(Vec::new());
         }
@@ -134,6 +135,7 @@ impl Tree {
         let mut next = first + levels.iter().sum::<usize>();
         self.nodes.try_reserve(next - first)?;
         self.nodes.resize(next, Node::NO_CHILDREN);
+        // Each round groups one level of children into the nodes of the level above.
         let mut row = room(boxes.len())?;
         row.extend((self.boxed as u32..).zip(boxes).map(|(leaf, &bounds)| (LEAF | leaf, bounds)));
         for &width in &levels {
@@ -150,7 +152,7 @@ impl Tree {
             row = above;
         }
         self.thin_root = if levels.is_empty() { EMPTY } else { first as u32 };
-        // The second root waits below what is visited before it.
+        // The second root waits at the bottom of the stack while the main tree is traversed.
         self.stack = self.stack.max(Self::stack_for(1 + levels.len()));
         self.reach = self.find_reach();
         Ok(())
