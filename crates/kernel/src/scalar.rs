@@ -4,7 +4,7 @@ use core::fmt;
 
 use bytemuck::Pod;
 
-/// What coordinates are given in: f32 or f64. The set is closed.
+/// The scalar of coordinates: f32 or f64. The set is closed.
 ///
 /// ```
 /// use intertri::{Scalar, TriangleOf};
@@ -37,9 +37,9 @@ impl Scalar for f64 {
     const INFINITY: Self = Self::INFINITY;
 }
 
-/// A float by its bits: a CPU that is set to read subnormal numbers as zero does not matter here.
+/// Operations on the bits of a float, so that a CPU that is set to read subnormal numbers as zero does not matter.
 ///
-/// It is hidden from users, who are not to make a [`Scalar`] of their own.
+/// It is hidden, so that users cannot implement [`Scalar`].
 pub trait Bits: Copy {
     /// The bits, both zeros alike.
     type Key: Copy + Ord + fmt::Debug + Send + Sync;
@@ -53,10 +53,10 @@ pub trait Bits: Copy {
     /// How many bits the m of [`Bits::parts`] has at most.
     const DIGITS: i32;
 
-    /// m and e of a finite number `m * 2^e`; of zero, 0 and any. Smaller numbers have no larger e.
+    /// m and e of a finite number `m * 2^e`; 0 and any e for zero. Smaller numbers have no larger e.
     fn parts(self) -> (i64, i32);
 
-    /// The nearest to an f64; infinite where that is too large.
+    /// The number nearest to an f64; infinite if that is too large.
     fn nearest(x: f64) -> Self;
 
     /// The smallest normal number.
@@ -68,7 +68,7 @@ pub trait Bits: Copy {
     /// Whether its sign is negative, also of a zero or a NaN.
     fn is_negative(self) -> bool;
 
-    /// A number whose order is that of positive floats: 0 for zero, of infinity [`Bits::ENDLESS`], above that NaN.
+    /// An integer that orders floats by size: 0 for zero, [`Bits::ENDLESS`] for infinity, larger for NaN.
     fn rank(self) -> u64;
 
     /// The [`Bits::rank`] of infinity.

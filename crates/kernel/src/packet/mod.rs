@@ -144,6 +144,7 @@ impl<const N: usize> TriangleBlock<N> {
         let live = triangles.len().min(N);
         let mut block =
             Self { corners: [[[0.0; N]; 3]; 3], longest_edges: [0.0; N], live: mask(live) };
+        // Dead lanes repeat the last triangle, so that they hold ordinary numbers.
         let last = triangles[..live].last().copied().unwrap_or(Triangle::zeroed());
         for lane in 0..N {
             let triangle = triangles.get(lane).unwrap_or(&last);
@@ -334,7 +335,7 @@ fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
     a.max(b).max(c).sqrt().store_f32(edges);
-    // A NaN is one in the sum, too.
+    // A NaN in any edge makes the sum NaN, which is not less than infinity.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));
     let sane = (known & largest.le(D::splat(f64::from(LARGEST)))).bits();
     for (lane, edge) in edges.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! Triangles that were put side by side once, for many rays.
+//! Triangles that are brought into lanes once, for many rays.
 
 use alloc::vec::Vec;
 
@@ -8,9 +8,9 @@ use crate::simd::{Lanes, Vec3};
 
 /// Triangles prepared for many rays.
 ///
-/// Queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes for each ray. `Blocks` does it
-/// once, and keeps a copy of them. The answers are those of the slice. For more than some hundred triangles a hierarchy is faster,
-/// such as `Bvh` of the crate `intertri-trace`.
+/// Queries of [`Mode`](crate::Mode) over plain slices bring the triangles into lanes for each ray. `Blocks` does it once,
+/// and keeps a copy of them. The answers are those of the slice. For more than a few hundred triangles, a hierarchy is
+/// faster, such as `Bvh` in the crate `intertri-trace`.
 ///
 /// ```
 /// use intertri::{Blocks, Mode, Ray, Triangle};
@@ -31,7 +31,7 @@ pub struct Blocks {
     len: usize,
 }
 
-/// A block each of whose rows of sixteen is a cache line.
+/// A block, aligned so that each row of sixteen numbers is a cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Aligned(TriangleBlock<16>);
@@ -79,7 +79,7 @@ impl Blocks {
     }
 }
 
-/// The lanes of three rows from one on.
+/// The lanes of three rows, from `lane` on.
 #[inline(always)]
 fn lanes_from<F: Lanes<Scalar = f32>>([x, y, z]: &[[f32; 16]; 3], lane: usize) -> Vec3<F> {
     Vec3 { x: F::load(&x[lane..]), y: F::load(&y[lane..]), z: F::load(&z[lane..]) }

@@ -1,5 +1,5 @@
-//! Slices given in f64, exactly: a plain loop, eight triangles at a time, in f64 lanes under a bound with integers
-//! behind them.
+//! Exact queries over f64 slices: a plain loop, eight triangles at a time, in f64 lanes under a bound. Integers settle
+//! the lanes that it leaves undecided.
 
 use alloc::vec::Vec;
 use core::cmp::Ordering;
@@ -9,7 +9,7 @@ use crate::packet::RayLanes;
 use crate::simd::{Level, Mask, Simd, Vec3, WithSimd, lanes_of};
 use crate::{Hit, Ray64, Triangle64};
 
-/// The closest hit; of equal t, the lowest index.
+/// The closest hit; if two have the same t, the lower index wins.
 #[inline]
 pub(super) fn closest(
     rule: Rule,
@@ -25,6 +25,7 @@ pub(super) fn closest(
         found: |index| {
             let triangle = &triangles[index as usize];
             let t = exact::t(ray, triangle);
+            // Rounding preserves order, so the exact t are compared only if the rounded ones are equal.
             let closer = best.is_none_or(|(least, other)| match t.total_cmp(&least) {
                 Ordering::Equal => exact::order(ray, triangle, &triangles[other as usize]).is_lt(),
                 order => order.is_lt(),
@@ -57,7 +58,7 @@ pub(super) fn any(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     any
 }
 
-/// Every hit, in order of the exact t; of equal t, of the index.
+/// Every hit, in order of the exact t; if two have the same t, in order of the index.
 #[inline]
 pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray64) -> Vec<Hit> {
     let mut pairs = Vec::new();
@@ -81,7 +82,7 @@ pub(super) fn all(rule: Rule, level: Level, triangles: &[Triangle64], ray: &Ray6
     hits
 }
 
-/// The triangles that a ray hits, in their order, as long as `found` wants more.
+/// Calls `found` with the triangles that a ray hits, in their order, until it returns false.
 struct Found<'a, F> {
     rule: Rule,
     triangles: &'a [Triangle64],
@@ -97,7 +98,7 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
         let Self { rule, triangles, ray, mut found } = self;
         let lanes = RayLanes::<S::F64x8>::of_ray(ray);
         for (some, first) in triangles.chunks(8).zip((0..).step_by(8)) {
-            // Triangles that are not plain are left to the integers.
+            // The bound does not hold for numbers that could overflow or underflow: such triangles go to the integers.
             let (mut numbers, mut plain) = ([[[0.0; 8]; 3]; 3], 0_u32);
             for (lane, triangle) in some.iter().enumerate() {
                 for (to, from) in numbers.iter_mut().zip(&triangle.0) {

@@ -16,7 +16,7 @@ use crate::{Hit, Ray, Threshold};
 /// | --- | --- |
 /// | [`Mode::exact`], the default | the true ray meets the closed triangle: its edges and corners belong to it |
 /// | [`Mode::once`] | the same, but each point of a mesh belongs to one of its triangles |
-/// | [`Mode::certified`] | the f64 operations of document A say so, in their order: bit for bit a plain loop over that scalar reference |
+/// | [`Mode::certified`] | the f64 operations of document A, in their order, find a hit: bit for bit a plain loop over that scalar reference |
 ///
 /// In every mode a hit counts where `t_min <= t < t_max` and `t > 0`. A ray or a triangle with a NaN or an infinity
 /// is never hit, nor is a triangle without area. If two triangles are hit at one t, the lower index is the closer one.

@@ -54,7 +54,7 @@ fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
         Some(row) => row,
         None => &padded.insert(padded_row(triangles))[..S::F32s::N],
     };
-    // The nine numbers of a triangle are three fours that overlap.
+    // Transposing takes four numbers of each triangle at a time. Three overlapping fours cover its nine numbers.
     let four = |lane: usize, from: usize| {
         row[lane].0.as_flattened()[from..].first_chunk().expect("four numbers")
     };

@@ -1,5 +1,5 @@
-//! Queries over slices in f32 or f64. They are compiled here for each scalar: what is generic would be compiled again by
-//! every crate that calls it.
+//! Queries over slices in f32 or f64. They are compiled here for each scalar; a generic function would be compiled again
+//! by every crate that calls it.
 
 use alloc::vec::Vec;
 
@@ -65,9 +65,9 @@ impl Mode {
 
     /// The hits where a ray crosses a surface, by t; if two have the same t, by index.
     ///
-    /// A point on an edge or a corner belongs to one of the triangles that have it, as in [`Mode::once`]: from where
-    /// the ray starts, the crossings with the normal, less those against it, are what a closed mesh winds around that
-    /// point. Crossings are decided exactly in every mode.
+    /// A point on an edge or a corner belongs to one of the triangles that share it, as in [`Mode::once`]. So in a closed
+    /// mesh, the crossings with the normal minus those against it are the winding number around the ray's origin.
+    /// Crossings are decided exactly in every mode.
     ///
     /// ```
     /// use intertri::{Mode, Ray, Triangle};
@@ -86,8 +86,8 @@ impl Mode {
         Self::once().at(self.level()).all(triangles, ray).into_iter().map(crossing).collect()
     }
 
-    /// [`Mode::closest`] of many rays: `hits[i]` becomes the answer of `rays[i]`, [`Hit::MISS`] where there is none.
-    /// The triangles are brought into lanes once for all of them.
+    /// [`Mode::closest`] for many rays: `hits[i]` becomes the answer to `rays[i]`, or [`Hit::MISS`]. The triangles are
+    /// brought into lanes once for all rays.
     ///
     /// # Panics
     /// If the slices differ in length.

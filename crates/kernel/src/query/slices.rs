@@ -31,7 +31,7 @@ pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
     hits
 }
 
-/// From this many rays on it pays to bring the triangles into lanes once for all of them.
+/// With at least this many rays, it pays to bring the triangles into lanes once for all of them.
 const MANY: usize = 4;
 
 /// See [`Mode::closest_batch`](super::Mode::closest_batch).
@@ -53,8 +53,8 @@ pub(super) fn closest_batch(
     }
 }
 
-/// Tests a ray against all triangles, row by row, for hits up to `far`. Where a row may have hits, `visit` takes them
-/// with the index of the row's first triangle, and returns the new `far`, or nothing to end the loop.
+/// Tests a ray against all triangles, row by row. If a row may have hits, `visit` takes them with the index of the row's
+/// first triangle, and returns the new far end, or `None` to end the loop.
 #[inline(always)]
 fn each_row<S: Simd>(
     filter: &Filter<'_>,
@@ -66,6 +66,7 @@ fn each_row<S: Simd>(
     let (mut far, mut counts) = (ray.t_max, Counts::default());
     for first in (0..rows.len()).step_by(S::F32s::N) {
         let triangles = rows.row::<S>(first);
+        // The last row may have fewer triangles than lanes.
         let live = u32::MAX >> (32 - (rows.len() - first).min(S::F32s::N));
         let verdicts =
             filter.test::<S::F32s>(&triangles, &lanes, Lanes::splat(far), live, &mut counts);
@@ -86,6 +87,7 @@ fn hits_in_row<S: Simd>(
     pairs: &impl LanePairs,
     enough: bool,
 ) -> u32 {
+    // The filter's hits may lie beyond the end of the interval, so those whose enclosure reaches it are settled, too.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
         if enough && hits != 0 {
