@@ -64,7 +64,7 @@ pub struct Mode {
     level: Level,
 }
 
-/// What decides.
+/// The arithmetic that decides hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Arithmetic {
     Exact(Rule),

@@ -31,7 +31,7 @@ impl Layout {
             return Err("a node or block has not one parent".into());
         }
         if walk.depth != self.depth || self.depth > MAX_DEPTH {
-            return Err(format!("depth {} is told as {}", walk.depth, self.depth));
+            return Err(format!("depth {} is stored as {}", walk.depth, self.depth));
         }
         Ok(())
     }

@@ -275,7 +275,7 @@ impl WithSimd for CopyBlock<'_> {
 thread_local! {
     /// The copies of rays, some after the other.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
-    /// What is computed of triangles for one bundle after the other.
+    /// The values of triangles that are computed for one bundle after another.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
