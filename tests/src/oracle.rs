@@ -276,7 +276,7 @@ impl Ratio {
 
 /// A step from one power of ε to the next, in bits: more than any N is longer than any X.
 const STEP: usize = 600;
-/// The same of f64.
+/// The same in f64.
 const STEP_64: usize = 6500;
 
 /// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is
@@ -289,7 +289,7 @@ pub fn once<S: Scalar>(
     if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
-    // What is strictly inside or outside stays so.
+    // A ray that is strictly inside or outside stays so.
     if let Some(truth) = truth {
         let weights = truth.weights();
         if weights.iter().any(|weight| *weight < IBig::ZERO) {

@@ -1,4 +1,4 @@
-//! What is asked about.
+//! The scenes that the checks run on.
 
 use intertri::{Ray, Triangle};
 

@@ -1,4 +1,4 @@
-//! What is true of a scene, pair by pair: by the scalar f64 reference, or by integers alone.
+//! The true answers for a scene, pair by pair: by the scalar f64 reference, or by integers alone.
 
 use intertri::internal::exact::{self, Tier};
 use intertri::{Ray, Rule, Triangle};
@@ -15,7 +15,7 @@ pub(crate) struct Truth {
     pub(crate) answers: Vec<Answers>,
 }
 
-/// What is true of one ray and all triangles of a scene.
+/// The true answers for one ray and all triangles of a scene.
 pub(crate) struct Answers {
     /// The triangle of the closest hit, and t.
     pub(crate) closest: Option<(usize, f64)>,
@@ -25,7 +25,7 @@ pub(crate) struct Answers {
     pub(crate) all: Vec<(usize, u64)>,
 }
 
-/// Who answers for one pair.
+/// The source of the truth for one pair.
 enum Plain {
     /// The document's tables.
     Reference(reference::Scene),

@@ -1,4 +1,4 @@
-//! The closest point, held against rationals by another route.
+//! The closest point, compared with rationals by another route.
 
 pub(crate) mod truth;
 

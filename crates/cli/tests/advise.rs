@@ -1,4 +1,4 @@
-//! What is advised: never too little, and told in one line where nothing will do.
+//! The advice: never too little, and one line if nothing is enough.
 
 use std::path::{Path, PathBuf};
 

@@ -130,7 +130,7 @@ fn other_engines_may_differ_where_the_oracle_says_so() {
         assert_eq!(check["differing_pixels"], check["excused_pixels"], "{check}");
     }
 
-    // Of a model that the default threshold hides, only exact has the picture.
+    // Only exact draws a model that the default threshold hides.
     place.put("tiny.obj", "v 0 0 0\nv 1e-10 0 0\nv 0 1e-10 0\nf 1 2 3\n");
     for line in ["--check certified", "--engine certified --threshold 1e-9 --check exact"] {
         let told = report(&place, &format!("render tiny.obj --size 61x45 {line}"));

@@ -94,7 +94,7 @@ fn a_signal_that_was_ignored_at_the_start_is_ignored() {
 
 #[cfg(unix)]
 fn signal(name: &str, process: u32) {
-    // It may have ended by itself.
+    // It may have ended before the signal.
     let kill = ["-s", name, &process.to_string()].map(str::to_owned);
     Command::new("kill").args(kill).stderr(Stdio::null()).status().unwrap();
 }

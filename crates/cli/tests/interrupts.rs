@@ -12,7 +12,7 @@ fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
         let _ = std::fs::remove_file(place.path("a.png"));
         let mut child = place.command("render --size 64x48 -o a.png").spawn().unwrap();
         std::thread::sleep(Duration::from_millis(pause * 4));
-        // It may have ended by itself.
+        // It may have ended before the signal.
         let _ = child.kill();
         child.wait().unwrap();
         if place.path("a.png").exists() {

@@ -34,7 +34,7 @@ fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
 fn options_change_the_picture() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
-    // Of the built-in scene, and of a model.
+    // For the built-in scene, and for a model.
     let mut pictures = Vec::new();
     for (i, options) in [
         "",
@@ -148,7 +148,7 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     // Small, but large enough.
     place.put("small.obj", model(2f64.powi(-20)));
     place.ok("render small.obj --size 61x45 --engine certified");
-    // What is exact has no threshold, and draws it as it is.
+    // The exact engines have no threshold, and draw it as it is.
     place.ok("render tiny.obj --size 61x45 -o tiny.png");
     assert!(place.read("tiny.png") == place.read("usual.png"));
     let tiny = "render tiny.obj --size 61x45 --engine certified -o tiny.png";

@@ -143,7 +143,7 @@ fn models_are_read_in_f64_where_they_have_it() {
             buffer.len()
         ),
     );
-    // What is in gzip is read in f64, too.
+    // Gzip files are read in f64, too.
     let mut packed = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
     packed.write_all(obj().as_bytes()).unwrap();
     place.put("packed.obj.gz", packed.finish().unwrap());

@@ -18,7 +18,7 @@ pub struct EdgeCount {
     pub rays: u64,
     /// Pairs of a ray and a triangle that `certified` tested.
     pub pairs: u64,
-    /// Of these, pairs where hit or miss, or a bit of `t`, is not the reference's.
+    /// Pairs among these where hit or miss, or a bit of `t`, is not the reference's.
     pub not_reference: u64,
     /// Rays for which `fixed` finds no crossing.
     pub leaks: u64,

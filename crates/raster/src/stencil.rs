@@ -101,7 +101,7 @@ fn depths(
     depths
 }
 
-/// What is drawn of a volume in one view.
+/// The surfaces of a volume that are drawn in one view.
 struct Surfaces<'a> {
     view: &'a View,
     directions: &'a PixelDirections,

@@ -1,4 +1,4 @@
-//! Who looks: an eye, its axes, and the picture in front of it.
+//! The viewer: an eye, its axes, and the picture in front of it.
 //!
 //! ```text
 //!                    up

@@ -3,7 +3,7 @@
 //! 1. Every facet is clipped, snapped to parts of a pixel and sorted into bands of rows.
 //! 2. In each band, the rows of each facet become runs of pixels, which its winding number decides in
 //!    whole numbers, and each run keeps the facet where it is nearer than what was there.
-//! 3. What is left in a pixel becomes a [`Hit`] in f64.
+//! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
 use intertri::simd::{Lanes, Mask, Simd, WithSimd, dispatch};

@@ -17,7 +17,7 @@ fn ahead(half_height: f64) -> View {
     View::new([0.0; 3], axes, half_height, SIDE, SIDE).unwrap()
 }
 
-/// What is said of a pixel in which one picture shows a triangle, and the other something else.
+/// The verdict on a pixel in which one picture shows a triangle, and the other something else.
 fn verdict(view: &View, soup: &[Triangle], pair: [Hit; 2]) -> Verdict {
     let place = (PIXEL.1 * SIDE + PIXEL.0) as usize;
     let [one, other] = pair.map(|hit| {

@@ -7,7 +7,7 @@
 //!
 //! | document | file | what it gives |
 //! | --- | --- | --- |
-//! | A | [`inter_tri`] | the ray/triangle test that every other method is held against |
+//! | A | [`inter_tri`] | the ray/triangle test that every other method is compared with |
 //! |   | [`closest`] | loops over all triangles: the oracle of closest, any and all hits |
 //! | B | [`z_buffer`] | the nearest convex facet at each pixel |
 //! | C | [`shadow_volume`] | silhouettes and the sides of shadow volumes |

@@ -127,7 +127,7 @@ proptest! {
     // The same cases every time.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// What is left is inside, what was cut off is outside: by walking along the edge.
+    /// The remaining part is inside, and the part cut off is outside: walks along the edge.
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);

@@ -67,7 +67,7 @@ struct Face<'a> {
     /// The first corner, and the ways from there to the other two.
     corner: DVec3,
     sides: [DVec3; 2],
-    /// Of unit length, on the side of the eye.
+    /// The normal, of unit length, on the side of the eye.
     normal: DVec3,
     ambient: f32,
     tint: Vec3,

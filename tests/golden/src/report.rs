@@ -1,4 +1,4 @@
-//! What a machine is told: its answers beside the committed ones.
+//! The report: a machine's answers and the committed ones.
 
 use std::fmt::{self, Write};
 

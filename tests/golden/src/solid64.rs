@@ -67,7 +67,7 @@ fn hits(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], level: Level, query: &str
     Line::new(&scene.name, "exact", query, &digest)
 }
 
-/// Of the origins of rays, and points on their ways.
+/// The origins of rays, and points along them.
 fn nearest(scene: &Scene, bvh: &Bvh<f64>, rays: &[Ray64], query: &str) -> Line {
     let origins = rays.iter().map(|ray| ray.origin);
     let points: Vec<[f64; 3]> = origins.chain(rays.iter().map(near)).collect();

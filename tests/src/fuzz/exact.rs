@@ -60,7 +60,7 @@ impl Hits {
     }
 }
 
-/// Each pair by itself, at every tier: both rules, t, u, v, and the order of two.
+/// Each single pair, at every tier: both rules, t, u, v, and the order of two.
 fn pairs(scene: &Scene) {
     for ray in &scene.rays {
         let mut met: Vec<(&Triangle, Truth)> = vec![];
@@ -220,7 +220,7 @@ fn fan(input: &mut Input<'_>) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
     }
-    // Of one of them by integers.
+    // The crossings of one of the rays, by integers.
     let crossing =
         |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
     let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });

@@ -53,7 +53,7 @@ impl Counts {
     }
 }
 
-/// What is true of a pair, whatever the interval.
+/// The exact answer for a pair, whatever the interval.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,

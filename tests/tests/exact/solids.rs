@@ -124,7 +124,7 @@ fn knot(around: usize, across: usize) -> Mesh {
     Mesh { faces: faces.collect(), vertices }
 }
 
-/// The convex hull of random integer points, point by point. Of coplanar points some are left out, and some
+/// The convex hull of random integer points, point by point. Some coplanar points are left out, and some
 /// faces may be without area: it is closed all the same.
 fn hull(points: usize, rng: &mut Rng) -> Mesh {
     let point = |rng: &mut Rng| {

@@ -97,7 +97,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     ])
 }
 
-/// Of both, by number, the larger.
+/// The larger of both, for each number.
 fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
@@ -208,7 +208,7 @@ fn the_room_for_copies_is_enough() {
         most = larger(most, used);
         used
     };
-    // For each number by itself.
+    // For each single number.
     for i in 0..5 {
         for size in [1.0, 1e-2, 1e-5] {
             for _ in 0..6 {

@@ -1,4 +1,4 @@
-//! The closest point of what is given in f64, held against rationals: every tier of a pair, the bounds of the lanes,
+//! The closest point in f64, compared with rationals: every tier of a pair, the bounds of the lanes,
 //! meshes anywhere and of any size, and the sign.
 
 use dashu_ratio::RBig;

@@ -58,7 +58,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // The other scalar is told, and told first.
+            // A file of the other scalar is refused as such, before any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }

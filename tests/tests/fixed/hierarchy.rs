@@ -138,7 +138,7 @@ fn t_that_round_alike_are_compared_as_ratios() {
         let origin = n.vector(1 << 19);
         let pair = [[a, b, c], [a, b, lifted]].map(|corners| grid.triangle_of(corners).unwrap());
 
-        // Of many rays to the edge some nearly meet it.
+        // Some of many rays to the edge nearly meet it.
         let mut rays = Vec::new();
         for step in 1..30_000 {
             let s = f64::from(step) / 30_000.0;

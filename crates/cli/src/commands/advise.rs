@@ -40,7 +40,7 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 /// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
 /// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks
-/// the bounds on a sample with exact arithmetic. Of the choices that meet the tolerance, it names the one
+/// the bounds on a sample with exact arithmetic. Among the choices that meet the tolerance, it names the one
 /// with the fewest bits for each vertex. A pixel is wrong if it shows a different triangle from the one it
 /// would show without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison.
 /// Coordinates that f32 does not hold are rounded first, and counted in the report.

@@ -9,7 +9,7 @@ const CAPACITY: usize = 1 << 20;
 #[cfg(target_os = "linux")]
 pub(crate) fn widen_pipes() {
     use std::io::{stdin, stdout};
-    // What is no pipe refuses, and where there is too little memory a pipe stays as it is.
+    // Anything but a pipe refuses, and a pipe keeps its size if memory runs out.
     let _ = rustix::pipe::fcntl_setpipe_size(stdin(), CAPACITY);
     let _ = rustix::pipe::fcntl_setpipe_size(stdout(), CAPACITY);
 }

@@ -105,7 +105,7 @@ fn ticks(sweep: &Sweep, x: &Log) -> Vec<i32> {
     x.decades(every.unwrap_or(20))
 }
 
-/// A method's curve in a sweep over the area below it, or that there is none.
+/// A method's curve in a sweep over the area below it, or `none`.
 fn cell(
     svg: &mut Svg,
     method: &str,

@@ -42,7 +42,7 @@ pub struct Font<'a> {
 }
 
 impl<'a> Font<'a> {
-    /// Of a size, in ink.
+    /// Text of a size, in ink.
     pub fn new(size: f64, anchor: Anchor) -> Self {
         Self { size, anchor, bold: false, fill: INK, upright: false, halo: false }
     }

@@ -29,7 +29,7 @@ pub struct OracleAnswer {
     /// Where the line meets the triangle.
     pub place: LinePosition,
     /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. `Equal`, too,
-    /// where the place says that there is no `t`.
+    /// if the place has no `t`.
     pub t: Ordering,
 }
 

@@ -215,7 +215,7 @@ mod tests {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
         }
-        // f64 by itself leaks where the halves meet.
+        // Plain f64 leaks where the halves meet.
         assert!(
             of("Möller–Trumbore f64", InputPrecision::AsGiven).any(|errors| errors.share() > 0.0)
         );

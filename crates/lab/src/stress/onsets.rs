@@ -13,7 +13,7 @@ use crate::rng::Rng;
 /// How a method fares at one value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Onset {
-    /// What is swept.
+    /// The parameter of the sweep.
     pub sweep: &'static str,
     /// The value of the parameter.
     pub parameter: f64,

@@ -3,7 +3,7 @@
 /// A family and the way its parameter goes, from where it is harmless.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep {
-    /// What is swept, for a heading.
+    /// The parameter of the sweep, for a heading.
     pub name: &'static str,
     /// What its numbers are, for an axis.
     pub axis: &'static str,

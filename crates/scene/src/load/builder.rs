@@ -59,7 +59,7 @@ struct WaitingFaces {
     corners: Vec<u32>,
     /// Their texture coordinates.
     uvs: Vec<u32>,
-    /// Of each, its line, and where its corners and texture coordinates end.
+    /// Each face's line, and the ends of its corners and texture coordinates.
     faces: Vec<(Option<u64>, usize, usize)>,
 }
 
