@@ -108,6 +108,7 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
             }
             let [c1, c2, c3] = &numbers;
             let decided = decide([Vec3::load(c1), Vec3::load(c2), Vec3::load(c3)], &lanes);
+            // With closed triangles an edge that is met exactly is a hit; with `once` the tie rule has to decide it.
             let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
             let given = (1_u32 << some.len()) - 1;
             let (miss, hit) = (decided.miss.bits() & plain, sure.bits() & plain);

@@ -21,6 +21,7 @@ pub(super) fn any(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> bool {
 
 /// See [`Mode::all`](super::Mode::all).
 pub(super) fn all(filter: Filter<'_>, rows: Rows<'_>, ray: &Ray) -> Vec<Hit> {
+    // Sort by the exact t where rounded ones are equal: the resolver compares the triangles themselves.
     let mut hits = filter.level().run(All { filter, rows, ray });
     let found = |hit: &Hit| rows.triangle(LeafSlot(hit.triangle));
     hits.sort_unstable_by(|a, b| {

@@ -13,7 +13,7 @@ use crate::workloads::{Model, Workload};
 /// Rays in one piece of work; each piece has its own seed.
 const PIECE: u64 = 256;
 
-/// Counts the errors of every method that such rays are for, on at least `count` rays. Calls `step` with how
+/// Counts the errors of every method that such rays are for, on at least `rays` rays. Calls `step` with how
 /// many more are done. The counts depend on the seed, the number and the model alone.
 pub fn count_errors(
     workload: Workload,

@@ -184,6 +184,7 @@ impl Top {
 
             // Visit the side that grows less first: it lowers the bound soonest.
             let near = usize::from(grows[1] < grows[0]);
+            // Both are pushed, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
                     (cost, place) = (grown + both[k], sides[k]);

@@ -101,6 +101,7 @@ impl Bins {
         let at = binning.bins::<S>(sides.centre::<S>(scale));
         let row = S::F32x8::load(&sides.0);
         for ((sides, count), at) in self.sides.iter_mut().zip(&mut self.count).zip(at) {
+            // With ROUND added, the low bits of the float are the bin's number.
             let bin = at.to_bits() as usize % BINS;
             let around = &mut sides[bin].0;
             S::F32x8::load(around).max(row).store(around);

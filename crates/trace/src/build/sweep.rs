@@ -37,6 +37,7 @@ impl Cuts {
 
         // Sizes of both sides, with the number of triangles in the fourth lane.
         let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
+        // From the right end, box i and all behind it; then from the left end, all before box i.
         let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
         for i in (1..n).rev() {
             side = side.max(S::F32x8::load(&boxes[i].0));
@@ -52,6 +53,7 @@ impl Cuts {
 
         // Four cuts at a time. An empty side has an infinite area, which times 0 triangles is NaN.
         for first in (0..n).step_by(4) {
+            // Transposed, a register holds one length of four cuts.
             let rows = |sides: &[[f32; 4]; ROW]| {
                 let row = |i: usize| S::F32x4::load(&sides[first + i]);
                 S::transpose([row(0), row(1), row(2), row(3)])

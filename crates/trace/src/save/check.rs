@@ -16,6 +16,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     if let Some(root) = depths.first_mut() {
         *root = 1;
     }
+    // Depth 0 marks a node that no earlier node has as a child.
     let (mut deepest, mut count) = (0, 0);
     for (i, node) in nodes.iter().enumerate() {
         let depth = depths[i];
@@ -76,6 +77,7 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
             if child & LEAF == 0 {
                 return are_in(&nodes[child as usize], &bounds);
             }
+            // No box bounds the hits with a needle, so it must not be below the root.
             let leaf = &leaves[(child & !LEAF) as usize];
             leaf.thin == 0 && is_in(&leaf.bounds, &bounds)
         })
@@ -93,6 +95,7 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles make no sense");
     let (tree, unboxed) = leaves.split_at(boxed);
+    // A bit for each triangle that occurs.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));

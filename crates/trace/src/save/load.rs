@@ -58,6 +58,7 @@ pub(super) fn read_parts(
     let mut front = header.to_vec();
     front.extend(input.take(table_size(&header)?)?);
     let (header, entries) = parse(&front)?;
+    // The table shows the scalar, so a program can try the other one without reading any section.
     let is_f64 = entries.iter().any(|entry| matches!(entry.kind, FRAME | LEAVES64));
     let found = if is_f64 { "f64" } else { "f32" };
     if found != scalar {
@@ -68,6 +69,7 @@ pub(super) fn read_parts(
     let mut end = front.len() as u64;
     for entry in &entries {
         let gap = input.take((entry.place - end) as usize)?;
+        // No checksum covers the padding, so it has to be zero.
         if gap.iter().any(|&byte| byte != 0) {
             return LoadError::damaged("there is something between its sections");
         }
@@ -185,6 +187,7 @@ impl Parts {
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
         };
+        // The second tree is not in the file. Its leaves are few, so it is built again.
         bvh.note_degenerate(&self.bounds)?;
         bvh.add_thin_nodes(&boxes_of(&self.bounds[boxed..])?)?;
         Ok(bvh)
@@ -263,6 +266,7 @@ fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
+        // Each thread sums its own blocks while they are in the cache; `each` reads them from there.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
         each(batch)?;

@@ -23,7 +23,7 @@ use crate::util::lane_ops::lanes_of;
 use crate::util::memory::{NoMemory, OutOfMemory, copied, zeros};
 use crate::util::threads;
 
-/// The triangles as given, leaf by leaf as their copies are, and where those are.
+/// The original triangles, in the order of the leaves of their copies, and the frame of the copies.
 #[derive(Clone, Debug)]
 pub struct Originals64 {
     frame: LocalFrame,
@@ -38,19 +38,20 @@ impl Originals64 {
     }
 }
 
-/// Keeps the triangles of each leaf.
+/// Stores the original triangles of each leaf.
 fn keep(
     tree: &Tree,
     triangles: &[Triangle64],
     kept: &mut Vec<EightTriangles>,
 ) -> Result<(), NoMemory> {
+    // Fresh zeros come from untouched pages, which the threads below touch first.
     kept.truncate(tree.leaves.len());
     if kept.is_empty() {
         *kept = zeros(tree.leaves.len())?.into_vec();
     }
     kept.try_reserve(tree.leaves.len() - kept.len())?;
     kept.resize(tree.leaves.len(), Zeroable::zeroed());
-    // Where a lane has no triangle, any will do.
+    // Lanes without a triangle may hold anything.
     let some = |i: u32| triangles.get(i as usize).copied().unwrap_or(Zeroable::zeroed());
     threads::write(kept, 1 << 7, |i| tree.leaves[i].indices.map(some));
     Ok(())
@@ -96,6 +97,7 @@ impl Backend for f64 {
         rays: (&[Ray64], Range<usize>),
         trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
     ) -> A {
+        // The memory for the copies is kept by the thread between calls.
         let copied = CopiedRays::new(tree, originals, mode, rays);
         let mut copies = COPIES.take();
         originals.frame.rays(copied.level, copied.rays, &mut copies);
@@ -129,7 +131,7 @@ impl Backend for f64 {
         originals: &mut Originals64,
         triangles: &[Triangle64],
     ) -> Result<Refit, RefitError> {
-        // The frame of a new build.
+        // The copies get the frame of a new build, which fits the moved triangles.
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
@@ -168,7 +170,7 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     LocalFrame::around([lo, hi], crowd(triangles))
 }
 
-/// Between which coordinates most triangles are, by the first corners of some.
+/// The box in which most triangles lie, by the first corners of a sample.
 fn crowd(triangles: &[Triangle64]) -> [[f64; 3]; 2] {
     let step = triangles.len().div_ceil(SAMPLE).max(1);
     let some = triangles.iter().step_by(step).map(|triangle| triangle.0[0]);
@@ -177,7 +179,7 @@ fn crowd(triangles: &[Triangle64]) -> [[f64; 3]; 2] {
     for k in 0..3 {
         let mut along: Vec<f64> = some.iter().map(|corner| corner[k]).collect();
         along.sort_unstable_by(f64::total_cmp);
-        // Without a tenth at each end.
+        // Leave out a tenth at each end.
         if let Some(last) = along.len().checked_sub(1) {
             crowd[0][k] = along[last / 10];
             crowd[1][k] = along[last - last / 10];
@@ -194,7 +196,7 @@ struct Copies<'a> {
 }
 
 impl<'a> Copies<'a> {
-    /// About the middle of them.
+    /// Copies about the centre of the triangles.
     fn new(triangles: &'a [Triangle64]) -> Self {
         Self { frame: frame_around(triangles), triangles, level: Level::best() }
     }
@@ -210,7 +212,7 @@ impl Triangles for Copies<'_> {
         let Some(bounds) = self.frame.bounds(triangle) else { return HitBounds::Nowhere };
         let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
         let bounds = Aabb { lo, hi };
-        // What f64 sees no area of may have one.
+        // A normal that f64 rounds to zero may belong to a triangle with a tiny area, which integers find.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
             return HitBounds::Degenerate(bounds);
         }

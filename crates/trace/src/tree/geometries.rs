@@ -132,6 +132,7 @@ impl Geometries {
     /// The position of a triangle in the whole, if there is such a triangle among all of them.
     pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
         let MeshTriangle { triangle, geometry } = name;
+        // Adds up the counts to the geometry; `Err` ends the loop with the result.
         let (first, _) = self
             .counts_and_masks(all)
             .try_fold((0, 0), |(first, at), (count, _)| {

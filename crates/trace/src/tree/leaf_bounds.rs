@@ -61,6 +61,7 @@ impl WithSimd for LaneBounds<'_> {
 
         // A sum of sizes that is finite has no NaN and no infinity in it.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
+        // 1-norms instead of lengths: they need no square root, and are off by a small constant factor at most.
         let (h4, h5) = (b - a, c - a);
         let longest = h4.norm1().max(h5.norm1());
         let square = longest * longest;
@@ -76,6 +77,7 @@ impl WithSimd for LaneBounds<'_> {
         for (axis, (a, b, c)) in axes.into_iter().enumerate() {
             let outside = S::F32x8::splat(f32::INFINITY);
             let lo = Lanes::select(taken, a.min(b).min(c), outside);
+            // The upper side is negated, so that one reduction, the minimum, serves both.
             let hi = Lanes::select(taken, -a.max(b).max(c), outside);
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
