@@ -1,20 +1,20 @@
-//! Document C: which faces look at the light, and the edges along which their shadow leaves them.
+//! Document C: the faces that face the light, and the silhouette edges of their shadow.
 //!
-//! The document counts faces whose normal looks at the light, and takes the edges between those and
-//! the others. That is right for a closed mesh that is wound consistently. Here **every** triangle
-//! casts, whichever way it is wound, as it blocks a ray whichever way it is wound: one that looks
-//! away from the light is turned round first. Then the silhouette is a sum. Each turned face runs
-//! once round its three edges; where two faces run along an edge in opposite directions they cancel:
+//! The document takes the faces whose normal points toward the light, and the edges between those and
+//! the others. That is right for a closed mesh with consistent winding. Here **every** triangle casts
+//! a shadow, whatever its winding, just as it blocks a ray: one that faces away from the light is
+//! flipped first. Then the silhouette is a sum. Each flipped face runs once around its three edges;
+//! where two faces run along an edge in opposite directions, they cancel:
 //!
 //! ```text
 //!       / \
 //!      / ^ \    within a lit surface: opposite directions, the sum is 0, no silhouette
-//!     <--|-->   along the document's silhouette: the far face was turned round, so both run the
+//!     <--|-->   along the document's silhouette: the far face was flipped, so both run the
 //!      \ v /    same way, the sum is 2: one shadow each
 //!       \ /     at the border of an open mesh: 1; where three faces meet: -3, -1, 1 or 3
 //! ```
 //!
-//! Whatever the mesh, that sum is the boundary of the turned faces, so faces and silhouette close up.
+//! For any mesh, that sum is the boundary of the flipped faces, so faces and silhouette together are closed.
 
 use robust::{Coord3D, orient3d};
 
@@ -24,21 +24,21 @@ use crate::vector::{Vector, double};
 /// The light that casts the shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    /// At a place. A triangle casts its shadow from `1 / reach` times its distance on.
+    /// A point light. A triangle casts its shadow from `1 / reach` times its distance on.
     Point {
-        /// Where it is.
+        /// Its position.
         position: [f32; 3],
-        /// Which part of the way from the light to a surface can hold a blocker: the `t_max` of the
+        /// The part of the segment from the light to a surface that can hold a blocker: the `t_max` of the
         /// shadow rays from the light (`t = 0`) to the surface (`t = 1`). It is above 0 and at most
         /// 1. With 1, a surface still does not shadow itself.
         reach: f64,
     },
-    /// So far away that its rays are parallel.
+    /// A directional light, whose rays are parallel.
     Directional {
-        /// The way to the light, of any length but 0. A shadow ray is as long.
+        /// The vector to the light, of any length but 0. A shadow ray is as long.
         toward: [f32; 3],
-        /// Which part of that way, from its far end (`t = 0`) to the surface (`t = 1`), can hold a
-        /// blocker, as for a point. A triangle casts its shadow from `1 - reach` of it on.
+        /// The part of that vector, from its far end (`t = 0`) to the surface (`t = 1`), that can hold a
+        /// blocker, as for a point light. A triangle casts its shadow from `1 - reach` of it on.
         reach: f64,
     },
 }
@@ -46,17 +46,17 @@ pub enum Light {
 /// One edge of a silhouette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// Two places in [`Adjacency::points`], in the order in which the edge runs along the faces that
-    /// look at the light (counter-clockwise around each of them, as seen from there).
+    /// Two indices into [`Adjacency::points`], in the order in which the edge runs along the faces that
+    /// face the light (counter-clockwise around each of them, as seen from there).
     pub ends: [u32; 2],
     /// How many more faces run along it this way than the other way; above 0.
     pub count: u32,
 }
 
-/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) looks at the light, -1 if it looks away, and 0
-/// if the face casts no shadow: it is edge-on to the light, without area, or not finite.
+/// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it points away, and
+/// 0 if the face casts no shadow: it is edge-on to the light, without area, or not finite.
 ///
-/// For a light at a point the sign is that of the exact determinant. For a directional one it is that
+/// For a point light, the sign is that of the exact determinant. For a directional one it is that
 /// of the exact determinant of the face's sides, rounded to f64.
 pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     let coord = |[x, y, z]: Vector| Coord3D { x, y, z };
@@ -81,10 +81,10 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     (0..adjacency.faces().len()).map(face).collect()
 }
 
-/// The edges at which faces that look at the light, turned round where they do not, fail to cancel.
+/// The edges at which the faces do not cancel, after those that face away from the light are flipped.
 ///
 /// # Panics
-/// If `facing` has not one entry a face.
+/// If `facing` does not have one entry for each face.
 pub fn silhouette(adjacency: &Adjacency, facing: &[i8]) -> Vec<Outline> {
     assert_eq!(facing.len(), adjacency.faces().len(), "one entry a face");
     let edges = adjacency.edges().filter_map(|edge| {

@@ -1,4 +1,4 @@
-//! Models from files: those that the scene's crate reads, and saved hierarchies, of which nothing has to be built.
+//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which need no build.
 //!
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
@@ -19,13 +19,13 @@ use crate::engine::memory::{filled, room};
 use crate::engine::scalar_name::ScalarName;
 use crate::error::{Error, Result, note};
 
-/// A model as its file has it.
+/// A model with the numbers of its file.
 pub(crate) struct Model {
     path: PathBuf,
     content: Content,
     /// The files that were read in addition to the model.
     pub(crate) files: Vec<PathBuf>,
-    /// Things that were left out, repaired or guessed; the standard error has them, too.
+    /// Things that were left out, repaired or guessed; they are also printed on standard error.
     notes: ModelNotes,
 }
 
@@ -146,7 +146,7 @@ impl Model {
     }
 }
 
-/// In which scalar a hierarchy was saved, if the file is one. A file that cannot be read is none: whoever loads it
+/// The scalar in which a hierarchy was saved, if the file is one. `None` for a file that cannot be read: loading it
 /// reports why.
 pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     /// The header of a saved hierarchy and its table, at most.
@@ -185,7 +185,7 @@ fn of_mesh<S: BvhScalar>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
 
 /// A mesh in another scalar.
 fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
-    // Vertices that no triangle has may be anything.
+    // Vertices that no triangle uses may be anything.
     let mut is_used = filled(mesh.positions.len(), false, "vertices")?;
     mesh.triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
     let mut rounding = Rounding::default();

@@ -1,8 +1,8 @@
-//! The engine `oracle`: what is exactly true, asked of all triangles one by one. Nobody's speed, everybody's
-//! judge.
+//! The engine `oracle`: exact answers by testing all triangles one by one. It is slow, and judges all other
+//! engines.
 //!
-//! Where a ray meets a triangle, the laboratory's predicates and rationals say; the order of t and the
-//! interval are rationals, too. Only for t, u and v, each rounded once, it takes the kernel's integers.
+//! The laboratory's predicates and rationals decide where a ray meets a triangle; the order of t and the
+//! interval are compared in rationals, too. Only t, u and v, each rounded once, come from the kernel's integers.
 
 use std::cmp::Ordering;
 
@@ -92,7 +92,7 @@ mod tests {
         let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
-            // Some lie twice, so that t is equal.
+            // Some triangles occur twice, so that t is equal.
             let triangles: Vec<_> =
                 cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
             for case in &cases {

@@ -42,8 +42,8 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)`, its corners in any order. Half lie askew around a place, half
-/// stay in a coordinate plane at the origin of the axes, where any ratio survives rounding.
+/// A triangle `0, (1, 0, 0), (x, y, 0)`, its corners in any order. Half of them are rotated and moved, half
+/// stay in a coordinate plane at the origin, where any ratio survives rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -83,12 +83,12 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
         let p = round(add(rng.cube(), place, 1.0));
         let q = round(add(rng.cube(), place, 1.0));
         let mut corners = match rng.below(6) {
-            // All the same, be it at zero.
+            // All three equal, possibly at zero.
             0 => [p; 3],
             1 => [[0.0; 3]; 3],
-            // Two the same.
+            // Two equal.
             2 => [p, p, q],
-            // Collinear but for rounding.
+            // Collinear up to rounding.
             3 => [p, q, round(add(wide(p), add(wide(q), wide(p), -1.0), 2.0 * rng.signed()))],
             // Exactly collinear with full mantissas: through zero, in ratios of powers of 2.
             4 => [p, p.map(|x| -2.0 * x), p.map(|x| 0.5 * x)],

@@ -1,9 +1,9 @@
 //! Wavefront OBJ: `v`, `vt` and `f`, read line by line.
 //!
-//! A reader of our own, because the kept crates lose what is promised here. `tobj` 4.0 names no line
-//! in its errors, renumbers positions object by object, mixes lines with faces, and does unchecked
-//! arithmetic on texture indices; `obj` 0.10 counts lines from 0, checks no index against the tables,
-//! takes a wrong texture index for none, and keeps no line to name once the check is made outside.
+//! The maintained crates cannot keep the promises made here. `tobj` 4.0 names no line in its errors,
+//! renumbers positions object by object, mixes lines with faces, and does unchecked arithmetic on texture
+//! indices; `obj` 0.10 counts lines from 0, checks no index against the tables, ignores a wrong texture
+//! index, and keeps no line numbers for checks made outside of it.
 
 use std::io::BufRead;
 use std::str::{FromStr, SplitAsciiWhitespace};
@@ -15,8 +15,8 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Statements that make curves and surfaces without triangles, in the present form and that of version
-/// 2.11. The ones that only describe them are among [`OTHERS`].
+/// Statements that define curves and surfaces without triangles, in the current form and that of version
+/// 2.11. Statements that only describe them are among [`OTHERS`].
 const SURFACES: [&str; 8] = ["curv", "curv2", "surf", "bsp", "bzp", "cdc", "cdp", "res"];
 
 /// Statements that read or run another file.
@@ -25,7 +25,7 @@ const CALLS: [&str; 2] = ["call", "csh"];
 /// Statements that end with names, which may end in a backslash as Windows' folders do.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
-/// Statements of which no triangle is made.
+/// Statements that define no triangles.
 const OTHERS: [&str; 24] = [
     "vn",
     "vp",
@@ -82,7 +82,7 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
     let mut from = 0;
     loop {
-        // Blanks at its end are gone, and with blank lines behind it those before them.
+        // Blanks at the end are removed, also those before trailing blank lines.
         let piece = lines.bytes().get(from..).unwrap_or_default();
         if !piece.ends_with(b"\\") || comment(piece).is_some() {
             return Ok(());
@@ -94,8 +94,8 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// Where the comment begins that may follow a statement. A `#` behind a point is none: `1.#INF` and
-/// `-1.#IND` are how some programs write what is no number.
+/// The position of a comment after a statement. A `#` after a decimal point begins none: some programs write
+/// `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }
@@ -103,7 +103,7 @@ fn comment(text: &[u8]) -> Option<usize> {
 /// The model as read so far.
 struct Model<S> {
     builder: MeshBuilder<S>,
-    /// The corners of the current face, kept here to spare allocations.
+    /// The corners of the current face, kept here to avoid allocations.
     corners: Vec<u32>,
     corner_uvs: Vec<u32>,
 }
@@ -133,7 +133,7 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// A vertex: its first three numbers. Behind them may be a weight, or colors.
+    /// A vertex: its first three numbers. A weight or colors may follow.
     fn vertex(&mut self, mut words: SplitAsciiWhitespace<'_>) -> Result<(), Fault> {
         let words = [words.next(), words.next(), words.next()];
         if words.contains(&None) {
@@ -148,7 +148,7 @@ impl<S: Coordinate> Model<S> {
         }
     }
 
-    /// A face: corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. Normals are not needed, so not looked up.
+    /// A face: corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. Normals are not needed, so they are not looked up.
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>) -> Result<(), Fault> {
         self.corners.clear();
         self.corner_uvs.clear();
@@ -179,7 +179,7 @@ impl<S: Coordinate> Model<S> {
         self.builder.polygon(&self.corners, &self.corner_uvs)
     }
 
-    /// Passes over a statement, and counts it if it may have held a surface.
+    /// Skips a statement, and counts it if it may have defined a surface.
     fn pass(&mut self, word: &str) {
         let what = if SURFACES.contains(&word) {
             "statements of free-form curves and surfaces, left out"
@@ -194,15 +194,15 @@ impl<S: Coordinate> Model<S> {
     }
 }
 
-/// A word as a number, or what is wrong with it.
+/// A word as a number, or an error.
 fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
     let word = word.unwrap_or_default();
     word.parse().map_err(|_| format!("{} is not a number", quote(word)))
 }
 
-/// The place, from 0 on, that an index names in a table of `count` entries so far: it counts from 1 up, or
-/// from -1 down for the last. Places behind the last may be filled later. What can never be one is `Err`
-/// within, with the count.
+/// The 0-based position that an index names in a table that has `count` entries so far. An index counts from 1
+/// up, or from -1 down for the last entry. Positions beyond the last may be filled later. An index that can
+/// never be valid is an inner `Err`, with the count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {
         return fault(format!("{} is not the number of a {what}", quote(word)));
