@@ -50,7 +50,7 @@ pub(crate) struct ModelIn<S: BvhScalar> {
 /// How a model is read.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct ModelOptions {
-    /// Refuse a model of which something is left out, repaired or guessed, instead of saying so on the
+    /// Refuse a model if something in it is left out, repaired or guessed, instead of only warning on
     /// standard error
     #[arg(long)]
     strict: bool,

@@ -63,7 +63,7 @@ fn met<S: Scalar>(
     })
 }
 
-/// A t compared with an end of an interval; nothing for a NaN.
+/// A t compared with an end of an interval; `None` for a NaN.
 fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     match Rational::try_from(end) {
         Ok(end) => Some(t.cmp(&end)),
