@@ -13,7 +13,7 @@ use crate::source::Source;
 /// Rays a thread takes at a time.
 const CHUNK: usize = 8192;
 
-/// Asks for one answer a ray; `none` is any.
+/// A query with one answer for each ray; `none` is any initial value.
 pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     py: Python<'_>,
     workers: &Workers,

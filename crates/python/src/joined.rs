@@ -11,21 +11,21 @@ use crate::part::Part;
 pub(crate) struct Joined<'a, A>(Mutex<State<'a, A>>);
 
 struct State<'a, A> {
-    /// What is not filled yet: where the answers of a ray end, and the answers, as words.
+    /// The unfilled memory: the ends of each ray's answers, and the answers, as words.
     offsets: &'a mut [i64],
     words: &'a mut [u64],
-    /// How many parts, and answers, have their place.
+    /// How many parts, and answers, have a position.
     parts: usize,
     answers: usize,
     /// Parts that wait for others before them.
     waiting: BTreeMap<usize, Part<A>>,
-    /// Parts for which there was no room any more.
+    /// Parts that did not fit.
     more: Vec<Part<A>>,
     /// Parts whose memory is used again.
     idle: Vec<Part<A>>,
 }
 
-/// Where a part goes.
+/// The position of a part.
 struct PartTarget<'a> {
     /// How many answers come before.
     before: i64,
@@ -67,7 +67,7 @@ impl<'a, A: Pod> Joined<'a, A> {
         }
     }
 
-    /// The next part that is there and has a place. The lock is held no longer.
+    /// The next finished part that has a position. The lock is released afterwards.
     fn next(&self) -> Option<(Part<A>, PartTarget<'a>)> {
         self.lock().next()
     }

@@ -31,10 +31,10 @@ use crate::source::Source;
 /// Rays a thread takes at a time.
 const CHUNK: usize = 4096;
 
-/// Where each ray's answers begin, and after the last where they end; and the answers, as words.
+/// The offsets of each ray's answers, with the end of the last; and the answers, as words.
 pub(crate) type Lists<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<u64>>);
 
-/// Asks for a list a ray.
+/// A query with a list for each ray.
 pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     py: Python<'py>,
     workers: &Workers,
@@ -88,7 +88,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     Ok((offsets, together))
 }
 
-/// What is asked about which rays.
+/// The query and its rays.
 struct Asking<'a, S, F> {
     rays: &'a Source<'a, S>,
     ask: &'a F,

@@ -14,7 +14,7 @@ pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
 }
 
-/// Where a ray crosses, as a row of numpy's array.
+/// A crossing, as a row of numpy's array.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct CrossingRow {
@@ -60,7 +60,7 @@ impl<S: Scalar> Mesh<S> {
         (Self::of(bvh), refit.map(|refit| refit.ratio()))
     }
 
-    /// Where rays cross, by t.
+    /// The crossings of rays, by t.
     pub(crate) fn crossings(
         &self,
         rays: &[RayOf<S>],

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 /// The lists of some rays, one ray's after the other's.
 pub(crate) struct Part<A> {
-    /// Where those of each ray begin and, after the last, where they end.
+    /// The offsets of each ray's answers, with the end of the last.
     pub(crate) offsets: Vec<i64>,
     pub(crate) answers: Vec<A>,
 }
@@ -27,13 +27,13 @@ impl<A: Copy> Part<A> {
         self.answers.clear();
     }
 
-    /// Makes room for some more rays and answers.
+    /// Reserves memory for more rays and answers.
     pub(crate) fn reserve(&mut self, rays: usize, answers: usize) -> PyResult<()> {
         let room = self.offsets.try_reserve(rays).and_then(|()| self.answers.try_reserve(answers));
         room.map_err(|_| too_many(self.answers.len() + answers))
     }
 
-    /// Adds the lists of so many rays of another part, from the first on.
+    /// Adds the lists of `count` rays of another part, from `first` on.
     #[inline]
     pub(crate) fn add(&mut self, other: &Self, (first, count): (usize, usize)) {
         let offsets = &other.offsets[first..=first + count];

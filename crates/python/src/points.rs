@@ -1,4 +1,4 @@
-//! Many points: in the order of a curve that fills space, so that neighbours are asked one after the other.
+//! Queries by many points, in the order of a space-filling curve, so that neighbours follow each other.
 
 use std::collections::TryReserveError;
 
@@ -15,7 +15,7 @@ const CHUNK: usize = 4096;
 /// Points of a slab.
 const SLAB: usize = 1 << 20;
 
-/// Fewer points are asked in the order in which they come.
+/// Fewer points are queried in the given order.
 const FEW: usize = 512;
 
 /// Points that are put in order together.
@@ -94,7 +94,7 @@ pub(crate) fn by_slabs<S: Scalar, A: Send>(
     })
 }
 
-/// The numbers of points along the curve, behind their places on it.
+/// The indices of points along the curve, after their positions on it.
 fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveError> {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for point in points {
@@ -105,7 +105,7 @@ fn order<S: Scalar>(points: &[[S; 3]]) -> Result<Vec<(u32, u32)>, TryReserveErro
             }
         }
     }
-    // Ten bits an axis; what is not finite comes first.
+    // Ten bits for each axis; points that are not finite come first.
     let steps = [0, 1, 2].map(|k| 1023.0 / (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
     let place = |(i, point): (usize, &[S; 3])| {
         let along = |k: usize| {
@@ -132,7 +132,7 @@ fn room<T>(count: usize) -> Result<Vec<T>, TryReserveError> {
     Ok(vector)
 }
 
-/// Ten bits, each two places from the next.
+/// Ten bits, with two zeros between neighbours.
 fn spread(x: u32) -> u32 {
     let x = x.min(1023);
     let x = (x | x << 16) & 0x0300_00ff;

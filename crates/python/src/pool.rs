@@ -1,4 +1,4 @@
-//! The threads that answer: the caller's, or a pool for each number of threads that was asked for.
+//! The threads that trace: the caller's, or a pool for each number of threads.
 
 use std::collections::HashMap;
 use std::num::NonZeroUsize;

@@ -14,14 +14,14 @@ use pyo3::prelude::*;
 
 use crate::pool::Workers;
 
-/// How often the interpreter is asked whether a signal came.
+/// How often the interpreter is asked for signals.
 const INTERVAL: Duration = Duration::from_millis(20);
 
 /// Whether work should end early.
 pub(crate) struct Stop {
     is_set: AtomicBool,
     raised: Mutex<Option<PyErr>>,
-    /// When the interpreter was asked last, if the thread that works is the one that asks.
+    /// The time of the last check for signals, if the working thread does the checks.
     asked: Option<Mutex<Instant>>,
 }
 

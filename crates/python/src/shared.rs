@@ -1,4 +1,4 @@
-//! A mesh that several threads ask, and that one may move meanwhile.
+//! A mesh that several threads query, while another may refit it.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
@@ -70,7 +70,7 @@ impl<S: Scalar> Shared<S> {
     }
 }
 
-/// What a mesh is asked that a refit has lost.
+/// The error of a query of a mesh that a refit has lost.
 fn lost() -> PyErr {
     no_memory("a refit was interrupted or had too little memory; ask again")
 }

@@ -1,4 +1,4 @@
-//! Where rays come from: numpy arrays of origins and directions, or of whole rays.
+//! Sources of rays: numpy arrays of origins and directions, or of whole rays.
 
 use std::ops::Range;
 
@@ -121,7 +121,7 @@ impl<S: Scalar> Arrays<'_, S> {
 }
 
 impl<S: Scalar> Source<'_, S> {
-    /// Where a ray starts, and where it goes.
+    /// The origin and the direction of a ray.
     pub(crate) fn line(&self, i: usize) -> [[f64; 3]; 2] {
         let RayOf { origin, dir, .. } = self.ray(i);
         [origin.map(Into::into), dir.map(Into::into)]
@@ -132,7 +132,7 @@ impl<S: Scalar> Source<'_, S> {
         self.skip.each > 0
     }
 
-    /// What the rays of a range skip.
+    /// The triangles that the rays of a range skip.
     pub(crate) fn skip(&self, range: Range<usize>) -> Skip<'_> {
         let Skip { numbers, each } = self.skip;
         Skip { numbers: &numbers[each * range.start..each * range.end], each }
@@ -189,7 +189,7 @@ impl<S: Scalar> Source<'_, S> {
                 dirs.prefetch(range);
             }
             Layout::Six { rays, .. } => rays.prefetch(range),
-            // Slower with it: rows of a power of two of bytes share places in the cache.
+            // No prefetch: it would be slower, because rows whose size is a power of two share cache sets.
             Layout::Eight { .. } => {}
         }
     }

@@ -1,4 +1,4 @@
-//! The classes that Python's `Mesh` stands on: a hierarchy over f32 or f64, asked by flat arrays.
+//! The classes behind Python's `Mesh`: a hierarchy over f32 or f64, queried with flat arrays.
 //!
 //! `intertri/_arrays.py` checks what users give. What is checked again here is what memory depends on.
 
@@ -25,7 +25,7 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// What stands for a point on the mesh among winding numbers.
+/// The winding number that means a point on the mesh.
 pub(crate) const SURFACE: i32 = i32::MIN;
 
 type Threads = Option<NonZeroUsize>;
@@ -42,7 +42,7 @@ fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Worke
     Workers::new(threads, rays.count <= SMALL)
 }
 
-/// The answers that bytes stand for.
+/// The answers that bytes encode.
 fn rows<'a, A: bytemuck::Pod>(bytes: &'a mut Bytes<'_>, count: usize) -> PyResult<&'a mut [A]> {
     let bytes = bytes.as_slice_mut()?;
     if bytes.is_empty() && count == 0 {
@@ -109,7 +109,7 @@ fn wind<S: Scalar>(
     }
 }
 
-/// A class over one scalar: what is generic cannot be a Python class.
+/// A class over one scalar, because a generic type cannot be a Python class.
 macro_rules! tree {
     ($name:ident, $scalar:ty) => {
         /// A hierarchy over triangles.

@@ -1,4 +1,4 @@
-//! The plainest loops over all triangles: what every faster way to find a hit must answer.
+//! Plain loops over all triangles, whose answers every faster search must equal.
 //!
 //! A hit counts where [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open
 //! at its far end, so that a `t` of infinity never counts, whatever `t_max` is; a NaN in the interval
@@ -13,7 +13,7 @@ impl Scene {
     /// `t`, if the ray hits triangle `obj` with `t_min <= t < t_max`.
     ///
     /// # Panics
-    /// If there is no triangle `obj`.
+    /// If `obj` is out of bounds.
     pub fn hit(&self, obj: usize, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
         let mut t = f64::NAN;
         let inside = self.inter_tri(obj, ray, &mut t) == 1;

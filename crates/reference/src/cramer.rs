@@ -32,10 +32,10 @@
 
 use crate::vector::Vector;
 
-/// A corner: where it is, and where in the texture.
+/// A corner: its position, and its texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// The place.
+    /// The position.
     pub pos: Vector,
     /// The first texture coordinate, in texels.
     pub u: f64,
@@ -44,13 +44,13 @@ pub struct Corner {
 }
 
 impl Corner {
-    /// A corner from its place and its texture coordinates.
+    /// A corner from its position and its texture coordinates.
     pub fn new(pos: impl Into<Vector>, u: f64, v: f64) -> Self {
         Self { pos: pos.into(), u, v }
     }
 }
 
-/// What depends on the triangle alone, computed once a scene.
+/// The coefficients that depend on the triangle alone, computed once for a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trig {
     /// The corner A.
@@ -69,7 +69,7 @@ pub struct Trig {
     pub tv: Vector,
 }
 
-/// What depends on the origin of the rays too, computed once a viewpoint.
+/// The coefficients that also depend on the origin of the rays, computed once for a viewpoint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viewpoint {
     /// The coefficients of `u`.

@@ -49,7 +49,7 @@ pub const THRESHOLD: f64 = 1e-9;
 /// A half-line: the points `org + dir * t`. `dir` need not have unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where `t` is 0.
+    /// The point at `t = 0`.
     pub org: Vector,
     /// The direction, and the unit of `t`.
     pub dir: Vector,
@@ -83,7 +83,7 @@ pub struct Trian {
 
 /// The document's two tables and its constant.
 ///
-/// The fields are open, as the document's tables are. Who changes them keeps the corners of `trian`
+/// The fields are public, as the document's tables are. If you change them, keep the corners of `trian`
 /// within `vertx` and the edges in step with them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -185,7 +185,7 @@ impl Scene {
         // How far is the plane?
         *t = (tmp.nrm & (c1 - ray.org)) / vd;
 
-        // Where does the ray meet it?
+        // Intersect the ray with it.
         let h1 = ray.org + ray.dir * *t;
         let h2 = h1 - c1;
 

@@ -1,11 +1,11 @@
-//! The five documents that the project implements, in scalar f64, one file a document.
+//! The five documents that the project implements, in scalar f64, one file for each document.
 //!
-//! Everything here is written to be read beside its document and believed, not to be fast: the
-//! operations stand in the document's order, nothing is fused, reassociated or replaced by an
-//! approximation, and no code is shared with the kernel, so that a shared mistake cannot hide.
-//! Where a document errs, the file says so and corrects it.
+//! Everything here is written to be compared with its document, not to be fast: the operations are in
+//! the document's order, nothing is fused, reassociated or replaced by an approximation, and no code is
+//! shared with the kernel, so that a shared mistake cannot hide.
+//! If a document errs, the file notes and corrects it.
 //!
-//! | document | file | what it gives |
+//! | document | file | contents |
 //! | --- | --- | --- |
 //! | A | [`inter_tri`] | the ray/triangle test that every other method is compared with |
 //! |   | [`closest`] | loops over all triangles: the oracle of closest, any and all hits |
