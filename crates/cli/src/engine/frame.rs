@@ -15,7 +15,7 @@ use crate::engine::tracer::Tracer;
 use crate::error::Result;
 use crate::io::progress::{Progress, timed};
 
-/// How the shadow mask is made.
+/// The method for shadows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shadows {
@@ -48,7 +48,7 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Draws `scene` with the engine of that name, and finds the shadows of what it sees. The engine
+    /// Draws `scene` with the engine of that name, and finds the shadows on the visible points. The engine
     /// traces its own shadow rays; for the z-buffer, which has none, `exact` does.
     pub(crate) fn draw(
         scene: &Scene,
@@ -58,8 +58,8 @@ impl Frame {
         shadows: Shadows,
     ) -> Result<Self> {
         let mut frame = Self::default();
-        // All that a picture takes is timed, also what is done for the rays and with the answers.
-        // Building is not: its time is that of the engines.
+        // Time all work for a picture, including making rays and storing answers. Building is timed with the
+        // engines.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
@@ -88,7 +88,7 @@ impl Frame {
         Ok(Self { trace_seconds, shadow_seconds, ..frame })
     }
 
-    /// Draws `scene`, in any scalar, with an engine that answers rays.
+    /// Draws `scene`, in any scalar, with an engine that traces rays.
     pub(crate) fn traced<T: Tracer>(
         scene: &Scene<T::Scalar>,
         size: (u32, u32),
@@ -141,8 +141,8 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each point that is seen: from there, where answers are
-    /// exact, so that no part of the way has to be left out; else from the light.
+    /// Traces a shadow ray between the light and each visible point: from the point if answers are exact, so
+    /// that no part of the segment has to be left out, and otherwise from the light.
     fn trace_shadows<T: Tracer>(
         &mut self,
         scene: &Scene<T::Scalar>,
@@ -170,7 +170,7 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
-                // A ray from an origin that is not snapped would miss the surface of its point.
+                // A ray whose origin is not snapped would miss the surface of its point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
             seen.par_iter().map(ray).collect_into_vec(&mut rays);
@@ -218,8 +218,8 @@ impl Frame {
     }
 }
 
-/// The entries of some whole bands at a time, enough of them to keep all threads busy, and where they
-/// begin.
+/// The entries of some whole bands at a time, enough of them to keep all threads busy, and their first
+/// position.
 fn bands<'a, T>(
     all: &'a mut [T],
     tiles: Tiles,

@@ -64,7 +64,7 @@ impl Output {
         written.map_err(|cause| refused(&self.name, &cause))
     }
 
-    /// Gives the file its name.
+    /// Renames the file to its final name.
     pub(crate) fn finish(self) -> Result<()> {
         let done = match self.sink {
             Sink::Stream(mut stream) => stream.flush(),

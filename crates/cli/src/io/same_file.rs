@@ -1,4 +1,4 @@
-//! Files that are read stay as they are.
+//! Protects the files that are read from being overwritten.
 
 use std::io;
 use std::path::Path;
@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Refuses to write onto a file that is read, whatever its names are: to `output` or the standard output,
-/// while `-` among the inputs is the standard input.
+/// Refuses to overwrite a file that is read, under any name, by `output` or standard output. `-` among the inputs
+/// means standard input.
 pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Result<()> {
     let to = output.map_or_else(|| of_stream(io::stdout()), of_path);
     for input in inputs {
@@ -31,7 +31,7 @@ pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Resul
 #[cfg(unix)]
 use unix::{of_path, of_stream};
 
-/// A regular file by its place on the disk.
+/// A regular file, identified by device and inode.
 #[cfg(unix)]
 mod unix {
     use std::fs::{self, File, Metadata};
@@ -53,7 +53,7 @@ mod unix {
     }
 }
 
-/// A file by its path without links: elsewhere there is no more to be had without `unsafe`.
+/// A file, identified by its path without links: other systems offer nothing better without `unsafe`.
 #[cfg(not(unix))]
 fn of_path(path: &Path) -> Option<std::path::PathBuf> {
     path.is_file().then(|| path.canonicalize().ok())?

@@ -1,9 +1,12 @@
-//! How to cut a two-way tree into nodes of eight and blocks of eight.
+//! Plans how to cut a two-way tree into nodes of eight and blocks of eight.
 //!
-//! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
-//! Wide BVHs* (2017), section 3: for each two-way node and each `i`, the least cost of standing for
-//! its triangles by at most `i` children of some wide node. One child is a wide node of its own, whose
-//! eight places are shared out between the two sides; where the two-way tree ends, it is a block. More than one: share out `i` between the two sides, or make do with `i - 1`.
+//! After Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs* (2017),
+//! section 3. For each two-way node and each `i`, this computes the least cost of representing the node's triangles by at
+//! most `i` children of some wide node:
+//!
+//! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, where the two-way
+//!   tree ends.
+//! - Several children either divide `i` between the two sides, or make do with `i - 1`.
 
 /// The cost of visiting a node.
 pub(crate) const NODE: f32 = 1.0;
