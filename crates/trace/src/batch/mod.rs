@@ -1,12 +1,18 @@
 //! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
 //!
 //! ```text
-//!   closest_batch ──► trace_batch ──► pieces over threads ──► trace_chunk ──► bundles, streams or beams
+//!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, streams or beams
+//!                      │ rows of pixels                   ▲   │
+//!                      └──► bands over threads ──► gather ┘   └──► scatter
 //! ```
 
+mod answer;
 mod chunk;
 mod lists;
+mod rows;
+mod tiles;
 
+pub(crate) use answer::Answer;
 pub(crate) use lists::lists;
 pub use lists::{CrossingLists, HitLists, Lists};
 
@@ -21,11 +27,22 @@ use crate::tree::Tree;
 use crate::util::threads;
 use crate::walk::BatchOutput;
 use chunk::Chunk;
+use rows::{Run, runs};
+use tiles::{Band, TILE};
 
 /// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
 /// next.
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
+
+/// Where there are fewer rays than threads take, each takes so many, at least.
+const SMALLEST: usize = 256;
+
+/// Bands per thread, at least: several, so that all are done at about the same time.
+const BANDS: usize = 4;
+
+/// Rows of a band, at least.
+const LOWEST: usize = TILE / 4;
 
 /// The rays of one call, with the query's mode and selection.
 pub(crate) struct RayBatch<'a, S: Backend> {
@@ -37,13 +54,52 @@ pub(crate) struct RayBatch<'a, S: Backend> {
 }
 
 impl<S: Backend> RayBatch<'_, S> {
-    /// Traces all rays, on all threads where there are threads.
+    /// Traces all rays, on all threads where there are threads. Pixels that come in rows are traced in tiles.
     ///
     /// # Panics
     /// If there is not one answer a ray.
-    pub(crate) fn trace(&self, output: BatchOutput<'_>) -> Counts {
-        let chunks = output.chunks(self.rays.len(), chunk_size(self.rays.len()));
-        add(chunks.into_iter(), |(range, output)| self.trace_part(range, output))
+    pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
+        assert_eq!(self.rays.len(), answers.len(), "one answer a ray");
+        let runs: Vec<_> =
+            self.runs::<A>().into_iter().map(|run| (Pieces::of(&run), run)).collect();
+        let (mut pieces, mut rest) = (Vec::new(), answers);
+        for (of, run) in &runs {
+            let (some, others) = std::mem::take(&mut rest).split_at_mut(run.rays.len());
+            let begins = run.rays.clone().step_by(of.size);
+            pieces.extend(
+                begins.zip(some.chunks_mut(of.size)).map(|piece| (of.band.as_ref(), piece)),
+            );
+            rest = others;
+        }
+        add(pieces.into_iter(), |(band, (begin, answers))| match band {
+            Some(band) => self.trace_band(band, begin, answers),
+            None => self.trace_part(begin..begin + answers.len(), A::output(answers)),
+        })
+    }
+
+    /// The runs of rays that are traced in the same way.
+    fn runs<A: Answer>(&self) -> Vec<Run> {
+        // Only bundles gain from tiles. They know nothing of selections, whose lists go by the order of the rays.
+        if A::IN_BUNDLES && self.selection.is_none() {
+            runs(self.rays)
+        } else {
+            vec![Run { rays: 0..self.rays.len(), width: None }]
+        }
+    }
+
+    /// Traces rows of pixels on this thread, from this ray on.
+    fn trace_band<A: Answer>(&self, whole: &Band, begin: usize, answers: &mut [A]) -> Counts {
+        let (mut gathered, mut found, mut counts) = (Vec::new(), Vec::new(), Counts::default());
+        let band = whole.within(answers.len());
+        for block in band.blocks() {
+            block.gather(&self.rays[begin..], &mut gathered);
+            block.prefetch_next(&self.rays[begin..]);
+            found.resize(gathered.len(), A::MISS);
+            let batch = RayBatch { rays: &gathered, ..*self };
+            counts += batch.trace_part(0..gathered.len(), A::output(&mut found));
+            block.scatter(&found, answers);
+        }
+        counts
     }
 
     /// Traces some of the rays on this thread.
@@ -96,10 +152,37 @@ fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sy
     counts.into_inner().unwrap_or_default()
 }
 
+/// How the rays of a run are shared by threads.
+struct Pieces {
+    /// How many rays a piece has.
+    size: usize,
+    /// The band that a piece is, if the rays are pixels in rows.
+    band: Option<Band>,
+}
+
+impl Pieces {
+    fn of(run: &Run) -> Self {
+        let rays = run.rays.len();
+        let Some(width) = run.width else {
+            return Self { size: chunk_size(rays), band: None };
+        };
+        // As high as a tile, unless that made too few bands for the threads.
+        let (mut rows, least) = (TILE, BANDS * threads::count());
+        while rows > LOWEST && rays / (width * rows) < least {
+            rows /= 2;
+        }
+        let band = Band::new(width, rows);
+        Self { size: band.len(), band: Some(band) }
+    }
+}
+
 /// Some chunks a thread, so that all are done at about the same time.
 fn chunk_size(rays: usize) -> usize {
-    let even = rays / (16 * threads::count());
-    even.next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
+    let threads = threads::count();
+    if rays < threads * CHUNK {
+        return rays.div_ceil(threads).next_multiple_of(SMALLEST).max(SMALLEST);
+    }
+    (rays / (16 * threads)).next_multiple_of(CHUNK).clamp(CHUNK, CHUNKS * CHUNK)
 }
 
 #[cfg(test)]

@@ -3,13 +3,12 @@
 use intertri::{Counts, Crossings, Hit, Mode, RayOf};
 
 use super::Query;
-use crate::batch::{CrossingLists, HitLists, RayBatch, lists};
+use crate::batch::{Answer, CrossingLists, HitLists, RayBatch, lists};
 use crate::scalar::BvhScalar;
 use crate::selection::ActiveSelection;
 use crate::tree::MeshTriangle;
 use crate::util::memory::OutOfMemory;
 use crate::util::threads;
-use crate::walk::BatchOutput;
 
 /// Many rays a call, on all threads.
 ///
@@ -17,8 +16,8 @@ use crate::walk::BatchOutput;
 /// tests. `answers[i]` belongs to `rays[i]`.
 ///
 /// Batches are faster if rays that are neighbours in the slice are also neighbours in space. Fastest are rays that share
-/// their origin, 1024 in a row in a narrow cone, such as 32 by 32 pixels in Z-order. The library detects this by itself,
-/// and answers do not depend on the order.
+/// their origin and come as pixels, in rows of any width or in tiles, such as 32 by 32 in Z-order: the library detects
+/// them and traces 1024 in a narrow cone at a time. Answers do not depend on the order.
 ///
 /// # Panics
 /// If rays and answers differ in number, or if there are lists of triangles to skip but not one a ray.
@@ -42,7 +41,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
     /// [`Query::closest_batch`] into a slice.
     pub fn closest_batch_into(&self, rays: &[RayOf<S>], hits: &mut [Hit]) -> Counts {
-        self.trace_batch(self.mode, rays, BatchOutput::Hits(hits))
+        self.trace_batch(self.mode, rays, hits)
     }
 
     /// [`Query::closest_triangle`] of many rays; [`MeshTriangle::MISS`] for a ray that hits nothing.
@@ -58,7 +57,7 @@ impl<S: BvhScalar> Query<'_, S> {
         rays: &[RayOf<S>],
         triangles: &mut [MeshTriangle],
     ) -> Counts {
-        self.trace_batch(self.mode, rays, BatchOutput::Triangles(triangles))
+        self.trace_batch(self.mode, rays, triangles)
     }
 
     /// [`Query::any`] of many rays.
@@ -74,7 +73,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
     /// [`Query::any_batch`] into a slice.
     pub fn any_batch_into(&self, rays: &[RayOf<S>], any: &mut [bool]) -> Counts {
-        self.trace_batch(self.mode, rays, BatchOutput::Any(any))
+        self.trace_batch(self.mode, rays, any)
     }
 
     /// [`Query::all`] of many rays, in compact arrays; of each ray the first `limit` hits, if there is a limit. With a
@@ -124,11 +123,11 @@ impl<S: BvhScalar> Query<'_, S> {
     /// [`Query::count_crossings_batch`] into a slice.
     pub fn count_crossings_batch_into(&self, rays: &[RayOf<S>], crossings: &mut [Crossings]) {
         crossings.fill(Crossings::default());
-        self.trace_batch(self.crossing_mode(), rays, BatchOutput::Crossings(crossings));
+        self.trace_batch(self.crossing_mode(), rays, crossings);
     }
 
-    fn trace_batch(&self, mode: Mode, rays: &[RayOf<S>], output: BatchOutput<'_>) -> Counts {
-        self.with_batch(mode, rays, |batch| batch.trace(output))
+    fn trace_batch<A: Answer>(&self, mode: Mode, rays: &[RayOf<S>], answers: &mut [A]) -> Counts {
+        self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
     /// Runs `trace` on the rays: on this thread only, if the query is set so.
@@ -145,14 +144,14 @@ impl<S: BvhScalar> Query<'_, S> {
     }
 
     /// Traces rays among other triangles than the query's.
-    pub(super) fn with_selection(
+    pub(super) fn with_selection<A: Answer>(
         &self,
         selection: ActiveSelection<'_>,
         mode: Mode,
         rays: &[RayOf<S>],
-        output: BatchOutput<'_>,
+        answers: &mut [A],
     ) {
-        self.in_threads(|| self.batch(selection, mode, rays).trace(output));
+        self.in_threads(|| self.batch(selection, mode, rays).trace(answers));
     }
 
     fn batch<'b>(

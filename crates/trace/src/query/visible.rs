@@ -16,7 +16,6 @@ use intertri::{LeafSlot, RayOf, TriangleOf};
 use super::Query;
 use crate::scalar::BvhScalar;
 use crate::selection::Selection;
-use crate::walk::BatchOutput;
 
 /// A triangle this many units of rounding from an end, or nearer, is one on which the end lies.
 const UNITS: f64 = 16.0;
@@ -96,7 +95,7 @@ impl<S: BvhScalar> Query<'_, S> {
         let (bvh, mode) = (self.bvh, self.mode);
         let rays: Vec<_> = segments.iter().map(ray_of).collect();
         let all = Selection { skip: &[], ..selection }.active(&bvh.tree);
-        self.with_selection(all, mode, &rays, BatchOutput::Any(visible));
+        self.with_selection(all, mode, &rays, visible);
 
         // Those that hit something, which may be where they end.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
@@ -112,7 +111,7 @@ impl<S: BvhScalar> Query<'_, S> {
         };
         let mut occluded = vec![false; rays.len()];
         let some = Some(selection.filtered(&counts));
-        self.with_selection(some, mode, &rays, BatchOutput::Any(&mut occluded));
+        self.with_selection(some, mode, &rays, &mut occluded);
 
         for (visible, segment) in visible.iter_mut().zip(segments) {
             *visible = segment.as_flattened().iter().all(|x| Bits::is_finite(*x));

@@ -1,7 +1,5 @@
 //! Where a traversal of many rays writes its answers: closest hits, closest triangles, whether they hit, every hit.
 
-use std::ops::Range;
-
 use intertri::internal::prefetch;
 use intertri::{ClosestHit, Crossings, Hit, TriangleId};
 
@@ -26,34 +24,6 @@ pub(crate) enum BatchOutput<'a> {
 }
 
 impl BatchOutput<'_> {
-    /// The same in chunks of so many rays, and which rays these are.
-    ///
-    /// # Panics
-    /// If there are not `count` answers.
-    pub(crate) fn chunks(self, count: usize, size: usize) -> Vec<(Range<usize>, Self)> {
-        /// Those of a slice.
-        fn of<'a, A>(
-            slice: &'a mut [A],
-            (count, size): (usize, usize),
-            answers: impl Fn(&'a mut [A]) -> BatchOutput<'a>,
-        ) -> Vec<(Range<usize>, BatchOutput<'a>)> {
-            assert_eq!(count, slice.len(), "one answer a ray");
-            let range = |from: usize| from..count.min(from + size);
-            (0..count).step_by(size).map(range).zip(slice.chunks_mut(size).map(answers)).collect()
-        }
-
-        let by = (count, size);
-        match self {
-            Self::Hits(hits) => of(hits, by, Self::Hits),
-            Self::Triangles(triangles) => of(triangles, by, Self::Triangles),
-            Self::Any(any) => of(any, by, Self::Any),
-            Self::Crossings(crossings) => of(crossings, by, Self::Crossings),
-            Self::Containments(all) => of(all, by, Self::Containments),
-            // The caller concatenates the chunks.
-            Self::Pairs(pairs) => vec![(0..count, Self::Pairs(pairs))],
-        }
-    }
-
     /// Whether any hit will do.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {

@@ -1,0 +1,173 @@
+//! Which rays of a batch are pixels that come in rows.
+//!
+//! Nobody says so: rows are seen by where the direction jumps back, time and again.
+//!
+//! ```text
+//!   ┌──────────────────────►
+//!   └──────────────────────►   the jump: back by more than a few pixels
+//!   ...
+//! ```
+//!
+//! A look at two rows and at the ends of some others costs nothing beside tracing them.
+
+use std::ops::Range;
+
+use intertri::RayOf;
+
+use super::tiles::TILE;
+use crate::scalar::Backend;
+
+/// Shorter rows are none.
+const SHORTEST: usize = TILE;
+
+/// Longer rows are not looked for.
+const LONGEST: usize = 1 << 14;
+
+/// Fewer rows of one picture are none.
+const FEWEST: usize = TILE / 4;
+
+/// The direction goes on by so many pixels of a row before it is looked at, and jumps back by half as many at the end,
+/// or more: so rays may be jittered within their pixels.
+const STEP: usize = 8;
+
+/// After so many rays that are no rows they are looked for again.
+const AGAIN: usize = 1 << 16;
+
+/// Rays that follow each other.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Run {
+    pub(super) rays: Range<usize>,
+    /// How many pixels a row has, if they are a picture's in rows.
+    pub(super) width: Option<usize>,
+}
+
+/// Rays in their order, as runs of rows and of others.
+pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    let mut add = |rays: Range<usize>, width: Option<usize>| match runs.last_mut() {
+        Some(last) if last.width == width && width.is_none() => last.rays.end = rays.end,
+        _ if rays.is_empty() => (),
+        _ => runs.push(Run { rays, width }),
+    };
+    let mut at = 0;
+    while at < rays.len() {
+        let rows = Rows(&rays[at..]);
+        let Some((first, width)) = rows.find() else {
+            let end = rays.len().min(at + AGAIN);
+            add(at..end, None);
+            at = end;
+            continue;
+        };
+        let count = rows.count(first, width);
+        add(at..at + first, None);
+        at += first;
+        add(at..at + count * width, Some(width));
+        at += count * width;
+    }
+    runs
+}
+
+/// Rays that may come in rows.
+struct Rows<'a, S: Backend>(&'a [RayOf<S>]);
+
+impl<S: Backend> Rows<'_, S> {
+    /// Where the first row begins, and how many pixels each has.
+    fn find(&self) -> Option<(usize, usize)> {
+        if self.0.len() < FEWEST * SHORTEST {
+            return None;
+        }
+        let first = self.end_of(0)?;
+        let width = self.end_of(first)? - first;
+        let begin = if first == width { 0 } else { first };
+        let is_picture = width >= SHORTEST && self.count(begin, width) >= FEWEST;
+        is_picture.then_some((begin, width))
+    }
+
+    /// Where the row ends that begins at a ray, if it does soon.
+    fn end_of(&self, begin: usize) -> Option<usize> {
+        let along = self.step(begin, begin + STEP)?;
+        let most = self.0.len().min(begin + LONGEST);
+        (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
+    }
+
+    /// Whether the direction jumps back just before a ray, by half of so many pixels at least.
+    fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
+        let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
+        self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
+    }
+
+    /// How many rows of one picture follow each other.
+    fn count(&self, begin: usize, width: usize) -> usize {
+        let origin = |ray: &RayOf<S>| ray.origin.map(Into::<f64>::into).map(f64::to_bits);
+        let Some(from) = self.0.get(begin).map(origin) else { return 0 };
+        let is_row = |&row: &usize| {
+            let first = begin + row * width;
+            let Some(last) = self.0.get(first + width - 1) else { return false };
+            let Some(along) = self.step(first, first + STEP) else { return false };
+            let ends =
+                first + width == self.0.len() || self.jumps_back(first + width, along, width);
+            origin(&self.0[first]) == from && origin(last) == from && ends
+        };
+        (0..(self.0.len() - begin) / width).take_while(is_row).count()
+    }
+
+    /// By how much the direction of one ray differs from another's.
+    fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
+        let (from, to) = (self.0.get(from)?.dir, self.0.get(to)?.dir);
+        Some([0, 1, 2].map(|k| to[k].into() - from[k].into()))
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::Ray;
+
+    use super::{Run, runs};
+
+    /// A picture of so many pixels from a camera, row by row.
+    fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
+        let at = |i: usize| [(i % width) as f32, (i / width) as f32].map(|k| k / 100.0 - 1.0);
+        let ray = |[x, y]: [f32; 2]| Ray::new([camera, 0.0, 0.0], [x, y, 3.0]);
+        (0..width * height).map(at).map(ray).collect()
+    }
+
+    #[test]
+    fn rows_are_seen() {
+        let run = |rays, width| Run { rays, width };
+        let rows_of = |width| Some(width);
+        assert_eq!(runs(&rows(0.0, 40, 9)), [run(0..360, rows_of(40))]);
+        assert_eq!(runs(&rows(0.0, 500, 20)), [run(0..10_000, rows_of(500))]);
+
+        // Two cameras, and a row that is not whole at either end.
+        let two = [&rows(0.0, 50, 10)[20..], &rows(1.0, 60, 10)[..585]].concat();
+        let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
+        assert_eq!(runs(&two)[..3], seen);
+        assert_eq!(runs(&two)[3..], [run(1020..1065, None)]);
+    }
+
+    #[test]
+    fn jittered_rows_are_seen() {
+        let mut rays = rows(0.0, 64, 32);
+        for (i, ray) in rays.iter_mut().enumerate() {
+            let by = |k: usize| (i * k % 101) as f32 / 101.0 - 0.5;
+            (ray.dir[0], ray.dir[1]) = (ray.dir[0] + by(37) / 100.0, ray.dir[1] + by(59) / 100.0);
+        }
+        assert_eq!(runs(&rays), [Run { rays: 0..2048, width: Some(64) }]);
+    }
+
+    #[test]
+    fn others_are_no_rows() {
+        let picture = rows(0.0, 64, 64);
+        let bits = |i: usize| (0..6).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k);
+        let tiles: Vec<Ray> = (0..4096).map(|i| picture[64 * bits(i >> 1) + bits(i)]).collect();
+        let mixed: Vec<Ray> = (0..4096).map(|i| picture[i * 1021 % 4096]).collect();
+        let one_way = vec![picture[77]; 4096];
+        for rays in [tiles, mixed, one_way, rows(0.0, 1024, 1), rows(0.0, 20, 100)] {
+            assert_eq!(runs(&rays), [Run { rays: 0..rays.len(), width: None }]);
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Pixels that come in rows are traced tile by tile.
+//!
+//! Rays of one origin are fastest where 1024 that follow each other make a narrow cone. A row of pixels is a flat fan,
+//! so a block of rows is read row by row, four pixels at a time, and put where its tiles want them:
+//!
+//! ```text
+//!   128 pixels of 32 rows          tiles of 32 by 32       in Z-order, by packets of 4 by 4
+//!   ──────────────────────►       ┌────┬────┬────┬────┐       0  1  4  5
+//!   ──────────────────────►  ──►  │  0 │  1 │  2 │  3 │       2  3  6  7
+//!   ──────────────────────►       └────┴────┴────┴────┘       8  9 12 13
+//! ```
+//!
+//! Memory is read and written in long runs, and a block fits the second cache. Answers do not depend on it.
+
+use std::borrow::Cow;
+
+use intertri::internal::prefetch_early;
+
+/// Pixels a side of a tile.
+pub(super) const TILE: usize = 32;
+
+/// Pixels a side of a packet.
+const PACKET: usize = 4;
+
+/// Pixels of a row that are taken at a time.
+const ACROSS: usize = 4 * TILE;
+
+/// Rows of pixels that are traced together.
+#[derive(Clone)]
+pub(super) struct Band {
+    /// Pixels of a row.
+    width: usize,
+    rows: usize,
+    whole: BlockOrder,
+    right: BlockOrder,
+}
+
+/// Where the pixels of a block go: row by row, where each four begin among its rays.
+#[derive(Clone)]
+struct BlockOrder {
+    width: usize,
+    height: usize,
+    begins: Vec<u16>,
+}
+
+/// Some columns of a band.
+#[derive(Clone, Copy)]
+pub(super) struct Block<'a> {
+    /// The pixel of the band in its corner.
+    first: usize,
+    /// Pixels of a row of the band.
+    row: usize,
+    order: &'a BlockOrder,
+}
+
+impl Band {
+    /// So many rows, [`TILE`] at most, of so many pixels each.
+    pub(super) fn new(width: usize, rows: usize) -> Self {
+        let right = BlockOrder::new(width % ACROSS, rows);
+        Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
+    }
+
+    /// How many pixels it has.
+    pub(super) fn len(&self) -> usize {
+        self.width * self.rows
+    }
+
+    /// This one, or a band of the whole rows among fewer pixels.
+    pub(super) fn within(&self, pixels: usize) -> Cow<'_, Self> {
+        if pixels < self.len() {
+            Cow::Owned(Self::new(self.width, pixels / self.width))
+        } else {
+            Cow::Borrowed(self)
+        }
+    }
+
+    /// Its blocks, from left to right.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
+        (0..self.width).step_by(ACROSS).map(|first| {
+            let order = if first + ACROSS <= self.width { &self.whole } else { &self.right };
+            Block { first, row: self.width, order }
+        })
+    }
+}
+
+impl BlockOrder {
+    fn new(width: usize, height: usize) -> Self {
+        let fours = width.div_ceil(PACKET);
+        let mut begins = vec![0; fours * height];
+        let mut next = 0;
+        for tile in 0..width.div_ceil(TILE) {
+            for (i, j) in z_order() {
+                let x = tile * TILE + i * PACKET;
+                if x < width {
+                    for y in (j * PACKET..height).take(PACKET) {
+                        begins[y * fours + x / PACKET] = next;
+                        next += PACKET.min(width - x) as u16;
+                    }
+                }
+            }
+        }
+        Self { width, height, begins }
+    }
+}
+
+/// The packets of a tile in Z-order: their x and y.
+fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
+    let even = |n: usize| (0..3).map(|bit| (n >> (2 * bit) & 1) << bit).sum();
+    std::array::from_fn(|n| (even(n), even(n >> 1)))
+}
+
+impl Block<'_> {
+    /// Its rows: the pixels of the band in each, and where its fours begin.
+    fn rows(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[u16])> {
+        let BlockOrder { width, ref begins, .. } = *self.order;
+        let rows = begins.chunks_exact(width.div_ceil(PACKET).max(1));
+        rows.enumerate().map(move |(y, begins)| {
+            let first = self.first + y * self.row;
+            (first..first + width, begins)
+        })
+    }
+
+    /// Copies its rays, of those that begin with the band's, tile by tile.
+    pub(super) fn gather<R: Copy>(&self, rays: &[R], gathered: &mut Vec<R>) {
+        let BlockOrder { width, height, .. } = *self.order;
+        gathered.resize(width * height, rays[0]);
+        for (row, begins) in self.rows() {
+            let (fours, rest) = rays[row].as_chunks::<PACKET>();
+            for (four, &begin) in fours.iter().zip(begins) {
+                gathered[begin.into()..][..PACKET].copy_from_slice(four);
+            }
+            if let Some(&begin) = begins.last() {
+                gathered[begin.into()..].iter_mut().zip(rest).for_each(|(to, ray)| *to = *ray);
+            }
+        }
+    }
+
+    /// Prefetches the rays of the block that comes next.
+    pub(super) fn prefetch_next<R>(&self, rays: &[R]) {
+        let BlockOrder { width, height, .. } = *self.order;
+        let right = self.first + width;
+        let next = if right < self.row { right } else { height * self.row };
+        let width = ACROSS.min(self.row - right % self.row);
+        for start in (next..).step_by(self.row).take(height) {
+            if let Some(row) = rays.get(start..start + width) {
+                prefetch_early(row);
+            }
+        }
+    }
+
+    /// Writes its answers to those of the band.
+    pub(super) fn scatter<A: Copy>(&self, found: &[A], answers: &mut [A]) {
+        for (row, begins) in self.rows() {
+            let (fours, rest) = answers[row].as_chunks_mut::<PACKET>();
+            for (four, &begin) in fours.iter_mut().zip(begins) {
+                four.copy_from_slice(&found[begin.into()..][..PACKET]);
+            }
+            if let Some(&begin) = begins.last() {
+                rest.iter_mut().zip(&found[begin.into()..]).for_each(|(to, &found)| *to = found);
+            }
+        }
+    }
+}

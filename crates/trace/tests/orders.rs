@@ -1,0 +1,176 @@
+//! Batches in the orders in which rays come: each answer is that of its ray alone, bit for bit.
+
+use std::sync::OnceLock;
+
+use intertri::{Crossings, Hit, Mode, Ray, Ray64, Triangle, TriangleOf};
+use intertri_trace::{Bvh, MeshTriangle};
+
+/// A number in -1..1 from any two.
+fn number(i: usize, k: usize) -> f32 {
+    let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
+    (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
+}
+
+/// A cloud of triangles, with another mesh behind it.
+fn scene() -> &'static Bvh {
+    static SCENE: OnceLock<Bvh> = OnceLock::new();
+    SCENE.get_or_init(|| {
+        let cloud = |first: usize, z: f32| -> Vec<Triangle> {
+            let triangle = |i: usize| {
+                let at = [number(i, 0), number(i, 1), 0.5 * number(i, 2) + z];
+                let corner = |k: usize| [0, 1, 2].map(|axis| at[axis] + 0.2 * number(i, k + axis));
+                Triangle([corner(3), corner(6), corner(4)])
+            };
+            (first..first + 600).map(triangle).collect()
+        };
+        Bvh::from_meshes(&[&cloud(0, 0.0), &cloud(1000, 1.0)]).unwrap()
+    })
+}
+
+/// Pixels of the widest picture here, and its rows.
+const WIDEST: usize = 1100;
+const HIGHEST: usize = 41;
+
+/// The ray through a pixel from a camera, off the pixel's middle by so much at most.
+fn pixel(camera: usize, x: usize, y: usize, jitter: f32) -> Ray {
+    let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 600.0;
+    let [u, v] = [x as f32 / 600.0 - 0.9 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
+    Ray::new([0.1 * camera as f32, 0.05, -2.5], [u, v, 2.0])
+}
+
+/// The rays of a picture, row by row.
+fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
+    (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
+}
+
+/// Compares every verb with what it says of each ray alone.
+fn check(name: &str, rays: &[Ray]) {
+    let bvh = scene();
+    for mode in [Mode::certified(), Mode::exact(), Mode::once()] {
+        let mut alone = bvh.query().mode(mode);
+        let query = bvh.query().mode(mode);
+        let (hits, any) = (query.closest_batch(rays), query.any_batch(rays));
+        let (triangles, counts) =
+            (query.closest_triangle_batch(rays), query.count_crossings_batch(rays));
+        let (all, few) =
+            (query.all_batch(rays, None).unwrap(), query.all_batch(rays, Some(2)).unwrap());
+        let crossings = query.crossings_batch(rays, None).unwrap();
+        assert_eq!([all.len(), few.len(), crossings.len()], [rays.len(); 3], "{name}");
+        for (i, ray) in rays.iter().enumerate() {
+            let closest = alone.closest(ray);
+            assert_eq!(hits[i].some(), closest, "{name}, ray {i}: the closest hit, {mode:?}");
+            let triangle =
+                closest.map_or(MeshTriangle::MISS, |Hit { triangle, geometry, .. }| MeshTriangle {
+                    triangle,
+                    geometry,
+                });
+            assert_eq!(triangles[i], triangle, "{name}, ray {i}: its triangle, {mode:?}");
+            assert_eq!(any[i], closest.is_some(), "{name}, ray {i}: any hit, {mode:?}");
+            let hits = alone.all(ray);
+            assert_eq!(all.of(i), hits, "{name}, ray {i}: every hit, {mode:?}");
+            assert_eq!(
+                few.of(i),
+                &hits[..hits.len().min(2)],
+                "{name}, ray {i}: two hits, {mode:?}"
+            );
+            let crossed = alone.crossings(ray);
+            assert_eq!(crossings.of(i), crossed, "{name}, ray {i}: crossings");
+            let mut count = Crossings::default();
+            crossed.iter().for_each(|crossing| count.add(crossing.leaves));
+            assert_eq!(counts[i], count, "{name}, ray {i}: how often it crosses");
+        }
+    }
+    let wide = |ray: &Ray| {
+        let [t_min, t_max] = [ray.t_min, ray.t_max].map(f64::from);
+        Ray64::new(ray.origin.map(f64::from), ray.dir.map(|x| f64::from(x) + 1e-10))
+            .between(t_min, t_max)
+    };
+    let rays: Vec<Ray64> = rays.iter().map(wide).collect();
+    let (bvh, hits) = (scene64(), scene64().closest_batch(&rays));
+    for (i, ray) in rays.iter().enumerate() {
+        assert_eq!(hits[i].some(), bvh.closest(ray), "{name}, ray {i} in f64");
+    }
+}
+
+/// The scene in f64, off from what f32 holds.
+fn scene64() -> &'static Bvh<f64> {
+    static SCENE: OnceLock<Bvh<f64>> = OnceLock::new();
+    SCENE.get_or_init(|| {
+        let wide = |triangle: &Triangle| {
+            TriangleOf(triangle.0.map(|corner| corner.map(|x| f64::from(x) + 1e-9)))
+        };
+        let triangles: Vec<_> = scene().to_triangles().iter().map(wide).collect();
+        Bvh::new(&triangles).unwrap()
+    })
+}
+
+#[test]
+fn rows_of_every_width_get_what_each_ray_gets_alone() {
+    let whole = rows(0, WIDEST, HIGHEST, 0.0);
+    let bvh = scene();
+    let alone: Vec<Hit> = whole.iter().map(|ray| bvh.closest(ray).unwrap_or(Hit::MISS)).collect();
+    assert!(alone.iter().filter(|hit| hit.is_hit()).count() > alone.len() / 8);
+    for width in 1..=WIDEST {
+        // So many rows, the last not whole.
+        let height = 8 + width % (HIGHEST - 8);
+        let count = width * height + width / 3;
+        let at = |i: usize| i / width * WIDEST + i % width;
+        let rays: Vec<Ray> = (0..count).map(|i| whole[at(i)]).collect();
+        let (hits, any) = (bvh.closest_batch(&rays), bvh.any_batch(&rays));
+        for i in 0..count {
+            assert_eq!(hits[i], alone[at(i)], "ray {i} of rows of {width}");
+            assert_eq!(any[i], alone[at(i)].is_hit(), "ray {i} of rows of {width}");
+        }
+    }
+}
+
+#[test]
+fn every_verb_answers_rows_as_rays() {
+    for (width, height) in [(32, 9), (33, 31), (97, 40), (128, 33), (131, 17), (509, 8)] {
+        check(&format!("{width} by {height}"), &rows(0, width, height, 0.0));
+    }
+}
+
+#[test]
+fn jittered_rows_get_what_each_ray_gets_alone() {
+    check("jittered", &rows(1, 150, 35, 0.5));
+}
+
+#[test]
+fn several_cameras_in_a_batch_get_what_each_ray_gets_alone() {
+    let cameras = [(0, 70, 21), (1, 70, 13), (2, 133, 9), (3, 7, 5), (4, 40, 40)];
+    let all = cameras.map(|(camera, width, height)| rows(camera, width, height, 0.0));
+    check("cameras", &all.concat());
+}
+
+#[test]
+fn rows_that_end_early_get_what_each_ray_gets_alone() {
+    // Row 12 lacks its end, row 20 has a gap.
+    let mut rays = rows(0, 129, 36, 0.0);
+    rays.drain(20 * 129 + 40..20 * 129 + 60);
+    rays.drain(12 * 129 + 100..13 * 129);
+    check("cut", &rays);
+    check("cut at the begin", &rays[57..]);
+}
+
+#[test]
+fn rays_of_nan_and_others_among_rows_get_what_each_ray_gets_alone() {
+    let mut rays = rows(0, 140, 35, 0.0);
+    for (i, x) in [f32::NAN, f32::INFINITY, 0.0, f32::MAX].into_iter().enumerate() {
+        rays[1500 + 11 * i].dir = [x; 3];
+        rays[2500 + 141 * i].origin[i % 3] = x;
+        rays[3500 + 7 * i].t_max = x;
+        rays[139 + 140 * i].dir[0] = x;
+    }
+    check("spoiled", &rays);
+}
+
+#[test]
+fn columns_and_tiles_get_what_each_ray_gets_alone() {
+    let columns: Vec<Ray> = (0..64 * 40).map(|i| pixel(0, i / 40, i % 40, 0.0)).collect();
+    check("columns", &columns);
+    let bits = |i: usize| (0..5).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k);
+    let tiles: Vec<Ray> =
+        (0..5000).map(|i| pixel(0, bits(i) + i / 1024 * 32, bits(i >> 1), 0.0)).collect();
+    check("tiles", &tiles);
+}
