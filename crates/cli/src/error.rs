@@ -75,7 +75,8 @@ from!(
     intertri_scene::ImageError,
     intertri_raster::LightError,
     intertri_raster::ViewError,
-    intertri_trace::BuildError
+    intertri_trace::BuildError,
+    intertri_trace::OutOfMemory
 );
 
 /// Prints the error in the command line, or the requested help.

@@ -239,6 +239,14 @@ fn answers_do_not_wait_for_the_next_rays() {
     }
 }
 
+/// The signals that this process ignores, and those that it starts: a bit each, from 1 on.
+#[cfg(target_os = "linux")]
+fn ignored() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+    u64::from_str_radix(mask.trim(), 16).unwrap()
+}
+
 /// A limit on the size of files, and one on processor time, end a run as an error and as a signal do.
 #[test]
 #[cfg(target_os = "linux")]
@@ -259,6 +267,11 @@ fn a_run_that_reaches_a_limit_leaves_nothing() {
     }
     for (name, number) in [("QUIT", 3), ("XCPU", 24)] {
         use std::os::unix::process::ExitStatusExt;
+        // A shell's background jobs ignore SIGQUIT, and so would the program.
+        if ignored() & (1 << (number - 1)) != 0 {
+            println!("skipped: {name} is ignored here");
+            continue;
+        }
         let mut command = place.command("trace m.obj --rays - -o out.csv");
         let mut child = command.stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let partial = format!(".out.csv.{}.partial", child.id());

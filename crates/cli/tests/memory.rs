@@ -118,6 +118,38 @@ fn rays_that_are_measured_end_in_one_line_of_the_program() {
     assert!(told.iter().any(|line| line.contains("rays")), "{told:?}");
 }
 
+/// A ray may hit everything: what it hits, and the text of that, are as long as the model.
+#[test]
+fn one_ray_that_hits_everything_ends_in_one_line() {
+    let place = TestFolder::new();
+    let corners = "v 0 0 5\nv 1 0 5\nv 0 1 5\n";
+    place.put("m.obj", format!("{corners}{}", "f 1 2 3\n".repeat(20_000)));
+    let rays = "0.123456789,0.234567891,0,0,0,1\n".repeat(16);
+    place.put("rays.csv", format!("ox,oy,oz,dx,dy,dz\n{rays}"));
+    for ask in ["--all", "--all --raw", "--crossings", "--all --engine fixed"] {
+        let line = format!("trace m.obj --rays rays.csv {ask} -o a.csv");
+        let without = "trace m.obj --rays rays.csv --any -o a.csv";
+        let enough = |line: &str, limit| within(&place, limit, line).status.success();
+        let least = (10_000..).step_by(5000).find(|&limit| enough(without, limit)).unwrap();
+        let mut told = vec![];
+        for limit in (least..).step_by(3000) {
+            let output = within(&place, limit, &line);
+            if output.status.success() {
+                break;
+            }
+            let error = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(1), "{limit} KB: {line}: {error}");
+            if let Some(rest) = error.strip_prefix("memory allocation of ") {
+                let bytes: usize = rest.split(' ').next().unwrap().parse().unwrap();
+                assert!(bytes < 1 << 20, "{limit} KB: {line}: {error}");
+            }
+            told.push(error);
+        }
+        let known = |e: &&String| e.contains("the answers of ray ") || e.contains("for the hits");
+        assert!(told.iter().filter(known).count() > 2, "{line}: {told:?}");
+    }
+}
+
 #[test]
 fn rays_take_no_more_memory_the_more_there_are() {
     let place = TestFolder::new();

@@ -6,6 +6,7 @@ use intertri::{Hit, RayOf};
 use intertri_scene::Coordinate;
 
 use crate::engine::tracer::Tracer;
+use crate::error::Result;
 use crate::io::answers::{Format, Query};
 
 /// The query for the rays, and the format of the answers.
@@ -33,17 +34,27 @@ pub(crate) struct Batch<S> {
 
 impl<S: Coordinate> Batch<S> {
     /// Traces all rays, chunk by chunk.
-    pub(crate) fn answer(&mut self, question: &Question<'_, impl Tracer<Scalar = S>>) {
+    ///
+    /// # Errors
+    /// If there is too little memory for the answers of a ray.
+    pub(crate) fn answer(
+        &mut self,
+        question: &Question<'_, impl Tracer<Scalar = S>>,
+    ) -> Result<()> {
         let start = Instant::now();
         self.answers.bytes.clear();
         let size = question.engine.chunk_size();
         let chunks = self.rays.chunks(size).zip((self.first..).step_by(size));
-        self.hits = chunks.map(|(rays, first)| self.answers.add(question, rays, first)).sum();
+        self.hits = 0;
+        for (rays, first) in chunks {
+            self.hits += self.answers.add(question, rays, first)?;
+        }
         self.outside.clear();
         let numbered = (self.first..).zip(&self.rays);
         let outside = numbered.filter(|(_, ray)| question.engine.is_outside(ray.origin));
         self.outside.extend(outside.map(|(number, _)| number));
         self.seconds = start.elapsed().as_secs_f64();
+        Ok(())
     }
 
     /// The answers as they are to be written.
@@ -67,7 +78,7 @@ impl Answers {
         question: &Question<'_, T>,
         rays: &[RayOf<T::Scalar>],
         first: u64,
-    ) -> u64 {
+    ) -> Result<u64> {
         let Self { closest, any, bytes } = self;
         let Question { engine, query, format } = *question;
         let numbers = first..;
@@ -78,7 +89,7 @@ impl Answers {
                 engine.closest(rays, closest);
                 for (number, hit) in numbers.zip(closest) {
                     count += u64::from(hit.is_hit());
-                    format.closest(bytes, number, hit);
+                    format.closest(bytes, number, hit)?;
                 }
             }
             Query::Any => {
@@ -86,24 +97,24 @@ impl Answers {
                 engine.any(rays, any);
                 for (number, &mut hit) in numbers.zip(any) {
                     count += u64::from(hit);
-                    format.any(bytes, number, hit);
+                    format.any(bytes, number, hit)?;
                 }
             }
             Query::All => {
                 for (number, ray) in numbers.zip(rays) {
-                    let hits = engine.all(ray);
+                    let hits = engine.all(ray)?;
                     count += u64::from(!hits.is_empty());
-                    format.all(bytes, number, &hits);
+                    format.all(bytes, number, &hits)?;
                 }
             }
             Query::Crossings => {
                 for (number, ray) in numbers.zip(rays) {
-                    let crossings = engine.crossings(ray);
+                    let crossings = engine.crossings(ray)?;
                     count += u64::from(!crossings.is_empty());
-                    format.crossings(bytes, number, &crossings);
+                    format.crossings(bytes, number, &crossings)?;
                 }
             }
         }
-        count
+        Ok(count)
     }
 }

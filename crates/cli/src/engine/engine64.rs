@@ -5,6 +5,7 @@ use std::sync::Arc;
 use intertri::{Counts, Crossing, Hit, Ray64, Triangle64};
 use intertri_trace::Bvh;
 
+use crate::engine::memory;
 use crate::engine::name::EngineName;
 use crate::engine::oracle;
 use crate::engine::tracer::Tracer;
@@ -84,17 +85,17 @@ impl Tracer for Engine64 {
         }
     }
 
-    fn all(&self, ray: &Ray64) -> Vec<Hit> {
+    fn all(&self, ray: &Ray64) -> Result<Vec<Hit>> {
         match self {
-            Self::Exact(bvh) => bvh.all(ray),
-            Self::Oracle(triangles) => oracle::all(triangles, ray),
+            Self::Exact(bvh) => memory::hits(bvh.query(), ray),
+            Self::Oracle(triangles) => Ok(oracle::all(triangles, ray)),
         }
     }
 
-    fn crossings(&self, ray: &Ray64) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray64) -> Result<Vec<Crossing>> {
         match self {
-            Self::Exact(bvh) => bvh.crossings(ray),
-            Self::Oracle(_) => Vec::new(),
+            Self::Exact(bvh) => memory::crossings(bvh.query(), ray),
+            Self::Oracle(_) => Ok(Vec::new()),
         }
     }
 }

@@ -6,7 +6,7 @@ use intertri_trace::Bvh;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::engine::memory::room;
+use crate::engine::memory::{self, room};
 use crate::error::Result;
 use crate::io::progress::Progress;
 
@@ -76,18 +76,21 @@ impl FixedScene {
     }
 
     /// Every hit of a ray, by t, then by triangle.
-    pub(crate) fn all(&self, ray: &Ray) -> Vec<Hit> {
-        self.crossings(ray).into_iter().map(|crossing| crossing.hit).collect()
+    pub(crate) fn all(&self, ray: &Ray) -> Result<Vec<Hit>> {
+        let crossings = self.crossings(ray)?;
+        let mut hits = room(crossings.len(), "hits")?;
+        hits.extend(crossings.iter().map(|crossing| crossing.hit));
+        Ok(hits)
     }
 
     /// The same, and from which side the ray crosses.
-    pub(crate) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
-        let mut crossings = self.bvh.crossings(ray.to_f32());
+        let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;
         for Crossing { hit, .. } in &mut crossings {
             hit.t = ray.t_of_caller(hit.t);
         }
-        crossings
+        Ok(crossings)
     }
 
     /// Snaps rays to the grid and traces them there, in chunks that stay in the cache: `trace` gets the snapped rays,

@@ -1,5 +1,10 @@
 //! Memory that there may not be: for what a model or a picture has many of.
 
+use std::slice;
+
+use intertri::{Crossing, Hit, RayOf};
+use intertri_trace::{BvhScalar, Query};
+
 use crate::error::{Error, Result};
 
 /// An empty list with capacity for `count` of `what`; an error if memory runs out.
@@ -15,4 +20,17 @@ pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec
     let mut list = room(count, what)?;
     list.resize(count, value);
     Ok(list)
+}
+
+/// Every hit of one ray, or an error where there is too little memory for them.
+pub(crate) fn hits<S: BvhScalar>(query: Query<'_, S>, ray: &RayOf<S>) -> Result<Vec<Hit>> {
+    Ok(query.on_this_thread().all_batch(slice::from_ref(ray), None)?.items)
+}
+
+/// Every crossing of one ray, or an error where there is too little memory for them.
+pub(crate) fn crossings<S: BvhScalar>(
+    query: Query<'_, S>,
+    ray: &RayOf<S>,
+) -> Result<Vec<Crossing>> {
+    Ok(query.on_this_thread().crossings_batch(slice::from_ref(ray), None)?.items)
 }

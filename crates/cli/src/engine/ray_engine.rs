@@ -6,9 +6,11 @@ use intertri::{Counts, Crossing, Hit, Mode, Ray, Triangle};
 use intertri_trace::Bvh;
 
 use crate::engine::fixed::FixedScene;
+use crate::engine::memory;
 use crate::engine::oracle;
 use crate::engine::reference::ReferenceScene;
 use crate::engine::tracer::Tracer;
+use crate::error::Result;
 
 /// An engine that answers for coordinates in f32.
 pub(crate) enum RayEngine {
@@ -84,20 +86,20 @@ impl Tracer for RayEngine {
         }
     }
 
-    fn all(&self, ray: &Ray) -> Vec<Hit> {
+    fn all(&self, ray: &Ray) -> Result<Vec<Hit>> {
         match self {
-            Self::Hierarchy(bvh, mode) => bvh.query().mode(*mode).all(ray),
+            Self::Hierarchy(bvh, mode) => memory::hits(bvh.query().mode(*mode), ray),
             Self::Fixed(scene) => scene.all(ray),
-            Self::Reference(scene) => scene.all(ray),
-            Self::Oracle(triangles) => oracle::all(triangles, ray),
+            Self::Reference(scene) => Ok(scene.all(ray)),
+            Self::Oracle(triangles) => Ok(oracle::all(triangles, ray)),
         }
     }
 
-    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         match self {
-            Self::Hierarchy(bvh, _) => bvh.crossings(ray),
+            Self::Hierarchy(bvh, _) => memory::crossings(bvh.query(), ray),
             Self::Fixed(scene) => scene.crossings(ray),
-            Self::Reference(_) | Self::Oracle(_) => Vec::new(),
+            Self::Reference(_) | Self::Oracle(_) => Ok(Vec::new()),
         }
     }
 }

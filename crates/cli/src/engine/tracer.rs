@@ -3,6 +3,8 @@
 use intertri::{Counts, Crossing, Hit, RayOf};
 use intertri_scene::Coordinate;
 
+use crate::error::Result;
+
 /// Something that answers rays.
 pub(crate) trait Tracer: Sync {
     /// The scalar of its scene and its rays.
@@ -37,9 +39,15 @@ pub(crate) trait Tracer: Sync {
     fn any(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [bool]) -> Counts;
 
     /// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
-    fn all(&self, ray: &RayOf<Self::Scalar>) -> Vec<Hit>;
+    ///
+    /// # Errors
+    /// If there is too little memory for them.
+    fn all(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Hit>>;
 
     /// Where a ray crosses, each edge and corner once, in order of t; of equal t, of the triangles.
     /// Empty for engines without such a rule, which `trace` refuses.
-    fn crossings(&self, ray: &RayOf<Self::Scalar>) -> Vec<Crossing>;
+    ///
+    /// # Errors
+    /// If there is too little memory for them.
+    fn crossings(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Crossing>>;
 }

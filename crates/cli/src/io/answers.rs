@@ -1,11 +1,12 @@
 //! The formats of answers: CSV and raw records.
 
 use std::fmt;
-use std::io::Write;
+use std::io::{self, Write};
 
 use clap::ValueEnum;
 use intertri::{Crossing, Hit};
 
+use crate::error::{Error, Result};
 use crate::io::numbers::Decimal;
 
 /// The query for each ray.
@@ -38,56 +39,78 @@ impl Format {
     }
 
     /// Adds the closest hit of a ray, or its miss.
-    pub(crate) fn closest(self, out: &mut Vec<u8>, ray: u64, hit: &Hit) {
-        match self {
-            Self::Csv => line(out, format_args!("{ray},{}", Cells(hit))),
-            Self::Raw => out.extend_from_slice(&raw(hit)),
-        }
+    pub(crate) fn closest(self, out: &mut Vec<u8>, ray: u64, hit: &Hit) -> Result<()> {
+        let added = match self {
+            Self::Csv => writeln!(Text(out), "{ray},{}", Cells(hit)),
+            Self::Raw => Text(out).write_all(&raw(hit)),
+        };
+        added.map_err(|_| too_long(ray))
     }
 
     /// Adds whether a ray hits anything.
-    pub(crate) fn any(self, out: &mut Vec<u8>, ray: u64, hit: bool) {
-        match self {
-            Self::Csv => line(out, format_args!("{ray},{}", u8::from(hit))),
-            Self::Raw => out.push(u8::from(hit)),
-        }
+    pub(crate) fn any(self, out: &mut Vec<u8>, ray: u64, hit: bool) -> Result<()> {
+        let added = match self {
+            Self::Csv => writeln!(Text(out), "{ray},{}", u8::from(hit)),
+            Self::Raw => Text(out).write_all(&[u8::from(hit)]),
+        };
+        added.map_err(|_| too_long(ray))
     }
 
     /// Adds every hit of a ray, or its miss.
-    pub(crate) fn all(self, out: &mut Vec<u8>, ray: u64, hits: &[Hit]) {
+    pub(crate) fn all(self, out: &mut Vec<u8>, ray: u64, hits: &[Hit]) -> Result<()> {
         let hits = if hits.is_empty() { &[Hit::MISS] } else { hits };
-        for hit in hits {
-            match self {
-                Self::Csv => line(out, format_args!("{ray},{}", Cells(hit))),
-                Self::Raw => {
-                    out.extend_from_slice(&ray.to_le_bytes());
-                    out.extend_from_slice(&raw(hit));
-                }
+        let mut out = Text(out);
+        let added = hits.iter().try_for_each(|hit| match self {
+            Self::Csv => writeln!(out, "{ray},{}", Cells(hit)),
+            Self::Raw => {
+                out.write_all(&ray.to_le_bytes())?;
+                out.write_all(&raw(hit))
             }
-        }
+        });
+        added.map_err(|_| too_long(ray))
     }
 
     /// Adds every crossing of a ray with its side, 1 if it leaves and -1 if it enters, or its miss.
-    pub(crate) fn crossings(self, out: &mut Vec<u8>, ray: u64, crossings: &[Crossing]) {
+    pub(crate) fn crossings(
+        self,
+        out: &mut Vec<u8>,
+        ray: u64,
+        crossings: &[Crossing],
+    ) -> Result<()> {
         let sided = crossings.iter().map(|c| (&c.hit, if c.leaves { 1 } else { -1 }));
-        match self {
-            Self::Csv if crossings.is_empty() => {
-                line(out, format_args!("{ray},{},", Cells(&Hit::MISS)));
-            }
-            Self::Csv => {
-                sided
-                    .for_each(|(hit, side)| line(out, format_args!("{ray},{},{side}", Cells(hit))));
-            }
+        let miss = crossings.is_empty().then_some((&Hit::MISS, 0));
+        let mut out = Text(out);
+        let added = sided.chain(miss).try_for_each(|(hit, side)| match self {
+            Self::Csv if side == 0 => writeln!(out, "{ray},{},", Cells(hit)),
+            Self::Csv => writeln!(out, "{ray},{},{side}", Cells(hit)),
             Self::Raw => {
-                let miss = crossings.is_empty().then_some((&Hit::MISS, 0));
-                for (hit, side) in sided.chain(miss) {
-                    out.extend_from_slice(&ray.to_le_bytes());
-                    out.extend_from_slice(&raw(hit));
-                    out.extend_from_slice(&i64::to_le_bytes(side));
-                }
+                out.write_all(&ray.to_le_bytes())?;
+                out.write_all(&raw(hit))?;
+                out.write_all(&i64::to_le_bytes(side))
             }
-        }
+        });
+        added.map_err(|_| too_long(ray))
     }
+}
+
+/// Bytes in memory, which can run out: one ray may hit every triangle of a large model.
+struct Text<'a>(&'a mut Vec<u8>);
+
+impl Write for Text<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.try_reserve(bytes.len()).map_err(|_| io::ErrorKind::OutOfMemory)?;
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The error of a ray whose answers do not fit in memory.
+fn too_long(ray: u64) -> Error {
+    Error::no_memory(format_args!("the answers of ray {ray}"))
 }
 
 /// The cells `triangle,t,u,v` of a hit; all empty for a miss.
@@ -103,11 +126,6 @@ impl fmt::Display for Cells<'_> {
             f.write_str(",,,")
         }
     }
-}
-
-fn line(out: &mut Vec<u8>, text: fmt::Arguments<'_>) {
-    // Writing to memory cannot fail.
-    let _ = writeln!(out, "{text}");
 }
 
 /// A record of 32 bytes.

@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 pub(crate) fn run<B: Send>(
     batches: impl IntoIterator<Item = B>,
     read: impl FnMut(&mut B) -> Result<bool> + Send,
-    work: impl Fn(&mut B) + Sync,
+    work: impl Fn(&mut B) -> Result<()> + Sync,
     write: impl FnMut(&B) -> Result<()> + Send,
 ) -> Result<()> {
     let (free, to_read) = channel();
@@ -64,14 +64,14 @@ fn read_all<B>(
     Ok(())
 }
 
-/// A batch with its number, or the panic of its worker.
-type Worked<B> = (usize, thread::Result<B>);
+/// A batch with its number, or the error or panic of its worker.
+type Worked<B> = (usize, thread::Result<Result<B>>);
 
 /// Lets the thread pool work on the batches until there are no more, or nobody takes them.
 fn work_on_all<B: Send>(
     full: Receiver<B>,
     done: &Sender<Worked<B>>,
-    work: &(impl Fn(&mut B) + Sync),
+    work: &(impl Fn(&mut B) -> Result<()> + Sync),
 ) {
     let refused = AtomicBool::new(false);
     rayon::in_place_scope(|threads| {
@@ -81,9 +81,9 @@ fn work_on_all<B: Send>(
             }
             let (done, refused) = (done.clone(), &refused);
             threads.spawn(move |_| {
-                // The writer waits for this batch, and so must hear of a panic.
+                // The writer waits for this batch, and so must hear of an error or a panic.
                 let worked = panic::catch_unwind(AssertUnwindSafe(|| work(&mut batch)));
-                if done.send((number, worked.map(|()| batch))).is_err() {
+                if done.send((number, worked.map(|done| done.map(|()| batch)))).is_err() {
                     refused.store(true, Relaxed);
                 }
             });
@@ -102,7 +102,7 @@ fn write_in_order<B>(
     for (number, worked) in done {
         early.insert(number, worked);
         while let Some(worked) = early.remove(&next) {
-            let batch: B = unpanicked(worked);
+            let batch: B = unpanicked(worked)?;
             write(&batch)?;
             // At the end the reader is gone.
             let _ = free.send(batch);
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     /// Numbers from 0 are doubled.
-    fn doubled(count: u32, fails: u32, refused: u32) -> (Result<()>, Vec<u32>) {
+    fn doubled(count: u32, fails: u32, unworked: u32, refused: u32) -> (Result<()>, Vec<u32>) {
         let (mut next, mut out) = (0..count, vec![]);
         let result = run(
             [0; 8],
@@ -139,6 +139,7 @@ mod tests {
                     thread::sleep(Duration::from_micros(200));
                 }
                 *number *= 2;
+                if *number == unworked { Err(Error::new("cannot work")) } else { Ok(()) }
             },
             |&number| {
                 if number == refused {
@@ -154,15 +155,18 @@ mod tests {
     #[test]
     fn batches_keep_their_order_and_errors_end_it() {
         let evens = |count: u32| (0..count).map(|i| 2 * i).collect::<Vec<_>>();
-        let (result, out) = doubled(1000, u32::MAX, u32::MAX);
+        let (result, out) = doubled(1000, u32::MAX, u32::MAX, u32::MAX);
         assert!(result.is_ok() && out == evens(1000));
-        let (result, out) = doubled(0, u32::MAX, u32::MAX);
+        let (result, out) = doubled(0, u32::MAX, u32::MAX, u32::MAX);
         assert!(result.is_ok() && out.is_empty());
 
         // Batches that were read before an error are still written.
-        let (result, out) = doubled(1000, 700, u32::MAX);
+        let (result, out) = doubled(1000, 700, u32::MAX, u32::MAX);
         assert!(format!("{result:?}").contains("cannot read") && out == evens(700));
-        let (result, out) = doubled(1000, u32::MAX, 1400);
+        let (result, out) = doubled(1000, u32::MAX, 1400, u32::MAX);
+        assert!(format!("{result:?}").contains("cannot work") && out == evens(700));
+
+        let (result, out) = doubled(1000, u32::MAX, u32::MAX, 1400);
         assert!(format!("{result:?}").contains("cannot write") && out == evens(700));
     }
 
@@ -174,7 +178,10 @@ mod tests {
             *number = left;
             Ok(left > 0)
         };
-        let work = |number: &mut u32| assert_ne!(*number, 700, "is not to be liked");
+        let work = |number: &mut u32| {
+            assert_ne!(*number, 700, "is not to be liked");
+            Ok(())
+        };
         let whole = AssertUnwindSafe(|| run([0; 8], read, work, |_| Ok(())));
         assert!(panic::catch_unwind(whole).is_err());
     }

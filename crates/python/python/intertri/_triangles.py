@@ -180,14 +180,13 @@ class Triangles:
         moved = _arrays.floats(vertices, "vertices")
         if self.dtype == F32 and not _arrays.fits_f32(moved):
             raise TypeError("vertices are float64 and the mesh is float32: pass vertices.astype(np.float32)")
-        if indices is not None:
-            rows = _arrays.vertex_rows(indices, moved, len(self.vertices))
-        elif moved.ndim == 3 and moved.shape[1:] == (3, 3):
+        rows = None if indices is None else _arrays.vertex_rows(indices, moved, len(self.vertices))
+        if rows is None and moved.ndim == 3 and moved.shape[1:] == (3, 3):
             moved = moved.reshape(-1, 3)
-        if indices is None and moved.shape != self.vertices.shape:
+        if rows is None and moved.shape != self.vertices.shape:
             raise ValueError(f"vertices has shape {moved.shape}; it must be {self.vertices.shape}, as before")
         with self._moving:
-            if indices is None:
+            if rows is None:
                 corners = np.array(moved, self.dtype, order="C")
             else:
                 corners = self._at.vertices.copy()

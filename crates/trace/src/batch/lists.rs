@@ -189,7 +189,7 @@ impl<T: ListItem> ChunkLists<T> {
         filter.level().run(Meet { tree, rays, resolver, pairs: &mut self.pairs });
         self.by_ray(chunk)?;
         for ((id, ray), range) in (0..).map(RayId).zip(rays).zip(ranges(&self.ends)) {
-            let (slots, items) = (&self.slots[range.clone()], &mut self.items[range]);
+            let (slots, items) = (&mut self.slots[range.clone()], &mut self.items[range]);
             sort(tree, resolver, (ray, id), slots, items);
         }
         if let Some(limit) = limit {
@@ -282,7 +282,7 @@ fn sort<T: ListItem>(
     tree: &Tree,
     resolver: Resolver<'_>,
     ray: (&Ray, RayId),
-    slots: &[(LeafSlot, u32)],
+    slots: &mut [(LeafSlot, u32)],
     items: &mut [T],
 ) {
     if items.len() > 1 {
@@ -303,12 +303,15 @@ fn sort_ties<T: ListItem>(
     tree: &Tree,
     resolver: Resolver<'_>,
     ray: (&Ray, RayId),
-    slots: &[(LeafSlot, u32)],
+    slots: &mut [(LeafSlot, u32)],
     items: &mut [T],
 ) {
+    // Many triangles may lie on one another: each comparison finds theirs by bisection.
+    let index = |&(slot, _): &(LeafSlot, u32)| tree.index_of(slot).0;
+    slots.sort_unstable_by_key(index);
     let triangle = |hit: &Hit| {
-        let is_it = |&&(slot, _): &&(LeafSlot, u32)| tree.index_of(slot).0 == hit.triangle;
-        let (slot, _) = *slots.iter().find(is_it).expect("each hit is in one of the slots");
+        let i = slots.binary_search_by_key(&hit.triangle, index);
+        let (slot, _) = slots[i.expect("each hit is in one of the slots")];
         (tree.triangle_in(slot), slot)
     };
     for tied in items.chunk_by_mut(|a, b| a.hit().t == b.hit().t).filter(|tied| tied.len() > 1) {
