@@ -24,3 +24,4 @@ mod select;
 mod spawn;
 mod threads;
 mod visible;
+mod winding;

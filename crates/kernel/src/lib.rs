@@ -125,9 +125,9 @@ pub mod internal {
         };
         pub use crate::exact::{
             Decided, HitCoefficients, Pair64, Quotients, SeenPlane, Side, Tier, attributes,
-            attributes_from, crossing, crossing_from, decide, facing, has_area, hit, hits_in,
-            hits_of_origin64, hits64, is_on, is_plain, order, order_from, subnormals_are_read, t,
-            t_from, t_times, touch,
+            attributes_from, crossing, crossing_from, decide, edge_side, facing, has_area, hit,
+            hits_in, hits_of_origin64, hits64, is_on, is_plain, moment, order, order_from,
+            subnormals_are_read, t, t_from, t_times, touch,
         };
     }
 }

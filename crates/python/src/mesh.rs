@@ -1,5 +1,7 @@
 //! A mesh with its hierarchy.
 
+use std::sync::OnceLock;
+
 use bytemuck::{Pod, Zeroable};
 use intertri::{Crossing, Hit, Mode, RayOf, TriangleOf};
 use intertri_trace::{BuildError, Bvh, LoadError, RefitError, Solid};
@@ -12,6 +14,8 @@ use crate::skip::{Skip, without};
 /// A mesh with its hierarchy: a `Solid`, closed or not.
 pub(crate) struct Mesh<S: Scalar> {
     pub(crate) solid: Solid<S>,
+    /// The same with its boundary, which is found when it is first needed.
+    soup: OnceLock<Solid<S>>,
 }
 
 /// A crossing, as a row of numpy's array.
@@ -28,7 +32,19 @@ impl<S: Scalar> Mesh<S> {
     }
 
     fn of(bvh: Bvh<S>) -> Self {
-        Self { solid: Solid::assume_closed_bvh(bvh) }
+        Self { solid: Solid::assume_closed_bvh(bvh), soup: OnceLock::new() }
+    }
+
+    /// The mesh as closed, or with its boundary.
+    pub(crate) fn solid(&self, assume_closed: bool) -> PyResult<&Solid<S>> {
+        if assume_closed {
+            return Ok(&self.solid);
+        }
+        if self.soup.get().is_none() {
+            // Another thread may have found it meanwhile: it is the same.
+            _ = self.soup.set(self.solid.with_boundary().map_err(no_memory)?);
+        }
+        Ok(self.soup.get().unwrap_or(&self.solid))
     }
 
     /// The hierarchy of saved bytes, over this many triangles.
@@ -55,6 +71,8 @@ impl<S: Scalar> Mesh<S> {
     /// The mesh with its triangles moved, and how worn the tree is: 1 where nothing has moved. Where memory was
     /// too little, it holds no triangle any more.
     pub(crate) fn refit(self, triangles: &[TriangleOf<S>]) -> (Self, Result<f64, RefitError>) {
+        // Without the other solid the hierarchy is not shared.
+        drop(self.soup);
         let mut bvh = self.solid.into_bvh();
         let refit = bvh.refit(triangles);
         (Self::of(bvh), refit.map(|refit| refit.ratio()))

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use intertri::{Crossings, Hit, Mode, RayOf, TriangleOf};
-use intertri_trace::{ClosestPoint, Containment, Solid, SolidError};
+use intertri_trace::{ClosestPoint, Containment, MeshReport, Solid, SolidError};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyIndexError, PyMemoryError, PyValueError};
 use pyo3::prelude::*;
@@ -89,23 +89,24 @@ fn winding(containment: Containment) -> i32 {
     }
 }
 
-/// Fills `out` with how a mesh winds around points, as many at a time as there is memory for.
-fn wind<S: Scalar>(
-    solid: &Solid<S>,
+/// Fills `out` with what answers mean, as many at a time as there is memory for.
+fn answer<S: Scalar, A: Clone, O>(
     points: &[[S; 3]],
-    all: &mut Vec<Containment>,
-    out: &mut [i32],
+    (all, none): (&mut Vec<A>, A),
+    out: &mut [O],
+    ask: impl Fn(&[[S; 3]], &mut [A]),
+    meaning: impl Fn(&A) -> O,
 ) {
     let mut size = points.len().max(1);
     all.clear();
     while size > 1 && all.try_reserve_exact(size).is_err() {
         size /= 2;
     }
-    all.resize(size, Containment::Outside);
+    all.resize(size, none);
     for (points, out) in points.chunks(size).zip(out.chunks_mut(size)) {
         let some = &mut all[..points.len()];
-        solid.classify_batch_into(points, some);
-        out.iter_mut().zip(some).for_each(|(out, one)| *out = winding(*one));
+        ask(points, some);
+        out.iter_mut().zip(some).for_each(|(out, one)| *out = meaning(one));
     }
 }
 
@@ -133,22 +134,42 @@ macro_rules! tree {
                 Ok(Self { mesh: Shared::new(run(py, &workers, build)??) })
             }
 
-            /// Which edge is open, if one is.
+            /// Whether a mesh is closed.
             #[staticmethod]
-            fn open_edge(
+            fn is_closed(
                 py: Python<'_>,
                 vertices: PyReadonlyArray1<'_, $scalar>,
                 faces: PyReadonlyArray1<'_, u32>,
-            ) -> PyResult<Option<String>> {
+            ) -> PyResult<bool> {
                 let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
                 let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
                 run(py, &workers, |stop| {
                     let triangles = gather::<$scalar>(vertices, faces, stop)?;
                     match Solid::check_closed(&triangles) {
-                        Ok(()) => Ok(None),
                         Err(SolidError::Build(error)) => Err(no_memory(error)),
-                        Err(error) => Ok(Some(error.to_string())),
+                        closed => Ok(closed.is_ok()),
                     }
+                })?
+            }
+
+            /// What is wrong with a mesh, in words, and how many edges are open, turned and uneven, and triangles doubled
+            /// and opposed.
+            #[staticmethod]
+            fn inspect(
+                py: Python<'_>,
+                vertices: PyReadonlyArray1<'_, $scalar>,
+                faces: PyReadonlyArray1<'_, u32>,
+            ) -> PyResult<(String, [usize; 5])> {
+                let (vertices, faces) = (vertices.as_slice()?, faces.as_slice()?);
+                let workers = Workers::new(None, faces.len() < 3 * SMALL)?;
+                run(py, &workers, |stop| {
+                    let triangles = gather::<$scalar>(vertices, faces, stop)?;
+                    let report = Solid::inspect(&triangles).map_err(no_memory)?;
+                    let MeshReport { open, turned, uneven, doubled, opposed } = report;
+                    let edges = [open, turned, uneven].map(|edges| edges.count);
+                    let [open, turned, uneven] = edges;
+                    let counts = [open, turned, uneven, doubled.count, opposed.count];
+                    Ok((report.to_string(), counts))
                 })?
             }
 
@@ -327,8 +348,29 @@ macro_rules! tree {
                 )
             }
 
-            /// Fills `out` with the winding numbers of points, `SURFACE` on the mesh.
+            /// Fills `out` with the winding numbers of points as whole numbers, `SURFACE` on the mesh.
             fn winding(
+                &self,
+                py: Python<'_>,
+                points: PyReadonlyArray1<'_, $scalar>,
+                assume_closed: bool,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let points = points.as_slice()?;
+                let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
+                let mesh = self.mesh.get(py)?;
+                let workers = Workers::new(threads, points.len() < FEW)?;
+                let solid = run(py, &workers, |_| mesh.solid(assume_closed))??;
+                let mut all = Vec::new();
+                by_slabs(py, &workers, points, out, |points, out| {
+                    let ask = |points: &[_], all: &mut [_]| solid.classify_batch_into(points, all);
+                    answer(points, (&mut all, Containment::Outside), out, ask, |one| winding(*one));
+                })
+            }
+
+            /// Fills `out` with the winding numbers of points, NaN on the mesh.
+            fn winding_number(
                 &self,
                 py: Python<'_>,
                 points: PyReadonlyArray1<'_, $scalar>,
@@ -336,18 +378,16 @@ macro_rules! tree {
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
                 let points = points.as_slice()?;
-                let out: &mut [i32] = rows(&mut out, points.len() / 3)?;
+                let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
+                let workers = Workers::new(threads, points.len() < FEW)?;
+                let solid = run(py, &workers, |_| mesh.solid(false))??;
                 let mut all = Vec::new();
-                by_slabs(
-                    py,
-                    &Workers::new(threads, points.len() < FEW)?,
-                    points,
-                    out,
-                    |points, out| {
-                        wind(&mesh.solid, points, &mut all, out);
-                    },
-                )
+                by_slabs(py, &workers, points, out, |points, out| {
+                    let ask =
+                        |points: &[_], all: &mut [_]| solid.winding_number_batch_into(points, all);
+                    answer(points, (&mut all, None), out, ask, |one| one.unwrap_or(f64::NAN));
+                })
             }
 
             /// Fills `out` with the points of the mesh that are nearest to points.
@@ -378,21 +418,18 @@ macro_rules! tree {
                 &self,
                 py: Python<'_>,
                 points: PyReadonlyArray1<'_, $scalar>,
+                assume_closed: bool,
                 threads: Threads,
                 mut out: Bytes<'_>,
             ) -> PyResult<()> {
                 let points = points.as_slice()?;
                 let out: &mut [f64] = rows(&mut out, points.len() / 3)?;
                 let mesh = self.mesh.get(py)?;
-                of_points(
-                    py,
-                    &Workers::new(threads, points.len() < FEW)?,
-                    points,
-                    (out, 0.0),
-                    |points, out| {
-                        mesh.solid.signed_distance_batch_into(points, out);
-                    },
-                )
+                let workers = Workers::new(threads, points.len() < FEW)?;
+                let solid = run(py, &workers, |_| mesh.solid(assume_closed))??;
+                of_points(py, &workers, points, (out, 0.0), |points, out| {
+                    solid.signed_distance_batch_into(points, out);
+                })
             }
 
             /// Moves the triangles, and tells how worn the tree is.

@@ -166,7 +166,7 @@ SLOW = {
     "insides": "m = pile(100_000); GO m.contains(rays[:, :3] - np.float32([4, 4, 9]), assume_closed=True, threads=THREADS)",
     "builds": "GO repeat(lambda: intertri.Mesh(mesh.vertices, mesh.faces, threads=THREADS))",
     "refits": "GO repeat(lambda: mesh.refit(mesh.vertices * np.float32(1.5), threads=THREADS))",
-    "closedness": "GO repeat(lambda: setattr(mesh._at, 'open_edge', None) or mesh.is_closed)",
+    "closedness": "GO repeat(lambda: setattr(mesh._at, 'is_closed', None) or mesh.is_closed)",
     "pickles": "GO repeat(lambda: pickle.loads(pickle.dumps(mesh)))",
     "reading": "path = pathlib.Path(tempfile.mkdtemp(), 'a.obj'); path.write_text('v 0 0 0\\nv 1 0 0\\nv 0 1 0\\n' + "
                "'f 1 2 3\\n' * 8_000_000); GO intertri.Mesh.read(path, threads=THREADS)",

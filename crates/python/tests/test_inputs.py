@@ -132,11 +132,19 @@ def test_models_are_no_saved_meshes(tmp_path):
         intertri.load(tmp_path / "x.obj")
 
 
-def test_open_meshes_say_so_once():
-    for faces in (FACES[1:], np.concatenate([FACES[:1, ::-1], FACES[1:]]), np.concatenate([FACES, FACES[:1]])):
-        with pytest.raises(ValueError, match="assume_closed=True") as raised:
-            intertri.Mesh(VERTICES, faces).contains([0, 0, 0])
-        assert str(raised.value).count("the mesh is open") == 1
+def test_what_is_wrong_with_a_mesh_is_told():
+    """Without a face, with one turned, with one doubled; with one doubled and turned, the mesh is closed."""
+    turned = FACES[:1, ::-1]
+    cases = [
+        (FACES[1:], "open", "3 edges belong to one triangle alone, the first at triangle"),
+        (np.concatenate([turned, FACES[1:]]), "turned", "3 edges lie between triangles that are turned"),
+        (np.concatenate([FACES, FACES[:1]]), "uneven", "1 triangle repeats another the same way round, triangle"),
+        (np.concatenate([FACES, FACES[:1], turned]), "opposed", "1 triangle repeats another the other way round"),
+    ]
+    for faces, defect, says in cases:
+        report = intertri.Mesh(VERTICES, faces).inspect()
+        assert says in report["text"] and report[defect] in (1, 3), report
+    assert intertri.Mesh(VERTICES, FACES).inspect()["text"] == "closed"
 
 
 def test_repr():

@@ -73,7 +73,7 @@ def refit_beside_a_query():
         query.join()
 
 def is_closed():
-    mesh._at.open_edge = None
+    mesh._at.is_closed = None
     return np.array(mesh.is_closed)
 
 calls = {{

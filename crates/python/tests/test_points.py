@@ -35,6 +35,39 @@ def test_cavities_and_overlaps(dtype):
     assert inside_out.winding_number([0, 0, 0]) == -1 and inside_out.contains([0, 0, 0])
 
 
+def solid_angles(triangles, points):
+    """Winding numbers by van Oosterom and Strackee's formula, all triangles for each point."""
+    a, b, c = (triangles[None, :, k].astype(float) - points[:, None].astype(float) for k in range(3))
+    la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+    num = (a * np.cross(b, c)).sum(axis=2)
+    den = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
+    return np.arctan2(num, den).sum(axis=1) / (2 * np.pi)
+
+
+def test_open_meshes_have_winding_numbers(dtype, rng):
+    """With holes, with faces turned, with faces doubled: inside is where the number is nearer to 1."""
+    vertices, faces = icosphere(2)
+    some = rng.uniform(size=len(faces))
+    meshes = [faces[some < 0.8], np.where((some < 0.1)[:, None], faces[:, ::-1], faces), np.r_[faces, faces[some < 0.1]]]
+    points = rng.uniform(-1.2, 1.2, (400, 3)).astype(dtype)
+    for open_faces in meshes:
+        mesh = intertri.Mesh(vertices.astype(dtype), open_faces)
+        assert not mesh.is_closed
+        truth, numbers = solid_angles(mesh.triangles, points), mesh.winding_number(points)
+        assert numbers.dtype == np.float64 and np.abs(numbers - truth).max() < 1e-12
+        sure = np.abs(np.abs(truth) % 1 - 0.5) > 1e-9
+        inside = mesh.contains(points)
+        assert (inside == (np.rint(truth) != 0))[sure].all() and 50 < inside.sum() < 350
+        assert ((mesh.signed_distance(points) < 0) == inside)[sure].all()
+        on = mesh.triangles[:, 0]
+        assert np.isnan(mesh.winding_number(on)).all() and mesh.contains(on).all()
+        assert (mesh.signed_distance(on) == 0).all()
+    # A refit has a boundary of its own.
+    moved = mesh.vertices * dtype(2)
+    mesh.refit(moved)
+    assert np.abs(mesh.winding_number(points) - solid_angles(mesh.triangles, points)).max() < 1e-12
+
+
 def test_shapes(rng):
     mesh = intertri.Mesh(*icosphere(2))
     points = rng.uniform(-1, 1, (4, 5, 3))

@@ -29,7 +29,8 @@
 //! | --- | --- |
 //! | hits in the mode `exact`, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
 //! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its verbs |
-//! | inside or outside, signed distances | [`Solid`], for a closed mesh |
+//! | inside or outside, winding numbers, signed distances | [`Solid`], for closed meshes and for open and damaged ones |
+//! | what is open, turned or doubled in a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
 //! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
@@ -114,14 +115,15 @@ pub use refit::{Refit, RefitError};
 pub use save::{LoadError, SAVED_MAGIC};
 pub use scalar::BvhScalar;
 pub use selection::Faces;
-pub use solid::{Solid, SolidError};
+pub use solid::{EdgeDefect, MeshReport, Solid, SolidError, TriangleDefect};
 pub use tree::MeshTriangle;
 pub use util::memory::OutOfMemory;
 
-/// Items that the Python package builds on. They change without notice.
+/// Items that the Python package and the tests build on. They change without notice.
 #[doc(hidden)]
 pub mod internal {
     pub use crate::save::{checksum, seal};
+    pub use crate::solid::WINDING_DIR;
     pub use crate::util::stop::{StopToken, Stopped};
     pub use crate::util::threads::on_this_thread;
 }

@@ -36,62 +36,68 @@ class PointQueries(RayQueries):
         odd: NDArray[np.bool_] = counts["unsigned"] % 2 == 1
         return odd
 
-    def _winding(self, points: ArrayLike, threads: int | None) -> NDArray[np.int32]:
-        """Winding numbers, `SURFACE` on the mesh."""
+    def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
+        """Winding numbers as whole numbers, `SURFACE` on the mesh."""
         at = self._points(points)
         numbers = np.empty(at.shape[:-1], np.int32)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
-        tree.winding(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(numbers))
+        tree.winding(_arrays.flat(at, at.dtype), assume_closed, threads, _arrays.as_bytes(numbers))
         return numbers
 
     def contains(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
     ) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3). Always exact.
+        """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3).
 
         Inside is where the mesh winds around: parts may overlap, and a part that is turned inside out within
-        another is a cavity.
+        another is a cavity. That is exact for a closed mesh. In any other, with holes or with faces turned or doubled,
+        inside is where the `winding_number` is nearer to 1 than to 0 (or to -1, where all is turned inside out).
 
         Parameters
         ----------
         points : (..., 3)
             One that is not finite is outside.
         assume_closed : bool
-            An open mesh has no inside, and is an error. If true, crossings along one direction decide.
-
-        Raises
-        ------
-        ValueError
-            If the mesh is open.
+            If true, the mesh is not checked, and crossings along one direction decide, as if it were closed.
 
         Examples
         --------
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
-        >>> solid = intertri.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+        >>> solid = intertri.Mesh(corners, faces)
         >>> solid.contains([[1, 1, 1], [3, 3, 3], [1, 1, 2], [1, 1, 2.0000000000000004]])
         array([ True, False,  True, False])
+        >>> intertri.Mesh(corners, faces[:3]).contains([[0.5, 0.5, 0.5], [1.5, 1.5, 1.5]])
+        array([ True, False])
         """
-        if not assume_closed:
-            self._must_be_closed()
-        inside: NDArray[np.bool_] = self._winding(points, threads) != 0
+        inside: NDArray[np.bool_] = self._winding(points, threads, assume_closed or self.is_closed) != 0
         return inside
 
     def winding_number(
         self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
-    ) -> NDArray[np.int32]:
-        """How often the mesh winds around points: (...) int32 for points of shape (..., 3); 0 on the mesh itself.
+    ) -> NDArray[np.int32] | NDArray[np.float64]:
+        """How often the mesh winds around points: (...) for points of shape (..., 3).
 
-        Parameters and errors are those of `contains`.
+        For a closed mesh, or where that is assumed, the numbers are int32 and exact, and 0 on the mesh itself. For any
+        other they are float64, and NaN on the mesh: the solid angles of its faces over 4 pi, to some 14 digits.
+
+        Parameters are those of `contains`.
 
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
         >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
         >>> intertri.Mesh(corners, faces + faces).winding_number([[1, 1, 1], [3, 3, 3]])
         array([2, 0], dtype=int32)
+        >>> intertri.Mesh(corners, faces[:3]).winding_number([[1e-9, 1e-9, 1e-9], [2, 2, 0]]).round(6)
+        array([0.875,   nan])
         """
-        if not assume_closed:
-            self._must_be_closed()
+        if not assume_closed and not self.is_closed:
+            at = self._points(points)
+            fractions = np.empty(at.shape[:-1], np.float64)
+            tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
+            tree.winding_number(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(fractions))
+            return fractions[()]
         numbers = self._winding(points, threads)
         return np.where(numbers == SURFACE, np.int32(0), numbers)[()]
 
@@ -159,8 +165,8 @@ class PointQueries(RayQueries):
     ) -> NDArray[np.float64]:
         """Distances of points to the mesh, **negative inside**: (...) float64 for points of shape (..., 3).
 
-        The sign is that of `contains`, exact; 0 on the mesh. Distances are those of `closest_point`, or NaN of a point
-        that is not finite. Parameters and errors are those of `contains`.
+        The sign is that of `contains`; 0 on the mesh. Distances are those of `closest_point`, or NaN of a point
+        that is not finite. Parameters are those of `contains`.
         ``intertri.trimesh.signed_distance`` has trimesh's sign, positive inside.
 
         >>> import intertri
@@ -169,10 +175,9 @@ class PointQueries(RayQueries):
         >>> solid.signed_distance([[0.5, 1, 1], [-2, 1, 1], [0, 1, 1]])
         array([-0.5,  2. ,  0. ])
         """
-        if not assume_closed:
-            self._must_be_closed()
+        assume_closed = assume_closed or self.is_closed
         at = self._points(points)
         signed = np.empty(at.shape[:-1], np.float64)
         tree, threads = self._tree(at.dtype, threads), _arrays.threads_of(threads)
-        tree.signed_distance(_arrays.flat(at, at.dtype), threads, _arrays.as_bytes(signed))
+        tree.signed_distance(_arrays.flat(at, at.dtype), assume_closed, threads, _arrays.as_bytes(signed))
         return signed[()]

@@ -27,7 +27,7 @@ class Position:
     vertices: NDArray[np.floating[Any]]
     trees: dict[np.dtype[Any], Tree32 | Tree64] = field(default_factory=dict)
     digest: str | None = None
-    open_edge: str | None = None
+    is_closed: bool | None = None
 
 
 class Triangles:
@@ -206,20 +206,36 @@ class Triangles:
     @property
     def is_closed(self) -> bool:
         """Whether every edge is run along as often one way as the other, so that the mesh has an inside."""
-        return self._open_edge() is None
-
-    def _open_edge(self) -> str | None:
-        """Says which edge is open."""
         at = self._at
-        if at.open_edge is None:
-            ask = native(at.vertices.dtype).open_edge
-            at.open_edge = ask(at.vertices.reshape(-1), self._faces.reshape(-1)) or ""
-        return at.open_edge or None
+        if at.is_closed is None:
+            ask = native(at.vertices.dtype).is_closed
+            at.is_closed = ask(at.vertices.reshape(-1), self._faces.reshape(-1))
+        return at.is_closed
 
-    def _must_be_closed(self) -> None:
-        where = self._open_edge()
-        if where is not None:
-            raise ValueError(f"{where}; close it, turn its faces alike, or pass assume_closed=True")
+    def inspect(self) -> dict[str, int | str]:
+        """What keeps the mesh from being closed, and which faces are repeated.
+
+        Edges and faces are the same if the coordinates of their corners are.
+
+        Returns
+        -------
+        dict
+            ``open``: edges of one face alone. ``turned``: edges of two faces that run along them the same way, so that
+            one is turned. ``uneven``: edges of three faces or more, which do not pair up. ``doubled``: faces that
+            repeat another the same way round. ``opposed``: the other way round, so that both cancel. ``text``: all of
+            it in words, with the first edge or face of each kind.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> print(intertri.Mesh(corners, [[1, 2, 0], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).inspect()["text"])
+        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]
+        """  # noqa: E501
+        at = self._at
+        text, counts = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))
+        report: dict[str, int | str] = dict(zip(("open", "turned", "uneven", "doubled", "opposed"), counts))
+        return report | {"text": text}
 
 
 def native(dtype: np.dtype[Any]) -> type[Tree32] | type[Tree64]:

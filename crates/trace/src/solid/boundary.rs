@@ -1,79 +1,160 @@
-//! The boundary of a mesh: the edges that are run along more often one way than the other.
+//! The boundary of a mesh: the edges that are run along more often one way than the other, as loops.
+//!
+//! ```text
+//!   ┌──▶──┬──▶──┐        each triangle runs around itself; where neighbours run along an edge in opposite
+//!   ▲  ◀──┘  ◀──▼        directions, it cancels. What is left leads out of every corner as often as into it,
+//!   └──◀──┴──◀──┘        so it consists of loops
+//! ```
 
-use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
 
-use crate::util::memory::{NoMemory, room};
+use super::edges::{Corner, Edges, of_corner};
+use super::parts::Parts;
+use super::seen_corner::Axes;
+use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// A corner as bits, both zeros alike.
-type Corner<S> = [<S as Bits>::Key; 3];
+/// The loops of a boundary, one after the other; each has its first corner at its end again.
+#[derive(Clone, Debug)]
+pub(super) struct Boundary<S> {
+    corners: Vec<[S; 3]>,
+    /// Where loops end.
+    ends: Vec<usize>,
+    /// The same, cut into small loops.
+    pub(super) parts: Parts<S>,
+    pub(super) axes: Axes,
+}
 
-/// An edge from its lower end to its higher one, whether its triangle runs that way, and the triangle.
-type Edge<S> = (Corner<S>, Corner<S>, bool, usize);
+impl<S: Scalar> Boundary<S> {
+    /// That of a closed mesh.
+    pub(super) fn none() -> Self {
+        Self { corners: Vec::new(), ends: Vec::new(), parts: Parts::NONE, axes: Axes::new() }
+    }
 
-/// A triangle, and from where to where it runs along an edge.
-type OpenEdge<S> = (usize, [[S; 3]; 2]);
+    /// The boundary of triangles.
+    pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
+        let edges = Edges::of(triangles)?;
+        let open = || edges.shared().filter(|edge| !edge.is_closed()).map(|edge| edge.excess());
+        let mut arcs = room(open().map(|(_, _, times)| times).sum())?;
+        for (from, to, times) in open() {
+            arcs.extend((0..times).map(|_| (from, to)));
+        }
+        drop(edges);
+        arcs.sort_unstable();
+        Self::of_arcs(&arcs)
+    }
 
-/// An edge that the mesh runs along more often one way than the other, and the first triangle that has it;
-/// `None` where the mesh is closed.
-pub(super) fn open_edge<S: Scalar>(
-    triangles: &[TriangleOf<S>],
-) -> Result<Option<OpenEdge<S>>, NoMemory> {
-    let corner = |c: [S; 3]| c.map(S::key);
-    let edges = |(i, t): (usize, &TriangleOf<S>)| {
-        let [a, b, c] = t.0.map(corner);
-        [(a, b, i), (b, c, i), (c, a, i)]
-    };
+    /// Loops of arcs, which are sorted and lead out of every corner as often as into it.
+    fn of_arcs(arcs: &[(Corner<S>, Corner<S>)]) -> Result<Self, NoMemory> {
+        // How many of the arcs that begin at the same corner as this one, the first of them, are used.
+        let mut used = filled(arcs.len(), 0)?;
+        let (mut corners, mut ends) = (room(2 * arcs.len())?, room(arcs.len())?);
+        let mut first = 0;
+        while first < arcs.len() {
+            let from = arcs[first].0;
+            let count = arcs[first..].partition_point(|arc| arc.0 == from);
+            while used[first] < count {
+                corners.push(of_corner::<S>(from));
+                let mut at = first;
+                loop {
+                    stop::heed();
+                    let to = arcs[at + used[at]].1;
+                    used[at] += 1;
+                    corners.push(of_corner::<S>(to));
+                    if to == from {
+                        break;
+                    }
+                    at = arcs.partition_point(|arc| arc.0 < to);
+                }
+                ends.push(corners.len());
+            }
+            first += count;
+        }
+        let parts = Parts::of(loops(&corners, &ends))?;
+        Ok(Self { corners, ends, parts, axes: Axes::new() })
+    }
 
-    // Equal edges together.
-    let mut all: Vec<Edge<S>> = room(3 * triangles.len())?;
-    let directed = triangles.iter().enumerate().flat_map(edges).filter(|(from, to, _)| from != to);
-    all.extend(directed.map(|(from, to, i)| {
-        stop::heed();
-        if from < to { (from, to, true, i) } else { (to, from, false, i) }
-    }));
-    all.sort_unstable_by(|a, b| {
-        stop::heed();
-        a.cmp(b)
-    });
+    /// How many edges it has.
+    pub(super) fn edges(&self) -> usize {
+        self.corners.len() - self.ends.len()
+    }
 
-    let same = |a: &Edge<S>, b: &Edge<S>| (a.0, a.1) == (b.0, b.1);
-    let open = |edge: &&[Edge<S>]| {
-        stop::heed();
-        2 * edge.iter().filter(|(_, _, up, _)| *up).count() != edge.len()
-    };
-    let first = |edge: &[Edge<S>]| {
-        edge.iter().map(|&(lo, hi, up, i)| (i, if up { [lo, hi] } else { [hi, lo] })).min()
-    };
-    let found = all.chunk_by(same).filter(open).filter_map(first).min();
-    Ok(found.map(|(triangle, edge)| (triangle, edge.map(|corner| corner.map(S::of_key)))))
+    /// The corners of each loop.
+    pub(super) fn loops(&self) -> impl Iterator<Item = &[[S; 3]]> + Clone {
+        loops(&self.corners, &self.ends)
+    }
+}
+
+/// The corners of loops that end at these.
+fn loops<'a, S>(
+    corners: &'a [[S; 3]],
+    ends: &'a [usize],
+) -> impl Iterator<Item = &'a [[S; 3]]> + Clone {
+    let starts = [0].into_iter().chain(ends.iter().copied());
+    starts.zip(ends).map(|(start, &end)| &corners[start..end])
 }
 
 #[cfg(test)]
 mod tests {
-    use intertri::{Scalar, Triangle, TriangleOf};
+    use intertri::{Triangle, TriangleOf};
 
-    fn open_edge<S: Scalar>(triangles: &[TriangleOf<S>]) -> Option<super::OpenEdge<S>> {
-        super::open_edge(triangles).unwrap()
+    use super::Boundary;
+
+    fn boundary(triangles: &[Triangle]) -> Boundary<f32> {
+        Boundary::of(triangles).unwrap()
     }
 
     #[test]
     fn duplicates_and_lines_may_close_a_mesh() {
         let [a, b, c, d] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.5, -0.0, 0.0]];
+        let edges = |triangles: &[Triangle]| boundary(triangles).edges();
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
-        assert_eq!(open_edge(&flat), None);
-        assert_eq!(open_edge(&flat[..1]), Some((0, [a, b])));
+        assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
         // An edge in two halves meets the whole one by a triangle without area.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
-        assert_eq!(open_edge(&halves), Some((0, [a, b])));
-        assert_eq!(open_edge(&[&halves[..], &[Triangle([b, a, d])]].concat()), None);
-        assert!(open_edge(&[&halves[..], &[Triangle([a, b, d])]].concat()).is_some());
+        assert_eq!(edges(&halves), 3);
+        assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);
+        assert_eq!(edges(&[&halves[..], &[Triangle([a, b, d])]].concat()), 6);
 
         // Two of one, and one of the other.
-        assert!(open_edge(&[flat[0], flat[0], flat[1]]).is_some());
-        assert_eq!(open_edge(&[flat[0], flat[0], flat[1], flat[1]]), None);
-        assert_eq!(open_edge::<f32>(&[]), None);
+        assert_eq!(edges(&[flat[0], flat[0], flat[1]]), 3);
+        assert_eq!(edges(&[flat[0], flat[0], flat[1], flat[1]]), 0);
+        assert_eq!(edges(&[]), 0);
+        // A corner that is not finite.
+        assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
+    }
+
+    /// Loops lead along every open edge, as often as there are more triangles that way.
+    #[test]
+    fn loops_are_all_that_is_open() {
+        let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];
+        for count in 0..60 {
+            let corner = |i: usize| at(i * i + count);
+            let triangle = |i: usize| TriangleOf([corner(i), corner(i + 1), corner(3 * i + 2)]);
+            let mesh: Vec<Triangle> = (0..count).map(triangle).collect();
+            let mut left: Vec<([[f32; 3]; 2], i32)> = Vec::new();
+            let mut add = |[a, b]: [[f32; 3]; 2], times: i32| {
+                let (edge, times) = if a < b { ([a, b], times) } else { ([b, a], -times) };
+                match left.iter_mut().find(|(other, _)| *other == edge) {
+                    Some((_, all)) => *all += times,
+                    None => left.push((edge, times)),
+                }
+            };
+            for TriangleOf([a, b, c]) in &mesh {
+                for edge in [[*a, *b], [*b, *c], [*c, *a]] {
+                    add(edge, 1);
+                }
+            }
+            let boundary = boundary(&mesh);
+            for corners in boundary.loops() {
+                assert_eq!(corners.first(), corners.last());
+                for edge in corners.windows(2) {
+                    add([edge[0], edge[1]], -1);
+                }
+            }
+            assert!(left.iter().all(|([a, b], times)| a == b || *times == 0), "{left:?}");
+            assert!(boundary.edges() <= 3 * count);
+        }
     }
 }

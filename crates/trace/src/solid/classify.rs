@@ -15,7 +15,7 @@ use crate::walk::{BatchOutput, one_ray};
 
 /// The direction in which crossings are counted. Any direction gives the same answer; an unusual one meets few edges
 /// exactly.
-const DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
+pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
 /// Points that are put in order at a time, and rays of them that are made at a time.
 const SLAB: usize = 1 << 21;
@@ -31,7 +31,7 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     if is_held(tree, seen, |slot| is_on(&bvh.triangle_in(slot), point)) {
         return Containment::Surface;
     }
-    let ray = RayOf::new(point, DIR.map(S::from));
+    let ray = RayOf::new(point, WINDING_DIR.map(S::from));
     S::with_ray(tree, originals, Mode::once(), &ray, |filter, ray| {
         let scratch = &mut *TraversalScratch::lend(tree);
         one_ray::winding(SingleRay { tree, filter, ray, id: RayId(0), selection: &None, scratch })
@@ -43,7 +43,7 @@ pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: impl Fn(Containment) -> A + Sync,
+    answer: impl Fn([S; 3], Containment) -> A + Sync,
 ) {
     assert_eq!(points.len(), answers.len(), "one answer a point");
     for (points, answers) in points.chunks(SLAB).zip(answers.chunks_mut(SLAB)) {
@@ -56,14 +56,14 @@ fn classify_slab<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: &(impl Fn(Containment) -> A + Sync),
+    answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) {
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
     }
     if let ([point], [to]) = (points, &mut *answers) {
-        *to = answer(classify(bvh, *point));
+        *to = answer(*point, classify(bvh, *point));
         return;
     }
     let half = points.len() / 2;
@@ -76,10 +76,10 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
     answers: &mut [A],
-    answer: &(impl Fn(Containment) -> A + Sync),
+    answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) -> Result<(), NoMemory> {
-    let order = order(points, DIR.map(f64::from))?;
-    let mut in_order = filled(points.len(), answer(Containment::Outside))?;
+    let order = order(points, WINDING_DIR.map(f64::from))?;
+    let mut in_order = filled(points.len(), answer([S::ZERO; 3], Containment::Surface))?;
     chunks(&order, &mut in_order, |order, answers| {
         let (mut rays, mut all) = (Vec::new(), Vec::new());
         let mut counts = Counts::default();
@@ -91,8 +91,8 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
             let batch: RayBatch<'_, S> =
                 RayBatch { tree, originals, mode: Mode::once(), selection: None, rays: &rays };
             counts += batch.trace_part(0..rays.len(), BatchOutput::Containments(&mut all));
-            for (answer_of, &containment) in answers.iter_mut().zip(&all) {
-                *answer_of = answer(containment);
+            for ((to, ray), &containment) in answers.iter_mut().zip(&rays).zip(&all) {
+                *to = answer(ray.origin, containment);
             }
         }
         counts
@@ -110,7 +110,7 @@ fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }
-        RayOf::new(points[number as usize], DIR.map(S::from))
+        RayOf::new(points[number as usize], WINDING_DIR.map(S::from))
     };
     rays.extend(numbers.iter().enumerate().map(ray));
 }

@@ -13,8 +13,8 @@ use crate::util::memory::filled;
 const SLAB: usize = 1 << 16;
 
 impl<S: BvhScalar> Solid<S> {
-    /// How far a point is from the mesh: below 0 where the mesh winds around it, 0 on a triangle, above 0 outside.
-    /// The sign is exact, and the distance is that of [`ClosestPoint::distance`], to which triangles without an area
+    /// How far a point is from the mesh: below 0 inside, 0 on a triangle, above 0 outside. The sign is that of
+    /// [`Solid::classify`], and the distance is that of [`ClosestPoint::distance`], to which triangles without an area
     /// count. NaN where the point is not finite, infinite where there is no triangle.
     ///
     /// ```
@@ -57,8 +57,9 @@ impl<S: BvhScalar> Solid<S> {
         for (points, distances) in points.chunks(slab).zip(distances.chunks_mut(slab)) {
             let (closest, inside) = (&mut closest[..points.len()], &mut inside[..points.len()]);
             self.bvh.closest_point_batch_into(points, f64::INFINITY, closest);
-            let winds = |containment| matches!(containment, Containment::Inside(_));
-            classify_batch(&self.bvh, points, inside, winds);
+            classify_batch(&self.bvh, points, inside, |point, crossed| {
+                matches!(self.counted(point, crossed), Containment::Inside(_))
+            });
             for (i, distance) in distances.iter_mut().enumerate() {
                 let far = closest[i].distance;
                 *distance = if !points[i].iter().all(|x| Bits::is_finite(*x)) {

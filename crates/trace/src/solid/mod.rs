@@ -1,10 +1,17 @@
-//! Solids: what a closed mesh winds around.
+//! Solids: what a mesh winds around.
 
+mod angle;
 mod boundary;
 mod classify;
 mod distance;
+mod edges;
+mod parts;
+mod report;
+mod seen_corner;
+mod winding;
 
 use std::fmt;
+use std::sync::Arc;
 
 use intertri::{Scalar, TriangleOf};
 
@@ -13,14 +20,18 @@ use crate::bvh::Bvh;
 use crate::containment::Containment;
 use crate::scalar::BvhScalar;
 use crate::util::memory::NoMemory;
-use boundary::open_edge;
+use boundary::Boundary;
+pub use classify::WINDING_DIR;
 pub(crate) use classify::classify;
 use classify::classify_batch;
+use edges::{Edges, is_finite};
+pub use report::{EdgeDefect, MeshReport, TriangleDefect};
 
-/// A closed mesh, and the hierarchy over it: it knows inside from outside, exactly.
+/// A mesh, and the hierarchy over it: it knows inside from outside.
 ///
-/// In a closed mesh every edge runs as often one way as the other. The mesh may be in parts, meet itself, and have
-/// triangles twice or without area.
+/// In a closed mesh, by [`Solid::new`], every edge runs as often one way as the other, and inside and outside are exact. The
+/// mesh may be in parts, meet itself, and have triangles twice or without area. Any other mesh is a solid by
+/// [`Solid::from_soup`]: winding numbers decide. Clones share the hierarchy.
 ///
 /// ```
 /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -30,12 +41,13 @@ use classify::classify_batch;
 /// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [1.0, 1.0, 2.0], [1.0, 1.0, 2.000_000_2]];
 /// let containments = points.map(|point| solid.classify(point));
 /// assert_eq!(containments, [Containment::Inside(1), Containment::Outside, Containment::Surface, Containment::Outside]);
-/// assert!(Solid::new(&faces[1..]).unwrap_err().to_string().contains("is open"));
+/// assert!(Solid::new(&faces[1..]).unwrap_err().to_string().contains("not closed"));
 /// # Ok::<(), intertri_trace::SolidError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Solid<S: BvhScalar = f32> {
-    bvh: Bvh<S>,
+    bvh: Arc<Bvh<S>>,
+    boundary: Boundary<S>,
 }
 
 impl<S: BvhScalar> Solid<S> {
@@ -64,34 +76,45 @@ impl<S: BvhScalar> Solid<S> {
     /// # Ok::<(), intertri_trace::SolidError>(())
     /// ```
     pub fn check_closed(triangles: &[TriangleOf<S>]) -> Result<(), SolidError<S>> {
-        let finite = |t: &TriangleOf<S>| t.0.as_flattened().iter().all(|x| x.is_finite());
-        if let Some(triangle) = triangles.iter().position(|triangle| !finite(triangle)) {
+        if let Some(triangle) = triangles.iter().position(|triangle| !is_finite(triangle)) {
             return Err(SolidError::NotFinite { triangle });
         }
-        match open_edge(triangles) {
-            Ok(Some((triangle, edge))) => Err(SolidError::Open { triangle, edge }),
-            Ok(None) => Ok(()),
+        let is_closed =
+            Edges::of(triangles).map(|edges| edges.shared().all(|edge| edge.is_closed()));
+        match is_closed {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(SolidError::Open(Box::new(Self::inspect(triangles)?))),
             Err(NoMemory) => Err(BuildError::OutOfMemory { count: triangles.len() }.into()),
         }
     }
 
-    /// Of any mesh: of an open one the answers depend on the direction in which crossings are counted.
+    /// What keeps triangles from being a closed mesh, and which of them are repeated.
+    ///
+    /// # Errors
+    /// If there is too little memory.
+    pub fn inspect(triangles: &[TriangleOf<S>]) -> Result<MeshReport<S>, BuildError> {
+        let out_of_memory = |NoMemory| BuildError::OutOfMemory { count: triangles.len() };
+        MeshReport::of(triangles).map_err(out_of_memory)
+    }
+
+    /// Of any mesh, as if it were closed: of an open one the answers depend on the direction in which crossings are
+    /// counted.
     ///
     /// # Errors
     /// If there is no hierarchy over it.
     pub fn assume_closed(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
-        Ok(Self { bvh: Bvh::new(triangles)? })
+        Ok(Self::assume_closed_bvh(Bvh::new(triangles)?))
     }
 
     /// Of a mesh over which there is a hierarchy, one that was loaded or refitted for instance, as by
     /// [`Solid::assume_closed`]. All its geometries together are the mesh, whatever their masks.
     pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
-        Self { bvh }
+        Self { bvh: Arc::new(bvh), boundary: Boundary::none() }
     }
 
-    /// The hierarchy over the mesh, and nothing else.
+    /// The hierarchy over the mesh, and nothing else. If a solid by [`Solid::with_boundary`] shares it, it is copied.
     pub fn into_bvh(self) -> Bvh<S> {
-        self.bvh
+        Arc::unwrap_or_clone(self.bvh)
     }
 
     /// The hierarchy over the mesh.
@@ -99,9 +122,11 @@ impl<S: BvhScalar> Solid<S> {
         &self.bvh
     }
 
-    /// Where a point lies. A point that is not finite is outside.
+    /// Where a point lies: inside if the [winding number](Self::winding_number), rounded to the nearest whole number, is
+    /// not 0. In a mesh whose corners run counter-clockwise as seen from outside that is where it is more than 1/2. A
+    /// point that is not finite is outside.
     pub fn classify(&self, point: [S; 3]) -> Containment {
-        classify(&self.bvh, point)
+        self.counted(point, classify(&self.bvh, point))
     }
 
     /// [`Solid::classify`] of many points.
@@ -116,7 +141,7 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// If the slices differ in length.
     pub fn classify_batch_into(&self, points: &[[S; 3]], all: &mut [Containment]) {
-        classify_batch(&self.bvh, points, all, |containment| containment);
+        classify_batch(&self.bvh, points, all, |point, crossed| self.counted(point, crossed));
     }
 
     /// Which of many points are inside or on the surface.
@@ -131,8 +156,9 @@ impl<S: BvhScalar> Solid<S> {
     /// # Panics
     /// If the slices differ in length.
     pub fn contains_batch_into(&self, points: &[[S; 3]], contains: &mut [bool]) {
-        let is_held = |containment| containment != Containment::Outside;
-        classify_batch(&self.bvh, points, contains, is_held);
+        classify_batch(&self.bvh, points, contains, |point, crossed| {
+            self.counted(point, crossed) != Containment::Outside
+        });
     }
 }
 
@@ -140,13 +166,8 @@ impl<S: BvhScalar> Solid<S> {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolidError<S = f32> {
-    /// An edge is run along more often one way than the other.
-    Open {
-        /// A triangle that has it.
-        triangle: usize,
-        /// From where to where it runs there.
-        edge: [[S; 3]; 2],
-    },
+    /// Edges are run along more often one way than the other: they are open, or triangles are turned or doubled.
+    Open(Box<MeshReport<S>>),
     /// A corner is not finite.
     NotFinite {
         /// Its triangle.
@@ -165,12 +186,7 @@ impl<S> From<BuildError> for SolidError<S> {
 impl<S: Scalar> fmt::Display for SolidError<S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Open { triangle, edge: [from, to] } => {
-                write!(
-                    f,
-                    "the mesh is open: nothing meets triangle {triangle} from {from:?} to {to:?}"
-                )
-            }
+            Self::Open(report) => write!(f, "the mesh is not closed: {report}"),
             Self::NotFinite { triangle } => {
                 write!(f, "triangle {triangle} has a corner that is not finite")
             }

@@ -1,0 +1,156 @@
+//! A directed edge as it is seen along a ray: on which side of it the ray passes, by the rule *once*.
+//!
+//! ```text
+//!             b
+//!             ▲    d·(A × B) > 0    the ray passes on this side of the edge
+//!        ·    │    d·(A × B) = 0    through its line: then the ray is moved by (ε, ε², ε³)
+//!       ray   │
+//!             a    A, B the ends from the ray's origin, which looks along the ray
+//! ```
+//!
+//! These are the signs that [`crossing`](super::crossing) uses for the three edges of a triangle, so a sum over edges
+//! and a count of crossings agree on which side of an edge the ray is. `docs/numerics/winding.md` needs both.
+
+use core::cmp::Ordering;
+
+use super::int::{Int, cross, dot};
+use super::scale::Scale;
+use super::tier::{Tier, at_tier, is_f64};
+use crate::Scalar;
+
+/// The sign of `d·(A × B)` for a ray moved by (ε, ε², ε³); equal where A and B lie on one line with the origin. All
+/// numbers must be finite.
+///
+/// ```
+/// use core::cmp::Ordering::{Equal, Greater, Less};
+/// use intertri::internal::exact::edge_side;
+/// let side = |dir: [f32; 3]| edge_side([0.0; 3], dir, [[1.0, -1.0, 4.0], [1.0, 1.0, 4.0]]);
+/// assert_eq!([side([0.0, 0.0, 1.0]), side([2.0, 0.0, 4.0])], [Greater, Less]);
+/// // At the edge itself: moved along x, the ray passes where x is greater.
+/// assert_eq!(side([1.0, 0.5, 4.0]), Less);
+/// assert_eq!(edge_side([0.0; 3], [1.0, 0.0, 0.0], [[1.0; 3], [2.0_f32; 3]]), Equal);
+/// ```
+pub fn edge_side<S: Scalar>(origin: [S; 3], dir: [S; 3], edge: [[S; 3]; 2]) -> Ordering {
+    let (points, dirs) = (Scale::of(&[origin, edge[0], edge[1]]), Scale::of(&[dir]));
+    at_tier!(S, points.tier(dirs), side::<S, C, N, V>((origin, dir), edge, (points, dirs)))
+}
+
+fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    (origin, dir): ([S; 3], [S; 3]),
+    edge: [[S; 3]; 2],
+    (points, dirs): (Scale, Scale),
+) -> Ordering {
+    let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
+    let normal: [Int<N>; 3] = cross(&a, &b);
+    let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
+    normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
+}
+
+/// `d × A` for a ray moved by (ε, ε², ε³), each component within a few roundings of the largest, and the largest near 1;
+/// 0 where the point is the ray's origin. All numbers must be finite.
+///
+/// ```
+/// use intertri::internal::exact::moment;
+/// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 2.0], [3.0e-30_f32, -4.0e-30, 5.0]);
+/// assert!(x > 0.0 && (y / x - 0.75).abs() < 1e-6 && z == 0.0);
+/// // On the ray: seen from the one that is moved along x, the point lies at smaller x.
+/// let [x, y, z] = moment([0.0; 3], [0.0, 0.0, 1.0], [0.0, 0.0, 5.0_f32]);
+/// assert!(x == 0.0 && y < 0.0 && z == 0.0);
+/// ```
+pub fn moment<S: Scalar>(origin: [S; 3], dir: [S; 3], point: [S; 3]) -> [f64; 3] {
+    let (points, dirs) = (Scale::of(&[origin, point]), Scale::of(&[dir]));
+    at_tier!(S, points.tier(dirs), turn::<S, C, N, V>((origin, dir), point, (points, dirs)))
+}
+
+fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    (origin, dir): ([S; 3], [S; 3]),
+    point: [S; 3],
+    (points, dirs): (Scale, Scale),
+) -> [f64; 3] {
+    const { assert!(V == N + C) };
+    let a = seen::<S, C>(points, origin, point);
+    let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
+    let moments = [dirs.vector::<S, C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
+    let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
+    moments.iter().find(is_some).map_or([0.0; 3], rounded)
+}
+
+/// The point from the origin.
+fn seen<S: Scalar, const C: usize>(scale: Scale, origin: [S; 3], point: [S; 3]) -> [Int<C>; 3] {
+    let (o, p) = (scale.vector::<S, C>(origin), scale.vector::<S, C>(point));
+    [p[0] - o[0], p[1] - o[1], p[2] - o[2]]
+}
+
+/// A vector that is not 0 in f64, divided by a power of two so that the largest component is near 1.
+fn rounded<const N: usize>(v: &[Int<N>; 3]) -> [f64; 3] {
+    let sizes = v.map(|x| x.size());
+    let top = (0..N).rev().find(|&i| sizes.iter().any(|size| size[i] != 0)).unwrap_or(0);
+    // Two limbs of each, from the highest that is not 0 in all.
+    let number = |k: usize| {
+        let low = if top > 0 { sizes[k][top - 1] } else { 0 };
+        let size = (u128::from(sizes[k][top]) << 64 | u128::from(low)) as f64;
+        if v[k].sign().is_lt() { -size } else { size }
+    };
+    let numbers = [0, 1, 2].map(number);
+    let most = numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    numbers.map(|x| x / most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{edge_side, moment};
+    use crate::exact::{Side, Tier, crossing_from, test_numbers::random};
+    use crate::{Ray64, RayOf, TriangleOf};
+
+    /// A ray crosses a triangle iff it passes all three edges on the side of T.
+    #[test]
+    fn sides_are_those_of_crossings() {
+        let mut random = random();
+        let (mut crossed, mut equal) = (0, 0);
+        for i in 0..20_000 {
+            let mut point = || [0; 3].map(|_| (3.0 * random()).round());
+            let (corners, origin, dir) = ([point(), point(), point()], point(), point());
+            let [a, b, c] = corners;
+            if dir == [0.0; 3] {
+                continue;
+            }
+            let sides = [[b, c], [c, a], [a, b]].map(|edge| edge_side(origin, dir, edge));
+            equal += sides.iter().filter(|side| side.is_eq()).count();
+            let ray: RayOf<f64> = Ray64::new(origin, dir);
+            let Some(side) =
+                crossing_from(Tier::Narrow, crate::Rule::Once, &ray, &TriangleOf(corners))
+            else {
+                continue;
+            };
+            let sign = if side == Side::Leaves { 1 } else { -1 };
+            assert_eq!(sides.map(|side| side as i32), [sign; 3], "{i}: {ray:?} {corners:?}");
+            crossed += 1;
+        }
+        assert!(crossed > 300 && equal > 1000, "{crossed} crossed, {equal} equal");
+    }
+
+    /// Moments of points beside the ray by less than f64 has digits for.
+    #[test]
+    fn moments_keep_their_digits() {
+        let mut random = random();
+        for _ in 0..1000 {
+            let dir = [0; 3].map(|_| (1000.0 * random()).round());
+            let beside = [0; 3].map(|_| random());
+            let far = 2.0_f64.powi(60);
+            // far · d, which is exact, from an origin off by `beside`.
+            let point = dir.map(|d| d * far);
+            let cross = |a: [f64; 3], b: [f64; 3]| {
+                [0, 1, 2].map(|k| {
+                    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                    a[i] * b[j] - a[j] * b[i]
+                })
+            };
+            let expected = cross(beside, dir);
+            let most = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let moment = moment(beside, dir, point);
+            for k in 0..3 {
+                assert!((moment[k] - expected[k] / most).abs() < 1e-12, "{moment:?} {expected:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The solid angle of a boundary: what it adds to the crossings of a ray.
+//!
+//! ```text
+//!                 d                 Ω(-d, a, b) = 2 arg Z,
+//!                 ▲   b             Z = (|A| - A·d)(|B| - B·d) + A'·B' - i d·(A' × B')
+//!                 │  ↗ ╲
+//!         p ·─────┼─a   ╲           A, B the ends from p; A', B' what is across d of them
+//!                 │  ╲   ╲
+//!                -d ──────╲         d·(A × B) = 0 and Z < 0: the ray meets the edge
+//! ```
+//!
+//! Derivation and bound: `docs/numerics/winding.md`.
+
+use std::cmp::Ordering;
+use std::f64::consts::TAU;
+
+use intertri::Scalar;
+use intertri::internal::exact::edge_side;
+
+use super::boundary::Boundary;
+use super::classify::WINDING_DIR;
+use super::seen_corner::{Axes, SeenCorner};
+
+/// More than the error of a cross product across the ray, over the products of its factors' sizes.
+const SIDE: f64 = 64.0 * f64::EPSILON;
+
+/// The solid angle of a boundary seen from a point over the whole, which is to be added to the signed crossings of the
+/// ray from there. The point must be finite, and on no triangle.
+pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
+    let mut sum = Sum::default();
+    for corners in boundary.loops() {
+        sum.add_loop(&boundary.axes, point, corners);
+    }
+    sum.turns()
+}
+
+/// The same nearly, and how much it may be off: small loops that are far away are left out.
+pub(super) fn rough_turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> (f64, f64) {
+    let Boundary { parts, axes, .. } = boundary;
+    let (mut sum, mut off, from) = (Sum::default(), 0.0, point.map(Into::into));
+    for part in &parts.parts {
+        let most = part.most(from, axes.0[0]);
+        if most < FAR {
+            off += most;
+        } else {
+            let [start, end] = part.corners;
+            sum.add_loop(axes, point, &parts.corners[start..end]);
+        }
+    }
+    (sum.turns(), off)
+}
+
+/// A loop whose solid angle is less of the whole is far away.
+const FAR: f64 = 1.0 / 256.0;
+
+/// A sum of half solid angles.
+#[derive(Default)]
+struct Sum {
+    angle: f64,
+    /// What the sum has lost.
+    lost: f64,
+}
+
+impl Sum {
+    fn add(&mut self, angle: f64) {
+        let next = self.angle + angle;
+        let [large, small] =
+            if self.angle.abs() > angle.abs() { [self.angle, angle] } else { [angle, self.angle] };
+        self.lost += (large - next) + small;
+        self.angle = next;
+    }
+
+    fn turns(self) -> f64 {
+        (self.angle + self.lost) / TAU
+    }
+
+    /// Adds the angles of a loop. Angles of edges are those of complex numbers, whose product has the sum of them but for
+    /// whole turns; these are counted.
+    #[inline]
+    fn add_loop<S: Scalar>(&mut self, axes: &Axes, point: [S; 3], corners: &[[S; 3]]) {
+        let (mut re, mut im, mut turns) = (1.0_f64, 0.0_f64, 0.0);
+        let mut from = axes.seen(point, corners[0]);
+        for edge in corners.windows(2) {
+            let to = axes.seen(point, edge[1]);
+            let (x, y, is_settled) = edge_number(&from, &to);
+            from = to;
+            if is_settled {
+                self.add(settled(point, [edge[0], edge[1]], y.atan2(x)));
+                continue;
+            }
+            let (a, b) = (re * x - im * y, re * y + im * x);
+            let size = a.abs() + b.abs();
+            // An edge that is seen as a point from its end has no angle.
+            if size == 0.0 {
+                continue;
+            }
+            // Two angles on one side of 0 whose sum is on the other have come round.
+            let is_below = im.is_sign_negative();
+            if is_below == y.is_sign_negative() && is_below != b.is_sign_negative() {
+                turns += if is_below { -1.0 } else { 1.0 };
+            }
+            (re, im) = (a / size, b / size);
+        }
+        self.add(im.atan2(re));
+        self.add(turns * TAU);
+    }
+}
+
+/// A number whose angle is half the solid angle between an edge and the direction opposite the ray, and whether the side on
+/// which the ray passes is to be found exactly.
+#[inline(always)]
+fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
+    let ([ax, ay], [bx, by]) = (a.across, b.across);
+    let re = a.excess * b.excess + (ax * bx + ay * by);
+    let im = ay * bx - ax * by;
+    let room = a.size * (bx.abs() + by.abs()) + b.size * (ax.abs() + ay.abs());
+    (re, im, re < 0.0 && im.abs() <= SIDE * room)
+}
+
+/// An angle near half a turn: the ray passes the edge closely, and the side on which it does is found exactly.
+#[cold]
+#[inline(never)]
+fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {
+    match edge_side(point, WINDING_DIR.map(S::from), edge) {
+        Ordering::Greater if angle > 0.0 => angle - TAU,
+        Ordering::Less if angle < 0.0 => angle + TAU,
+        // The edge is seen as a point, or the point lies on it.
+        Ordering::Equal => 0.0,
+        _ => angle,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use intertri::{Triangle, TriangleOf};
+
+    use super::{Boundary, rough_turns, turns};
+    use crate::util::test_numbers::random;
+
+    /// Fans with many edges, seen from far and near, and along the axis: small loops, and what is left out of them, differ
+    /// from the whole by no more than is said.
+    #[test]
+    fn small_loops_are_the_whole() {
+        let mut random = random();
+        let (mut left_out, mut near) = (0, 0);
+        for count in [3, 16, 17, 18, 40, 65, 129, 600] {
+            let corner = |i: usize| {
+                let angle = (i % count) as f32 / count as f32 * std::f32::consts::TAU;
+                [angle.cos(), 0.3 * (7.0 * angle).sin(), angle.sin()]
+            };
+            let fan = |i| TriangleOf([[0.1, 0.2, 0.0], corner(i), corner(i + 1)]);
+            let fan: Vec<Triangle> = (0..count).map(fan).collect();
+            let boundary = Boundary::of(&fan).unwrap();
+            assert_eq!(boundary.edges(), count);
+            for i in 0..400 {
+                let size = [0.5, 2.0, 20.0][i % 3];
+                let point = [0; 3].map(|_| size * (random() - 0.5));
+                let (all, (rough, off)) = (turns(&boundary, point), rough_turns(&boundary, point));
+                assert!(
+                    (all - rough).abs() <= off + 1e-9,
+                    "{count}: {all} and {rough} at {point:?}"
+                );
+                left_out += usize::from(off > 0.0);
+                near += usize::from(off == 0.0);
+            }
+        }
+        assert!(left_out > 500 && near > 500, "{left_out} and {near}");
+    }
+}

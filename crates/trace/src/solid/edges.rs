@@ -1,0 +1,93 @@
+//! The edges of a mesh, by the coordinates of their ends: how often triangles run along each, one way and the other.
+
+use intertri::internal::Bits;
+use intertri::{Scalar, TriangleOf};
+
+use crate::util::memory::{NoMemory, room};
+use crate::util::stop;
+
+/// A corner as bits, both zeros alike.
+pub(super) type Corner<S> = [<S as Bits>::Key; 3];
+
+/// An edge from its lower end to its higher one, whether its triangle runs that way, and the triangle.
+type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
+
+/// The edges of all triangles, equal ones together.
+pub(super) struct Edges<S: Scalar>(Vec<DirectedEdge<S>>);
+
+/// An edge and all triangles that have it.
+#[derive(Clone, Copy)]
+pub(super) struct SharedEdge<'a, S: Scalar>(&'a [DirectedEdge<S>]);
+
+impl<S: Scalar> Edges<S> {
+    /// Those of triangles. One with a corner that is not finite has none, as it is hit by no ray.
+    pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
+        let edges = |(i, t): (usize, &TriangleOf<S>)| {
+            let [a, b, c] = t.0.map(corner::<S>);
+            [(a, b, i), (b, c, i), (c, a, i)]
+        };
+        let mut all = room(3 * triangles.len())?;
+        let finite = triangles.iter().enumerate().filter(|(_, triangle)| is_finite(triangle));
+        let directed = finite.flat_map(edges).filter(|(from, to, _)| from != to);
+        all.extend(directed.map(|(from, to, i)| {
+            stop::heed();
+            if from < to { (from, to, true, i) } else { (to, from, false, i) }
+        }));
+        all.sort_unstable_by(|a, b| {
+            stop::heed();
+            a.cmp(b)
+        });
+        Ok(Self(all))
+    }
+
+    /// Each edge once.
+    pub(super) fn shared(&self) -> impl Iterator<Item = SharedEdge<'_, S>> + Clone {
+        self.0.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).map(|edge| {
+            stop::heed();
+            SharedEdge(edge)
+        })
+    }
+}
+
+impl<S: Scalar> SharedEdge<'_, S> {
+    /// How many triangles run along it from its lower end, and how many from its higher one.
+    pub(super) fn counts(&self) -> [usize; 2] {
+        let up = self.0.iter().filter(|(_, _, up, _)| *up).count();
+        [up, self.0.len() - up]
+    }
+
+    /// Whether triangles run along it as often one way as the other.
+    pub(super) fn is_closed(&self) -> bool {
+        let [up, down] = self.counts();
+        up == down
+    }
+
+    /// The way that more triangles run along it, from where to where, and how many more do.
+    pub(super) fn excess(&self) -> (Corner<S>, Corner<S>, usize) {
+        let (&(lo, hi, ..), [up, down]) = (&self.0[0], self.counts());
+        let (from, to) = if up > down { (lo, hi) } else { (hi, lo) };
+        (from, to, up.abs_diff(down))
+    }
+
+    /// The first triangle that has it, and from where to where it runs there.
+    pub(super) fn first(&self) -> Option<(usize, [[S; 3]; 2])> {
+        let first = self.0.iter().min_by_key(|(.., triangle)| *triangle);
+        first.map(|&(lo, hi, up, triangle)| {
+            let ends = if up { [lo, hi] } else { [hi, lo] };
+            (triangle, ends.map(of_corner::<S>))
+        })
+    }
+}
+
+/// Whether all coordinates of a triangle are finite.
+pub(super) fn is_finite<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
+    triangle.0.as_flattened().iter().all(|x| x.is_finite())
+}
+
+pub(super) fn corner<S: Scalar>(corner: [S; 3]) -> Corner<S> {
+    corner.map(S::key)
+}
+
+pub(super) fn of_corner<S: Scalar>(corner: Corner<S>) -> [S; 3] {
+    corner.map(S::of_key)
+}

@@ -1,0 +1,95 @@
+//! A corner as it is seen from a point: across the rays along which crossings are counted, and along them.
+
+use intertri::Scalar;
+use intertri::internal::exact::moment;
+
+use super::classify::WINDING_DIR;
+
+/// A corner whose distance from the ray is less than this, squared, of how far it is along the ray is seen exactly.
+const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
+
+/// Sizes between which products have no exponent too small or too large.
+const TAME: [f64; 2] = [pow2(-300), pow2(300)];
+
+/// `2^e` for an e of normal numbers.
+const fn pow2(e: i32) -> f64 {
+    f64::from_bits(((1023 + e) as u64) << 52)
+}
+
+/// The direction of the rays, and two across it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
+
+/// A corner as it is seen from a point.
+#[derive(Clone, Copy)]
+pub(super) struct SeenCorner {
+    /// Across the ray.
+    pub(super) across: [f64; 2],
+    /// How much longer its distance is than its part along the ray.
+    pub(super) excess: f64,
+    /// Its distance.
+    pub(super) size: f64,
+}
+
+impl Axes {
+    pub(super) fn new() -> Self {
+        let d = unit(WINDING_DIR.map(f64::from));
+        // Any that is not parallel.
+        let e = unit(cross(d, [1.0, 0.0, 0.0]));
+        Self([d, e, cross(d, e)])
+    }
+
+    /// A corner seen from a point.
+    #[inline(always)]
+    pub(super) fn seen<S: Scalar>(&self, point: [S; 3], corner: [S; 3]) -> SeenCorner {
+        let [p, c] = [point, corner].map(|v| v.map(Into::<f64>::into));
+        let mut v = [c[0] - p[0], c[1] - p[1], c[2] - p[2]];
+        let most = v[0].abs().max(v[1].abs()).max(v[2].abs());
+        if !(TAME[0]..=TAME[1]).contains(&most) {
+            v = scaled(c, p);
+        }
+        let [z, x, y] = self.0.map(|axis| dot(axis, v));
+        let beside = x * x + y * y;
+        let size = (z * z + beside).sqrt();
+        if z > 0.0 && beside < NEAR_RAY * z * z {
+            return self.near(point, corner, 0.5 * beside.sqrt() / size);
+        }
+        let excess = if z > 0.0 { beside / (size + z) } else { size - z };
+        SeenCorner { across: [x, y], excess, size }
+    }
+
+    /// A corner near the ray, or on it: the direction across it exactly, and half the angle that is between them.
+    #[cold]
+    #[inline(never)]
+    fn near<S: Scalar>(&self, point: [S; 3], corner: [S; 3], half: f64) -> SeenCorner {
+        let turn = moment(point, WINDING_DIR.map(S::from), corner);
+        let [_, x, y] = self.0.map(|axis| dot(axis, turn));
+        let size = x.hypot(y);
+        SeenCorner { across: [y / size, -x / size], excess: half, size: 1.0 }
+    }
+}
+
+/// The same direction as `c - p`, of a size that products have room for; 0 if they are equal.
+#[cold]
+fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
+    let small = [0, 1, 2].map(|k| c[k] - p[k]);
+    if small.iter().all(|x| x.abs() < 1.0) {
+        return small.map(|x| x * pow2(690));
+    }
+    // The largest numbers differ by more than there is; quarters of them do not.
+    [0, 1, 2].map(|k| (0.25 * c[k] - 0.25 * p[k]) * pow2(-660))
+}
+
+#[inline(always)]
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let size = dot(v, v).sqrt();
+    v.map(|x| x / size)
+}

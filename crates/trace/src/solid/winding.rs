@@ -1,0 +1,145 @@
+//! Winding numbers of any mesh: signed crossings of a ray, and the solid angle of the boundary.
+
+use intertri::TriangleOf;
+
+use super::Solid;
+use super::angle::{rough_turns, turns};
+use super::boundary::Boundary;
+use super::classify::{classify, classify_batch};
+use crate::build::BuildError;
+use crate::containment::Containment;
+use crate::scalar::BvhScalar;
+
+/// More than the roundings of a rough winding number, of a point that is not next to an open edge.
+const SURE: f64 = 1e-9;
+
+impl<S: BvhScalar> Solid<S> {
+    /// Of any mesh: open, with holes, with faces turned, doubled or without area. Inside is where its winding number is
+    /// nearer to 1 than to 0; a closed mesh has the answers that it has by [`Solid::new`].
+    ///
+    /// Triangles that are not finite are left out.
+    ///
+    /// # Errors
+    /// If there is no hierarchy over it, or too little memory.
+    ///
+    /// ```
+    /// use intertri_trace::{Containment, Solid, intertri::Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// // The slanted face is missing.
+    /// let faces = [[o, y, x], [o, x, z], [o, z, y]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let solid = Solid::from_soup(&faces)?;
+    /// assert_eq!(solid.open_edges(), 3);
+    /// let points = [[0.5, 0.5, 0.5], [1.5, 1.5, 1.5], [2.0, 2.0, 0.0]];
+    /// let containments = points.map(|point| solid.classify(point));
+    /// assert_eq!(containments, [Containment::Inside(1), Containment::Outside, Containment::Surface]);
+    /// // Seven eighths of the directions from a point next to the corner lead to the faces.
+    /// assert!((solid.winding_number([1e-6; 3]).unwrap() - 0.875).abs() < 1e-5);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn from_soup(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
+        let boundary = boundary(triangles)?;
+        Ok(Self { boundary, ..Self::assume_closed(triangles)? })
+    }
+
+    /// The same mesh as by [`Solid::from_soup`]: its hierarchy is shared, and its boundary counts.
+    ///
+    /// # Errors
+    /// If there is too little memory.
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
+    /// let bvh = Bvh::new(&[Triangle::new([0.0; 3], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])])?;
+    /// let solid = Solid::assume_closed_bvh(bvh).with_boundary()?;
+    /// assert_eq!(solid.open_edges(), 3);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn with_boundary(&self) -> Result<Self, BuildError> {
+        let triangles = self.bvh.try_to_triangles();
+        let triangles = triangles.map_err(|_| BuildError::OutOfMemory { count: self.bvh.len() })?;
+        Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
+    }
+
+    /// How many edges of the mesh are open: how many more triangles run along them one way than the other. 0 of a closed
+    /// mesh, and of one that is assumed to be closed.
+    pub fn open_edges(&self) -> usize {
+        self.boundary.edges()
+    }
+
+    /// How often the mesh winds around a point: the solid angles of its triangles over 4π, those that are seen from
+    /// behind counted as positive. `None` on a triangle, 0 if the point is not finite.
+    ///
+    /// It is the sum of the signed crossings of a ray, which are exact, and of the solid angle of the boundary, which is
+    /// rounded: so a whole number where the mesh is closed, and else off by no more than `2^-47` for each open edge,
+    /// times the ratio of its length to the distance of the point from it if that is larger than 1.
+    pub fn winding_number(&self, point: [S; 3]) -> Option<f64> {
+        self.number(point, classify(&self.bvh, point))
+    }
+
+    /// [`Solid::winding_number`] of many points, on all threads.
+    ///
+    /// ```
+    /// use intertri_trace::{Solid, intertri::Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let solid = Solid::new(&[faces, faces].concat())?;
+    /// let numbers = solid.winding_number_batch(&[[1.0; 3], [1.0, 1.0, 2.0], [3.0; 3]]);
+    /// assert_eq!(numbers, [Some(2.0), None, Some(0.0)]);
+    /// # Ok::<(), intertri_trace::SolidError>(())
+    /// ```
+    pub fn winding_number_batch(&self, points: &[[S; 3]]) -> Vec<Option<f64>> {
+        let mut numbers = vec![None; points.len()];
+        self.winding_number_batch_into(points, &mut numbers);
+        numbers
+    }
+
+    /// [`Solid::winding_number_batch`] into a slice.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn winding_number_batch_into(&self, points: &[[S; 3]], numbers: &mut [Option<f64>]) {
+        classify_batch(&self.bvh, points, numbers, |point, crossed| self.number(point, crossed));
+    }
+
+    /// The winding number, by where crossings alone place the point.
+    fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
+        let times = match crossed {
+            Containment::Outside => 0,
+            Containment::Inside(times) => times,
+            Containment::Surface => return None,
+        };
+        if self.boundary.edges() == 0 || !point.iter().all(|x| x.is_finite()) {
+            return Some(times.into());
+        }
+        Some(f64::from(times) + turns(&self.boundary, point))
+    }
+
+    /// Where a point lies, by where crossings alone place it.
+    pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
+        if self.boundary.edges() == 0 {
+            return crossed;
+        }
+        let times = match crossed {
+            Containment::Outside => 0.0,
+            Containment::Inside(times) => f64::from(times),
+            Containment::Surface => return crossed,
+        };
+        if !point.iter().all(|x| x.is_finite()) {
+            return crossed;
+        }
+        // Small loops that are far away rarely matter.
+        let (some, off) = rough_turns(&self.boundary, point);
+        let rough = times + some;
+        let is_sure = 0.5 - (rough - rough.round()).abs() > off + SURE;
+        let number = if is_sure { rough } else { times + turns(&self.boundary, point) };
+        // Halves count as 0.
+        match (number.abs() - 0.5).ceil().copysign(number) as i32 {
+            0 => Containment::Outside,
+            times => Containment::Inside(times),
+        }
+    }
+}
+
+/// The boundary of a mesh.
+fn boundary<S: BvhScalar>(triangles: &[TriangleOf<S>]) -> Result<Boundary<S>, BuildError> {
+    Boundary::of(triangles).map_err(|_| BuildError::OutOfMemory { count: triangles.len() })
+}

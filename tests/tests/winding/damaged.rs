@@ -1,0 +1,124 @@
+//! Meshes as people have them: boxes and globes with holes, faces turned and doubled, cracks, fins and T-junctions.
+
+use intertri::Triangle64;
+use intertri_lab::rng::Rng;
+
+/// A number on a grid of 1/1024, so that differences have few digits.
+fn on_grid(x: f64) -> f64 {
+    (x * 1024.0).round() / 1024.0
+}
+
+/// A box of `cells` by `cells` squares a side, from -1/2 to 1/2.
+fn cube(cells: usize) -> Vec<Triangle64> {
+    let mut faces = Vec::new();
+    for side in 0..6 {
+        let (axis, up) = (side % 3, side < 3);
+        let at = |i: usize, j: usize| {
+            let mut corner = [0.0; 3];
+            corner[axis] = if up { 0.5 } else { -0.5 };
+            corner[(axis + 1) % 3] = on_grid(i as f64 / cells as f64 - 0.5);
+            corner[(axis + 2) % 3] = on_grid(j as f64 / cells as f64 - 0.5);
+            corner
+        };
+        for (i, j) in (0..cells * cells).map(|k| (k / cells, k % cells)) {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let halves = [[a, b, c], [a, c, d]];
+            faces
+                .extend(halves.map(|[a, b, c]| Triangle64(if up { [a, b, c] } else { [a, c, b] })));
+        }
+    }
+    faces
+}
+
+/// A globe of some rings.
+fn globe(rings: usize) -> Vec<Triangle64> {
+    let corner = |ring: usize, i: usize| {
+        let (a, b) = (ring as f64 / rings as f64, (i % (2 * rings)) as f64 / (2 * rings) as f64);
+        let (a, b) = (a * std::f64::consts::PI, b * std::f64::consts::TAU);
+        let r = if ring == 0 || ring == rings { 0.0 } else { 0.5 * a.sin() };
+        [r * b.cos(), 0.5 * a.cos(), r * b.sin()].map(on_grid)
+    };
+    let squares = (0..2 * rings * rings).map(|k| (k / (2 * rings), k % (2 * rings)));
+    let halves = |(ring, i)| {
+        let [a, b] = [corner(ring, i), corner(ring, i + 1)];
+        let [c, d] = [corner(ring + 1, i), corner(ring + 1, i + 1)];
+        [Triangle64([a, b, c]), Triangle64([d, c, b])]
+    };
+    squares
+        .flat_map(halves)
+        .filter(|t| t.0[0] != t.0[1] && t.0[1] != t.0[2] && t.0[2] != t.0[0])
+        .collect()
+}
+
+fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
+}
+
+/// What is done to a mesh.
+const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
+    // A hole.
+    |mesh, rng| {
+        let at = rng.pick(mesh).0[0];
+        mesh.retain(|triangle| !triangle.0.contains(&at));
+    },
+    // Single faces are missing.
+    |mesh, rng| mesh.retain(|_| rng.unit() > 0.1),
+    // No lid.
+    |mesh, _| mesh.retain(|t| t.0.iter().any(|corner| corner[1] < 0.3)),
+    // Faces are turned.
+    |mesh, rng| {
+        for triangle in mesh.iter_mut().filter(|_| rng.unit() < 0.2) {
+            triangle.0.swap(0, 1);
+        }
+    },
+    // Faces are doubled, some of them turned.
+    |mesh, rng| {
+        for i in 0..mesh.len() {
+            let mut triangle = mesh[i];
+            triangle.0.swap(0, rng.below(2));
+            if rng.one_in(5) {
+                mesh.push(triangle);
+            }
+        }
+    },
+    // Cracks: corners are moved for one face alone.
+    |mesh, rng| {
+        for triangle in mesh.iter_mut() {
+            triangle.0[0][1] += on_grid(0.02) * rng.pick(&[0.0, 0.0, 0.0, 0.0, 1.0, -1.0]);
+        }
+    },
+    // Fins.
+    |mesh, rng| {
+        for _ in 0..4 {
+            let [a, b, _] = rng.pick(mesh).0;
+            mesh.push(Triangle64([b, a, a.map(|x| on_grid(1.4 * x + 0.05))]));
+        }
+    },
+    // T-junctions: faces are cut in two, their neighbours are not; here and there the gap is closed by a triangle that
+    // has no area.
+    |mesh, rng| {
+        let count = mesh.len();
+        for i in (0..count).filter(|i| i % 7 == 0) {
+            let [a, b, c] = mesh[i].0;
+            let m = middle(a, b);
+            mesh[i] = Triangle64([a, m, c]);
+            mesh.push(Triangle64([m, b, c]));
+            if rng.unit() < 0.4 {
+                mesh.push(Triangle64([a, b, m]));
+            }
+        }
+    },
+];
+
+/// A mesh of a number, with one to three damages, all on a grid of 1/2048 and between -1 and 1.
+pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
+    let mut mesh =
+        if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };
+    DAMAGES[number / 2 % 8](&mut mesh, rng);
+    for _ in 0..number % 3 {
+        if mesh.len() > 8 {
+            rng.pick(&DAMAGES)(&mut mesh, rng);
+        }
+    }
+    mesh
+}
