@@ -124,15 +124,15 @@ fn one_ray_that_hits_everything_ends_in_one_line() {
     let place = TestFolder::new();
     let corners = "v 0 0 5\nv 1 0 5\nv 0 1 5\n";
     place.put("m.obj", format!("{corners}{}", "f 1 2 3\n".repeat(20_000)));
-    let rays = "0.123456789,0.234567891,0,0,0,1\n".repeat(16);
+    let rays = "0.123456789,0.234567891,4,0,0,1\n".repeat(16);
     place.put("rays.csv", format!("ox,oy,oz,dx,dy,dz\n{rays}"));
-    for ask in ["--all", "--all --raw", "--crossings", "--all --engine fixed"] {
+    for ask in ["--all", "--all --raw", "--crossings", "--all --engine fixed --grid-bounds 0,0,4,1,1,6"] {
         let line = format!("trace m.obj --rays rays.csv {ask} -o a.csv");
         let without = "trace m.obj --rays rays.csv --any -o a.csv";
         let enough = |line: &str, limit| within(&place, limit, line).status.success();
         let least = (10_000..).step_by(5000).find(|&limit| enough(without, limit)).unwrap();
         let mut told = vec![];
-        for limit in (least..).step_by(3000) {
+        for limit in (least..400_000).step_by(3000) {
             let output = within(&place, limit, &line);
             if output.status.success() {
                 break;
