@@ -38,7 +38,7 @@ pub struct TriangleDefect {
 /// assert_eq!(
 ///     report.to_string(),
 ///     "3 edges lie between triangles that are turned against each other, the first at triangle 0 \
-///      from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]"
+///      from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0]"
 /// );
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
