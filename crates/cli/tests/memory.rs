@@ -126,7 +126,9 @@ fn one_ray_that_hits_everything_ends_in_one_line() {
     place.put("m.obj", format!("{corners}{}", "f 1 2 3\n".repeat(20_000)));
     let rays = "0.123456789,0.234567891,4,0,0,1\n".repeat(16);
     place.put("rays.csv", format!("ox,oy,oz,dx,dy,dz\n{rays}"));
-    for ask in ["--all", "--all --raw", "--crossings", "--all --engine fixed --grid-bounds 0,0,4,1,1,6"] {
+    for ask in
+        ["--all", "--all --raw", "--crossings", "--all --engine fixed --grid-bounds 0,0,4,1,1,6"]
+    {
         let line = format!("trace m.obj --rays rays.csv {ask} -o a.csv");
         let without = "trace m.obj --rays rays.csv --any -o a.csv";
         let enough = |line: &str, limit| within(&place, limit, line).status.success();

@@ -76,7 +76,9 @@ fn check(name: &str, rays: &[Ray]) {
             let crossed = alone.crossings(ray);
             assert_eq!(crossings.of(i), crossed, "{name}, ray {i}: crossings");
             let mut count = Crossings::default();
-            crossed.iter().for_each(|crossing| count.add(crossing.leaves));
+            for crossing in &crossed {
+                count.add(crossing.leaves);
+            }
             assert_eq!(counts[i], count, "{name}, ray {i}: how often it crosses");
         }
     }
