@@ -57,6 +57,9 @@ pub fn crossing_from<S: Scalar>(
 ) -> Option<Side> {
     let plain = from == Tier::Float && is_plain(ray, triangle);
     if plain {
+        if runs_along(ray, triangle) {
+            return None;
+        }
         let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
         let Decided { miss, closed, inside, leaves } =
             float::decide(corners, &RayLanes::of_ray(ray));
@@ -68,6 +71,15 @@ pub fn crossing_from<S: Scalar>(
         }
     }
     by_integers(from, rule, ray, triangle, plain)
+}
+
+/// Whether a triangle lies across an axis and the ray runs along its plane: D is 0, so they do not meet. Walls and floors do,
+/// and all their volumes may be 0, which only integers would prove.
+#[inline(always)]
+fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
+    let [a, b, c] = triangle.0;
+    let along = |k: usize| (ray.dir[k] == S::ZERO) & (a[k] == b[k]) & (b[k] == c[k]);
+    along(0) | along(1) | along(2)
 }
 
 /// What numbers in two parts do not tell.
@@ -158,7 +170,37 @@ mod tests {
     use super::{Rule, crossing_from, in_two_parts};
     use crate::exact::Tier;
     use crate::exact::test_numbers::random;
-    use crate::{Ray64, TriangleOf};
+    use crate::{Ray, Ray64, Triangle, TriangleOf};
+
+    /// Rays along planes across an axis, in them and beside them, and some that leave them by a little: what is answered at
+    /// once is what integers say.
+    #[test]
+    fn rays_along_a_wall_are_answered_as_by_integers() {
+        let (mut random, mut hits) = (random(), 0);
+        for i in 0..30_000 {
+            let k = i % 3;
+            let wall = 2.0 * random() as f32;
+            let mut point = || [0; 3].map(|_| random() as f32);
+            let (mut corners, mut origin, mut dir) =
+                ([point(), point(), point()], point(), point());
+            corners.iter_mut().for_each(|corner| corner[k] = wall);
+            match i / 3 % 6 {
+                0 => (origin[k], dir[k]) = (wall, 0.0),
+                1 => dir[k] = -0.0,
+                2 => (origin[k], dir[k], corners[i % 3][k]) = (wall, 0.0, wall.next_up()),
+                3 => (dir[k], corners[2][k]) = (0.0, origin[k]),
+                4 => (origin[k], dir[k]) = (wall, 1e-30),
+                _ => dir = [0, 1, 2].map(|j| corners[0][j] - origin[j]),
+            }
+            let (ray, triangle) = (Ray::new(origin, dir), Triangle(corners));
+            for rule in [Rule::Closed, Rule::Once] {
+                let at_once = crossing_from(Tier::Float, rule, &ray, &triangle);
+                assert_eq!(at_once, crossing_from(Tier::Narrow, rule, &ray, &triangle), "{ray:?}");
+                hits += u32::from(at_once.is_some());
+            }
+        }
+        assert!(hits > 1000, "{hits} hits");
+    }
 
     /// Rays at edges but for rounding, between points of which many a difference is no f64.
     #[test]
