@@ -78,8 +78,7 @@ pub fn crossing_from<S: Scalar>(
 #[inline(always)]
 fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     let [a, b, c] = triangle.0;
-    let along = |k: usize| (ray.dir[k] == S::ZERO) & (a[k] == b[k]) & (b[k] == c[k]);
-    along(0) | along(1) | along(2)
+    (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
 /// What numbers in two parts do not tell.
@@ -183,7 +182,9 @@ mod tests {
             let mut point = || [0; 3].map(|_| random() as f32);
             let (mut corners, mut origin, mut dir) =
                 ([point(), point(), point()], point(), point());
-            corners.iter_mut().for_each(|corner| corner[k] = wall);
+            for corner in &mut corners {
+                corner[k] = wall;
+            }
             match i / 3 % 6 {
                 0 => (origin[k], dir[k]) = (wall, 0.0),
                 1 => dir[k] = -0.0,
