@@ -230,7 +230,7 @@ class Triangles:
         >>> import intertri
         >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
         >>> print(intertri.Mesh(corners, [[1, 2, 0], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).inspect()["text"])
-        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [4.0, 0.0, 0.0] to [0.0, 4.0, 0.0]
+        3 edges lie between triangles that are turned against each other, the first at triangle 0 from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0]
         """  # noqa: E501
         at = self._at
         text, counts = native(at.vertices.dtype).inspect(at.vertices.reshape(-1), self._faces.reshape(-1))

@@ -19,6 +19,9 @@ use crate::util::threads;
 /// their origin and come as pixels, in rows of any width or in tiles, such as 32 by 32 in Z-order: the library detects
 /// them and traces 1024 in a narrow cone at a time. Answers do not depend on the order.
 ///
+/// A `Vec` of answers aborts the program if there is too little memory for it, as every `Vec` does; the `…_into` variants
+/// take memory of yours. Lists of hits return an error.
+///
 /// # Panics
 /// If rays and answers differ in number, or if there are lists of triangles to skip but not one a ray.
 impl<S: BvhScalar> Query<'_, S> {
