@@ -3,7 +3,7 @@
 use intertri::RayOf;
 use pyo3::prelude::*;
 
-use crate::picture::{Band, row_width};
+use crate::picture::{band, gather, prefetch_next, row_width};
 use crate::pool::{Workers, chunks};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
@@ -42,25 +42,25 @@ fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     ask: &(impl Fn(&[RayOf<S>], Skip<'_>, &mut [A]) + Sync),
     stop: &Stop,
 ) {
-    let whole = Band::new(width, rays.count);
+    let whole = band(width, rays.count);
     chunks(
         answers,
-        whole.len(),
+        whole.pixels(),
         || (Vec::new(), Vec::new()),
         |(gathered, found), number, answers| {
-            let (first, band) = (number * whole.len(), whole.within(answers.len()));
+            let (first, band) = (number * whole.pixels(), whole.within(answers.len()));
             for block in band.blocks() {
                 if stop.is_set() {
                     return;
                 }
-                block.gather((rays, first), gathered);
-                block.prefetch_next((rays, first));
+                gather(&block, (rays, first), gathered);
+                prefetch_next(&block, (rays, first));
                 found.resize(gathered.len(), none);
                 ask(gathered, Skip::NONE, found);
                 block.scatter(found, answers);
             }
-            let cut = first + band.len()..first + answers.len();
-            ask(rays.rays(cut, gathered), Skip::NONE, &mut answers[band.len()..]);
+            let cut = first + band.pixels()..first + answers.len();
+            ask(rays.rays(cut, gathered), Skip::NONE, &mut answers[band.pixels()..]);
         },
     );
 }

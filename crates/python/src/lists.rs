@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use bytemuck::Pod;
 use intertri::RayOf;
-use intertri_trace::internal::StopToken;
+use intertri_trace::internal::{Band, StopToken};
 use numpy::{Element, PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use crate::joined::Joined;
 use crate::part::Part;
-use crate::picture::{Band, row_width};
+use crate::picture::{band, gather, row_width};
 use crate::pool::{Workers, is_caller};
 use crate::run::{Stop, run};
 use crate::scalar::Scalar;
@@ -103,8 +103,8 @@ where
 {
     /// Asks about all, of a picture with rows of so many pixels or not, on all threads.
     fn all(&self, width: Option<usize>, joined: &Joined<'_, A>) -> PyResult<()> {
-        let band = width.map(|width| Band::new(width, self.rays.count));
-        let size = band.as_ref().map_or(CHUNK, Band::len);
+        let band = width.map(|width| band(width, self.rays.count));
+        let size = band.as_ref().map_or(CHUNK, Band::pixels);
         let (next, has_failed) = (AtomicUsize::new(0), AtomicBool::new(false));
         let work = || {
             let mut gathered = Vec::new();
@@ -165,11 +165,11 @@ where
             if self.stop.is_set() {
                 return Ok(());
             }
-            block.gather((self.rays, first), gathered);
+            gather(&block, (self.rays, first), gathered);
             blocks.push((block, (self.ask)(gathered, Skip::NONE)?));
         }
         let answers = blocks.iter().map(|(_, found)| found.answers.len()).sum();
-        part.reserve(band.len(), answers)?;
+        part.reserve(band.pixels(), answers)?;
         for row in 0..band.rows() {
             for (block, found) in &blocks {
                 for four in block.fours(row) {
@@ -177,7 +177,7 @@ where
                 }
             }
         }
-        self.range(first + band.len()..first + whole.len(), gathered, part)
+        self.range(first + band.pixels()..first + whole.pixels(), gathered, part)
     }
 }
 

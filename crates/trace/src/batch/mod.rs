@@ -10,7 +10,7 @@ mod answer;
 mod chunk;
 mod lists;
 mod rows;
-mod tiles;
+pub(crate) mod tiles;
 
 pub(crate) use answer::Answer;
 pub(crate) use lists::lists;
@@ -28,21 +28,15 @@ use crate::util::threads;
 use crate::walk::BatchOutput;
 use chunk::Chunk;
 use rows::{Run, runs};
-use tiles::{Band, TILE};
+use tiles::Band;
 
 /// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
 /// next.
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 
-/// Where there are fewer rays than threads take, each takes so many, at least.
+/// If there are fewer rays than the threads could take, each takes at least this many.
 const SMALLEST: usize = 256;
-
-/// Bands per thread, at least: several, so that all are done at about the same time.
-const BANDS: usize = 4;
-
-/// Rows of a band, at least.
-const LOWEST: usize = TILE / 4;
 
 /// The rays of one call, with the query's mode and selection.
 pub(crate) struct RayBatch<'a, S: Backend> {
@@ -166,13 +160,8 @@ impl Pieces {
         let Some(width) = run.width else {
             return Self { size: chunk_size(rays), band: None };
         };
-        // As high as a tile, unless that made too few bands for the threads.
-        let (mut rows, least) = (TILE, BANDS * threads::count());
-        while rows > LOWEST && rays / (width * rows) < least {
-            rows /= 2;
-        }
-        let band = Band::new(width, rows);
-        Self { size: band.len(), band: Some(band) }
+        let band = Band::of_picture(width, rays, threads::count());
+        Self { size: band.pixels(), band: Some(band) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which rays of a batch are pixels that come in rows.
 //!
-//! Nobody says so: rows are seen by where the direction jumps back, time and again.
+//! The caller does not say so: at the end of each row the direction jumps back.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -14,23 +14,23 @@ use std::ops::Range;
 
 use intertri::RayOf;
 
-use super::tiles::TILE;
+use super::tiles::{LOWEST, TILE};
 use crate::scalar::Backend;
 
-/// Shorter rows are none.
+/// The least width of a picture, in pixels.
 const SHORTEST: usize = TILE;
 
-/// Longer rows are not looked for.
+/// The greatest width that is looked for.
 const LONGEST: usize = 1 << 14;
 
-/// Fewer rows of one picture are none.
-const FEWEST: usize = TILE / 4;
+/// The least height of a picture.
+const FEWEST: usize = LOWEST;
 
-/// The direction goes on by so many pixels of a row before it is looked at, and jumps back by half as many at the end,
-/// or more: so rays may be jittered within their pixels.
+/// The direction is compared with the one this many pixels on. At the end of a row it must jump back by at least half of
+/// that, so rays may be jittered within their pixels.
 const STEP: usize = 8;
 
-/// After so many rays that are no rows they are looked for again.
+/// Rays after which rows are looked for again, if none begin here.
 const AGAIN: usize = 1 << 16;
 
 /// Rays that follow each other.
@@ -90,7 +90,7 @@ impl<S: Backend> Rows<'_, S> {
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the direction jumps back just before a ray, by half of so many pixels at least.
+    /// Whether the direction jumps back just before a ray, by at least half of a distance in pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
@@ -128,7 +128,7 @@ mod tests {
 
     use super::{Run, runs};
 
-    /// A picture of so many pixels from a camera, row by row.
+    /// A camera's picture, row by row.
     fn rows(camera: f32, width: usize, height: usize) -> Vec<Ray> {
         let at = |i: usize| [(i % width) as f32, (i / width) as f32].map(|k| k / 100.0 - 1.0);
         let ray = |[x, y]: [f32; 2]| Ray::new([camera, 0.0, 0.0], [x, y, 3.0]);

@@ -13,11 +13,12 @@
 //! Memory is read and written in long runs, and a block fits the second cache. Answers do not depend on it.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use intertri::internal::prefetch_early;
 
 /// Pixels a side of a tile.
-pub(super) const TILE: usize = 32;
+pub const TILE: usize = 32;
 
 /// Pixels a side of a packet.
 const PACKET: usize = 4;
@@ -25,9 +26,15 @@ const PACKET: usize = 4;
 /// Pixels of a row that are taken at a time.
 const ACROSS: usize = 4 * TILE;
 
+/// Bands per thread, at least: several, so that all threads finish at about the same time.
+const BANDS: usize = 4;
+
+/// Rows of a band of a picture, at least.
+pub const LOWEST: usize = TILE / 4;
+
 /// Rows of pixels that are traced together.
 #[derive(Clone)]
-pub(super) struct Band {
+pub struct Band {
     /// Pixels of a row.
     width: usize,
     rows: usize,
@@ -45,7 +52,7 @@ struct BlockOrder {
 
 /// Some columns of a band.
 #[derive(Clone, Copy)]
-pub(super) struct Block<'a> {
+pub struct Block<'a> {
     /// The pixel of the band in its corner.
     first: usize,
     /// Pixels of a row of the band.
@@ -54,20 +61,34 @@ pub(super) struct Block<'a> {
 }
 
 impl Band {
-    /// So many rows, [`TILE`] at most, of so many pixels each.
-    pub(super) fn new(width: usize, rows: usize) -> Self {
+    /// A band of a picture whose rows have this width: as high as a tile, unless that leaves too few bands for the threads.
+    pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
+        let mut rows = TILE;
+        while rows > LOWEST && pixels / (width * rows) < BANDS * threads {
+            rows /= 2;
+        }
+        Self::new(width, rows)
+    }
+
+    /// A band of this width in pixels; it has at most [`TILE`] rows.
+    pub fn new(width: usize, rows: usize) -> Self {
         let right = BlockOrder::new(width % ACROSS, rows);
         Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
     }
 
     /// How many pixels it has.
-    pub(super) fn len(&self) -> usize {
+    pub fn pixels(&self) -> usize {
         self.width * self.rows
     }
 
+    /// How many rows it has.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
     /// This one, or a band of the whole rows among fewer pixels.
-    pub(super) fn within(&self, pixels: usize) -> Cow<'_, Self> {
-        if pixels < self.len() {
+    pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
+        if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
         } else {
             Cow::Borrowed(self)
@@ -75,7 +96,7 @@ impl Band {
     }
 
     /// Its blocks, from left to right.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
+    pub fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
         (0..self.width).step_by(ACROSS).map(|first| {
             let order = if first + ACROSS <= self.width { &self.whole } else { &self.right };
             Block { first, row: self.width, order }
@@ -110,8 +131,13 @@ fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
 }
 
 impl Block<'_> {
-    /// Its rows: the pixels of the band in each, and where its fours begin.
-    fn rows(&self) -> impl Iterator<Item = (std::ops::Range<usize>, &[u16])> {
+    /// How many pixels it has.
+    pub fn pixels(&self) -> usize {
+        self.order.width * self.order.height
+    }
+
+    /// Its rows: the pixels of the band in each, and where its fours begin among the gathered rays.
+    pub fn rows(&self) -> impl Iterator<Item = (Range<usize>, &[u16])> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let rows = begins.chunks_exact(width.div_ceil(PACKET).max(1));
         rows.enumerate().map(move |(y, begins)| {
@@ -120,10 +146,19 @@ impl Block<'_> {
         })
     }
 
+    /// A row of it by fours: where these begin among the gathered rays, and how many rays each has.
+    pub fn fours(&self, row: usize) -> impl Iterator<Item = (usize, usize)> {
+        let BlockOrder { width, ref begins, .. } = *self.order;
+        let fours = width.div_ceil(PACKET);
+        let begins = begins[row * fours..(row + 1) * fours].iter();
+        begins
+            .zip((0..width).step_by(PACKET))
+            .map(move |(&begin, x)| (begin.into(), PACKET.min(width - x)))
+    }
+
     /// Copies its rays, of those that begin with the band's, tile by tile.
     pub(super) fn gather<R: Copy>(&self, rays: &[R], gathered: &mut Vec<R>) {
-        let BlockOrder { width, height, .. } = *self.order;
-        gathered.resize(width * height, rays[0]);
+        gathered.resize(self.pixels(), rays[0]);
         for (row, begins) in self.rows() {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
@@ -135,21 +170,22 @@ impl Block<'_> {
         }
     }
 
-    /// Prefetches the rays of the block that comes next.
-    pub(super) fn prefetch_next<R>(&self, rays: &[R]) {
+    /// The rows of the block that comes next, in this band or the one below; they may lie beyond the picture.
+    pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
         let next = if right < self.row { right } else { height * self.row };
         let width = ACROSS.min(self.row - right % self.row);
-        for start in (next..).step_by(self.row).take(height) {
-            if let Some(row) = rays.get(start..start + width) {
-                prefetch_early(row);
-            }
-        }
+        (next..).step_by(self.row).take(height).map(move |start| start..start + width)
+    }
+
+    /// Prefetches the rays of the block that comes next.
+    pub(super) fn prefetch_next<R>(&self, rays: &[R]) {
+        self.next_rows().filter_map(|row| rays.get(row)).for_each(prefetch_early);
     }
 
     /// Writes its answers to those of the band.
-    pub(super) fn scatter<A: Copy>(&self, found: &[A], answers: &mut [A]) {
+    pub fn scatter<A: Copy>(&self, found: &[A], answers: &mut [A]) {
         for (row, begins) in self.rows() {
             let (fours, rest) = answers[row].as_chunks_mut::<PACKET>();
             for (four, &begin) in fours.iter_mut().zip(begins) {
