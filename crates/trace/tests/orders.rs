@@ -113,7 +113,7 @@ fn rows_of_every_width_get_what_each_ray_gets_alone() {
     let alone: Vec<Hit> = whole.iter().map(|ray| bvh.closest(ray).unwrap_or(Hit::MISS)).collect();
     assert!(alone.iter().filter(|hit| hit.is_hit()).count() > alone.len() / 8);
     for width in 1..=WIDEST {
-        // So many rows, the last not whole.
+        // The last row is cut.
         let height = 8 + width % (HIGHEST - 8);
         let count = width * height + width / 3;
         let at = |i: usize| i / width * WIDEST + i % width;

@@ -54,7 +54,7 @@ fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
 }
 
-/// What is done to a mesh.
+/// A way to damage a mesh.
 const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     // A hole.
     |mesh, rng| {

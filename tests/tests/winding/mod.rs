@@ -28,7 +28,7 @@ struct Seen {
     edges: usize,
     /// Where the bound allows less than 1e-10: not next to an open edge.
     largest_error: f64,
-    /// Of what the bound allows.
+    /// The largest share of the bound that an error takes.
     largest_share: f64,
 }
 

@@ -20,13 +20,13 @@ pub(super) struct Boundary<S> {
     corners: Vec<[S; 3]>,
     /// Where loops end.
     ends: Vec<usize>,
-    /// The same, cut into small loops.
+    /// The same boundary, cut into small loops.
     pub(super) parts: Parts<S>,
     pub(super) axes: Axes,
 }
 
 impl<S: Scalar> Boundary<S> {
-    /// That of a closed mesh.
+    /// The boundary of a closed mesh: none.
     pub(super) fn none() -> Self {
         Self { corners: Vec::new(), ends: Vec::new(), parts: Parts::NONE, axes: Axes::new() }
     }

@@ -51,7 +51,7 @@ pub struct Solid<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Solid<S> {
-    /// Of a closed mesh.
+    /// A solid from a closed mesh.
     ///
     /// # Errors
     /// If it is open, something is not finite, or there is no hierarchy over it.
@@ -97,7 +97,7 @@ impl<S: BvhScalar> Solid<S> {
         MeshReport::of(triangles).map_err(out_of_memory)
     }
 
-    /// Of any mesh, as if it were closed: of an open one the answers depend on the direction in which crossings are
+    /// A solid from any mesh, taken as closed. If it is open, answers depend on the direction in which crossings are
     /// counted.
     ///
     /// # Errors

@@ -13,7 +13,7 @@ use crate::util::stop;
 pub struct EdgeDefect<S> {
     /// How many.
     pub count: usize,
-    /// The first triangle that has one, and from where to where the edge runs there.
+    /// The first triangle with such an edge, and the two ends of the edge in that triangle's direction.
     pub first: Option<(usize, [[S; 3]; 2])>,
 }
 
@@ -57,7 +57,7 @@ pub struct MeshReport<S = f32> {
 }
 
 impl<S: Scalar> MeshReport<S> {
-    /// Of triangles. Those that are not finite are left out.
+    /// Inspects triangles; those that are not finite are left out.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let none = EdgeDefect { count: 0, first: None };
         let (mut open, mut turned, mut uneven) = (none, none, none);

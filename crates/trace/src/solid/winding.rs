@@ -14,13 +14,14 @@ use crate::scalar::BvhScalar;
 const SURE: f64 = 1e-9;
 
 impl<S: BvhScalar> Solid<S> {
-    /// Of any mesh: open, with holes, with faces turned, doubled or without area. Inside is where its winding number is
-    /// nearer to 1 than to 0; a closed mesh has the answers that it has by [`Solid::new`].
+    /// A solid from any mesh, which may be open, have holes, and have faces that are turned, doubled or without area. A point
+    /// is inside if its winding number, rounded to a whole number, is not 0. A closed mesh gives the answers of
+    /// [`Solid::new`].
     ///
     /// Triangles that are not finite are left out.
     ///
     /// # Errors
-    /// If there is no hierarchy over it, or too little memory.
+    /// If the hierarchy cannot be built, or there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -41,7 +42,7 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// The same mesh as by [`Solid::from_soup`]: its hierarchy is shared, and its boundary counts.
+    /// This mesh as [`Solid::from_soup`] makes it: the hierarchy is shared, and open edges are taken into account.
     ///
     /// # Errors
     /// If there is too little memory.
@@ -59,8 +60,8 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
     }
 
-    /// How many edges of the mesh are open: how many more triangles run along them one way than the other. 0 of a closed
-    /// mesh, and of one that is assumed to be closed.
+    /// The number of open edges; an edge counts as often as more triangles run along it one way than the other. It is 0 for a
+    /// closed mesh, and for one that is assumed to be closed.
     pub fn open_edges(&self) -> usize {
         self.boundary.edges()
     }
@@ -69,8 +70,8 @@ impl<S: BvhScalar> Solid<S> {
     /// behind counted as positive. `None` on a triangle, 0 if the point is not finite.
     ///
     /// It is the sum of the signed crossings of a ray, which are exact, and of the solid angle of the boundary, which is
-    /// rounded: so a whole number where the mesh is closed, and else off by no more than `2^-47` for each open edge,
-    /// times the ratio of its length to the distance of the point from it if that is larger than 1.
+    /// rounded. So it is a whole number if the mesh is closed. Otherwise the error is at most `2^-47` for each open edge,
+    /// times the ratio of the edge's length to its distance from the point if that ratio is above 1.
     pub fn winding_number(&self, point: [S; 3]) -> Option<f64> {
         self.number(point, classify(&self.bvh, point))
     }
@@ -100,7 +101,7 @@ impl<S: BvhScalar> Solid<S> {
         classify_batch(&self.bvh, points, numbers, |point, crossed| self.number(point, crossed));
     }
 
-    /// The winding number, by where crossings alone place the point.
+    /// The winding number of a point whose crossings give this containment.
     fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
         let times = match crossed {
             Containment::Outside => 0,
@@ -113,7 +114,7 @@ impl<S: BvhScalar> Solid<S> {
         Some(f64::from(times) + turns(&self.boundary, point))
     }
 
-    /// Where a point lies, by where crossings alone place it.
+    /// The containment of a point whose crossings alone give this one.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
         if self.boundary.edges() == 0 {
             return crossed;
@@ -126,7 +127,7 @@ impl<S: BvhScalar> Solid<S> {
         if !point.iter().all(|x| x.is_finite()) {
             return crossed;
         }
-        // Small loops that are far away rarely matter.
+        // Distant small loops rarely matter.
         let (some, off) = rough_turns(&self.boundary, point);
         let rough = times + some;
         let is_sure = 0.5 - (rough - rough.round()).abs() > off + SURE;
