@@ -101,6 +101,7 @@ impl Bits for f32 {
     fn parts(self) -> (i64, i32) {
         let bits = self.to_bits();
         let (field, fraction) = (bits >> 23 & 0xff, i64::from(bits & 0x7f_ffff));
+        // Subnormal numbers lack the leading 1, and have the exponent of the smallest normal ones.
         let size = if field == 0 { fraction } else { fraction | 1 << 23 };
         (if bits >> 31 == 0 { size } else { -size }, field.max(1) as i32 - 150)
     }

@@ -57,6 +57,7 @@ impl Threshold {
     }
 
     const fn of(exact: f64) -> Self {
+        // f32 lanes compare with a neighbour on the safe side, because the threshold itself may round either way.
         let near = exact as f32;
         Self { exact, near, below: near.next_down(), above: near.next_up() }
     }

@@ -27,6 +27,7 @@ pub(crate) fn t_times_from<S: Scalar>(
 ) -> f64 {
     if from == Tier::Float && is_plain(ray, triangle) {
         let Intersection { quotients: [t, ..], sure, .. } = one_pair::meet(ray, triangle);
+        // Bit 0 is t, bits 1 and 2 are u and v.
         let is_sure = sure & 1 != 0;
         if is_sure && exponent == 0 {
             return t;
@@ -54,6 +55,8 @@ fn t_by_integers<S: Scalar>(
 ) -> f64 {
     let pair = pair(ray, triangle);
     let scales = pair.scales();
+    // Scaling by a power of two happens before the only rounding, so the result is rounded once even if it is
+    // subnormal.
     let (tier, exponent) = (from.max(scales.tier()), scales.of_t() + exponent);
     at_tier!(S, tier, t::<S, C, N, V>(&pair, scales, exponent))
 }
@@ -129,6 +132,7 @@ fn attributes<S: Scalar, const C: usize, const N: usize, const V: usize>(
 
 /// `num / den * 2^exponent`, rounded once.
 fn ratio<const V: usize>(num: &Int<V>, den: &Int<V>, exponent: i32) -> f64 {
+    // A 0 without a sign, as every tier returns it.
     if num.sign().is_eq() {
         return 0.0;
     }
@@ -148,6 +152,7 @@ fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usi
         (numbers.volume(), u + v + w)
     };
     let ((num, den), (other_num, other_den)) = (t(one), t(other));
+    // n/d < n'/d' is n d' < n' d if d and d' have one sign; with different signs the inequality turns.
     let order = num.times::<V, P>(&other_den).cmp(&other_num.times(&den));
     if den.sign() == other_den.sign() { order } else { order.reverse() }
 }

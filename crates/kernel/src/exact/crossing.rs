@@ -55,6 +55,7 @@ pub fn crossing_from<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
 ) -> Option<Side> {
+    // f64 first, where it loses nothing of the input but its own rounding.
     let plain = from == Tier::Float && is_plain(ray, triangle);
     if plain {
         if runs_along(ray, triangle) {
@@ -66,6 +67,8 @@ pub fn crossing_from<S: Scalar>(
         if miss {
             return None;
         }
+        // On an edge the closed rule has a hit. The rule *once* has to look at the normals, for which it needs
+        // integers.
         if inside || rule == Rule::Closed && closed {
             return Some(if leaves { Side::Leaves } else { Side::Enters });
         }
@@ -95,7 +98,8 @@ fn in_two_parts<S: Scalar>(
     if signs.contains(&1) && signs.contains(&-1) {
         return Ok(None);
     }
-    // Inside of all edges; then the interval, as roundings keep the order.
+    // Inside of all edges, unless a sign is 0: that one is not proven, because an edge is met, or nearly. Then the
+    // interval: rounding keeps the order, so the rounded t may be compared.
     if signs.contains(&0) || met.sure & 1 == 0 {
         return Err(Undecided);
     }
@@ -125,6 +129,7 @@ fn by_integers<S: Scalar>(
     let tier = from.max(scales.tier());
     if const { is_f64::<S>() }
         && plain
+        // Narrow integers are faster than numbers in two parts, and always sure.
         && tier > Tier::Narrow
         && let Ok(decided) = in_two_parts(ray, triangle)
     {
@@ -145,6 +150,7 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
     // T has the side. On an edge the rule has the last word: the closed one takes either sign.
     let side = num.sign();
     let outside = edges.iter().zip(&numbers.normals).any(|(edge, [x, y, z])| {
+        // A ray on the edge is moved by (ε, ε², ε³): then the sign is that of the first component of N that is not 0.
         let moved = || x.sign().then_with(|| y.sign()).then_with(|| z.sign());
         let sign = edge.sign();
         let sign = if rule == Rule::Once { sign.then_with(moved) } else { sign };

@@ -16,6 +16,7 @@ pub(super) struct Double<D> {
 #[inline(always)]
 pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
+    // Knuth's TwoSum: it does not matter which of the two is larger.
     let of_b = high - a;
     Double { high, low: (a - (high - of_b)) + (b - of_b) }
 }
@@ -24,6 +25,7 @@ pub(super) fn sum<D: Lanes>(a: D, b: D) -> Double<D> {
 #[inline(always)]
 pub(super) fn short_sum<D: Lanes>(a: D, b: D) -> Double<D> {
     let high = a + b;
+    // Dekker's Fast2Sum: three operations instead of six, for a known order of sizes.
     Double { high, low: b - (high - a) }
 }
 
@@ -54,6 +56,7 @@ pub(super) fn dot<D: Lanes>([x, y, z]: &[Double<D>; 3], v: Vec3<D>) -> Double<D>
     let (px, py, pz) = (product(x.high, v.x), product(y.high, v.y), product(z.high, v.z));
     let xy = sum(px.high, py.high);
     let all = sum(xy.high, pz.high);
+    // All first parts are summed without loss. What they lack is `w` of them, and may be summed with rounding.
     let low = (xy.low + all.low) + ((px.low + py.low) + pz.low);
     let lows = Vec3 { x: x.low, y: y.low, z: z.low };
     sum(all.high, lows.dot_add(v, low))

@@ -23,6 +23,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 pub fn facing<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Side> {
     if is_plain(ray, triangle) {
         let corners = triangle.0.map(|corner| Vec3::<f64>::splat(corner.map(Into::into)));
+        // `Equal` means undecided here. Only integers can tell that D is exactly 0.
         match float::facing(corners, Vec3::splat(ray.dir.map(Into::into))) {
             Ordering::Greater => return Some(Side::Leaves),
             Ordering::Less => return Some(Side::Enters),

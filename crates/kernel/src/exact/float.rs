@@ -50,6 +50,7 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     /// `x·(y × z)`
     #[inline(always)]
     fn volume(x: Vec3<D>, y: Vec3<D>, z: Vec3<D>) -> Self {
+        // Each rounding is at most a share of one of these products, so their sum bounds the error.
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         Self { value: y.cross_fused(z).dot_fused(x), permanent }
     }
@@ -58,6 +59,7 @@ impl<D: Lanes<Scalar = f64>> Sum<D> {
     #[inline(always)]
     fn signs(&self, bound: f64) -> [D::Mask; 3] {
         let bound = self.permanent * D::splat(bound);
+        // Nothing underflows here, so a permanent of 0 says that every product has a factor that is exactly 0.
         let nothing = self.permanent.le(D::splat(0.0));
         [self.value.gt(bound), self.value.lt(-bound), nothing]
     }
@@ -82,6 +84,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (over, under) = (u_over | v_over | w_over, u_under | v_under | w_under);
     let miss = over & under;
     let none = D::Mask::from_bits(0);
+    // Few lanes get past this, so T and the interval are computed only for them.
     if !(!miss).any() {
         return Decided { miss, closed: none, inside: none, leaves: none };
     }
@@ -105,6 +108,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let num = Sum { value: t.value.abs(), permanent: t.permanent };
     let (from, before) = beyond(&num, &den, rays.t_min);
     let (after, within) = beyond(&num, &den, rays.t_max);
+    // t > 0 was decided by signs, so an end at 0 or at infinity needs no comparison; with them it might be undecided.
     let from = from | rays.t_min.le(D::splat(0.0));
     let within = within | rays.t_max.ge(D::splat(f64::INFINITY));
     let out = (before & !rays.t_min.le(D::splat(0.0))) | after;
@@ -159,6 +163,7 @@ pub(super) fn passes([p, q]: [Vec3<f64>; 2], org: Vec3<f64>, dir: Vec3<f64>) -> 
 /// Where `num / den` is surely beyond an end of the interval, and where surely before.
 #[inline(always)]
 fn beyond<D: Lanes<Scalar = f64>>(num: &Sum<D>, den: &Sum<D>, end: D) -> (D::Mask, D::Mask) {
+    // num / den < end, multiplied by the positive den.
     let gap = num.value - end * den.value;
     let bound = end.mul_add(den.permanent, num.permanent) * D::splat(RANGE);
     (gap.gt(bound), gap.lt(-bound))

@@ -114,7 +114,8 @@ impl HitCoefficients {
     ) -> (S::F64x4, <S::F64x4 as Lanes>::Mask) {
         let err = <S::F64x4 as Lanes>::load(&self.share) * Lanes::splat(size);
 
-        // All over the last; the first is t, whose numerator is known.
+        // Lane 0 becomes t, lanes 1 and 2 become u and v. The sums of lanes 0 and 3 are both D: t's numerator does not
+        // depend on the direction and is known, so lane 0 has the denominator for it, and lane 3 that of the others.
         let den = Volume {
             value: Double { high: S::first_and_last(sums.high), low: S::first_and_last(sums.low) },
             err: S::first_and_last(err),
@@ -185,6 +186,7 @@ fn halves<D: Lanes<Scalar = f64>>([x, y, z]: &[Double<D>; 3]) -> [Vec3<D>; 2] {
 
 #[inline(always)]
 fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
+    // Veltkamp's splitting: by - (by - x) is x rounded to 53 - 24 digits.
     let by = x.high * D::splat(((1 << 24) + 1) as f64);
     let high = by - (by - x.high);
     [high, (x.high - high) + x.low]
@@ -193,6 +195,7 @@ fn split<D: Lanes<Scalar = f64>>(x: &Double<D>) -> [D; 2] {
 /// The product of a vector in halves with a direction of f32.
 #[inline(always)]
 fn product<D: Lanes<Scalar = f64>>([high, low]: [Vec3<D>; 2], dir: Vec3<D>) -> Double<D> {
+    // 29 digits times 24 fit f64, so these products are exact, and two sums in two parts lose nothing.
     let xy = sum(high.x * dir.x, high.y * dir.y);
     let all = sum(xy.high, high.z * dir.z);
     short_sum(all.high, low.dot_fused(dir) + (xy.low + all.low))

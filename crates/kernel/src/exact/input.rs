@@ -27,6 +27,7 @@ pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
 
 #[inline(always)]
 fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
+    // Seventeen tests without a branch: the numbers are nearly always all plain.
     let mut subnormal = is_subnormal(triangle[8]);
     for i in 0..8 {
         subnormal |= is_subnormal(ray[i]) | is_subnormal(triangle[i]);
@@ -53,6 +54,7 @@ pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
 fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     let size = |x: u64| x & (u64::MAX >> 1);
     let wild = |x: u64| {
+        // One comparison for both limits: what is below the first wraps around to a large number.
         let beyond = size(x).wrapping_sub(TAME[0]) > TAME[1] - TAME[0];
         u32::from(beyond) & u32::from(size(x) != 0)
     };

@@ -14,6 +14,7 @@ impl<const N: usize> Int<N> {
         if N == 1 {
             return Self([(mantissa << shift) as u64; N]);
         }
+        // The size of a mantissa shifted by less than 64 places covers two limbs at most; the sign comes last.
         let (limb, shift) = (shift as usize / 64, shift % 64);
         let mut limbs = [0; N];
         let size = u128::from(mantissa.unsigned_abs()) << shift;
@@ -68,6 +69,7 @@ impl<const N: usize> Int<N> {
         for i in 0..N {
             let mut carry = 0;
             for j in 0..M {
+                // (2^64 - 1)² + 2 (2^64 - 1) = 2^128 - 1: the product, the limb and the carry just fit.
                 let more = u128::from(product[i + j]) + u128::from(carry);
                 let sum = u128::from(self.0[i]) * u128::from(b.0[j]) + more;
                 product[i + j] = sum as u64;
@@ -86,6 +88,7 @@ impl<const N: usize> Int<N> {
     /// Subtracts a number from the limbs from `from` on, if `is` so.
     #[inline(always)]
     fn take<const M: usize>(&mut self, b: &Int<M>, from: usize, is: bool) {
+        // By a mask and not by a branch: signs of volumes near 0 are as good as random.
         let mask = if is { u64::MAX } else { 0 };
         let mut borrow = false;
         for j in 0..M {
@@ -121,6 +124,7 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
+        // Negative numbers come first. Of one sign, two's complement has the order of the limbs, from the highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))

@@ -15,6 +15,7 @@ impl<S: Scalar> Interval<S> {
     #[inline(always)]
     pub(super) fn of(ray: &RayOf<S>) -> Option<Self> {
         // Negative ones and zeros begin at 0.
+        // Ranks are the bits without the sign, and those of a NaN lie above infinity's.
         let nan = ray.t_min.rank() > S::ENDLESS || ray.t_max.rank() > S::ENDLESS;
         let near = if ray.t_min.is_negative() { S::ZERO } else { ray.t_min };
         let some = !nan && !ray.t_max.is_negative() && near.rank() < ray.t_max.rank();

@@ -68,6 +68,7 @@ impl<const C: usize, const N: usize, const V: usize> Numbers<C, N, V> {
     /// At these scales, which the limbs must hold.
     #[inline(always)]
     pub(super) fn new<S: Scalar>(pair: &Pair<S>, scales: Scales) -> Self {
+        // As integers first, then subtracted: in f64 the differences could round.
         let o = scales.points.vector::<S, C>(pair.origin);
         let seen = |corner: [S; 3]| {
             let c = scales.points.vector(corner);

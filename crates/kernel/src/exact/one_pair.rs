@@ -33,6 +33,7 @@ impl Intersection {
         let [high, low, err] = self.volumes;
         let [_, t, v, w] = [0, 1, 2, 3].map(|i| sign(high[i], err[i]));
         // U is D without V and W.
+        // In two parts again: U may be small although D, V and W are not.
         let first = sum(high[0], -high[2]);
         let rest = sum(first.high, -high[3]);
         let lows = (low[0] - low[2] - low[3]) + (first.low + rest.low);
@@ -64,10 +65,15 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
         let ([c1, c2, c3], o, d) = (self.triangle.0, self.ray.origin, self.ray.dir);
+        // The vectors A, h4 and h5 as three lanes of one subtraction; the fourth lane only fills the register.
         let (ends, starts) = (lanes::<S, X>([c1, c2, c3, c1]), lanes::<S, X>([o, c1, c1, c1]));
         let edges: TwoParts<S::F64x4> = tails::difference(ends, starts);
 
         // By lane, x·(y × z).
+        //    lane   1        2        3        4
+        //    x      d        A        h5      -h4
+        //    y      h4       h4       A        A
+        //    z      h5       h5       d        d
         let [x, y, z] = factors::<S>(edges.first, d.map(Into::into));
         let permanent = y.abs().permanents(z.abs()).dot_fused(x.abs());
         let (volume, exact) = if const { is_f64::<X>() } {
@@ -102,6 +108,7 @@ impl<X: Scalar> WithSimd for Meet<'_, X> {
         volume.err.store(&mut volumes[2]);
         let [_, t, u, v] = all;
         if !exact {
+            // Beyond a NaN is no number, so no sign is proven either.
             volumes[2] = [f64::NAN; 4];
         }
         Intersection {

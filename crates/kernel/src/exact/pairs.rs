@@ -35,6 +35,7 @@ pub fn hits_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit; 8] {
     }
 
     let mut hits = pairs.hits(&t, &u, &v);
+    // Where the CPU reads subnormal numbers as zero, no lane is trusted: `attributes` reads the bits.
     let sure = if subnormals_are_read() { sure } else { 0 };
     for lane in lanes_of(!sure & ((1 << len) - 1)) {
         let (ray, triangle, _) = pairs.pair(lane);

@@ -28,6 +28,7 @@ impl Quotient {
     pub(super) fn new<const V: usize>(num: &[u64; V], den: &[u64; V], exponent: i32) -> Self {
         // Both from their highest bit on: their quotient lies between 1/2 and 2.
         let ((num, up), (den, down)) = (from_the_top(num), from_the_top(den));
+        // If the numerator is smaller, one more binary place brings the quotient's first bit to the top of 64.
         let less = num.iter().rev().lt(den.iter().rev());
         let exponent = exponent + down - up - 63 - i32::from(less);
 
@@ -53,6 +54,8 @@ impl Quotient {
             (rest[i], borrow) = minus(rest[i], product as u64, borrow);
         }
         top = top.wrapping_sub(carry).wrapping_sub(borrow.into());
+        // A digit that is too large leaves a negative rest, by Knuth's theorem B at most twice: then the divisor is
+        // added back.
         while top != 0 {
             first -= 1;
             let mut carry = false;
@@ -73,6 +76,7 @@ impl Quotient {
         // It is at least 2^top, and less than twice that.
         let top = self.exponent.saturating_add(63);
         if (SMALLEST..=LARGEST).contains(&top) {
+            // The conversion rounds, once; both products are by powers of two, with a normal result, and exact.
             return first as f64 * pow2(-63) * pow2(top);
         }
         if top > LARGEST { f64::INFINITY } else { subnormal(first, top) }
@@ -82,6 +86,7 @@ impl Quotient {
     /// result is subnormal. Never 0; infinite beyond the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
+        // An even exponent can be halved exactly; what that takes is put into the mantissa.
         let odd = self.exponent & 1;
         let size = (self.first | u64::from(self.more)) as f64 * f64::from(1 + odd);
         let root = Lanes::sqrt(size);
@@ -104,6 +109,8 @@ impl Quotient {
         if m == 0 {
             return Ordering::Greater;
         }
+        // Brought to the same form, quotient and float compare by exponent, then bits, then by whether more bits
+        // follow.
         let up = m.leading_zeros();
         let (first, exponent) = ((m as u64) << up, e - up as i32);
         (self.exponent, self.first, self.more).cmp(&(exponent, first, false))
@@ -116,6 +123,7 @@ fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     // Whole limbs, then bits.
     let mut all = *limbs;
     let mut up = 0;
+    // The number is positive, so this ends.
     while all[V - 1] == 0 {
         all.copy_within(..V - 1, 1);
         all[0] = 0;
@@ -147,6 +155,7 @@ fn subnormal(first: u64, top: i32) -> f64 {
     let all = u128::from(first);
     let (kept, rest) = ((all >> after) as u64, all & ((1 << after) - 1));
     let half = 1 << (after - 1);
+    // To nearest, ties to even. `kept + 1` may become the smallest normal number, whose bits are just these.
     let up = rest > half || rest == half && kept & 1 != 0;
     f64::from_bits(kept + u64::from(up))
 }

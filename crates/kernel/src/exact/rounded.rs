@@ -54,6 +54,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
         let normal = cross(h4, h5);
         let den = Volume::new(dir, &normal, h4, h5);
         let inverse = D::splat(1.0) / den.value.high;
+        // A difference that f64 does not hold would be an error that the bound does not count.
         let exact = (x + y + z).le(D::splat(0.0));
         Self { a, h4, h5, dir, exact, den, inverse, normal }
     }
@@ -68,6 +69,7 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
     #[inline(always)]
     pub fn weights(&self) -> (D, D, D::Mask) {
         let (a, dir) = (self.a, self.dir);
+        // u and v share the ray's moment A × d: u is h5·(A × d) over D, v is -h4·(A × d) over D.
         let moment = cross(a, dir);
         let minus_h4 = Vec3 { x: -self.h4.x, y: -self.h4.y, z: -self.h4.z };
         let (u, u_sure) = self.over(&Volume::new(self.h5, &moment, a, dir));

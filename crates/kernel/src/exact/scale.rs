@@ -21,6 +21,7 @@ impl Scale {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
         for x in vectors.as_flattened() {
             let (m, e) = x.parts();
+            // x = m 2^e; a zero has no last digit and does not count.
             let last = e + zeros::<S>(m);
             low = if m != 0 && last < low { last } else { low };
             high = if m != 0 && e > high { e } else { high };
@@ -42,6 +43,7 @@ impl Scale {
             // A zero may have a smaller exponent than any.
             let up = if m == 0 { 0 } else { e - self.low };
             if const { is_f64::<S>() } && up < 0 {
+                // `low` counts from the last digit that is not 0, so nothing is shifted out.
                 return Int::new(m >> -up, 0);
             }
             Int::new(m, up as u32)

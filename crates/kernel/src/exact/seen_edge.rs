@@ -43,6 +43,7 @@ fn side<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let [a, b] = edge.map(|point| seen::<S, C>(points, origin, point));
     let normal: [Int<N>; 3] = cross(&a, &b);
     let volume: Int<V> = dot(&dirs.vector::<S, C>(dir), &normal);
+    // The first that is not 0 of X, Nx, Ny and Nz: the rule *once* (exact.md, section 1).
     normal.iter().fold(volume.sign(), |sign, n| sign.then_with(|| n.sign()))
 }
 
@@ -70,6 +71,8 @@ fn turn<S: Scalar, const C: usize, const N: usize, const V: usize>(
     const { assert!(V == N + C) };
     let a = seen::<S, C>(points, origin, point);
     let axis = |k: usize| [0, 1, 2].map(|i| Int::new(i64::from(i == k), 0));
+    // d × A, and if that is 0 the terms of ε and ε²: the first that does not vanish outweighs those that follow. All
+    // three vanish only for A = 0.
     let moments = [dirs.vector::<S, C>(dir), axis(0), axis(1)].map(|d| cross(&d, &a));
     let is_some = |moment: &&[Int<N>; 3]| moment.iter().any(|x| x.sign().is_ne());
     moments.iter().find(is_some).map_or([0.0; 3], rounded)
@@ -93,6 +96,7 @@ fn rounded<const N: usize>(v: &[Int<N>; 3]) -> [f64; 3] {
     };
     let numbers = [0, 1, 2].map(number);
     let most = numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    // The quotient, not a power of two: only the direction of the vector counts.
     numbers.map(|x| x / most)
 }
 

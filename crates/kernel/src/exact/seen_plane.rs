@@ -56,7 +56,9 @@ impl<S: Scalar> SeenPlane<S> {
         }
         let dir = vec3(ray.dir);
         let ((den, den_err), (other_den, other_err)) = (self.den(dir), other.den(dir));
+        // Sizes, not signs: a plane so near the origin that T's sign is unknown still has an order.
         let gap = self.num * other_den - other.num * den;
+        // The error of a product of two numbers, each with its own, for both products (exact.md, section 9).
         let err = (self.num + self.num_err) * other_err
             + self.num_err * other_den
             + (other.num + other.num_err) * den_err

@@ -28,6 +28,7 @@ pub(super) fn is_met<S: Scalar>(
     other: &TriangleOf<S>,
 ) -> bool {
     // The corners of one that the other has, too.
+    // By bits: a CPU that reads subnormal numbers as zero would find equal corners that are not.
     let bits = |corner: &[S; 3]| corner.map(|x| (x.rank(), x.is_negative()));
     let is_shared = |corner: &&[S; 3]| other.0.iter().any(|c| bits(c) == bits(corner));
     let mut shared = one.0.iter().filter(is_shared);
@@ -69,6 +70,7 @@ fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
     if normal.iter().all(is_zero) {
         return through(&p);
     }
+    // d·(P × Q) = 0: the ray lies in the plane through the origin and the edge, so its line meets the edge's line.
     let volume: Int<V> = dot(&d, &normal);
     volume.sign().is_eq()
 }

@@ -52,6 +52,7 @@ impl WithSimd for OfOrigin<'_> {
             scratch.resize(needed, Default::default());
         }
         for (i, (some, to)) in triangles.chunks(8).zip(&mut *scratch).enumerate() {
+            // Triangles are far apart in memory: the next eight are fetched while these are computed.
             for (triangle, _) in triangles.iter().skip(8 * i + 8).take(8) {
                 prefetch(slice::from_ref(*triangle));
             }
@@ -96,6 +97,7 @@ fn eight<S: Simd>(
     let [c1, c2, c3] = &numbers;
     let [c1, c2, c3] = [Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
     let (a, h4, h5) = (difference(c1, Vec3::splat(origin)), difference(c2, c1), difference(c3, c1));
+    // n, h5 × A and A × h4: with these, D, V and W of any ray from here are three dot products.
     let (n, v, w) = (cross_tails(&h4, &h5), cross_tails(&h5, &a), cross_tails(&a, &h4));
 
     // What each may be off by.

@@ -76,6 +76,8 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     // More than any coordinate is off.
     let largest = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(v[2].abs());
     let corners = triangle.0.map(|corner| largest(corner.map(Into::into)));
+    // The unit in the last place of the largest coordinate; `2^-49 M` covers the rounding of the weights (exact.md,
+    // section 9).
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
@@ -86,6 +88,7 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
+        // The first choice works unless f64 cannot tell the normal: then the other side, and the other axes, are tried.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -134,6 +137,7 @@ fn moved<S: Scalar>(
 ) -> Option<RayOf<S>> {
     let mut next = *start;
     for doublings in 0..40 {
+        // From the point and not from the last attempt, so that roundings do not add up.
         let steps = (1_u64 << doublings) as f64;
         next.origin[axis] = S::nearest(point[axis] + steps * step);
         if !is_finite(&next, triangle) {

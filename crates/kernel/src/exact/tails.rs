@@ -51,6 +51,7 @@ pub(super) fn cross_tails<D: Lanes<Scalar = f64>>(
     a: &TwoParts<D>,
     b: &TwoParts<D>,
 ) -> [Double<D>; 3] {
+    // `a.rest × b.rest` is below w² of the first parts' product; the bound counts it (f64.md, section 3).
     let rest = a.first.cross_fused(b.rest) + a.rest.cross_fused(b.first);
     with_rest(&cross(a.first, b.first), rest)
 }
@@ -63,12 +64,15 @@ pub(super) fn times<D: Lanes<Scalar = f64>>(
 ) -> Double<D> {
     let [x, y, z] = product;
     let first = Vec3 { x: x.high, y: y.high, z: z.high };
+    // Second parts times `by.rest` are left out; the bound counts them.
     more(&dot(product, by.first), first.dot_fused(by.rest))
 }
 
 /// Where a quotient is far from the ends of f64's exponents.
 #[inline(always)]
 pub(super) fn is_tame_quotient<D: Lanes<Scalar = f64>>(q: D) -> D::Mask {
+    // Nearer to the ends of the exponents, parts of the proof would be subnormal. A quotient of 0 is proven as it
+    // stands.
     let size = q.abs();
     let tame = size.ge(D::splat(TAME[0])) & size.le(D::splat(TAME[1]));
     tame | size.le(D::splat(0.0))
@@ -93,6 +97,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
         let normal = cross_tails(&h4, &h5);
         let den = Volume {
             value: dot(&normal, dir),
+            // The permanent of first parts stands for that of the exact differences: they differ by w of themselves.
             err: permanent(h4.first, h5.first, dir) * D::splat(DOUBT),
         };
         Self { a, h4, h5, dir, normal, den, inverse: D::splat(1.0) / den.value.high }
@@ -109,6 +114,7 @@ impl<D: Lanes<Scalar = f64>> SeenTails<D> {
     #[inline(always)]
     pub(super) fn weights(&self) -> (D, D, D::Mask) {
         let Self { a, h4, h5, dir, .. } = self;
+        // u and v share the ray's moment A × d: u is h5·(A × d) over D, v is -h4·(A × d) over D.
         let moment = with_rest(&cross(a.first, *dir), a.rest.cross_fused(*dir));
         let minus_h4 = TwoParts { first: minus(h4.first), rest: minus(h4.rest) };
         let (u, u_sure) = self.over(&moment, h5, permanent(a.first, *dir, h5.first));

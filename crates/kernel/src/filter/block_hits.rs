@@ -64,6 +64,7 @@ impl Filter<'_> {
         let far = Lanes::splat(far);
         let Verdicts { hit, undecided, t_lo, t_hi } =
             edges.decide(&triangles, &rays, far, live, (self.threshold, self.room));
+        // Most blocks end here: nothing is stored for them.
         if hit | undecided == 0 {
             return None;
         }

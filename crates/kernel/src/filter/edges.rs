@@ -122,7 +122,11 @@ impl<F: Lanes<Scalar = f32>> Rays<F> {
             & len.le(splat(bound::LARGEST))
             & len.ge(splat(bound::SHORTEST_DIR));
         let len = F::select(sane, len, splat(f32::NAN));
+        // How far the copy of a corner may have moved relative to the copy of the origin, apart from its share of |A|:
+        // 0 unless the scene was given in f64 (f64.md, section 4).
         let copied = (org * splat(room.copied[0])).min(splat(room.copied[1]));
+        // The part of an edge's bound that grows with the origin: the rounding of the reference's hit point (`ORIGIN`),
+        // that of the copies, and what underflow takes (`SMALL`, `OFF_ADD`).
         let off = org.mul_add(splat(room.off[0]), copied + splat(room.off[1]));
         let off = len.mul_add(off, splat(bound::OFF_ADD));
 
@@ -232,6 +236,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let den = tri.n.dot_fused(of.rays.dir);
         let v = tri.h5.dot_fused(r);
         let w = tri.minus_h4.dot_fused(r);
+        // The three sum to `den`, so the third edge costs two subtractions instead of a cross product. It inherits the
+        // errors of the others, which is why its bound is twice theirs.
         Self { a, den, v, w, u: (den - v) - w, least: tri.hh.mul_add(of.grazing, of.grazing_add) }
     }
 
@@ -250,6 +256,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
     /// Beyond this the signs of V and W are sure, beyond twice as much that of U.
     #[inline(always)]
     pub(super) fn bound(&self, tri: &Triangles<F>, of: &Rays<F>) -> F {
+        // `EDGE |d|₂ h (|A|₁ + NEAR h) + h off`: section 2 of certified.md.
         tri.h * of.edge.mul_add(tri.h.mul_add(F::splat(bound::NEAR), self.a.norm1()), of.off)
     }
 
@@ -263,6 +270,7 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let (h4, h5) = (tri.minus_h4.abs(), tri.h5.abs());
         let q = a.permanents(d);
         let (v, w) = (h5.dot_fused(q), h4.dot_fused(q));
+        // U is made of the other three numbers, so its permanent is the sum of theirs.
         let u = v + w + h4.permanents(h5).dot_fused(d);
 
         // The reference's noise, or the rounding of copies.
@@ -317,6 +325,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
         let Self { num, num_err, den, den_err } = *self;
         // num / den > far, multiplied by the positive den.
         let beyond = num.gt(far.mul_add(den + den_err, num_err));
+        // `den - den_err` is positive wherever the sign of `den` is sure, because `GRAZING` exceeds `SLACK DEN`.
         let before = num.lt(of.below.mul_add(den - den_err, -num_err));
         beyond | before
     }
@@ -364,6 +373,7 @@ impl<F: Lanes<Scalar = f32>> PlaneHit<F> {
 pub(super) fn enclose<F: Lanes<Scalar = f32>>(num: F, num_err: F, den: F, den_err: F) -> (F, F) {
     let recip = F::splat(1.0) / den;
     let t = num * recip;
+    // err = |t| share + rest: relative errors are collected in one factor, absolute ones in the other.
     let share = den_err.mul_add(recip, F::splat(bound::ROUND));
     let rest = num_err.mul_add(recip, F::splat(bound::TINY));
     let err = t.abs().mul_add(share, rest);
@@ -414,6 +424,8 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
 
         // A hit, if nothing is in doubt: not the parallel test, not the range, and not the edges.
         let (t_lo, t_hi) = plane.enclosure();
+        // `least` pays for the error of `den` itself; the rest is the document's test `|vd| > Threshold`, multiplied by
+        // an upper bound of the normal's length (certified.md, section 4).
         let parallel = splat(threshold.near * (bound::PARALLEL * bound::AREA));
         let parallel = tri.hh.mul_add(parallel, least);
         let slanted = den.abs().gt(parallel) & t_hi.lt(splat(f32::INFINITY));

@@ -115,6 +115,7 @@ impl WithSimd for BlockEvidence<'_> {
         let rays = Rays::splat(&Rays::of_ray(self.ray, self.threshold, room));
         let edges = Edges::new(&triangles, &rays);
         let plane = PlaneHit::new(&triangles, &rays, &edges, room);
+        // The block holds one triangle, so its numbers are in lane 0.
         let lane = |x: S::F32x8| {
             let mut lanes = [0.0; 8];
             x.store(&mut lanes);
@@ -135,7 +136,9 @@ impl WithSimd for BlockEvidence<'_> {
             u_edge: 2.0 * edge,
             sharp: [lane(sharp_v), lane(sharp_w), lane(sharp_u)],
             den: lane(edges.den),
+            // The kernel keeps `SLACK` times the bounds of D and T; the tests compare with the bounds themselves.
             den_err: lane(plane.den_err) / bound::SLACK,
+            // `plane.num` carries the sign of D: flipping it again restores T.
             num: lane(plane.num.flip(edges.den)),
             num_err: lane(plane.num_err) / bound::SLACK,
             sharp_num: lane(PlaneHit::sharp_num_err(&triangles, &rays, &edges, room)),

@@ -102,6 +102,8 @@ impl Filter<'_> {
     pub fn axis(&self, axis: &Ray, reach: [f32; 3], away: f32) -> Axis {
         let [x, y, z] = reach;
         let away = away * if self.room.copies { bound::COPY_AWAY } else { bound::AWAY };
+        // What moving a line from the axis to a ray may change in V, W and U beyond their computed gradients, and how
+        // far the subtraction of large coordinates rounds (exact.md, section 10).
         let off = Lanes::mul_add(x + y + z, bound::BESIDE, away);
         let rays = Rays::of_ray(axis, self.threshold, self.room).passed_within(off);
         Axis { rays, dir: axis.dir, reach }
@@ -119,15 +121,19 @@ impl Filter<'_> {
         let rays = Rays::splat(&axis.rays);
         let edges = Edges::new(&triangles, &rays);
         let bound = edges.bound(&triangles, &rays);
+        // Where the sign of D is unknown, no edge rules a triangle out.
         let least = Lanes::select(edges.sure(), -bound, S::F32x8::splat(f32::NEG_INFINITY));
         let [v, w, u] = edges.weights();
 
         // The largest values that V, W and U reach anywhere in the tube around the axis.
         let (dir, reach) = (Vec3::<S::F32x8>::splat(axis.dir), Vec3::splat(axis.reach));
         let (of_v, of_w) = (triangles.h5.cross_fused(dir), triangles.minus_h4.cross_fused(dir));
+        // A linear form over the box `±reach` has its maximum at a corner: its value on the axis plus |gradient| ·
+        // reach.
         let most = |at: S::F32x8, of: Vec3<S::F32x8>| of.abs().dot_add(reach, at);
         let least_of_v_and_w = most(v, of_v).min(most(w, of_w));
         let edge = least_of_v_and_w.min(most(u, of_v + of_w) * S::F32x8::splat(0.5));
+        // Written as "not less", so that a NaN keeps its triangle.
         let reached = (!edge.lt(least)).bits() & block.live();
         if reached != 0 {
             v.store(&mut along.v);
@@ -158,7 +164,8 @@ impl Filter<'_> {
             edges.decide(&triangle, rays, far, live, (self.threshold, self.room));
         counts.undecided += u64::from(undecided.count_ones());
 
-        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain.
+        // A hit whose enclosure of t reaches the end of the interval may lie beyond it, so it is not certain. Copies
+        // round `t_max` up, so there the end is the f32 below it.
         let end = packet.t_max.map(|t_max| self.sure_end(t_max));
         let sure = hit & Mask::bits(t_hi.lt(Lanes::load(&end)));
         let leaves = sure & !Mask::bits(edges.den.negative()) != 0;

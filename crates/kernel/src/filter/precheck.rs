@@ -72,6 +72,7 @@ impl<F: Lanes<Scalar = f32>> Precheck<F> {
     #[inline(always)]
     pub(super) fn new(rays: &Rays<F>) -> Self {
         let (org, dir, len) = (rays.org(), rays.dir(), rays.len());
+        // `PRECHECK |d|₂ |o|₁ + off`; the triangle's share, `reach`, is added for each triangle.
         let away = (len * F::splat(bound::PRECHECK)).mul_add(org.norm1(), rays.off());
         Self { dir, moment: dir.cross_fused(org), len, away }
     }

@@ -162,6 +162,8 @@ impl Filter<'_> {
     where
         Lane<N>: Width,
     {
+        // The precheck's numbers are relative to the world's origin; the test itself translates first and needs only h
+        // of them.
         self.test(&Triangles::splat(triangle, constants.h), &rays.lanes, far, live, counts)
     }
 }
@@ -173,6 +175,7 @@ where
     /// Whether the precheck leaves any of the live rays a chance to hit the triangle.
     #[inline(always)]
     pub(crate) fn may_hit(&self, triangle: &PreparedTriangle, live: u32) -> bool {
+        // A ray that is no longer live must not keep a triangle.
         (!self.precheck.sure_miss(&triangle.constants)).bits() & live != 0
     }
 }

@@ -65,11 +65,14 @@ impl Room {
             return 0.0;
         }
         let away = origin.iter().fold(0.0, |sum, x| sum + x.abs());
+        // The same limit as in `Rays::new`, with room for a subnormal coordinate.
         (away * self.copied[0]).min(self.copied[1]) + bound::SMALL
     }
 
     /// For copies of f64 scenes. `reach` bounds the sum of the coordinates of every corner.
     pub fn of_copies(reach: f32) -> Self {
+        // The corner and the origin are both rounded, each by `COPY` of itself. A corner is no farther out than
+        // `reach`, so the part that an origin far away contributes is limited by that (f64.md, section 4).
         let twice = 2.0 * bound::COPY;
         Self {
             copies: true,

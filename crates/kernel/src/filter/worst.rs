@@ -47,6 +47,7 @@ impl Worst {
         let number = USED.get();
         USED.set(number + 1);
         let mut all = Self::exact(value);
+        // Each rounding has a column of its own: if one rounding enters twice with opposite signs, its shares cancel.
         all.shares[number] = share;
         all
     }
@@ -73,6 +74,7 @@ impl Worst {
 
     /// The product, not rounded.
     pub(super) fn times(&self, b: &Self) -> Self {
+        // To first order d(ab) = b da + a db; the product of two shares is of second order and left out.
         Self::combined(self.value * b.value, (self, b.value), (b, self.value))
     }
 
@@ -84,11 +86,13 @@ impl Worst {
     /// The quotient, not rounded.
     pub(super) fn over(&self, b: Self) -> Self {
         let q = self.value / b.value;
+        // To first order d(a/b) = da/b - (a/b) db/b.
         Self::combined(q, (self, 1.0 / b.value), (&b, -q / b.value))
     }
 
     /// The most that it may be off by.
     pub(super) fn most(&self) -> f64 {
+        // With every share of one sign: no sequence of roundings can do worse.
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
@@ -168,6 +172,7 @@ impl Lanes for Worst {
         self.store(to);
     }
     fn mul_add(self, b: Self, c: Self) -> Self {
+        // Rounded twice, as on a CPU without fused operations, where the bounds must hold, too.
         self * b + c
     }
     fn mul_error(self, _: Self, _: Self) -> Self {
@@ -183,6 +188,7 @@ impl Lanes for Worst {
         self.flip(self)
     }
     fn power(self) -> Self {
+        // A power of two is read from the exponent bits, so it has no error.
         Self::exact(self.value.log2().floor().exp2())
     }
     fn flip(self, of: Self) -> Self {
@@ -196,6 +202,7 @@ impl Lanes for Worst {
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
+        // The derivative of the square root turns a share of its argument into one of the root.
         Self::combined(root, (&self, 0.5 / root), (&self, 0.0)).rounded()
     }
     fn lt(self, other: Self) -> bool {
@@ -282,6 +289,8 @@ impl Search {
 
     /// Between -1 and 1.
     pub(super) fn number(&mut self) -> f64 {
+        // A linear congruential generator with Knuth's constants for MMIX. Its low bits have short periods, so a xor
+        // and a multiplication mix the high ones in before the top 53 are used.
         self.0 = self.0.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
         let mixed = (self.0 ^ self.0 >> 31).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
@@ -301,14 +310,17 @@ impl Search {
     ) -> f64 {
         let mut most = 0.0_f64;
         for _ in 0..climbs {
+            // Each climb begins elsewhere, so that one local maximum does not end the search.
             let mut best = start(self);
             let Some(mut used) = share(&best) else { continue };
             for _ in 0..steps {
                 let mut next = best;
+                // Steps between 1 and 1e-4: large ones leave a hill, small ones reach its top.
                 let size = 10.0_f64.powf(-4.0 * (self.number() + 1.0) * 0.5);
                 for _ in 0..=self.below(3) {
                     let number = &mut next[self.below(N)];
                     *number += size * self.number();
+                    // A random step never reaches 0 itself, where products vanish and bounds are tightest.
                     if self.below(8) == 0 {
                         *number = 0.0;
                     }

@@ -47,6 +47,7 @@ pub struct Block<const N: usize> {
 impl<const N: usize> Block<N> {
     /// A block of the first N triangles, each with its index; of fewer where there are fewer.
     pub fn new(triangles: impl IntoIterator<Item = (Triangle, u32)>) -> Self {
+        // Lanes without a triangle hold one that no ray crosses.
         let (mut prepared, mut indices) = ([Prepared::NONE; N], [u32::MAX; N]);
         for (lane, (triangle, index)) in triangles.into_iter().take(N).enumerate() {
             prepared[lane] = Prepared::new(&triangle);
@@ -105,6 +106,7 @@ impl<const N: usize> Block<N> {
 
         let at = Determinants::of(&edges);
         for lane in lanes_of(with | against) {
+            // Corners are kept in f32, which holds them exactly, and converted where integers are needed.
             let (c1, o) = (integers(&self.c1, lane), i64s(ray.ray.origin()));
             let a = [c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]];
             let num = volume(a, integers(&self.h4, lane), integers(&self.h5, lane));

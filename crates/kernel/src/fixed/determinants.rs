@@ -65,6 +65,7 @@ impl Determinants {
         leaves: bool,
         ray: &Ray,
     ) -> Option<Crossing> {
+        // T and D must have one sign, or the crossing lies behind the origin; T = 0 is a start in the plane.
         if num == 0 || (num > 0) != leaves {
             return None;
         }

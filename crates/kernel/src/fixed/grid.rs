@@ -222,6 +222,7 @@ impl Grid {
 
         // From the finest scale at which far coordinates are below 2^50, down to the first at which
         // the scene is not wider than the grid.
+        // `round` takes numbers up to 2^51: these stay below 2^50.
         let mut scale = (49 - exponent(far)).min(149);
         loop {
             let ends: [[i64; 2]; 3] = [0, 1, 2]
@@ -273,6 +274,7 @@ impl Grid {
         for axis in 0..3 {
             let x = f64::from(p[axis]) * pow2(self.scale);
             let on_grid = round(x).wrapping_sub(self.centre[axis]);
+            // Both limits without a branch. Which one was exceeded is only looked up for the error.
             inside &= (x.abs() <= FAR) & (on_grid.unsigned_abs() <= 1 << self.bits.b);
             snapped[axis] = on_grid as i32;
         }

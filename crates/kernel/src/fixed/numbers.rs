@@ -6,6 +6,7 @@ const ABOVE: f64 = (3_i64 << 51) as f64;
 /// The nearest integer, ties to even, of a number within `-2^51..=2^51`; of others, any.
 #[inline]
 pub(super) fn round(x: f64) -> i64 {
+    // The addition rounds to a whole number, whose binary digits are then the low bits of the sum.
     (x + ABOVE).to_bits().wrapping_sub(ABOVE.to_bits()) as i64
 }
 

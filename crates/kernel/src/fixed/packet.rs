@@ -109,6 +109,7 @@ impl<const N: usize> Packet<N> {
         let (origin, dir) = (load(&self.origin), load(&self.dir));
         let triangle = [splat(c1), splat(h4), splat(h5), splat(cross_i64(h4, h5))];
         let edges = Edges::<I<S, N>>::new(origin, dir, triangle);
+        // A crossing has all three determinants of one sign; that sign is the side.
         let (with, against) = edges.sides(lanes);
         if with | against == 0 {
             return;
@@ -117,6 +118,7 @@ impl<const N: usize> Packet<N> {
         for lane in lanes_of(with | against) {
             let ray = &self.rays[lane];
             let o = i64s(ray.origin());
+            // The numerator of t takes i128, as the only number that does not fit i64.
             let num = volume([c1[0] - o[0], c1[1] - o[1], c1[2] - o[2]], h4, h5);
             if let Some(crossing) = at.crossing(lane, num, with >> lane & 1 != 0, ray) {
                 each(lane, crossing);
@@ -214,7 +216,8 @@ impl SeenTriangle {
         if num == 0 {
             return None;
         }
-        // Where num is not 0, no normal is.
+        // Where num is not 0, no normal is. Arrays compare by the first component that differs: this is the sign that a
+        // direction moved by (e, e², e³) gives.
         let ties = normals.map(|n| if n < [0; 3] { -1 } else { 1 });
         let normals_f32 = normals.map(|n| n.map(|x| x as f32));
         let norm = |n: &[f32; 3]| n[0].abs() + n[1].abs() + n[2].abs();
@@ -237,6 +240,7 @@ impl SeenTriangle {
         debug_assert!(lanes_of(live).all(|lane| packet.rays[lane].origin() == self.origin));
         let mut lanes = live;
         if FILTER {
+            // The triangle's share of the bound was computed once; the packet's is its longest component.
             let bound = <F<S, N>>::splat(self.bound * packet.longest);
             lanes &= maybe_seen(load_f32(&packet.dir), &self.normals_f32, bound);
             if lanes == 0 {

@@ -192,6 +192,7 @@ impl<E: FnMut(Crossing, u32) -> bool> WithSimd for Each<'_, E> {
         let mut more = true;
         for block in self.blocks {
             block.crossings_in::<S, true>(&ray, |crossing, index| {
+                // A block reports all of its crossings; what follows an answer that ends the query is dropped.
                 more = more && (self.go_on)(crossing, index);
             });
             if !more {
@@ -222,6 +223,8 @@ impl WithSimd for ClosestBatch<'_> {
             let packets = &packets[..rays.len().div_ceil(8)];
             let mut bests = [[Best::default(); 8]; PACKETS];
 
+            // Rays of one origin need only the products with their directions: what depends on the origin is computed
+            // once for all eight packets.
             let origin = rays[0].origin();
             let shared = rays.iter().all(|ray| ray.origin() == origin);
             for (index, triangle) in (0..).zip(self.triangles) {

@@ -77,6 +77,7 @@ impl Ratio {
             return Some(Ordering::Less);
         }
         // x = m * 2^e: compare num with m * den * 2^e.
+        // By the bits, so that a CPU that reads subnormal numbers as zero sees the same x.
         let field = (x.to_bits() >> 23) as i32;
         let fraction = x.to_bits() & 0x7f_ffff;
         let (m, shift) =
@@ -112,6 +113,7 @@ impl PartialOrd for Ratio {
 impl Ord for Ratio {
     #[inline(always)]
     fn cmp(&self, other: &Self) -> Ordering {
+        // Crosswise, as both denominators are positive: below 2^65 times below 2^62 fits 128 bits.
         (self.num * u128::from(other.den)).cmp(&(other.num * u128::from(self.den)))
     }
 }

@@ -125,6 +125,7 @@ fn crossing<D: Lanes<Scalar = f64>>(
 ) -> [D; 3] {
     let t = Tri::new(corners).t(origin, dir);
     let seen = Coefficients::of(corners, origin);
+    // The document's t divides by a normal of length 1, the weights by one of any length: these are two denominators.
     let den = seen.n.dot(dir);
     [t, seen.v.dot(dir) / den, seen.w.dot(dir) / den]
 }

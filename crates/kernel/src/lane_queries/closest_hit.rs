@@ -101,8 +101,11 @@ impl ClosestHit {
     ) {
         if t_hi < self.t_lo {
             let (triangle, slot) = new;
+            // Wholly in front. Its t is not needed unless a rival comes close: NaN records that it is not known yet.
             *self = Self { t: f64::NAN, t_lo, t_hi, triangle, slot };
         } else if t_lo <= self.t_hi {
+            // Without a hit so far, what the enclosure overlaps is the far end of the ray: the resolver has to check
+            // that, too.
             let t = if self.is_hit() { Some(pairs.t(lane)) } else { pairs.hit(lane) };
             if let Some(t) = t {
                 self.offer_known(t, new, lane, pairs);
@@ -172,6 +175,7 @@ impl ClosestHit {
         let rivals = (hit & verdicts.t_lo.le(F::splat(first))).bits();
 
         // Nearly always there is only one, and it is certain to win.
+        // `rivals & (rivals - 1)` clears the lowest bit: what is left are further rivals.
         let doubtful = rivals & rivals.wrapping_sub(1) | verdicts.undecided;
         if doubtful == 0 && first < self.t_lo {
             let lane = rivals.trailing_zeros() as usize % 8;
@@ -233,6 +237,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) -> bool {
         if self.t.is_nan() {
+            // The first rival that comes close makes the best hit compute its t, which is then kept.
             self.t = pairs.t_in(lane, self.slot);
         }
         let order = if t == self.t { pairs.order(lane, self.slot) } else { Ordering::Equal };
@@ -257,6 +262,7 @@ fn lane_names(indices: &[u32; 8], LeafSlot(slot): LeafSlot, lane: usize) -> (Tri
 /// The smallest of eight.
 #[inline(always)]
 fn least(of: &[f32; 8]) -> f32 {
+    // `if b < a` is one instruction; `f32::min` would have to handle NaN as well.
     let less = |a: f32, b: f32| if b < a { b } else { a };
     let [a, b, c, d, e, f, g, h] = *of;
     less(less(less(a, e), less(b, f)), less(less(c, g), less(d, h)))
@@ -267,6 +273,7 @@ fn least(of: &[f32; 8]) -> f32 {
 fn enclose(t: f64) -> (f32, f32) {
     let near = t as f32;
     let (near64, t_lo, t_hi) = (f64::from(near), near.next_down(), near.next_up());
+    // `near` is the nearest f32: if it lies above t, its lower neighbour lies below, and the other way round.
     (if near64 > t { t_lo } else { near }, if near64 < t { t_hi } else { near })
 }
 

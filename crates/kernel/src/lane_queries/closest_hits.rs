@@ -86,6 +86,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
 
         // The triangles whose t is not known yet.
         let (mut bits, mut unknown) = (0, 0);
+        // Lanes whose t is known stay 0; what is computed of them is not used.
         let mut corners = [[[0.0; N]; 3]; 3];
         for lane in 0..N {
             if index[lane].to_bits() == TriangleId::NONE.0 {
@@ -133,6 +134,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
     /// Changes the closest hit of a lane.
     #[inline(always)]
     fn set(&mut self, lane: usize, closest: &ClosestHit) {
+        // By selection in all lanes: an element written by a variable index would force the registers to memory.
         let at = F::Mask::from_bits(1 << lane);
         let put = |x: f32, old| F::select(at, F::splat(x), old);
         self.t_lo = put(closest.t_lo, self.t_lo);

@@ -55,6 +55,7 @@ pub(crate) trait LanePairs {
     /// Whether the triangle of a lane and the one in a slot touch where the lane's ray meets them, if it hits both.
     #[inline(always)]
     fn touch(&self, lane: usize, slot: LeafSlot) -> bool {
+        // A closure, because most resolvers answer without the triangles.
         let pair = || (self.ray(lane), [self.triangle(lane), self.find(slot)]);
         let (ray, here) = self.ids(lane);
         self.resolver().touch(pair, (ray, [here, slot]))

@@ -136,8 +136,10 @@ impl Filter<'_> {
         counts: &mut Counts,
     ) {
         let (lanes, triangles) = (Rays::splat(lanes), Triangles::of_block(block, self.room()));
+        // To the filter, whatever surely lies beyond the best hit so far is a miss.
         let far = Lanes::splat(closest.t_hi());
         let mut verdicts = self.test::<S::F32x8>(&triangles, &lanes, far, block.live(), counts);
+        // Before `keep`: a leaf without candidates, as most are, never pays for the selection.
         if verdicts.lanes() == 0 {
             return;
         }
@@ -227,9 +229,11 @@ impl Filter<'_> {
         let verdicts = self.test_packet(rays, triangle, Lanes::load(&packet.t_max), live, counts);
         let find = |_| *triangle.triangle();
         let pairs = self.rays_on(packet, triangle.triangle(), LeafSlot(0), find);
+        // A certain hit whose t surely lies before the end needs no t at all.
         let sure_end = packet.t_max.map(|t_max| self.sure_end(t_max));
         let sure = verdicts.hit & verdicts.t_hi.lt(Lanes::load(&sure_end)).bits();
         let meets = |hits, lane| hits | u32::from(pairs.meets(lane)) << lane;
+        // The rest: undecided lanes, and hits whose enclosure of t reaches the far end of their ray.
         lanes_of(verdicts.lanes() & !sure).fold(sure, meets)
     }
 
@@ -337,6 +341,7 @@ impl Filter<'_> {
             }
             while candidates != 0 {
                 let number = candidates.trailing_zeros();
+                // Clears the lowest set bit.
                 candidates &= candidates - 1;
                 let triangle = &some[number as usize];
                 let verdicts = self.test_candidate(rays, triangle, own.t_hi(), live, &mut tested);
@@ -390,6 +395,7 @@ fn all_hits<F: Lanes<Scalar = f32>, const N: usize>(
     let mut t_hi = [0.0; N];
     verdicts.t_hi.store(&mut t_hi);
     for lane in lanes_of(verdicts.lanes()) {
+        // A certain hit before the far end only needs its t; any other lane may still turn out to be a miss.
         let is_sure = verdicts.hit >> lane & 1 != 0 && t_hi[lane] < t_max(lane);
         let t = if is_sure { Some(pairs.t(lane)) } else { pairs.hit(lane) };
         if let Some(t) = t {

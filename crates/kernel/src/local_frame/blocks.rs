@@ -13,6 +13,7 @@ impl LocalFrame {
             (Vec3::<S::F64x8>::splat(self.centre), S::F64x8::splat(pow2(self.up)));
         let [c1, c2, c3] = corners;
         let (c1, c2, c3) = (Vec3::<S::F64x8>::load(c1), Vec3::load(c2), Vec3::load(c3));
+        // The product by a power of two is exact, so a coordinate is rounded by its difference in f64 and once to f32.
         let at = (c1 - centre) * scale;
         let (minus_h4, h5, h6) = ((c1 - c2) * scale, (c3 - c1) * scale, (c3 - c2) * scale);
         TriangleBlock::of_copied_lanes([at, minus_h4, h5], h6, live)
@@ -38,6 +39,7 @@ impl LocalFrame {
             ((a.min(b).min(c) - centre) * scale).store_f32(&mut lo);
             ((a.max(b).max(c) - centre) * scale).store_f32(&mut hi);
             let (least, most) = (bounds[0][axis], bounds[1][axis]);
+            // Dead lanes must not widen the box.
             Lanes::select(live, S::F32x8::load(&lo), S::F32x8::splat(least)).store(&mut lo);
             Lanes::select(live, S::F32x8::load(&hi), S::F32x8::splat(most)).store(&mut hi);
             bounds[0][axis] = lo.into_iter().fold(least, f32::min).next_down();

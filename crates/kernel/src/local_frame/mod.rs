@@ -53,6 +53,8 @@ impl LocalFrame {
             return Self { centre: [0.0; 3], up: 0, reach: 0.0 };
         }
         let middle = |k: usize| 0.5 * lo[k] + 0.5 * hi[k];
+        // The middle of all, unless a few triangles far away pull it from where most of the scene is (f64.md, section
+        // 4).
         let centre = [0, 1, 2].map(|k| middle(k).max(crowd[0][k]).min(crowd[1][k]));
         // The distance of the farthest side from the centre along each axis, which the scale brings to between 1 and 2.
         let half = [0, 1, 2].map(|k| (hi[k] - centre[k]).max(centre[k] - lo[k]));
@@ -188,6 +190,7 @@ impl LocalFrame {
         }
         // Clamped, an origin stays finite in f32, and is so far out that the filter leaves its pairs to the resolver.
         let at = |k: usize| self.place(ray.origin[k], k).clamp(-FAR_OUT, FAR_OUT) as f32;
+        // Such a ray is so short or so long that its copy has a scale of its own, and t is counted in other units.
         let times = self.exponent(ray);
         Ray {
             origin: [at(0), at(1), at(2)],

@@ -334,6 +334,7 @@ fn largest<D: Lanes>([a, b, c]: [Vec3<D>; 3]) -> D {
 #[inline(always)]
 fn longest_of<D: Lanes<Scalar = f64>>([a, b, c]: [Vec3<D>; 3], largest: D, edges: &mut [f32]) {
     let (a, b, c) = (a.dot(a), b.dot(b), c.dot(c));
+    // The conversion may round down; the two steps below bring the bound back above the length.
     a.max(b).max(c).sqrt().store_f32(edges);
     // A NaN in any edge makes the sum NaN, which is not less than infinity.
     let known = (a + b + c).lt(D::splat(f64::INFINITY));

@@ -72,6 +72,7 @@ impl Blocks {
     /// The corners of as many triangles as there are lanes, and bounds of their longest edges.
     #[inline(always)]
     pub(super) fn row<F: Lanes<Scalar = f32>>(&self, first: usize) -> ([Vec3<F>; 3], F) {
+        // Sixteen is a multiple of every level's width, so a row never spans two blocks.
         let (Aligned(block), lane) = (&self.blocks[first / 16], first % 16);
         let [c1, c2, c3] = block.corners();
         let longest_edges = F::load(&block.longest_edges()[lane..]);

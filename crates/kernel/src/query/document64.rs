@@ -19,6 +19,7 @@ fn found<'a>(
 
 /// The closest hit; if two have the same t, the lowest index.
 pub(super) fn closest(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -> Option<Hit> {
+    // `min_by` keeps the first of equal elements, and they come in the order of their indices.
     let (_, id) = found(threshold, triangles, ray).min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(of_pair(ray, &triangles[id.0 as usize], id))
 }
@@ -33,6 +34,7 @@ pub(super) fn all(threshold: Threshold, triangles: &[Triangle64], ray: &Ray64) -
     let hits = found(threshold, triangles, ray);
     let mut hits: Vec<Hit> =
         hits.map(|(_, id)| of_pair(ray, &triangles[id.0 as usize], id)).collect();
+    // A stable sort: hits with equal t stay in the order of their indices.
     hits.sort_by(|a, b| a.t.total_cmp(&b.t));
     hits
 }

@@ -111,6 +111,7 @@ impl<F: FnMut(u32) -> bool> WithSimd for Found<'_, F> {
             // With closed triangles an edge that is met exactly is a hit; with `once` the tie rule has to decide it.
             let sure = if rule == Rule::Closed { decided.closed } else { decided.inside };
             let given = (1_u32 << some.len()) - 1;
+            // Neither verdict holds for a lane that is not plain.
             let (miss, hit) = (decided.miss.bits() & plain, sure.bits() & plain);
             for lane in lanes_of(given & !miss) {
                 let is_hit = hit >> lane & 1 != 0 || exact::hit(rule, ray, &some[lane]);

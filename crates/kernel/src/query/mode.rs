@@ -101,6 +101,7 @@ impl Mode {
     }
 
     fn of(arithmetic: Arithmetic) -> Self {
+        // Looked up once: `Level::best` keeps what the CPU said.
         Self { arithmetic, level: Level::best() }
     }
 

@@ -49,6 +49,7 @@ impl Rows<'_> {
 /// The corners of the first triangles of a slice.
 #[inline(always)]
 fn transposed<S: Simd>(triangles: &[Triangle]) -> [Vec3<S::F32s>; 3] {
+    // A transposition reads whole rows, so the last ones are copied to where there is enough memory after them.
     let mut padded = None;
     let row = match triangles.get(..S::F32s::N) {
         Some(row) => row,

@@ -68,6 +68,7 @@ fn each_row<S: Simd>(
     for first in (0..rows.len()).step_by(S::F32s::N) {
         let triangles = rows.row::<S>(first);
         // The last row may have fewer triangles than lanes.
+        // `len - first` is at least 1, so the shift stays below 32.
         let live = u32::MAX >> (32 - (rows.len() - first).min(S::F32s::N));
         let verdicts =
             filter.test::<S::F32s>(&triangles, &lanes, Lanes::splat(far), live, &mut counts);
@@ -91,6 +92,7 @@ fn hits_in_row<S: Simd>(
     // The filter's hits may lie beyond the end of the interval, so those whose enclosure reaches it are settled, too.
     let mut hits = verdicts.hit & verdicts.t_hi.lt(Lanes::splat(t_max)).bits();
     for lane in lanes_of(verdicts.lanes() & !hits) {
+        // Any hit answers the query; the others would only cost calls of the resolver.
         if enough && hits != 0 {
             break;
         }
@@ -120,6 +122,7 @@ impl WithSimd for Closest<'_> {
             #[inline(always)]
             |verdicts, first| {
                 let pairs = RayOnRow { resolver: filter.resolver(), ray, first, find };
+                // The nearer the best hit, the more of the rows that follow are ruled out without an enclosure of t.
                 closest.offer_row(verdicts, first, &pairs);
                 Some(closest.t_hi())
             },

@@ -82,6 +82,7 @@ impl<'a> Resolver<'a> {
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
         match self {
+            // Signs are enough here. An exact t may take a division of integers.
             Self::Exact(rule) => crate::exact::hit(rule, ray, triangle),
             _ => self.hit(ray, triangle, (id, slot)).is_some(),
         }
@@ -108,6 +109,7 @@ impl<'a> Resolver<'a> {
     ) -> Option<Side> {
         match self {
             Self::Originals(originals) => originals.crossing(id, slot),
+            // The document has no rule for shared edges, so its modes count crossings by exact signs, too.
             _ => crate::exact::crossing(ray, triangle),
         }
     }
@@ -162,6 +164,7 @@ impl<'a> Resolver<'a> {
     ) -> bool {
         match self {
             Self::Exact(_) => {
+                // Only this resolver needs the triangles themselves; a call that it does not serve never loads them.
                 let (ray, [a, b]) = pair();
                 exact::touch(&ray, &a, &b)
             }

@@ -31,6 +31,7 @@ impl SharedOrigin<'_> {
         match (self, other) {
             (Self::Document(a), Self::Document(b)) => a.t(ray.dir).total_cmp(&b.t(ray.dir)),
             (Self::Exact(a, one), Self::Exact(b, other)) => {
+                // f64 under a bound first; integers where the two t are closer than that.
                 a.order(b, ray).unwrap_or_else(|| exact::order(ray, one, other))
             }
             (Self::Originals(a, originals, one), Self::Originals(b, _, other)) => {

@@ -52,6 +52,7 @@ impl Level {
 #[inline(always)]
 fn enter<S: Simd, W: WithSimd>(work: W) -> W::Output {
     debug_assert!(Level::all().any(|level| level == S::LEVEL));
+    // The only call between the plain build and the level's instructions: what works on lanes is inlined into it.
     S::vectorize(
         #[inline(always)]
         || work.run::<S>(),

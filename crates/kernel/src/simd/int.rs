@@ -163,6 +163,7 @@ impl Ints for One {
     }
     #[inline(always)]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        // Wrapping is arithmetic modulo 2^64: if the sum fits, it is right whatever its parts did.
         a[0].mul_narrow(b[0]) + a[1].mul_narrow(b[1]) + a[2].mul_narrow(b[2])
     }
     #[inline(always)]

@@ -149,9 +149,12 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]
 pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
+    // Adding and subtracting a large multiple rounds a factor to its upper half; the lower half is what is left,
+    // exactly.
     let (by_a, by_b) = (a * split, b * split);
     let (a_high, b_high) = (by_a - (by_a - a), by_b - (by_b - b));
     let (a_low, b_low) = (a - a_high, b - b_high);
+    // Products of halves fit a number. Subtracted from the rounded product in this order, nothing is lost on the way.
     a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
 }
 
@@ -160,6 +163,7 @@ pub(super) fn mul_error<L: Lanes>(a: L, b: L, product: L, split: L) -> L {
 pub fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     core::iter::from_fn(move || {
         let lane = bits.trailing_zeros() as usize;
+        // Clears the lowest set bit. A mask of 0 has 32 trailing zeros, which ends the iteration.
         bits &= bits.wrapping_sub(1);
         (lane < 32).then_some(lane)
     })

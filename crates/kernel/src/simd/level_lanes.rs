@@ -119,6 +119,7 @@ pub trait Simd: Copy {
         let mut least = (u32::MAX, 0);
         for (lane, number) in numbers.iter().enumerate() {
             if bits >> lane & 1 != 0 {
+                // Numbers that are not negative are ordered as their bits are.
                 least = least.min((number.to_bits(), lane));
             }
         }

@@ -78,6 +78,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn from_bits(bits: u32) -> Self {
+                // `wide` has no mask from bits: a comparison of 0 with 0 or 1 makes one.
                 let lane = |i: usize| if bits >> i & 1 != 0 { 1.0 } else { 0.0 };
                 Self(<$t>::splat(0.0).simd_lt(<$t>::new(core::array::from_fn(lane))))
             }
@@ -135,6 +136,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
+                // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
+                // left.
                 Self(self.0 & <$t>::splat(<$scalar>::INFINITY))
             }
             #[inline(always)]

@@ -54,6 +54,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
+                // As the CPU's instruction does it: with a NaN the second. `f32::max` would return the number.
                 if self > other { self } else { other }
             }
             #[inline(always)]

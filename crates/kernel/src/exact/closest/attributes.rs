@@ -44,6 +44,7 @@ fn exactly<
     let distance = if num.sign().is_eq() {
         0.0
     } else {
+        // A squared length in units of 2^low, hence twice the exponent.
         Quotient::new(&num.size(), &den.widened::<V>().size(), 2 * scale.low).to_sqrt()
     };
 

@@ -70,6 +70,7 @@ fn exactly<
     let area = |a: usize, b: usize, c: usize, d: usize| -> Int<Q> {
         along[a].times(&along[b]) - along[c].times(&along[d])
     };
+    // Exact signs are always known, so `find` never gives up here.
     let found = find(
         |i| Some(along[i].sign()),
         |i, j| Some((along[i] - along[j]).sign()),
@@ -118,7 +119,8 @@ fn find(
     minus: impl Fn(usize, usize) -> Option<Ordering>,
     area: impl Fn([usize; 4]) -> Option<Ordering>,
 ) -> Option<Feature> {
-    // The corners: in the cones of their normals.
+    // The corners: a point is nearest to one if neither of its edges leads towards the point, in the cone of the
+    // corner's normals.
     let signs = [sign(0)?, sign(1)?, sign(2)?, sign(3)?, sign(4)?, sign(5)?];
     if signs[0].is_ge() && signs[1].is_ge() {
         return Some(Feature::Corner(0));

@@ -69,12 +69,15 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
     let edge_doubt = farthest.mul_add(D::splat(PLACE), D::splat(TINY));
     let plane_doubt = (farthest * D::splat(PLACE)).mul_add(fourth * inverse, D::splat(TINY));
     let none = D::splat(0.0);
+    // Where the point surely lies beside the face, its distance is that to the nearest edge, and a flat triangle is as
+    // near as its edges. Elsewhere the plane bounds the distance from below.
     let beside = outside | square.le(fourth * D::splat(FLAT));
     let least = D::select(beside, edge * less - edge_doubt, plane * less - plane_doubt);
     // A point is as near as its edges, too.
     let bounded = known | length.le(none);
     let least = D::select(bounded & least.ge(none), least, none);
     let (most, above) = (edge * more + edge_doubt, plane * more + plane_doubt);
+    // Upper bounds may be combined freely: each is the distance to some point of the triangle.
     let most = D::select(inside & above.lt(most), above, most);
     Squares { least, most }
 }
@@ -83,6 +86,8 @@ pub fn squares<D: Lanes<Scalar = f64>>(corners: [Vec3<D>; 3], point: Vec3<D>) ->
 #[inline(always)]
 fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     let (none, all) = (D::splat(0.0), D::splat(1.0));
+    // The foot of the perpendicular on the edge's line, clamped to the edge. For an edge without a length the share is
+    // a NaN, which counts as 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
     // A NaN is none.
     let share = D::select(share.ge(none), share, none);

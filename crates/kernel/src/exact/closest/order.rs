@@ -23,7 +23,7 @@ pub fn closer_from<S: Scalar>(
 ) -> Ordering {
     let features = [one, other].map(|triangle| feature_from(from, point, triangle));
 
-    // Neighbours share corners and edges.
+    // Neighbours share corners and edges. There both squares are the same quotient, which integers would only confirm.
     if from == Tier::Float && is_same(features, [one, other]) {
         return Ordering::Equal;
     }
@@ -67,6 +67,7 @@ fn exactly<
         square::<C, N, T, Q, V>(&offsets, features[i])
     };
     let ((num, den), (other_num, other_den)) = (square(0), square(1));
+    // Denominators are positive, so the quotients compare as the crosswise products.
     num.times::<Q, P>(&other_den).cmp(&other_num.times(&den))
 }
 
@@ -90,6 +91,7 @@ pub(super) fn square<
         Feature::Edge(i) => {
             let edge = offsets.edge(i);
             let area: [Int<N>; 3] = cross(&offsets.corners[i], &edge);
+            // |corner × edge|² / |edge|²
             (dot::<N, N, Q>(&area, &area).widened(), dot::<C, C, N>(&edge, &edge).widened())
         }
         Feature::Face => {

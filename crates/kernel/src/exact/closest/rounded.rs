@@ -30,6 +30,7 @@ pub(super) fn closest<S: Scalar>(
         Feature::Corner(corner) => {
             let a = seen(corner)?;
             let square = a.along(&a);
+            // The hit's u and v are the weights of the second and the third corner.
             let weights = [1, 2].map(|other| if corner == other { 1.0 } else { 0.0 });
             Some(Closest { distance: root(proven(&square)?)?, weights })
         }
@@ -37,8 +38,11 @@ pub(super) fn closest<S: Scalar>(
             let to = (from + 1) % 3;
             let (x, y, edge) = (seen(from)?, seen(to)?, Offset::new(corners[to], corners[from])?);
             let den = Den::new(edge.along(&edge))?;
+            // The distance from a line is the area |x × edge| over the edge's length; squared, no root is needed before
+            // the end.
             let area = x.cross(&edge);
             let square = den.under(&area.along(&area))?;
+            // The foot's weights are the projections of the two ends on the edge, over its squared length.
             let of_from = || den.under(&y.along(&edge));
             let of_to = || den.under(&x.along(&edge.negative()));
             let weights = match from {
@@ -52,10 +56,13 @@ pub(super) fn closest<S: Scalar>(
             let a = seen(0)?;
             let ab = Offset::new(corners[1], corners[0])?;
             let ac = Offset::new(corners[2], corners[0])?;
+            // The distance from the plane is the volume a·n over |n|; squared as well.
             let normal = ab.cross(&ac);
             let den = Den::new(normal.along(&normal))?;
             let square = den.under(&normal.volume_squared(&a))?;
             let weights = [
+                // The weights of the foot: areas of the triangles that it forms with the edges, projected on the
+                // normal.
                 den.under(&normal.along(&ac.cross(&a)))?,
                 den.under(&normal.along(&a.cross(&ab)))?,
             ];
@@ -89,6 +96,7 @@ impl<S: Scalar> Offset<S> {
     fn new(a: Vec3<f64>, b: Vec3<f64>) -> Option<Self> {
         let parts = difference(a, b);
         let lacks = parts.rest.abs();
+        // The bound for f32 counts no error of differences, so one that f64 does not hold is left to the integers.
         let is_exact = lacks.x + lacks.y + lacks.z == 0.0;
         (const { is_f64::<S>() } || is_exact).then_some(Self { parts, given: PhantomData })
     }
@@ -132,6 +140,7 @@ impl<S: Scalar> Long<S> {
         let (x, y) = (&self.parts, &by.parts);
         let part = |k: usize| {
             let high = product(x[k].high, y[k].high);
+            // low × low is of the order of w² and counted in the bound.
             let low = high.low + (x[k].high * y[k].low + x[k].low * y[k].high);
             Double { high: high.high, low }
         };
@@ -154,6 +163,7 @@ impl<S: Scalar> Long<S> {
         };
         let permanent = self.sizes.dot_fused(first.abs());
         let high = product(volume.high, volume.high);
+        // (high + low)² = high² + 2 high low + low²; the last is counted in the bound.
         let twice = 2.0 * volume.high * volume.low;
         let size = Lanes::abs(volume.high);
         let err = (2.0 * size * permanent + high.high) * const { doubt::<S>() };
@@ -187,6 +197,7 @@ impl Den {
 #[inline(always)]
 fn proven(of: &Volume<f64>) -> Option<f64> {
     let Volume { value: Double { high, low }, err } = *of;
+    // Rounding keeps the order: if both ends round alike, so does the number between them.
     let (least, most) = (high + (low - err), high + (low + err));
     (least == most && high > SMALL && high < LARGE).then_some(most)
 }

@@ -78,6 +78,8 @@ impl Shares {
 impl Frame {
     /// A frame. No coordinate of the origin may exceed 2^30.
     pub fn new(origin: [f32; 3], depth: [f32; 3], right: [f32; 3], up: [f32; 3]) -> Self {
+        // The dual basis: b × c, c × a and a × b over the determinant. For axes of length 1 at exactly right angles
+        // these are the axes themselves.
         let [a, b, c] = [depth, right, up].map(|axis| Vec3::<f64>::splat(axis.map(f64::from)));
         let dual = [b.cross(c), c.cross(a), a.cross(b)];
         let size = a.dot(dual[0]);
@@ -143,6 +145,7 @@ impl Frame {
     #[inline(always)]
     pub fn points<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>) -> Points<F> {
         let z = dir.dot_fused(Vec3::splat(self.depth));
+        // One division for both coordinates. The product with the reciprocal rounds once more, which `SCREEN` covers.
         let recip = F::splat(1.0) / z;
         let x = dir.dot_fused(Vec3::splat(self.right)) * recip;
         let y = dir.dot_fused(Vec3::splat(self.up)) * recip;

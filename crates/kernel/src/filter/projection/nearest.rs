@@ -93,6 +93,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
     #[inline(always)]
     pub fn new(points: &Points<F>, t_max: F) -> Self {
         let (s_lo, s_hi) = points.inverse(t_max);
+        // The far end of the interval plays the part of a hit: whatever is to count must have a larger inverse depth.
         Self { s_lo, s_hi, triangle: F::splat(f32::from_bits(Self::NOTHING)), hits: 0 }
     }
 
@@ -209,6 +210,8 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
         let s = at(outline.s, points);
         let sure = s.abs().gt(F::splat(outline.least));
         let err = F::splat(outline.err);
+        // The nearer the plane, the larger s: `near_hi` is the near end of the interval, `self.s_lo` the best hit so
+        // far.
         let (s_lo, s_hi) = (s - err, s + err);
         let out_of_range = s_lo.gt(ranges.near_hi) | s_hi.lt(self.s_lo);
         let mut maybe = !(sure & (outside | s.lt(F::splat(0.0)) | out_of_range));
@@ -269,6 +272,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
                 }
                 continue;
             }
+            // A certain hit needs no t of its own: its order relative to the other hit is all that is asked.
             let t = if sure && is_hit { None } else { settle.hit(slot, ray) };
             if t.is_none() && !(sure && is_hit) {
                 continue;
@@ -278,6 +282,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> Nearest<F, N> {
             {
                 continue;
             }
+            // The enclosure of a t that the resolver computed, on the scale of inverse depths.
             let one = Points { x: 0.0, y: 0.0, z: z[lane] };
             (lo[lane], hi[lane]) = match t {
                 Some(t) if !sure => one.inverse(t as f32),

@@ -120,6 +120,7 @@ impl Outlines {
         exact: bool,
     ) -> Self {
         let live = first.live() | second.map_or(0, |block| block.live() << 8);
+        // Without a second block the first one fills both halves; `live` masks the copies.
         let blocks = [first, second.unwrap_or(first)];
         let planes = Planes::new::<S>(blocks, frame);
         let corners = Corners::new::<S>(blocks, frame);
@@ -133,6 +134,8 @@ impl Outlines {
         let one = S::F32x16::splat(1.0);
         // If that sign is unknown, edges of different signs still prove a miss, provided that hits lie on triangles.
         let unturned = if exact { one / unit } else { nothing };
+        // One factor scales the edges to units of their bound and gives them the sign of T: then all three are positive
+        // for a hit in front of the origin, whichever way the triangle faces.
         let turn = S::F32x16::select(sure, (one / unit).flip(planes.turn), unturned);
         let [inverse, along_x, along_y] = planes.s;
         let inverse = S::F32x16::select(sure, inverse, nothing);
@@ -160,6 +163,7 @@ impl Outlines {
         let depths = Depths::new(window, load(&self.s), F::load(&self.err), F::load(&self.least));
         let edges = [load(&self.u), load(&self.v), load(&self.w)];
         let mut missed = depths.missed(F::splat(nearest)) | depths.plain & outside(window, edges);
+        // s[0] is NaN where T is too small for its sign to be known.
         let edge_on = !F::load(&self.s[0]).le(F::splat(f32::INFINITY));
         if edge_on.bits() & self.live != 0 {
             missed = missed | edge_on & apart(window, edges);
@@ -314,14 +318,18 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
             let [c1, c2, c3] = block.corners();
             let c1 = Vec3::<S::F64x8>::load_f32(c1);
             let (c2, c3) = (Vec3::load_f32(c2), Vec3::load_f32(c3));
+            // A block of copies holds a corner, `-h4` and `h5`, and `h5 × -h4` is `h4 × h5`.
             let n = if frame.shares.copies {
                 c3.cross_fused(c2)
             } else {
                 (c2 - c1).cross_fused(c3 - c1)
             };
             let [x, y, z] = frame.origin;
+            // T and n in f64, because the inverse depth decides which of two triangles is nearer (projection.md,
+            // section 3).
             let t = n.dot_fused(c1 - Vec3::splat([x.into(), y.into(), z.into()]));
             let recip = S::F64x8::splat(1.0) / t;
+            // In the dual axes N·(M d) is n·d, although the frame's own axes are at right angles only up to rounding.
             let n = into(n, &frame.dual);
             let to = 8 * half;
             (n.x * recip).store_f32(&mut s[0][to..]);
@@ -337,7 +345,10 @@ impl<F: Lanes<Scalar = f32>> Planes<F> {
     /// Lanes where the sign of T is known, for triangles `away` from the origin.
     #[inline(always)]
     fn is_sure(&self, away: F, size: F, frame: &Frame) -> F::Mask {
+        // Rays that pass beside the origin see T changed by `|s|₁ off` of itself; for rays through it this is 0.
         let off = size * frame.off_at(away) * F::splat(bound::OFF_PLANE);
+        // T is known where everything that it may be off by is less than T; 0.99 leaves room for this sum's own
+        // rounding.
         (self.q * away).mul_add(F::splat(frame.shares.plane), off).lt(F::splat(0.99))
     }
 }
@@ -357,8 +368,12 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         let size = s[0].abs() + s[1].abs() + s[2].abs();
         let off = frame.off_at(away);
         let [x, y] = frame.reach;
+        // The largest |s| on the part of the projection that rays reach: shifted rays and copies only change what is
+        // there.
         let most = s[2].abs().mul_add(splat(y), s[1].abs().mul_add(splat(x), s[0].abs()));
         let share = most.mul_add(off * splat(bound::OFF_DEPTH), splat(bound::DEPTH));
+        // `DEPTH |s|₁ + LOST q`, and `OFF_DEPTH off |s|₁ most` for rays beside the origin (projection.md, sections 3
+        // and 6).
         let err = size.mul_add(share, q * splat(bound::LOST));
         let shares = &frame.shares;
         let err = if shares.copies {
@@ -367,6 +382,7 @@ impl<F: Lanes<Scalar = f32>> Sizes<F> {
         } else {
             err
         };
+        // Below this the ray grazes the plane and the sign of D is not known: `GRAZING LEAN q + SCREEN |s|₁`.
         let least = size.mul_add(splat(shares.screen), q * splat(bound::GRAZING * bound::LEAN));
         let parallel = size.mul_add(splat(parallel), least);
         Self { size, err, least, parallel }
@@ -409,10 +425,17 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
     fn rectangle(&self, turn: F, frame: &Frame, exact: bool) -> [(F, F); 2] {
         let (splat, &Self { a, b, c, h, .. }) = (F::splat, self);
         let away = a.norm1();
+        //        ┌──────────────┐
+        //        │     ╱╲       │   the box around the projected corners, widened on all sides by `room`: how far beside
+        //        │   ╱    ╲     │   its triangle a hit may lie, and how far off the corners may be, over the least depth
+        //        │ ╱________╲   │   (projection.md, section 4)
+        //        └──────────────┘
         let nearest = a.x.min(b.x).min(c.x);
         let apart = splat(frame.distance() * bound::ROOM_AWAY);
         let apart = frame.off_at(away).mul_add(splat(bound::OFF_ROOM), apart);
         let room = h.mul_add(splat(bound::ROOM), away.mul_add(splat(bound::CORNER), apart));
+        // A corner behind the origin, or nearly so, may project to anywhere. Such a triangle has no rectangle and is
+        // tested with every packet.
         let mut known = nearest.gt(room * splat(8.0))
             & nearest.gt(splat(bound::SHORTEST_DIR))
             & away.lt(splat(bound::LARGEST));
@@ -431,6 +454,8 @@ impl<F: Lanes<Scalar = f32>> Corners<F> {
     #[inline(always)]
     fn edges(&self, frame: &Frame) -> ([Vec3<F>; 3], F) {
         let (splat, &Self { a, b, h4, h5, h6, h, .. }) = (F::splat, self);
+        // Each form is the normal of the plane through the origin and an edge: its sign says on which side a ray
+        // passes.
         let (u, v, w) = (b.cross_fused(h6), h5.cross_fused(a), a.cross_fused(h4));
         let form = u.norm1().max(v.norm1()).max(w.norm1());
         let (away, apart) = (a.norm1(), splat(frame.distance() * bound::ORIGIN * bound::LEAN));

@@ -64,6 +64,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
         [kept_one, kept_other]: &mut [LastTriangle<'a>; 2],
     ) -> bool {
         if self.reversed {
+            // Seen from their common end, rays have no meaningful t, and any-hit queries do not need an order.
             return false;
         }
         let (id, ray) = (self.id(ray), &self.rays[ray]);
@@ -79,6 +80,7 @@ impl<'a, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Settle<'a, T, I> {
             *kept = None;
         }
         let (_, seen) = kept.get_or_insert_with(|| {
+            // All rays of a bundle start at one point, so the first stands for all.
             let (origin, ids) = (self.rays[0].origin, (self.first, slot));
             (slot, self.resolver.shared_origin(&(self.find)(slot), origin, ids))
         });

@@ -297,6 +297,7 @@ impl Simd for Baseline {
     fn columns<'a>(row: impl Fn(usize) -> &'a [f32; 4]) -> [Self::F32x16; 4] {
         let load = |i: usize| Singles::load(row(i));
         let four = |i: usize| Self::transpose([load(i), load(i + 1), load(i + 2), load(i + 3)]);
+        // Four 4×4 transpositions; column k of the result is made of column k of each.
         let ([a, b, c, d], [e, f, g, h]) = (four(0), four(4));
         let ([i, j, k, l], [m, n, o, p]) = (four(8), four(12));
         [
@@ -317,6 +318,7 @@ impl Simd for Baseline {
     }
     #[inline(always)]
     fn transpose_f64([a, b, c, d]: [Self::F64x4; 4]) -> [Self::F64x4; 4] {
+        // Four registers of two: 2×2 blocks are transposed by `zip`, then put where they belong.
         let zip = |x: Doubles, y: Doubles| cpu::doubles::zip(x.0, y.0).map(Doubles);
         let ([a0, a1], [a2, a3]) = (zip(a.0, b.0), zip(a.1, b.1));
         let ([c0, c1], [c2, c3]) = (zip(c.0, d.0), zip(c.1, d.1));

@@ -57,6 +57,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn mul_add(a: Reg, b: Reg, c: Reg) -> Reg {
+            // `vfma` takes the addend first.
             cpu!($fma(c, a, b))
         }
         #[inline(always)]
@@ -77,11 +78,14 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
+            // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
+            // left.
             cpu!($from_bits($and($to_bits(a), $dup_bits(<$scalar>::INFINITY.to_bits()))))
         }
         #[inline(always)]
         pub(crate) fn flip(a: Reg, of: Reg) -> Reg {
             cpu!({
+                // -0 has nothing but the sign bit. Toggling it works for zeros and NaN, where a comparison would not.
                 let sign = $and($to_bits(of), $dup_bits((-0.0 as $scalar).to_bits()));
                 $from_bits($xor($to_bits(a), sign))
             })
@@ -92,6 +96,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
+            // Compared as integers, which are negative where the sign bit is set, be it of -0 or of a NaN.
             cpu!($below_zero($to_signed(a)))
         }
         #[inline(always)]
@@ -146,6 +151,7 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn bits(mask: Mask) -> u32 {
         cpu!({
+            // NEON cannot move a mask to a number. Each lane keeps its own bit, and their sum is the number.
             let lane = vld1q_u32([1, 2, 4, 8].as_ptr());
             vaddvq_u32(vandq_u32(mask, lane))
         })
@@ -174,6 +180,7 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn transpose([a, b, c, d]: [Reg; 4]) -> [Reg; 4] {
         cpu!({
+            // Two rounds of interleaving: rows 0 with 2 and 1 with 3, then the results with each other.
             let (ac, ac_high) = (vzip1q_f32(a, c), vzip2q_f32(a, c));
             let (bd, bd_high) = (vzip1q_f32(b, d), vzip2q_f32(b, d));
             [
@@ -188,6 +195,7 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         cpu!({
+            // NEON has no shuffle of f32 by a variable order, only one of bytes: lane i becomes bytes 4i to 4i + 3.
             let lanes = vand_u8(vcreate_u8(order), vdup_n_u8(7));
             let first_byte = vshl_n_u8::<2>(lanes);
             let pairs =
@@ -206,6 +214,8 @@ pub(super) mod singles {
             let (first, last) =
                 (vld1q_u32([0, 1, 2, 3].as_ptr()), vld1q_u32([4, 5, 6, 7].as_ptr()));
             let high = vdupq_n_u32(!7);
+            // The f32's bits with the lane number in place of the last three: one minimum finds both, because positive
+            // floats are ordered as their bits are. Lanes outside of the mask become all ones, the largest key.
             let key =
                 |x, lane, mask| vornq_u32(vbslq_u32(high, vreinterpretq_u32_f32(x), lane), mask);
             (vminvq_u32(vminq_u32(key(a, first, in_a), key(b, last, in_b))) & 7) as usize
@@ -225,6 +235,7 @@ pub(super) mod doubles {
 
     #[inline(always)]
     pub(crate) fn not(a: Mask) -> Mask {
+        // There is no 64-bit NOT; the 32-bit one does the same to every bit.
         cpu!(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a))))
     }
     #[inline(always)]
@@ -344,10 +355,12 @@ pub(super) mod integers {
         let sum = plus_product(product(a[0], lows[0]), a[1], lows[1]);
         let sum = plus_product(sum, a[2], lows[2]);
         cpu!({
+            // The products with the high halves count 2^32, so of each only its low 32 bits matter.
             let high = vmlaq_s32(vmulq_s32(a[0], highs[0]), a[1], highs[1]);
             let high = vmlaq_s32(high, a[2], highs[2]);
             let of = |half| vreinterpretq_s64_s32(half);
             let none = vdupq_n_s32(0);
+            // Zeros below the products are the factor 2^32.
             add(sum, [of(vzip1q_s32(none, high)), of(vzip2q_s32(none, high))])
         })
     }
@@ -368,6 +381,7 @@ pub(super) mod integers {
         let halves = [high(first), high(last)];
         cpu!({
             let of = |half| vreinterpretq_s16_s32(half);
+            // The sign of an i64 is in its upper 16 bits, so eight lanes fit one register.
             let signs = vcltzq_s16(vuzp2q_s16(of(halves[0]), of(halves[1])));
             singles::bits_of_eight(signs)
         })

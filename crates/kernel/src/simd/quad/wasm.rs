@@ -80,6 +80,8 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn power(a: Reg) -> Reg {
+            // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
+            // left.
             v128_and(a, $splat(<$scalar>::INFINITY))
         }
         #[inline(always)]
@@ -92,6 +94,7 @@ macro_rules! float {
         }
         #[inline(always)]
         pub(crate) fn negative(a: Reg) -> Mask {
+            // Compared as integers, which are negative where the sign bit is set, be it of -0 or of a NaN.
             $below(a, u64x2_splat(0))
         }
         #[inline(always)]
@@ -171,6 +174,8 @@ pub(super) mod singles {
         let offsets = u32x4_splat(0x03_02_01_00);
         let of = |places| {
             let places = u8x16_add(places, offsets);
+            // `swizzle` returns 0 for a place beyond its register. So each half gives the bytes that it has, and an OR
+            // joins them.
             let other = u8x16_sub(places, u8x16_splat(16));
             v128_or(u8x16_swizzle(a, places), u8x16_swizzle(b, other))
         };
@@ -187,6 +192,8 @@ pub(super) mod singles {
     #[inline(always)]
     pub(crate) fn lane_of_least([a, b]: [Reg; 2], [in_a, in_b]: [Mask; 2]) -> usize {
         let high = u32x4_splat(!7);
+        // The f32's bits with the lane number in place of the last three, and all ones outside of the mask: as in
+        // `neon`.
         let key = |x, lane, mask| v128_or(v128_or(v128_and(x, high), lane), v128_not(mask));
         let (first, last) = (u32x4(0, 1, 2, 3), u32x4(4, 5, 6, 7));
         let four = u32x4_min(key(a, first, in_a), key(b, last, in_b));
@@ -304,6 +311,7 @@ pub(super) mod integers {
             [above(lows[0], high(b[0])), above(lows[1], high(b[1])), above(lows[2], high(b[2]))];
         let sum = add(product(a[0], lows[0]), product(a[1], lows[1]));
         let sum = add(sum, product(a[2], lows[2]));
+        // The products with the high halves count 2^32, so of each only its low 32 bits matter.
         let high = i32x4_add(i32x4_mul(a[0], highs[0]), i32x4_mul(a[1], highs[1]));
         let high = i32x4_add(high, i32x4_mul(a[2], highs[2]));
         let none = i64x2_splat(0);
@@ -314,6 +322,7 @@ pub(super) mod integers {
     /// The high half beside a low one that is signed: one more where that is negative.
     #[inline(always)]
     fn above(low: v128, high: v128) -> v128 {
+        // The arithmetic shift makes -1 of a negative low half, and subtracting it adds the carry.
         i32x4_sub(high, i32x4_shr(low, 31))
     }
     #[inline(always)]

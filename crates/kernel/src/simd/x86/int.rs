@@ -76,6 +76,8 @@ ints!(__m256i, 4, _mm256_add_epi64 _mm256_sub_epi64 _mm256_mul_epi32 _mm256_set1
         /// factors for `pmuldq`; the two sums meet at the end.
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            // `pmuldq` reads the low half as signed. Where its top bit is set it stands for 2^32 too little, and adding
+            // 2^31 before the shift carries one into the high half to make up for that.
             let half = Self(cpu!(_mm256_set1_epi64x(1 << 31)));
             let x = Self(cpu!(_mm256_srli_epi64::<32>((b[0] + half).0)));
             let y = Self(cpu!(_mm256_srli_epi64::<32>((b[1] + half).0)));
@@ -94,6 +96,7 @@ ints!(__m512i, 8, _mm512_add_epi64 _mm512_sub_epi64 _mm512_mul_epi32 _mm512_set1
     {
         #[inline(always)]
         fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+            // AVX-512 multiplies 64 bits by 64 at once, of which the low 64 are kept.
             let x = Self(cpu!(_mm512_mullo_epi64(a[0].0, b[0].0)));
             let y = Self(cpu!(_mm512_mullo_epi64(a[1].0, b[1].0)));
             let z = Self(cpu!(_mm512_mullo_epi64(a[2].0, b[2].0)));

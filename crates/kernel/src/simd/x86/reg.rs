@@ -52,6 +52,7 @@ macro_rules! lanes {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
+                // Toggles the sign bit; `0 - x` would turn 0 into 0 and not into -0.
                 Self(cpu!($xor(self.0, $set1(-0.0))))
             }
         }
@@ -91,6 +92,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
+                // Rounded once, and what a product lacks fits a number: so this is exact.
                 self.mul_add(b, -product)
             }
             #[inline(always)]
@@ -107,6 +109,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn power(self) -> Self {
+                // The bits of infinity are exactly the exponent's, so this clears sign and fraction: a power of two is
+                // left.
                 Self(cpu!($and(self.0, $set1(<$scalar>::INFINITY))))
             }
             #[inline(always)]
@@ -127,6 +131,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn lt(self, other: Self) -> $mask {
+                // Ordered: false with a NaN. Quiet: raises no exception.
                 <$mask>::new(cpu!($compare::<_CMP_LT_OQ>(self.0, other.0)))
             }
             #[inline(always)]
@@ -189,6 +194,7 @@ _mm256_castsi256_pd(_mm256_set1_epi64x(-1)), spread_4_wide);
 #[inline]
 #[target_feature(enable = "avx2")]
 fn spread_4(bits: i32) -> __m128 {
+    // Every lane gets all bits and keeps its own; where that is set, the comparison fills the lane.
     let bit = _mm_setr_epi32(1, 2, 4, 8);
     _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32(bits), bit), bit))
 }
@@ -208,6 +214,7 @@ fn spread_4_wide(bits: i32) -> __m256d {
     _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(bits, bit), bit))
 }
 
+// AVX's blends and `movemask` look at sign bits only, so `negative` is the number itself.
 lanes!(__m128, f32, 4, mask Ones<__m128>,
     _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_fmadd_ps _mm_min_ps _mm_max_ps _mm_sqrt_ps
     _mm_xor_ps _mm_or_ps _mm_and_ps _mm_andnot_ps _mm_set1_ps _mm_loadu_ps _mm_storeu_ps,

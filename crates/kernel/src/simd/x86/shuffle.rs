@@ -21,8 +21,10 @@ pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {
     let numbers = _mm256_and_si256(_mm256_castps_si256(lanes), _mm256_set1_epi32(!7));
     let keys = _mm256_or_si256(numbers, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    // All ones in lanes outside of the mask, which makes theirs the largest key.
     let others = _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1));
     let keys = _mm256_or_si256(keys, others);
+    // Halving: eight keys to four, two and one.
     let four = _mm_min_epu32(_mm256_castsi256_si128(keys), _mm256_extracti128_si256::<1>(keys));
     let two = _mm_min_epu32(four, _mm_shuffle_epi32::<0b01_00_11_10>(four));
     let one = _mm_min_epu32(two, _mm_shuffle_epi32::<0b10_11_00_01>(two));
