@@ -24,6 +24,7 @@ impl Containment {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
+            // A point on the surface stays there, whatever is crossed farther on.
             Self::Surface => return self,
         };
         match times + leave {

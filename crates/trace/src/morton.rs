@@ -23,6 +23,7 @@ pub(crate) fn along_curve(
     let cells = (1 << BITS) as f32;
     let places = [0, 1, 2].map(|axis| {
         let (lo, hi) = (around.lo[axis], around.hi[axis]);
+        // Twice the box, with it in the middle: points around it have cells of their own, too.
         let size = 2.0 * (hi - lo);
         (lo - 0.25 * size, if size > 0.0 { cells / size } else { 0.0 })
     });
@@ -36,6 +37,7 @@ pub(crate) fn along_curve(
         along(0) | along(1) | along(2)
     };
     let mut order: Vec<u64> = room(count)?;
+    // The number in the low half breaks ties, so that the order is the same everywhere.
     order.extend((0..count).map(|i| u64::from(cell(at(i))) << 32 | i as u64));
     order.sort_unstable();
     numbers.extend(order.into_iter().map(|place| place as u32));
@@ -44,6 +46,7 @@ pub(crate) fn along_curve(
 
 /// The ten lowest bits, with two zeros between neighbours.
 fn spread(x: u32) -> u32 {
+    // Moves the ten bits apart in four steps, so that two others fit between each two.
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;

@@ -69,6 +69,7 @@ impl<'a> Selection<'a> {
     #[inline(always)]
     pub(crate) fn active(self, tree: &Tree) -> ActiveSelection<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
+        // Where nothing would be filtered out, `None` takes the path without filtering.
         if all && tree.geometries.all_have(self.mask) {
             None
         } else {
@@ -87,6 +88,7 @@ impl TriangleFilter<'_> {
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let Self { mut selection, first, .. } = self;
         if !selection.skip.is_empty() {
+            // The lists belong to rays by position, so they are cut as the rays are.
             selection.skip = &selection.skip[from..to];
         }
         Self { selection, first: first + from, ..self }
@@ -133,6 +135,7 @@ impl TriangleFilter<'_> {
         let counts = |&lane: &usize| {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = tree.index_of(slot);
+            // The cheap tests first; the predicate may be slow.
             tree.geometries.mask_of(position) & self.selection.mask != 0
                 && !is_among(tree, skipped, position)
                 && self.faces_count(resolver, tree, (id, ray), slot)

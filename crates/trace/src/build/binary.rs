@@ -70,6 +70,7 @@ impl Binary {
 
     fn moved(&self, part: Subtree) -> Option<&Moved> {
         // One triangle has no node.
+        // Moved nodes are numbered behind those of the build.
         let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
         self.moved.get(number)
     }
@@ -93,6 +94,7 @@ impl Binary {
         if let Some(moved) = self.moved(part) {
             return moved.sides;
         }
+        // The left side has `left` references and `left - 1` nodes, right behind its parent's.
         let left = SimdAabb(self.inner[part.node]).word(0) as usize;
         let Subtree { node, first, count } = part;
         [
@@ -118,6 +120,7 @@ pub(super) fn build(
 ) -> Result<Binary, NoMemory> {
     let mut inner = zeros(refs.len() - 1)?;
     let builder = Builder::new(&refs, level, progress);
+    // Cuts are looked for between the centres of boxes, so each part passes on the box around its centres.
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
     Ok(Binary { refs, inner, moved: Vec::new() })
@@ -146,6 +149,7 @@ impl<'a> Builder<'a> {
             a
         };
         let all = gather(refs, &around, &both);
+        // Coordinates are scaled by the size of the scene, so that areas of any scene stay within f32.
         let (total, done) = (refs.len(), AtomicUsize::new(0));
         Self { level, scale: all.bounds().scale(), total, done, progress }
     }
@@ -258,6 +262,7 @@ impl WithSimd for Cut<'_> {
             }
         }
         // All centres are equal, or the tree is too deep: cut in half, in order, at full blocks.
+        // Full blocks on the left, so that at most one block of the subtree is not full.
         ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }
@@ -307,6 +312,7 @@ fn nodes_of(
     left: usize,
 ) -> (&mut [f32; 8], &mut [[f32; 8]], &mut [[f32; 8]]) {
     let (here, below) = inner.split_at_mut(1);
+    // `l` triangles on the left have `l - 1` nodes; the rest is the right side's.
     let (a, b) = below.split_at_mut(left - 1);
     (&mut here[0], a, b)
 }
@@ -355,6 +361,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
+    // Always at the middle, however many threads there are.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)

@@ -70,6 +70,7 @@ impl Tree {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
         // A triangle's slot, eight a leaf, has 32 bits.
+        // Leaves below the root come first; those that follow are reached by the second tree or tested with every ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -158,6 +159,7 @@ fn in_eights(
             *index = some[i as usize];
             all.join(&bounds(index));
         }
+        // Ascending, as in every leaf.
         indices.sort_unstable();
         eights.push(indices);
         boxes.push(all);

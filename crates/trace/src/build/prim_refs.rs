@@ -41,6 +41,8 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box { bounds, lean } => {
+                // A plain load first: most triangles do not raise the maximum, and a write would send the cache line
+                // between cores.
                 if lean.to_bits() > most.load(Ordering::Relaxed) {
                     most.fetch_max(lean.to_bits(), Ordering::Relaxed);
                 }
@@ -55,12 +57,15 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
                 (SimdAabb::EMPTY, NONE)
             }
         };
+        // The row is used in f32 arithmetic as a whole, and a small index would be a subnormal number there.
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
     })?;
 
     let mut thin = Vec::new();
     if rare.into_inner() {
+        // These are so rare that they are looked for again; a list in the first pass would have to be shared by all
+        // threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
             thin.try_reserve(1)?;

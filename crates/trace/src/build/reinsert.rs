@@ -44,6 +44,7 @@ const NONE: usize = usize::MAX;
 
 /// Moves parts of a tree. Its boxes and plans are then like those of a build.
 pub(super) fn reinsert(binary: &mut Binary) {
+    // The trial moves an eighth of the nodes once; only if that lowers the cost enough is the whole effort made.
     let most = (binary.refs.len() / SHARE).min(MOST);
     if Top::of(binary, most / FEW).pays(1)
         && let mut top = Top::of(binary, most)
@@ -83,6 +84,7 @@ impl Top {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
         // An area is not negative, so its bits compare like its value.
+        // Always the node with the largest box is opened next: rays meet those most.
         let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
         while top.len() < most
             && let Some((_, parent, part)) = largest.pop()
@@ -105,6 +107,7 @@ impl Top {
         let (before, mut waiting) = (self.cost(), Vec::new());
         for _ in 0..rounds {
             let mut order: Vec<usize> = (1..self.0.len()).collect();
+            // By the index where areas are equal, so that the result is the same on every machine.
             order.sort_by_key(|&i| Reverse((self.0[i].area.to_bits(), i)));
             for i in order {
                 self.reinsert(i, &mut waiting);
@@ -123,10 +126,20 @@ impl Top {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
         let Below::Sides([a, b]) = self.0[parent].below else { return };
+        // A child of the root has no grandparent that could take its sibling, so it stays.
         if above == NONE {
             return;
         }
         let sibling = if a == i { b } else { a };
+        // Taken out, together with its parent: the sibling moves up. The area of the parent, and what all boxes above
+        // shrink by, is the cost that any new position has to beat.
+        //         above              above            above
+        //           │                  │                │
+        //         parent     ─►     sibling     ─►      ···
+        //         ╱    ╲                                 │
+        //        i    sibling                          parent
+        //                                              ╱    ╲
+        //                                             i     place
         self.replace(above, parent, sibling);
         let saved = self.0[parent].area + self.find_bounds(above);
 
@@ -187,6 +200,8 @@ impl Top {
             // Both are pushed, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
+                    // Beside `sides[k]` the new parent has the area of both boxes, and the ancestors have grown by
+                    // `grown`.
                     (cost, place) = (grown + both[k], sides[k]);
                 }
                 waiting.push((grown + grows[k], sides[k]));
@@ -202,6 +217,7 @@ impl Top {
 
     /// Writes the inner nodes into the tree, unless some path would have more than `deepest` nodes.
     fn write(&self, binary: &mut Binary, deepest: usize) {
+        // A path that is too long would overflow the traversal's stacks, so the whole change is dropped.
         if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
             binary.moved.clear();
         }
@@ -260,6 +276,7 @@ fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
 /// Half of a box's surface.
 fn area(bounds: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
+    // In f64, because costs are sums of many areas whose differences decide.
     x * (y + z) + y * z
 }
 

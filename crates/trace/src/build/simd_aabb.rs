@@ -44,6 +44,7 @@ impl SimdAabb {
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
+            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which no box has.
             *a = if *a > *b { *a } else { *b };
         }
     }
@@ -51,12 +52,15 @@ impl SimdAabb {
     /// The lengths along the axes, in units of `1 / scale`; the last lane is meaningless.
     #[inline(always)]
     pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
+        // hi - lo, as the lower sides are stored with the other sign. Scaled first, because the difference might
+        // overflow.
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
 
     /// Twice the centre, in the same units.
     #[inline(always)]
     pub(super) fn centre<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
+        // hi + lo, for the same reason.
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
     }
 

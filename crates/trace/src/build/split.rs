@@ -54,6 +54,7 @@ impl Binning {
     fn bins<S: Simd>(&self, centre: S::F32x4) -> [f32; 4] {
         let at = (centre - S::F32x4::load(&self.origin)) * S::F32x4::load(&self.per_unit);
         let mut bins = [0.0; 4];
+        // Adding 1.5 · 2^23 rounds to the nearest integer; minus a half makes that the next lower one.
         ((at - S::F32x4::splat(0.5)) + S::F32x4::splat(ROUND)).store(&mut bins);
         bins
     }
@@ -61,6 +62,7 @@ impl Binning {
     /// The bin along one axis: the same operations.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
+        // The same operations as for all axes at once, so a box never falls into another bin here.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
@@ -112,6 +114,7 @@ impl Bins {
     pub(super) fn join(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
+                // Maxima and integer sums: the order in which bins are joined does not matter.
                 self.sides[axis][bin].join(&other.sides[axis][bin]);
                 self.count[axis][bin] += other.count[axis][bin];
             }
@@ -138,6 +141,7 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
     for PrimRef(sides) in refs {
+        // Of centres and not of boxes: one large triangle would otherwise leave most bins empty.
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()

@@ -40,6 +40,7 @@ impl Cuts {
         // From the right end, box i and all behind it; then from the left end, all before box i.
         let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
         for i in (1..n).rev() {
+            // Lower sides are stored negated, so the union is one maximum.
             side = side.max(S::F32x8::load(&boxes[i].0));
             number += counts[i];
             right[i] = sized::<S>(side, number, scale);
@@ -77,6 +78,7 @@ impl Cuts {
         let bits = [x.le(least).bits(), y.le(least).bits(), z.le(least).bits()];
         let axis = (0..3).find(|&axis| bits[axis] != 0)?;
         let cut = bits[axis].trailing_zeros() as usize;
+        // Infinite where every cut has an empty side: all centres are in one bin.
         self.0[axis][cut].is_finite().then_some((axis, cut))
     }
 }

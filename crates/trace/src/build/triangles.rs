@@ -72,6 +72,7 @@ impl WithSimd for Moved<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self) -> Self::Output {
+        // Corners go straight into lanes: a refit runs this for every leaf.
         let (mut corners, mut lanes) = ([[[0.0; 8]; 3]; 3], 0);
         for (lane, &index) in self.indices.iter().enumerate() {
             if index == NONE {
@@ -102,6 +103,7 @@ fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let from = lanes_of(live).next();
     for (k, rows) in corners.iter_mut().enumerate() {
         for (axis, row) in rows.iter_mut().enumerate() {
+            // Without a live triangle: corners at 1 on each axis, which span an area.
             let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
             lanes_of(absent).for_each(|lane| row[lane] = x);
         }

@@ -31,6 +31,8 @@ pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
             for child in node.children_mut().iter_mut().filter(|child| **child != EMPTY) {
+                // Each part numbers its nodes and blocks from 0. Its root moves into the gap, so its nodes shift by one
+                // less.
                 *child += if *child & LEAF != 0 { blocks } else { nodes };
             }
             node
@@ -66,6 +68,7 @@ fn write_part(
     let mut tree = Layout::empty();
     let mut tasks = vec![Task { part: root, index: 0, depth: 1 }];
     while let Some(task) = tasks.pop() {
+        // Small subtrees are left to other threads; the top leaves a gap for the root of each.
         if let Some(below) = &mut below
             && task.part.count < PART
         {
@@ -100,6 +103,7 @@ fn write_part(
             index: first + k,
             depth: task.depth + 1,
         }));
+        // The first child is popped next, so nodes lie in memory in the order in which rays visit them.
         tasks[start..].reverse();
     }
     Ok(tree)
@@ -142,6 +146,7 @@ fn share(
 ) -> usize {
     let left = binary.plan(part).map_or(0, |p| p.left(places));
     let [a, b] = binary.sides(part);
+    // The left side is pushed last and divided first: children come out from left to right.
     waiting[n] = (b, places - left);
     waiting[n + 1] = (a, left);
     n + 2
@@ -170,6 +175,8 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     // How far each child lies along the mean direction of each slot's rays.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
+        // Slot bits are signs of the direction: rays of octant o see slot o first, so it should hold the child that
+        // lies farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [
@@ -190,6 +197,7 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
         let (mut least, mut best) = (f32::INFINITY, (waiting.trailing_zeros() as usize, 0));
         for child in (0..boxes.len()).filter(|c| waiting >> c & 1 == 1) {
             for slot in 0..8 {
+                // Greedy: the pair of a child and a slot that fit best is taken, then the best of those left.
                 if open[slot] && along[child][slot] < least {
                     (least, best) = (along[child][slot], (child, slot));
                 }

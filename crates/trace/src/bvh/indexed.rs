@@ -52,6 +52,7 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn from_indexed(vertices: &[[S; 3]], indices: &[[u32; 3]]) -> Result<Self, BuildError> {
         let mesh = IndexedMesh { vertices, indices };
         Tree::check_count(indices.len())?;
+        // Before any look-up by index, which would panic.
         check(&mesh).map_err(|bad| bad.into_build_error(0, vertices.len()))?;
         let corners = threads::each(indices.len(), |i| mesh.triangle(i));
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count: indices.len() };

@@ -73,6 +73,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.slots.get_or_init(|| {
             let mut slots = vec![NOWHERE; self.tree.triangles];
             for (i, leaf) in self.tree.leaves.iter().enumerate() {
+                // A refitted triangle may be in two leaves, in one of which it is dead; only where it is present does
+                // it count.
                 for lane in lanes_of(self.tree.present(i)) {
                     slots[leaf.indices[lane] as usize] = LeafSlot((8 * i + lane) as u32);
                 }

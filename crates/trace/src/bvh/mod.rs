@@ -166,6 +166,7 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn bounds(&self) -> Option<[[S; 3]; 2]> {
         let mut all: Option<[[S; 3]; 2]> = None;
         for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
+            // Live lanes only: triangles that cannot be hit do not count.
             for lane in lanes_of(leaf.block.live()) {
                 for corner in self.triangle_in(LeafSlot(first + lane as u32)).0 {
                     all = Some(joined(all, corner));

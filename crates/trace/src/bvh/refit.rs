@@ -31,6 +31,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn refit(&mut self, triangles: &[TriangleOf<S>]) -> Result<Refit, RefitError> {
+        // Triangles may move to other leaves, so the table is made again when it is needed.
         self.slots.take();
         S::refit(&mut self.tree, &mut self.originals, triangles)
     }

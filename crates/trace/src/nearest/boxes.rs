@@ -55,6 +55,8 @@ pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
 #[inline(always)]
 fn to_boxes<F: Lanes<Scalar = f32>>(lo: Vec3<F>, hi: Vec3<F>, [from, to]: [Vec3<F>; 2]) -> F {
     let none = F::splat(0.0);
+    // The gap along an axis: before the lower side, behind the upper, or none inside. `from` and `to` enclose the
+    // point.
     let (before, behind) = (lo - to, from - hi);
     let x = before.x.max(behind.x).max(none);
     let y = before.y.max(behind.y).max(none);

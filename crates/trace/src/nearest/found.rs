@@ -72,6 +72,7 @@ pub(super) fn closest_of<M: Mesh>(
 
     let (slot, triangle) = best;
     let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
+    // Only for the point: the distance and the weights are exact but for one rounding (nearest.md, section 6).
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
         let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());

@@ -42,6 +42,7 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
         // In the given order, if memory runs out for a better one.
+        // Neighbouring points one after the other: then the leaf found last is a good first guess.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {

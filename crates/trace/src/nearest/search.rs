@@ -49,6 +49,7 @@ impl<M: Mesh> Search<'_, M> {
             }
             if next & LEAF != 0 {
                 let leaf = (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
+                // The likely leaf was searched already.
                 if likely != Some(leaf as u32) && self.leaf::<S>(leaf) {
                     far = boxes::far_for(self.most);
                 }
@@ -57,6 +58,7 @@ impl<M: Mesh> Search<'_, M> {
             let node = &bvh.nodes[next as usize];
             let (met, squares) = boxes::squares(node, within, far);
             next = if met.any() {
+                // The other children go in the order of octant 0: there is no ray to give them a better one.
                 stack.push_nearest_first::<S>(&mut top, node, 0, met, squares)
             } else {
                 BOTTOM

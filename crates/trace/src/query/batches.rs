@@ -141,6 +141,7 @@ impl<S: BvhScalar> Query<'_, S> {
         trace: impl FnOnce(&RayBatch<'_, S>) -> A,
     ) -> A {
         let lists = self.selection.skip.len();
+        // A list for each ray, by position; a wrong length would skip other rays' triangles.
         let fits = lists == 0 || lists == rays.len();
         assert!(fits, "a list of triangles to skip for each ray, or none");
         self.in_threads(|| trace(&self.batch(self.active, mode, rays)))

@@ -153,6 +153,7 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     }
 
     fn select(self, selection: Selection<'a>) -> Self {
+        // Whether anything is filtered at all is found out here, once, and not for each ray.
         Self { selection, active: selection.active(&self.bvh.tree), ..self }
     }
 }
@@ -235,6 +236,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
     /// Exact, and each crossing once.
     fn crossing_mode(&self) -> Mode {
+        // Counting needs a rule that gives each shared edge to one triangle, whatever mode was chosen for hits.
         Mode::once().at(self.mode.level())
     }
 

@@ -81,6 +81,7 @@ impl<S: BvhScalar> Bvh<S> {
     #[inline(always)]
     fn trace_alone<A>(&self, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let selection = Selection::ALL.active(&self.tree);
+        // The thread keeps it between calls, so a shortcut costs no allocation.
         let scratch = &mut TraversalScratch::lend(&self.tree);
         self.trace_ray(Mode::exact(), &selection, ray, scratch, verb)
     }

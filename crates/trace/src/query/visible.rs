@@ -99,6 +99,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
         // Those that hit something, which may be where they end.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
+        // Nearly all segments that are hidden end on a surface, whose own triangle they hit.
         let rays: Vec<_> = hidden.iter().map(|&i| rays[i]).collect();
         let lists: Vec<_> = match selection.skip {
             [] => Vec::new(),
@@ -114,6 +115,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_selection(some, mode, &rays, &mut occluded);
 
         for (visible, segment) in visible.iter_mut().zip(segments) {
+            // Nothing sees a point that is not finite.
             *visible = segment.as_flattened().iter().all(|x| Bits::is_finite(*x));
         }
         for (&i, occluded) in hidden.iter().zip(occluded) {
@@ -124,11 +126,13 @@ impl<S: BvhScalar> Query<'_, S> {
 
 /// The ray from one end of a segment to the other.
 fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
+    // Scaled before the subtraction, which may overflow even where both ends are finite.
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));
     let dir = way(1.0);
     if dir.iter().all(|x| Bits::is_finite(*x)) {
         return RayOf::new(*a, dir).between(S::ZERO, S::ONE);
     }
+    // Half of the direction and twice the interval: the same segment.
     RayOf::new(*a, way(0.5)).between(S::ZERO, S::from(2.0))
 }
 
@@ -149,6 +153,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
         })
     };
     ends.iter().zip(ends64).any(|(&end, end64)| {
+        // The exact distance decides; boxes rule out nearly all triangles before.
         is_near(end64) && closest(Tier::Float, end, triangle).distance <= reach
     })
 }

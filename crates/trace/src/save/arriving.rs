@@ -16,6 +16,7 @@ pub(super) struct Arriving<T> {
 impl<T: Zeroable + Clone> Arriving<T> {
     pub(super) fn of(input: &dyn Input, entry: &Entry) -> Result<Self, NoMemory> {
         let there = input.known() as u64 >= entry.size;
+        // All memory at once where the source is known to be long enough; else with what arrives.
         let count = if there { entry.count() } else { 0 };
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }

@@ -26,6 +26,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
             if child & LEAF == 0 {
                 match depths.get_mut(index) {
                     // This also covers nodes that are nobody's child.
+                    // A child comes after its parent, so that there are no cycles, and has one parent only.
                     Some(below) if index > i && *below == 0 && depth > 0 => *below = depth + 1,
                     _ => return wrong,
                 }
@@ -100,6 +101,7 @@ pub(super) fn numbers(
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));
         let new = *word & bit == 0;
+        // A bit set twice is a triangle that occurs twice.
         *word |= bit;
         new
     };

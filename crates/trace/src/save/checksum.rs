@@ -11,6 +11,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
     let mut stripes = bytes.chunks_exact(32);
     let mut sum = P5;
     if bytes.len() >= 32 {
+        // Four independent sums, so that the CPU can work on all of them at once.
         let mut lanes = [P1.wrapping_add(P2), P2, 0, 0_u64.wrapping_sub(P1)];
         for stripe in &mut stripes {
             for (lane, word) in lanes.iter_mut().zip(words(stripe)) {
@@ -43,6 +44,7 @@ pub fn checksum(bytes: &[u8]) -> u64 {
         sum = (sum ^ u64::from(byte).wrapping_mul(P5)).rotate_left(11).wrapping_mul(P1);
     }
 
+    // The avalanche: every bit of the input changes half of the bits of the sum.
     sum = (sum ^ sum >> 33).wrapping_mul(P2);
     sum = (sum ^ sum >> 29).wrapping_mul(P3);
     sum ^ sum >> 32

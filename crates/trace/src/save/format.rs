@@ -103,6 +103,7 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     bytes.extend(header.boxed.to_le_bytes());
     bytes.extend(header.cost.to_bits().to_le_bytes());
     bytes.extend(header.size.to_le_bytes());
+    // The space of the checksum, which is written last and does not cover itself.
     bytes.resize(HEADER, 0);
     for entry in entries {
         bytes.extend(entry.kind.to_le_bytes());
@@ -125,6 +126,7 @@ pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
         return Err(LoadError::NotSaved);
     }
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
+    // The magic number was right, so this is a saved hierarchy: say which way the versions differ.
     if version > VERSION {
         return Err(LoadError::Newer { what: format!("version {version}") });
     }
@@ -153,6 +155,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     // Apart from alignment, sections follow each other without gaps.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
+        // Nothing from the table sizes an allocation or indexes memory before it has passed these checks.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections makes no sense");
@@ -164,9 +167,11 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
             GEOMETRIES => *record == GEOMETRY as u32,
             FRAME => *record == FRAME_SIZE as u32 && *size == u64::from(*record),
             LEAVES64 => *record == LEAF64_SIZE as u32,
+            // What a later version adds for its own use does not keep this one from reading the rest.
             _ if kind & OPTIONAL != 0 => true,
             _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };
+        // Records are numbered with 31 bits.
         if !known || u64::from(*record) * u64::from(LEAF) < *size {
             return LoadError::damaged("its table of sections makes no sense");
         }

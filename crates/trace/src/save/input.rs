@@ -68,7 +68,7 @@ impl<R: Read> Stream<R> {
 
 impl<R: Read> Input for Stream<R> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
-        // The buffer grows with what arrives.
+        // A damaged table may ask for any size, so the buffer grows a piece at a time, with what arrives.
         let mut filled = 0;
         while filled < count {
             let end = count.min(filled + PIECE);
@@ -121,6 +121,7 @@ impl Input for Pieces {
         if count > self.known() {
             return Err(LoadError::CutOff);
         }
+        // The size of the file is known, so `count` is no larger than what is there.
         if self.buffer.len() < count {
             let more = count - self.buffer.len();
             self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
@@ -128,6 +129,7 @@ impl Input for Pieces {
         }
         let (file, at, buffer) = (&self.file, self.at, &mut self.buffer[..count]);
         threads::fill(buffer, Self::EACH, |i, to| {
+            // Reads at a position share no cursor, so threads need no lock.
             file.read_exact_at(to, at + (i * Self::EACH) as u64)
         })?;
         self.at += count as u64;

@@ -93,6 +93,7 @@ impl Parts {
         header: &Header,
     ) -> Result<(), LoadError> {
         let triangles = header.triangles as u32;
+        // A section that comes twice would overwrite what was checked before.
         let again = match entry.kind {
             NODES => {
                 let nodes = read_nodes(input, entry)?;
@@ -131,6 +132,7 @@ impl Parts {
                 std::mem::replace(&mut self.frame, frame).is_some()
             }
             LEAVES64 => {
+                // The copies of the corners are computed as the leaves are read, for which the frame must be known.
                 let Some(frame) = &self.frame else {
                     return LoadError::damaged("its leaves come before its frame");
                 };

@@ -54,6 +54,7 @@ pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u3
             next = SILENT;
             continue;
         }
+        // Ascending, and with gaps at the end only, as builds make them.
         live |= u32::from(*index & SILENT == 0) << lane;
         *index &= !SILENT;
         sound &= *index >= next && *index < triangles;
@@ -83,6 +84,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
+    // The last row is always empty: traversal reads it as the child of no slot.
     let mut sound = words[56..] == [EMPTY; 8];
     for slot in 0..8 {
         for axis in 0..3 {
@@ -130,6 +132,7 @@ impl WithSimd for ReadLeaves<'_> {
             }
             *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
             *bounds = LaneBounds::of(&leaf.block).run::<S>();
+            // A silent triangle either has no area, which is found out here, or is not finite at present.
             bounds.add_degenerate(&corners, silent_lanes(&indices, live));
         }
         true

@@ -37,6 +37,7 @@ pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
     let (rows, numbers) = to.split_at_mut(9 * 64);
     for (to, (corner, axis, lane)) in rows.chunks_exact_mut(8).zip(corners) {
+        // Lanes without a triangle get fixed contents, so that equal hierarchies have equal bytes.
         let some = if present >> lane & 1 != 0 { Some(lane) } else { first };
         let any = if corner == axis { 1.0_f64 } else { 0.0 };
         let x = some.map_or(any, |lane| triangles[lane].0[corner][axis]);
@@ -92,11 +93,13 @@ impl WithSimd for ReadLeaves64<'_> {
             for (x, bytes) in flat.iter_mut().zip(rows.as_chunks::<8>().0) {
                 let bits = u64::from_le_bytes(*bytes);
                 *x = f64::from_bits(bits);
+                // All exponent bits are set in infinities and NaN only.
                 finite &= bits & f64::INFINITY.to_bits() != f64::INFINITY.to_bits();
             }
             if !finite {
                 return false;
             }
+            // Which triangles have no area is not stored but recomputed, so that a file cannot claim it.
             let degenerate = degenerate(&corners, silent_lanes(&indices, live));
             *leaf = Leaf { block: frame.block_in::<S>(&corners, live), indices };
             let [[a, b, c], [x, y, z]] = frame.bounds_in::<S>(&corners, live | degenerate);

@@ -28,6 +28,7 @@ pub(super) struct Section<'a> {
 impl Section<'_> {
     /// A block of it.
     fn block(&self, block: usize) -> Result<Box<[u8]>, NoMemory> {
+        // Sections are never whole in memory: each block is made twice, for its checksum and for the output.
         let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
         let mut bytes = zeros(records.len() * self.record)?;
         for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
@@ -88,6 +89,7 @@ pub(super) fn write_with(
     }
 
     // The offsets of all sections, and their checksums.
+    // The table comes first and the output cannot seek back, so all checksums are computed before anything is written.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in &sections {

@@ -86,6 +86,7 @@ impl Backend for f64 {
         ray: &Ray64,
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A {
+        // One ray needs no buffer: its copy lives on the stack.
         let copied = CopiedRays::new(tree, originals, mode, (from_ref(ray), 0..1));
         trace(&copied.filter(), &originals.frame.ray(ray))
     }
@@ -135,6 +136,7 @@ impl Backend for f64 {
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
+        // The tree has moved and its originals have not: an empty tree is right, a mixed one would not be.
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
             return Err(RefitError::OutOfMemory);
@@ -211,6 +213,7 @@ impl Triangles for Copies<'_> {
         let triangle = &self.triangles[i];
         let Some(bounds) = self.frame.bounds(triangle) else { return HitBounds::Nowhere };
         let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
+        // The frame's bounds are already rounded outward by a step of f32, so no margin is needed.
         let bounds = Aabb { lo, hi };
         // A normal that f64 rounds to zero may belong to a triangle with a tiny area, which integers find.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
@@ -321,11 +324,13 @@ impl<'a> CopiedRays<'a> {
 impl Originals for CopiedRays<'_> {
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64> {
         let (original, triangle) = self.pair(ray, slot);
+        // The signs decide on the original numbers; t is only computed for hits.
         exact::hit(self.rule, original, triangle).then(|| self.t(ray, slot))
     }
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {
         let (ray, triangle) = self.pair(ray, slot);
+        // The traversal's copy of a very long or short ray is scaled, and t with it.
         exact::t_times(ray, triangle, self.originals.frame.exponent(ray))
     }
 
@@ -383,6 +388,7 @@ impl Originals for CopiedRays<'_> {
     ) {
         let first = rays.start;
         let rays = &self.rays[first as usize..rays.end as usize];
+        // Different f64 origins may have the same f32 copy.
         let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
         if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
             // Only their copies start at one.
@@ -404,6 +410,7 @@ impl Originals for CopiedRays<'_> {
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]) {
         for (pairs, hits) in pairs.chunks(8).zip(hits.chunks_mut(8)) {
             let of = |i: usize| {
+                // Fewer than eight pairs repeat the last one, whose result is cut off.
                 let (ray, slot) = pairs[i.min(pairs.len() - 1)];
                 let (ray, triangle) = self.pair(ray, slot);
                 (ray, triangle, self.tree.index_of(slot).0)

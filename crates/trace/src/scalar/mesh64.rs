@@ -34,6 +34,8 @@ impl Mesh for Mesh64<'_> {
         let frame = self.frame;
         let (room, scale) = (frame.corner_room(), frame.scale());
         let [from, to] = frame.around_point(point);
+        // Corners are rebuilt from rounded edges, so a leaf's triangles are less exact than its box: `room` covers
+        // that.
         let in_leaves = [from.map(|x| (x - room).next_down()), to.map(|x| (x + room).next_up())];
         // Farther out than 2^400 lanes could overflow: NaN makes them prove nothing.
         let scaled = |x: f64| if (x * scale).abs() <= FAR_OUT { x * scale } else { f64::NAN };
@@ -60,6 +62,7 @@ impl Mesh for Mesh64<'_> {
         for lane in lanes_of(lanes) {
             for (rows, corner) in corners.iter_mut().zip(&triangles[lane].0) {
                 for (row, x) in rows.iter_mut().zip(corner) {
+                    // By a power of two, so the products are exact.
                     row[lane] = x * scale;
                 }
             }

@@ -28,6 +28,7 @@ impl Aabb {
 
     /// The box with this much more on every side.
     pub(crate) fn padded(self, by: f32) -> Self {
+        // The sum and the padding both round; a step outward covers that.
         let by = by.next_up();
         Self { lo: self.lo.map(|x| (x - by).next_down()), hi: self.hi.map(|x| (x + by).next_up()) }
     }
@@ -66,6 +67,7 @@ impl Aabb {
     pub(crate) fn half_area(&self, scale: f32) -> f32 {
         let (a, b, s) = (self.lo, self.hi, scale);
         let d = [b[0] * s - a[0] * s, b[1] * s - a[1] * s, b[2] * s - a[2] * s];
+        // xy + xz + yz: half of the surface.
         d[0] * (d[1] + d[2]) + d[1] * d[2]
     }
 

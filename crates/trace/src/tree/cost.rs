@@ -29,6 +29,7 @@ fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {
         let [x, y, z] = [0, 1, 2].map(|k| hi[k] - lo[k]);
+        // Never 0, so that a flat root does not divide by it.
         x * (y + z) + y * z + 1e-300
     };
     for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {

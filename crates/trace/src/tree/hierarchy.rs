@@ -125,6 +125,7 @@ impl Tree {
         // How many nodes each level has, from the leaves up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
+        // Up to a single root. Even one leaf gets a node above it.
         while width > usize::from(!levels.is_empty()) {
             width = width.div_ceil(8);
             levels.push(width);
@@ -179,6 +180,7 @@ impl Tree {
 
     /// The largest coordinate of any triangle, from the boxes of both roots.
     pub(crate) fn find_reach(&self) -> f32 {
+        // The boxes of both roots hold all triangles that have one.
         let roots = [Some(&self.nodes[0]), self.nodes.get(self.thin_root as usize)];
         let sides = roots.into_iter().flatten().flat_map(|root| {
             (0..3).flat_map(|axis| [root.sides(axis, false), root.sides(axis, true)]).flatten()

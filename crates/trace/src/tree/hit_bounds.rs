@@ -47,6 +47,7 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
         h4[0] * h5[1] - h4[1] * h5[0],
     ];
     let square = dot(h4, h4).max(dot(h5, h5)).max(dot(h6, h6));
+    // h²/|n|, at least 1.15: the computed normal leans by a share of this (hierarchy.md, section 1).
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
@@ -60,6 +61,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     } else {
         let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
         let padded = bounds.padded(lean);
+        // A small lean is added to every box at query time, by `Margin`. A large one would make all boxes wide, so only
+        // this triangle's is padded.
         if thinness <= THIN {
             HitBounds::Box { bounds, lean }
         } else if thinness <= NEEDLE && padded.is_finite() {

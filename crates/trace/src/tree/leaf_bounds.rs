@@ -82,6 +82,7 @@ impl WithSimd for LaneBounds<'_> {
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
         }
+        // Thinness times the longest edge, as in `hit_bounds`, with 1-norms and a constant that covers them.
         let lean = (square / normal) * longest * S::F32x8::splat(LEAN);
         let lean = -smallest_of_eight::<S>(Lanes::select(taken, -lean, S::F32x8::splat(0.0)));
         let mut leaf = LeafBounds { bounds, lean, boxed, ..LeafBounds::NONE };

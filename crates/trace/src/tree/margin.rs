@@ -23,6 +23,7 @@ impl Margin {
     /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside of boxes.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
+        // Exact hits lie on their triangles, so their boxes need no margin at all.
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }

@@ -39,6 +39,7 @@ const CHILDREN: usize = 6;
 impl Node {
     /// No child at all.
     pub(crate) const NO_CHILDREN: Self = {
+        // An inverted infinite box: every ray enters it after it has left it, so empty slots need no test of their own.
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         let empty = [f32::from_bits(EMPTY); 8];
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
@@ -60,6 +61,7 @@ impl Node {
     /// The child in a slot; [`EMPTY`] for the slot after the last.
     #[inline(always)]
     pub(crate) fn child_or_none(&self, slot: u8) -> u32 {
+        // The row after the children is `EMPTY`, so "no slot" (8) reads as "no child" without a branch.
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 

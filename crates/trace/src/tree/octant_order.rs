@@ -19,6 +19,7 @@ static FIRST: [[u8; 256]; 8] = {
     while at < 8 * 256 {
         let (octant, mask) = (at / 256, at % 256);
         let mut i = 8;
+        // From the last slot to the first, so that the front-most one is written last and stays.
         while i > 0 {
             i -= 1;
             if mask >> (i ^ octant) & 1 != 0 {

@@ -28,6 +28,7 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
     lanes.store(&mut n);
     let mut four = [0.0; 4];
     for i in 0..4 {
+        // In a fixed order, so that the sum is the same at every level.
         four[i] = (n[i] + n[4 + i]) + (n[8 + i] + n[12 + i]);
     }
     (four[0] + four[1]) + (four[2] + four[3])
@@ -36,6 +37,7 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
 /// The smallest of eight lanes.
 #[inline(always)]
 pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
+    // Exchanging halves, then pairs, then neighbours: after three steps every lane holds the minimum.
     let lanes = lanes.min(S::permute(lanes, 0x03_02_01_00_07_06_05_04));
     let lanes = lanes.min(S::permute(lanes, 0x05_04_07_06_01_00_03_02));
     let mut numbers = [0.0; 8];

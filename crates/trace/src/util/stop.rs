@@ -49,6 +49,7 @@ impl StopToken {
                 CURRENT.set(std::mem::take(&mut self.0));
             }
         }
+        // The drop restores the token of the caller, also when the work unwinds.
         let _before = Before(CURRENT.replace(self.clone()));
         work()
     }
@@ -58,6 +59,7 @@ impl StopToken {
 pub(crate) fn check() {
     let should_stop = CURRENT.with_borrow(|token| token.0.as_ref().is_some_and(|stop| stop()));
     if should_stop {
+        // Unlike `panic!` this does not call the panic hook, so nothing is printed.
         resume_unwind(Box::new(Stopped));
     }
 }
@@ -65,6 +67,7 @@ pub(crate) fn check() {
 /// The same for inner loops: checks only once in a while.
 #[inline]
 pub(crate) fn heed() {
+    // A counter of the thread's own: cheap enough for inner loops.
     let turns = TURNS.get().wrapping_add(1);
     TURNS.set(turns);
     if turns.is_multiple_of(EVERY) {

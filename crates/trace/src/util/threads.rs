@@ -33,6 +33,7 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
             IS_ALONE.set(self.0);
         }
     }
+    // Restored when dropped, so that a panic does not leave the thread alone for ever.
     let _before = Before(IS_ALONE.replace(true));
     work()
 }
@@ -42,6 +43,7 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
         use rayon::prelude::*;
+        // The pool's threads know nothing of the caller's token, so it travels with each piece.
         let token = StopToken::current();
         (0..count).into_par_iter().for_each(|i| {
             token.run(|| {
@@ -80,6 +82,7 @@ pub(crate) fn each<T: Zeroable + Send>(
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, NoMemory> {
     let mut all = zeros(count)?.into_vec();
+    // At least 512 results in a row, so that passing on a piece costs little beside it.
     write(&mut all, 1 << 9, of);
     Ok(all)
 }
@@ -91,6 +94,7 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     least: usize,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<(), NoMemory> {
+    // Fails before `resize`, which would abort the program.
     all.try_reserve(count)?;
     let done = all.len();
     all.resize(done + count, T::zeroed());
@@ -143,6 +147,7 @@ pub(crate) fn fill<E: Send>(
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
+        // Once one piece has failed, the others need not be looked at.
         if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
             all.store(false, Ordering::Relaxed);
         }

@@ -37,6 +37,7 @@ impl HitPairs {
     #[inline(never)]
     fn grow(&mut self, more: usize) {
         let found = self.pairs.try_reserve(more).and_then(|()| {
+            // `hits` gets the capacity of `pairs`, so that one check of the room is enough for both.
             let more = self.pairs.capacity() - self.hits.len();
             self.hits.try_reserve(more)
         });
@@ -85,8 +86,10 @@ impl NearestFew {
             self.t_hi.try_reserve(1).ok()?;
             self.t_hi.push(t_hi.to_bits());
         } else if let Some(mut last) = self.t_hi.peek_mut() {
+            // The heap's top is the largest of the wanted ones: a nearer hit takes its place.
             *last = (*last).min(t_hi.to_bits());
         }
+        // Before there are enough hits, any t still counts.
         let last = self.t_hi.peek().filter(|_| self.t_hi.len() == most);
         Some(last.map_or(far, |&last| f32::from_bits(last).min(far)))
     }

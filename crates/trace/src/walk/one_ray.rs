@@ -76,6 +76,7 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
         (resolver.hit_attributes(ray, &triangle, index, (id, slot)), slot)
     };
     let mut hits: Vec<_> = filter.level().run(All(single)).into_iter().map(hit).collect();
+    // By the exact t where rounded ones are equal, then by the index: a total order, so an unstable sort will do.
     hits.sort_unstable_by(|(a, one), (b, other)| {
         let [at, bt] = [one, other].map(|slot| tree.triangle_in(*slot));
         resolver.first((ray, id), (a, &at, *one), (b, &bt, *other))
@@ -91,6 +92,7 @@ fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: Lea
 
 /// Whether a ray runs with the normal of a triangle that it crosses.
 fn leaves(tree: &Tree, filter: &Filter<'_>, ray: &Ray, slot: LeafSlot) -> bool {
+    // A crossing is a hit by the rule *once*, so D is not 0 and its sign is the side.
     let side = filter.resolver().facing(ray, &tree.triangle_in(slot), (RayId(0), slot));
     side == Some(Side::Leaves)
 }

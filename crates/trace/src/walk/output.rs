@@ -67,6 +67,7 @@ impl BatchOutput<'_> {
     pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
         match self {
             Self::Hits(hits) => {
+                // t, u and v are not known yet: they are computed eight hits at a time.
                 if closest.is_hit() {
                     return false;
                 }
@@ -75,6 +76,7 @@ impl BatchOutput<'_> {
             Self::Triangles(triangles) => {
                 let position =
                     closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
+                // The position in the whole, for now; `rename` turns it into a geometry and a number at the end.
                 triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
             }
             Self::Any(any) => any[ray] = closest.is_hit(),

@@ -17,6 +17,7 @@ pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> 
     while let Some(node) = stack.pop() {
         let Some(node) = tree.nodes.get(node as usize) else { continue };
         for (slot, &child) in node.children().iter().enumerate() {
+            // Closed on both sides: a point on a side of the box may lie on a triangle in it.
             let holds = |axis: usize| {
                 let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
                 lo <= point[axis] && point[axis] <= hi

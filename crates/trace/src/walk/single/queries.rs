@@ -76,6 +76,7 @@ impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, selection, closest, counts, .. } = self;
         closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
+        // Any hit answers the query; else nothing beyond the best hit is of interest.
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }
@@ -119,6 +120,7 @@ impl<S: Simd> Visit for VisitAll<'_, S> {
             let bits = selected(selection, tree, ray, leaf, hits.bits, resolver);
             self.slots.extend(lanes_of(bits).map(|lane| LeafSlot(first + lane as u32)));
         }
+        // Every hit counts, so the far end stays.
         Some(self.ray.t_max)
     }
 }

@@ -116,9 +116,12 @@ impl Slabs {
         margin: &Margin,
     ) -> Option<Self> {
         let (length, away) = (largest(dir), larger(largest(from[0]), largest(from[1])));
+        // Written with a negation, so that a NaN needs a scale of its own, too.
         if !(length < PLAIN && length > 1.0 / PLAIN && away + margin.reach < PLAIN) {
             return None;
         }
+        // 1/d of a component near 0 would overflow. One below `least` counts as `least`, for which `level` makes up
+        // below.
         let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
         Some(Self::of::<S>(&Lines { from, dir, length, away, least, start }, margin))
     }
@@ -149,9 +152,12 @@ impl Slabs {
         let load = |[x, y, z]: [f32; 3]| S::F32x4::load(&[x, y, z, 0.0]);
         let (dir, lo, hi) = (S::F32x4::load(&[dx, dy, dz, length]), load(lo), load(hi));
         let (size, least) = (dir.abs(), splat(least));
+        // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
         let rd = splat(1.0) / size.max(least).flip(dir);
+        // Near planes are taken to be a little nearer and far ones farther, so that rounding never loses a box.
         let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
+        // What is lost of the origin's coordinate is a length in space; divided by the direction it is a length in t.
         let off = lo.abs().max(hi.abs()) * splat(PAD) + splat(margin.room(away) + TINY);
         let mut pad = off * rd.abs() + splat(start.abs() * BEFORE + TINY);
         let level = size.lt(least);
@@ -164,6 +170,8 @@ impl Slabs {
         let mut slabs = Self::default();
         near_rd.store(&mut slabs.near_rd);
         far_rd.store(&mut slabs.far_rd);
+        // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in a box, the
+        // start that makes a plane nearest or farthest counts.
         (-((lo * near_rd).max(hi * near_rd) + pad)).store(&mut slabs.minus_near);
         (pad - (lo * far_rd).min(hi * far_rd)).store(&mut slabs.minus_far);
         slabs

@@ -58,6 +58,7 @@ impl TraversalScratch {
     /// What the thread keeps, for single rays through a hierarchy.
     pub(crate) fn lend(tree: &Tree) -> LentScratch {
         let last = LAST.try_with(Cell::take).ok().flatten();
+        // A stack made for a shallower tree is too small and is dropped.
         let fits = last.filter(|last| last.stack.each >= Stack::room(tree.stack));
         LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree))))
     }
@@ -91,6 +92,7 @@ impl Stack {
     /// Room for a ray's children. A push writes eight, however few are meant, and an odd number of
     /// cache lines a ray keeps the stacks' ends from competing for the same places in the cache.
     fn room(size: usize) -> usize {
+        // Sixteen floats are a cache line.
         (LOOK + size + 8).next_multiple_of(16) | 16
     }
 
@@ -99,6 +101,7 @@ impl Stack {
         let each = Self::room(size);
         let mut stack = Self { child: vec![0.0; rays * each], t: vec![0.0; rays * each], each };
         for (child, t) in stack.child.chunks_mut(each).zip(stack.t.chunks_mut(each)) {
+            // t = -∞ is before any far end, so a pop always ends here, and needs no check for an empty stack.
             child[..LOOK].fill(f32::from_bits(BOTTOM));
             t[..LOOK].fill(f32::NEG_INFINITY);
         }
@@ -138,6 +141,8 @@ impl Entries<'_> {
         let mut at = *top as usize;
         loop {
             let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
+            // The eight entries below `top`, the topmost in the highest bit: leading zeros count those that begin too
+            // late. The bit below ends the count if all eight do.
             let beyond = (near << 24 | 1 << 23).leading_zeros();
             at -= beyond as usize;
             if near != 0 {
@@ -222,6 +227,7 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
+        // Only the first is chosen by t. The order of the others matters less, and the octant's comes from a table.
         let nearest = S::lane_of_least(near, met) % 8;
         let others = met.bits() & !(1 << nearest);
         self.put::<S>(*top, node, far_to_near(others, octant), near);
@@ -233,6 +239,7 @@ impl Entries<'_> {
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
+        // Eight lanes are always written; those beyond the new `top` are garbage that the next push overwrites.
         S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
         S::permute(near, order).store(&mut self.t[top..]);
     }

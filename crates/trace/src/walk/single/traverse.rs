@@ -33,6 +33,7 @@ pub(super) fn traverse<S: Simd>(
     visitor: &mut impl Visit,
 ) {
     // A ray that is not finite hits nothing, nor does one without an interval.
+    // A ray is eight floats, so one comparison covers them all.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
     let can_hit = finite & ORIGIN_AND_DIR == ORIGIN_AND_DIR && ray.t_min < ray.t_max;
@@ -52,6 +53,7 @@ pub(super) fn traverse<S: Simd>(
             // One of extreme numbers is held against boxes in a scale of its own, in which no hit shortens it, or
             // tested with every triangle.
             let scaled = Slabs::scaled::<S>(ray, &margin);
+            // Its t in that scale says nothing about the ray's own, so the interval is open.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
             walk = Walk { t_min: 0.0, far: f32::INFINITY, shortens: false, unboxed, ..walk };
             scaled.unwrap_or_default()
@@ -86,6 +88,7 @@ impl Walk<'_> {
         let thin_root = tree.thin_root_for(unboxed);
         let TraversalScratch { stack, predictor } = kept;
         let (mut top, mut stack) = (stack.bottom(0), stack.entries());
+        // Where every leaf is visited anyway, there is nothing to traverse.
         let mut next = if unboxed > 0 { 0 } else { BOTTOM };
         if thin_root != BOTTOM {
             stack.push_root(&mut top, thin_root);
@@ -108,6 +111,7 @@ impl Walk<'_> {
                         }
                     }
                     if next & LEAF != 0 {
+                        // After the leaf, the next node comes from the stack.
                         break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                     }
 
@@ -127,6 +131,8 @@ impl Walk<'_> {
                     } else {
                         stack.push_children::<S>(&mut top, node, octant, met)
                     };
+                    // Equals `first`. But where the guess is right, the CPU can fetch that node before the box test is
+                    // done.
                     next = predictor.follow(next, first);
                 }
             };

@@ -46,6 +46,7 @@ impl Set {
     /// Adds a place, or not.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
+        // Without a branch: which ray goes where is as good as random, and would be mispredicted.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 
@@ -69,6 +70,7 @@ impl Set {
                 return None;
             }
             let place = left.trailing_zeros() as usize % ACTIVE;
+            // Clears the lowest set bit.
             left &= left - 1;
             Some(place)
         })

@@ -47,6 +47,7 @@ impl HitCollector<'_> {
     /// Lists the hits.
     #[inline(always)]
     fn pairs(&mut self, hits: &BlockHits, leaf: usize, pairs: &mut HitPairs) -> bool {
+        // A leaf has eight lanes at most: room for all of them first, so that `push` cannot fail half-way.
         if !pairs.reserve(8) {
             return true;
         }
@@ -69,6 +70,7 @@ impl HitCollector<'_> {
             let Some(t) = self.filter.resolver().hit(self.ray, &triangle, ids) else { continue };
             pairs.push(self.id, slot);
             if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
+                // Rounded up, as an upper bound of t: the far end must not cut off this hit itself.
                 match few.add((t as f32).next_up(), most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -83,6 +85,7 @@ impl HitCollector<'_> {
     fn shorten(&mut self, hits: &BlockHits, pairs: &mut HitPairs) -> bool {
         if let (Some(few), Some(most)) = (&mut self.few, pairs.limit) {
             for lane in lanes_of(hits.sure) {
+                // The largest t that this hit can have: only what is surely behind all wanted hits may be cut off.
                 match few.add(hits.t_hi[lane % 8], most, self.far) {
                     Some(far) => self.far = far,
                     None => pairs.is_full = true,
@@ -96,6 +99,7 @@ impl HitCollector<'_> {
     #[inline(always)]
     fn crossings(&self, hits: &BlockHits, leaf: usize, crossings: &mut Crossings) {
         for lane in lanes_of(hits.sure) {
+            // Strictly inside all edges, both rules agree, and the filter knows the side (exact.md, section 9).
             crossings.add(hits.leaves >> lane & 1 != 0);
         }
         for lane in lanes_of(hits.undecided) {
@@ -115,6 +119,7 @@ impl HitCollector<'_> {
         for lane in lanes_of(hits.undecided) {
             let at = LeafSlot((8 * leaf + lane) as u32);
             if self.starts_on(at) {
+                // A point of the surface is neither inside nor outside, whatever was counted before.
                 *containment = Containment::Surface;
             } else if let Some(side) = self.crossed(at) {
                 *containment = containment.crossed(side == Side::Leaves);
@@ -153,6 +158,8 @@ impl HitCollector<'_> {
             BatchOutput::Crossings(all) => leaves.for_each(|leaves| all[number].add(leaves)),
             BatchOutput::Containments(all) => {
                 let starts_on = |slot| self.starts_on(slot);
+                // A ray traced alone reports hits only, and none at t = 0. So whether it starts on a triangle is asked
+                // separately.
                 all[number] = if is_held(self.tree, self.ray.origin, starts_on) {
                     Containment::Surface
                 } else {

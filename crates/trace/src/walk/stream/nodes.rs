@@ -52,6 +52,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
             let node = &tree.nodes[state.next as usize];
             let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
             let (met, near) = lanes.meet(node, state.t_min, state.far);
+            // All children that are met go on the stack except for the first, which the ray visits next.
             let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
             state.next = next;
             at_node.put(place, next & LEAF == 0);

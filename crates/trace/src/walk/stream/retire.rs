@@ -32,6 +32,7 @@ impl<'a> Retired<'a> {
         closest: &ClosestHit,
         output: &mut BatchOutput<'_>,
     ) {
+        // Outputs without t, u and v are complete at once.
         if output.write(id.0 as usize, closest) {
             return;
         }
@@ -41,6 +42,7 @@ impl<'a> Retired<'a> {
             self.ids[self.len] = (id, slot);
             self.resolver.prefetch((id, slot));
             self.len += 1;
+            // Eight pairs fill the lanes in which t, u and v are computed; a single one would leave most of them idle.
             if self.len == 8 {
                 self.flush::<S>(output);
             }

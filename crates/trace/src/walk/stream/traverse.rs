@@ -59,7 +59,9 @@ impl WithSimd for Stream<'_, '_> {
         let Self { tree, filter, rays, ids, output, selection, counts } = self;
         let (any, few) = (output.any(), nearest_few(output));
         let Some(first) = rays.first() else { return };
+        // Slots that no ray has taken yet need some value; they are never looked at.
         let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
+        // The rays that come after this stream's are prefetched while these are traced.
         let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
         let after = (ids.first().copied().unwrap_or_default(), ids.len());
         let memory = filter.resolver().memory_after(after, &rays[next..]);
@@ -81,6 +83,7 @@ impl WithSimd for Stream<'_, '_> {
             retired: Retired::new(filter.resolver()),
             prefetch: Prefetch::of(memory, ids.len()),
         };
+        // Rays of one octant enter every box through the same three sides, so these need not be chosen ray by ray.
         for (octant, waiting) in by_octant(rays, ids).iter().enumerate() {
             active.traverse::<S>(octant, waiting);
         }
@@ -136,8 +139,10 @@ impl Active<'_, '_> {
         // At first all places are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
         loop {
+            // Each round moves every active ray by one node or one leaf. A ray is in at most one of the three sets.
             stop::heed();
             nodes = nodes.union(self.start::<S>(free, &mut waiting));
+            // Nobody is active, and `start` found nobody waiting.
             if nodes.union(leaves).is_empty() {
                 return;
             }
@@ -150,9 +155,11 @@ impl Active<'_, '_> {
             let at_leaf = nodes.without(at_node, met_nothing);
 
             // The next from the stack.
+            // A ray pops if it met no child, or if it has tested a leaf and still looks for more.
             let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
             let (popped_node, done) = self.pop::<S>(popping);
             free = free.union(done);
+            // What was popped is a node, a leaf, or the bottom of the stack, which makes the ray free.
             leaves = at_leaf.union(popping.without(popped_node, free));
             nodes = at_node.union(popped_node);
             if self.large {
@@ -177,6 +184,8 @@ impl Active<'_, '_> {
         for place in free.places() {
             for &id in waiting.by_ref() {
                 let ray = &self.rays[id.0 as usize];
+                // Alone goes a ray with an empty interval or with extreme numbers, and every ray of a tree that has
+                // leaves without a box: their traversal differs.
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
                     if self.output.every() {
@@ -189,6 +198,7 @@ impl Active<'_, '_> {
                 };
                 let (t_min, far, mut top) = (ray.t_min, ray.t_max, self.stacks.bottom(place));
                 if tree.thin_root != BOTTOM {
+                    // The second tree lies at the bottom of the stack and is visited after the first.
                     self.stacks.entries().push_root(&mut top, tree.thin_root);
                 }
                 let slabs = slabs.packed();
@@ -245,6 +255,7 @@ impl Active<'_, '_> {
             let leaf = (state.next ^ LEAF) as usize;
             let (ray, closest) = (&at.ray, &mut at.closest);
             closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
+            // Boxes that begin beyond the best hit are dropped from now on.
             state.far = closest.t_hi();
             done.put(place, *any && closest.is_hit());
         }
@@ -268,6 +279,7 @@ impl Active<'_, '_> {
             let id = at.ray.id();
             let ray = &rays[id.0 as usize];
             let lanes = hits.sure | hits.undecided;
+            // Only candidate lanes are filtered, so a mask or a predicate is asked about few triangles.
             let lanes = selected(selection, tree, (id, ray), leaf, lanes, filter.resolver());
             (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
             let (tree, filter, few, far) = (*tree, *filter, few.get_mut(place), state.far);
@@ -288,6 +300,7 @@ impl Active<'_, '_> {
             let state = &mut self.states[place];
             let next = entries.pop::<S>(&mut state.top, state.far);
             state.next = next;
+            // `BOTTOM` has the leaf's bit set, so a finished ray is not taken for one at a node.
             at_node.put(place, next & LEAF == 0);
             done.put(place, next == BOTTOM);
         }
