@@ -163,6 +163,7 @@ impl TriangleFilter<'_> {
 
 /// Whether a triangle is one of those that were hit.
 fn is_among(tree: &Tree, hits: &[Hit], position: TriangleId) -> bool {
+    // Hits name a triangle by its geometry, leaves by its position in the whole.
     let MeshTriangle { triangle, geometry } = tree.geometries.name(position);
     hits.iter().any(|hit| (hit.geometry, hit.triangle) == (geometry, triangle))
 }

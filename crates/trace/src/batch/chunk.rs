@@ -127,6 +127,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                     );
                     (true, left, work)
                 }
+                // Fewer rays that follow each other may still be close together.
                 Outcome::TooWide if size > SMALLEST => {
                     size /= 4;
                     continue;

@@ -124,11 +124,13 @@ pub(crate) fn lists<S: Backend, T: ListItem>(
     lists.offsets.push(0);
     let mut chunks = Vec::new();
     chunks.resize_with((ROUND * threads::count()).min(rays.div_ceil(CHUNK)), ChunkLists::new);
+    // Rounds: the scratch memory of a chunk is used again, and only finished lists grow with the number of rays.
     for from in (0..rays).step_by(chunks.len().max(1) * CHUNK) {
         let starts = (from..rays).step_by(CHUNK);
         threads::pieces(chunks.iter_mut().zip(starts.clone()), |_, (lists, from)| {
             lists.begin();
             batch.pieces(from..rays.min(from + CHUNK), |chunk, _| {
+                // A thread cannot return an error, so it leaves a mark.
                 lists.is_full |= lists.list(&chunk, limit).is_err();
             });
         });
@@ -207,6 +209,7 @@ impl<T: ListItem> ChunkLists<T> {
         // How many each ray has, then where they begin; placing them moves that to where they end.
         ends.try_reserve(rays.len())?;
         ends.resize(rays.len(), 0);
+        // A counting sort by ray: it takes two passes over the pairs and no comparison.
         for &(ray, _) in &*pairs {
             ends[ray.0 as usize] += 1;
         }
@@ -290,6 +293,7 @@ fn sort<T: ListItem>(
             let (a, b) = (a.hit(), b.hit());
             a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle))
         });
+        // Only equal rounded t need the exact order, and most lists have none.
         if items.windows(2).any(|pair| pair[0].hit().t == pair[1].hit().t) {
             sort_ties(tree, resolver, ray, slots, items);
         }
@@ -330,6 +334,7 @@ fn cut<T: Clone>(ends: &mut [usize], items: &mut Vec<T>, limit: usize) {
         let some = begin..(*end).min(begin.saturating_add(limit));
         begin = *end;
         for i in some {
+            // Kept items move to the front, in their order; `kept` never passes `i`.
             items.swap(kept, i);
             kept += 1;
         }

@@ -53,6 +53,7 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     while at < rays.len() {
         let rows = Rows(&rays[at..]);
         let Some((first, width)) = rows.find() else {
+            // Not rows here; a picture may begin later.
             let end = rays.len().min(at + AGAIN);
             add(at..end, None);
             at = end;
@@ -92,6 +93,7 @@ impl<S: Backend> Rows<'_, S> {
 
     /// Whether the direction jumps back just before a ray, by at least half of a distance in pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
+        // Compared along the row, in units of its steps: jitter within a few pixels is no jump.
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
     }
@@ -106,6 +108,7 @@ impl<S: Backend> Rows<'_, S> {
             let Some(along) = self.step(first, first + STEP) else { return false };
             let ends =
                 first + width == self.0.len() || self.jumps_back(first + width, along, width);
+            // All rows of a picture start at one point; only the ends of each row are looked at.
             origin(&self.0[first]) == from && origin(last) == from && ends
         };
         (0..(self.0.len() - begin) / width).take_while(is_row).count()

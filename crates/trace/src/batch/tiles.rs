@@ -64,6 +64,7 @@ impl Band {
     /// A band of a picture whose rows have this width: as high as a tile, unless that leaves too few bands for the threads.
     pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
         let mut rows = TILE;
+        // Lower bands where there are few, so that all threads have some.
         while rows > LOWEST && pixels / (width * rows) < BANDS * threads {
             rows /= 2;
         }
@@ -126,6 +127,7 @@ impl BlockOrder {
 
 /// The packets of a tile in Z-order: their x and y.
 fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
+    // The bits of n in turn belong to x and y.
     let even = |n: usize| (0..3).map(|bit| (n >> (2 * bit) & 1) << bit).sum();
     std::array::from_fn(|n| (even(n), even(n >> 1)))
 }
@@ -162,6 +164,7 @@ impl Block<'_> {
         for (row, begins) in self.rows() {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
+                // Four rays at a time: a packet's row is contiguous in the picture and in the tile.
                 gathered[begin.into()..][..PACKET].copy_from_slice(four);
             }
             if let Some(&begin) = begins.last() {
@@ -174,6 +177,7 @@ impl Block<'_> {
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
+        // The block to the right, or the first one of the next band.
         let next = if right < self.row { right } else { height * self.row };
         let width = ACROSS.min(self.row - right % self.row);
         (next..).step_by(self.row).take(height).map(move |start| start..start + width)

@@ -101,6 +101,7 @@ impl<S: BvhScalar> Bvh<S> {
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, BuildError> {
         let count = triangles.len();
+        // Before the tree, which takes much longer: if the table does not fit, this fails early.
         let geometries =
             Geometries::of(counts).map_err(|NoMemory| BuildError::OutOfMemory { count })?;
         let mut bvh = Self::new(triangles)?;

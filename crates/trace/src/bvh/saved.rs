@@ -89,6 +89,7 @@ impl<S: BvhScalar> Bvh<S> {
             input.end()?;
             return Ok(Self::of_parts(tree, originals));
         }
+        // A pipe or a device, or a system without reads at a position: read as a stream.
         let size = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
         let (tree, originals) = S::read(&mut input)?;

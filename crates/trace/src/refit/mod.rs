@@ -77,6 +77,7 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
+        // Taken before the first refit, and compared with after each.
         self.cost_as_built = Some(cost_as_built);
 
         // Find the triangles that are not in the tree before it changes.

@@ -287,6 +287,7 @@ fn all_sound<P: Send>(
     what: &'static str,
     read: impl Fn(P) -> bool + Sync,
 ) -> Result<(), LoadError> {
+    // Pieces have no result of their own, so a bad one leaves a mark.
     let sound = AtomicBool::new(true);
     threads::pieces(pieces, |_, piece| {
         if !read(piece) {

@@ -64,6 +64,7 @@ impl<S: Scalar> Boundary<S> {
                     if to == from {
                         break;
                     }
+                    // As many arcs lead out of a corner as into it, so there is always one left to go on with.
                     at = arcs.partition_point(|arc| arc.0 < to);
                 }
                 ends.push(corners.len());

@@ -28,6 +28,7 @@ const AHEAD: usize = 16;
 pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment {
     let (tree, originals) = (&bvh.tree, &bvh.originals);
     let seen = S::point(originals, point);
+    // A point on the surface has no side: crossings counted from there would depend on the direction.
     if is_held(tree, seen, |slot| is_on(&bvh.triangle_in(slot), point)) {
         return Containment::Surface;
     }
@@ -58,6 +59,7 @@ fn classify_slab<S: BvhScalar, A: Copy + Send>(
     answers: &mut [A],
     answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) {
+    // Memory for the order of the points and their answers: with half of the points, half of it is needed.
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
@@ -78,6 +80,7 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
     answers: &mut [A],
     answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) -> Result<(), NoMemory> {
+    // Rays along one direction from neighbouring points stay close together: beams trace sixteen of them at once.
     let order = order(points, WINDING_DIR.map(f64::from))?;
     let mut in_order = filled(points.len(), answer([S::ZERO; 3], Containment::Surface))?;
     chunks(&order, &mut in_order, |order, answers| {
@@ -107,6 +110,7 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
+        // In this order the points are scattered in memory, and each look-up would miss the cache.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

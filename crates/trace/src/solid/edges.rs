@@ -31,6 +31,7 @@ impl<S: Scalar> Edges<S> {
         let directed = finite.flat_map(edges).filter(|(from, to, _)| from != to);
         all.extend(directed.map(|(from, to, i)| {
             stop::heed();
+            // Ends in a fixed order, so that both directions of an edge are sorted next to each other.
             if from < to { (from, to, true, i) } else { (to, from, false, i) }
         }));
         all.sort_unstable_by(|a, b| {

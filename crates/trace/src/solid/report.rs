@@ -99,6 +99,8 @@ fn repeated<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<[TriangleDefect; 2
     let key = |(i, triangle): (usize, &TriangleOf<S>)| -> Key<S> {
         let [mut a, mut b, mut c] = triangle.0.map(corner::<S>);
         let mut is_odd = false;
+        // Sorts three corners in two passes and keeps the parity of the swaps: the same corners with another parity are
+        // the triangle turned over.
         for _ in 0..2 {
             if b < a {
                 (a, b, is_odd) = (b, a, !is_odd);

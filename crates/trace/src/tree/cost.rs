@@ -35,6 +35,7 @@ fn areas(node: &Node) -> [f64; 2] {
     for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {
         let side = |upper| [0, 1, 2].map(|axis| f64::from(node.sides(axis, upper)[slot]));
         let (child_lo, child_hi) = (side(false), side(true));
+        // After a refit nothing below a child may be hit; then its box is inverted and has no area.
         if child_lo[0] <= child_hi[0] {
             sum += half_area(&child_lo, &child_hi);
             lo = [0, 1, 2].map(|k| lo[k].min(child_lo[k]));

@@ -59,6 +59,7 @@ impl Geometries {
     /// Sets the mask of one.
     pub(crate) fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.masks[geometry] = mask;
+        // A query whose mask shares a bit with all geometries need not filter anything.
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 

@@ -89,6 +89,7 @@ impl Strips {
         // What is not a number counts as 0.
         let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
         let (strip, row) = (cell(0), cell(1));
+        // Up one strip and down the next: neighbours in the order are then neighbours in the plane.
         let row = if strip % 2 == 0 { row } else { self.last[1] - row };
         strip * (self.last[1] + 1) + row
     }

@@ -73,6 +73,7 @@ impl<S: Simd> Tube<S> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
+        // Equal in all lanes, by two comparisons, which a NaN fails.
         let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
         let alike = is(&packet.dir[0], dir[0])
             & is(&packet.dir[1], dir[1])
@@ -91,6 +92,7 @@ impl<S: Simd> Tube<S> {
         let (mut lo, mut hi, mut middle, mut reach) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
         let mut beside = [[0.0; RAYS]; 3];
         for (axis, slope) in [a, b].into_iter().zip(slope) {
+            // Slides each origin along its ray into the plane, as a point of its line.
             let at = from.mul_add(splat(-slope as f32), load(&packet.origin[axis]));
             (lo[axis], hi[axis]) = (smallest::<S>(at) - off, off - smallest::<S>(-at));
             middle[axis] = 0.5 * lo[axis] + 0.5 * hi[axis];

@@ -44,6 +44,7 @@ impl Culling<'_> {
     fn next_leaf<S: Simd>(&self, tree: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
         loop {
             let (child, near) = stack.pop()?;
+            // Pushed when the rays still looked farther than now.
             if near > far {
                 continue;
             }
@@ -54,9 +55,11 @@ impl Culling<'_> {
             let (met, near) = self.frustum.meet::<S::F32x8>(node, far, self.end_plane);
             let mut depth = [0.0; 8];
             near.store(&mut depth);
+            // The stack is popped from its end, so what is pushed last is visited first.
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
+                // Twice the depth of each box's centre. For a wide frustum this is a better order than the octant's.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }
@@ -80,6 +83,7 @@ fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];
     for i in 1..slots.len() {
         let (slot, mut to) = (slots[i], i);
+        // Insertion sort: of eight slots at most, which are nearly in order.
         while to > 0 && middle(slots[to - 1]) < middle(slot) {
             slots[to] = slots[to - 1];
             to -= 1;

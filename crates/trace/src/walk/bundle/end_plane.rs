@@ -67,6 +67,8 @@ fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
 #[inline(always)]
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
+    // The slopes of a least-squares fit, lowered until it is below the inverse end of every ray: any such plane is
+    // right, and a good fit culls more.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -79,6 +81,7 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
     let size = least.abs() + along_x.abs() + along_y.abs();
     let is_known = size < LARGEST;
+    // A form of 0 lies at an infinite depth and culls nothing.
     let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
     (form, ends)
 }

@@ -37,6 +37,7 @@ impl Frustum {
     pub(crate) fn new(frame: &Frame, (lo, hi): ([f32; 2], [f32; 2]), margin: &Margin) -> Self {
         let (depth, [right, up]) = (frame.depth(), frame.across());
         let side = |across: [f32; 3], slope: f32, sign: f32| {
+            // Each plane is tilted outward, which covers the rounding of the slopes (hierarchy.md, section 5).
             let slope = slope - sign * MARGIN;
             let normal = [0, 1, 2].map(|k| sign * (across[k] - slope * depth[k]));
             CullingPlane::new(normal, frame, margin)
@@ -66,6 +67,7 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
+            // The corner that lies farthest on the inner side: if even that is outside, so is the box.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)

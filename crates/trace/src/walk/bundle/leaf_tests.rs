@@ -110,6 +110,7 @@ impl Leaves {
             for (pair, (seen, to)) in (first..).zip(pairs) {
                 prefetch.lines(1);
                 let place = inside.trailing_zeros() as usize % TRIANGLES;
+                // Clears the lowest set bit.
                 inside &= inside.wrapping_sub(1);
                 *to = place as u8;
                 *seen = LeafSlot(8 * blocks[place / 8] + place as u32 % 8);
@@ -121,6 +122,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
+                    // Eight numbers are written at once, of which only those that are set in the mask count: the next
+                    // write begins behind them.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;

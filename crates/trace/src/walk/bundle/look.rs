@@ -26,6 +26,7 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     }
     let depth = unit(sum)?;
     let mut across = across(depth, step)?;
+    // Along the spread, the rectangles of packets are tight (`principal_axis`).
     if let Some(axis) = spread.principal_axis(across) {
         across = self::across(depth, axis)?;
     }
@@ -36,6 +37,7 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
 fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
+        // Where the step is nearly along the depth, little is left of it, and its direction is mostly rounding.
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;

@@ -31,6 +31,7 @@ impl Waiting {
     /// Adds what a part consists of, at the level of the smaller ones.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
+        // In reverse, as the last one added is the next to go on.
         for first in (0..PACKETS).step_by(width).rev() {
             let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
             if smaller != 0 {

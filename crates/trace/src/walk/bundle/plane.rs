@@ -44,6 +44,8 @@ impl CullingPlane {
     #[inline(always)]
     pub(crate) fn of_boxes<F: Lanes<Scalar = f32>>(&self, node: &Node, low: bool) -> F {
         let Self { normal, at, .. } = *self;
+        // The corner that is lowest or highest along the normal is chosen by the normal's signs, for all eight boxes
+        // alike.
         let x = node.sides(0, (normal[0] > 0.0) != low);
         let y = node.sides(1, (normal[1] > 0.0) != low);
         let z = node.sides(2, (normal[2] > 0.0) != low);

@@ -34,6 +34,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
     pub(crate) fn add(&mut self, dirs: [F; 3]) {
         let mut off = dirs;
         for k in 0..3 {
+            // About one of the directions: sums of squares of large numbers would lose a small spread.
             off[k] = dirs[k] - F::splat(self.about[k]);
             self.sum[k] = self.sum[k] + off[k];
         }
@@ -67,6 +68,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
+        // The eigenvalues of the symmetric matrix [xx xy; xy yy], times two.
         let root = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
         let (most, least) = (xx + yy + root, xx + yy - root);
         let [x, y] =

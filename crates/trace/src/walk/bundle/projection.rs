@@ -151,6 +151,7 @@ impl<S: Simd> Projection<S> {
         let mut filled = [rays.rays[count - 1]; 16];
         filled[..rest.len()].copy_from_slice(rest);
 
+        // Camera rays have no end: their least inverse depth is 0, and need not be looked for packet by packet.
         let endless = rays.rays[0].t_max >= f32::INFINITY;
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
         let mut outliers = 0;
@@ -172,6 +173,7 @@ impl<S: Simd> Projection<S> {
             // Nothing is hit yet.
             let given = (1 << (count - 16 * packet).min(16)) - 1;
             let asked = sixteen_bits::<S>(given) & on_screen;
+            // Comparisons, so that a NaN at either end leaves the lane dead.
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
             starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
@@ -181,9 +183,11 @@ impl<S: Simd> Projection<S> {
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
         self.has_outliers = outliers > 0;
+        // Where many rays do not fit the projection, a narrower bundle may.
         if outliers > count / OUTLIERS {
             return None;
         }
+        // Rounded down: a bound of the smallest z, by which a threshold is turned into an inverse depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
@@ -213,6 +217,7 @@ impl<S: Simd> Projection<S> {
         let on_screen = met.on_screen();
         let outliers = !on_screen.bits() & 0xffff;
         if outliers != 0 {
+            // Outliers get the point of another ray, so that they do not widen the window of their packet.
             met = instead::<S>(met, on_screen);
         }
         self.outliers[packet] = outliers;
@@ -236,6 +241,7 @@ impl<S: Simd> Projection<S> {
         let used = (self.used - 16 * group).min(16);
         let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
         for k in 0..2 {
+            // Packets that are not used have an empty window, which no triangle reaches.
             lo[k][used..].fill(f32::INFINITY);
             hi[k][used..].fill(f32::NEG_INFINITY);
         }
@@ -330,6 +336,7 @@ fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
 fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     let all = rays.rays;
     let [first, second] = [all[0].dir, all[1].dir];
+    // A sample shows the middle and the spread well enough: the frame only has to be good, the bounds hold for any.
     let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
     let mut spread = Spread::about(first);
     for begin in (0..all.len()).step_by(16 * apart) {
@@ -374,6 +381,7 @@ fn extremes<S: Simd>(x: S::F32x16, y: S::F32x16) -> [f32; 4] {
     let ([a, b, c, d], [e, f, g, h]) = (fours::<S>(x), fours::<S>(y));
     let (left, right) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
     let (down, up) = (e.min(f).min(g.min(h)), e.max(f).max(g.max(h)));
+    // Four reductions in one: with the signs changed, all are minima.
     let [a, b, c, d] = S::transpose([left, down, -right, -up]);
     let mut least = [0.0; 4];
     a.min(b).min(c.min(d)).store(&mut least);

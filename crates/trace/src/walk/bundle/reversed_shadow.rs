@@ -47,6 +47,7 @@ impl CommonEnd {
             let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
             let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
             let point = end(first);
+            // Three rays are enough for a guess; `off` measures how far every ray misses the point.
             let ends_there = |ray: &Ray| {
                 let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
                 ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
@@ -105,6 +106,7 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         for k in 0..3 {
             let way = origin[k] - F::splat(point[k]);
             let off = dir[k].mul_add(tau, way).abs();
+            // The extent of all rays so far, lane by lane; `off` reduces it at the end.
             (self.way[k], self.off[k]) = (self.way[k].max(way.abs()), self.off[k].max(off));
             self.sum = self.sum + off;
         }

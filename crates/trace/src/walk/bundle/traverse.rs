@@ -89,6 +89,7 @@ impl Bundle<'_> {
                 stack.push((root, f32::NEG_INFINITY));
             }
         }
+        // Bundles that look past the scene end here, before anything is made for them.
         let count = culling.next_leaves::<S>(tree, stack, f32::INFINITY, &mut leaves.blocks);
         if count == 0 && unboxed == tree.leaves.len() {
             results.found.resize(rays.rays.len(), NOTHING);
@@ -211,6 +212,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             if self.visit((leaves, count), counts) {
                 far = self.far();
             }
+            // Too many tests for a ray: smaller parts have narrower frustums and meet fewer triangles.
             if self.work > budget {
                 return (dense, true);
             }
@@ -273,6 +275,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 let nearest = &projection.nearest[test.packet];
                 let outline = leaves.outline(test.number);
                 let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
+                // Written in any case, and overwritten by the next one unless `left` moves on.
                 leaves.put(left, test);
                 left += usize::from(maybe);
             }
@@ -340,6 +343,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
     /// No hit of those asked now can count beyond this depth.
     #[inline(always)]
     fn far(&mut self) -> f32 {
+        // The farthest depth at which any ray still looks for a hit; a little more covers the rounding of the inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }
@@ -356,9 +360,11 @@ fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) 
         changed &= changed - 1;
         let nearest = &projection.nearest[packet];
         if any {
+            // A ray that has hit something is answered.
             projection.live[packet] &= !nearest.hits();
         }
         let live = projection.live[packet];
+        // Only when all of a packet's rays have hit something does the packet look less far.
         if live & !nearest.hits() == 0 {
             projection.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
             known = true;

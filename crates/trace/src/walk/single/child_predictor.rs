@@ -31,6 +31,8 @@ impl ChildPredictor {
     #[inline(always)]
     pub(crate) fn follow(&mut self, node: u32, next: u32) -> u32 {
         let last = &mut self.last[node as usize % NODES];
+        // These come from memory at once. `next` arrives only when the boxes are tested, but the comparison is
+        // predicted.
         let [guess, check] = *last;
         if next == check {
             return guess;
