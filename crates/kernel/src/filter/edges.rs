@@ -402,17 +402,16 @@ impl<F: Lanes<Scalar = f32>> Edges<F> {
         let edge = v.min(w).min(u * splat(0.5));
         let nothing = Verdicts { hit: 0, undecided: 0, t_lo: splat(0.0), t_hi: splat(0.0) };
         let outside = if F::N == 1 {
-            // A single number is compared without a minimum, which is a branch in WebAssembly, and returns early,
-            // because most triangles are missed by an edge. With several lanes, rarely all are outside.
-            let least = (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound);
-            let outside = least.negative();
-            if (sure & outside).any() {
-                return nothing;
-            }
-            outside
+            // A single number is compared without a minimum, which is a branch in WebAssembly.
+            (v + bound).or_sign(w + bound).or_sign(u * splat(0.5) + bound).negative()
         } else {
             (edge + bound).negative()
         };
+        // Most triangles are missed by an edge, so a few lanes are often all outside, and return early. With eight lanes
+        // or more, one usually is not, and the branch costs more than it saves.
+        if F::N <= 4 && !(!(sure & outside)).any() {
+            return nothing;
+        }
 
         // Does the ray meet the plane within its interval?
         let plane = PlaneHit::new(tri, of, self, room);
