@@ -84,10 +84,11 @@ fn runs_along<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     (0..3).any(|k| ray.dir[k] == S::ZERO && a[k] == b[k] && b[k] == c[k])
 }
 
-/// What numbers in two parts do not tell.
+/// Numbers in two parts do not decide this.
 struct Undecided;
 
-/// What numbers in two parts decide: all but edges that are met, ends of the interval, and what they are not sure of.
+/// The decision by numbers in two parts. They leave open edges that are met, ends of the interval, and whatever they
+/// cannot prove.
 #[inline(never)]
 fn in_two_parts<S: Scalar>(
     ray: &RayOf<S>,
@@ -111,7 +112,8 @@ fn in_two_parts<S: Scalar>(
     if t > t_min && t < t_max { Ok(Some(side)) } else { Err(Undecided) }
 }
 
-/// Finds the widths. Of plain numbers those in two parts are asked before integers that are not narrow, which are slower.
+/// Chooses the width of the integers. Plain numbers that do not fit the narrow ones are tried in two parts first, which
+/// is faster than wide integers.
 #[inline(never)]
 fn by_integers<S: Scalar>(
     from: Tier,

@@ -26,7 +26,7 @@ const VOLUME: f64 = 9.0 * HALF_ULP;
 /// T - t D is within this times the permanents of T and, times t, of D.
 const RANGE: f64 = 16.0 * HALF_ULP;
 
-/// What f64 says of lanes. What is in no mask is undecided.
+/// The verdicts of f64, lane by lane. A lane in no mask is undecided.
 #[derive(Clone, Copy)]
 pub struct Decided<M> {
     /// Surely no hit, by either rule.
@@ -75,7 +75,7 @@ pub fn decide<D: Lanes<Scalar = f64>>(
     let (a, b) = (c1 - org, c2 - org);
     let (h4, h5, h6) = (c2 - c1, c3 - c1, c3 - c2);
 
-    // Nearly always two edges tell.
+    // Nearly always two edges decide.
     let u = Sum::volume(h6, dir, b);
     let v = Sum::volume(h5, a, dir);
     let w = Sum::volume(h4, dir, a);
@@ -137,8 +137,8 @@ pub(super) fn plane_signs(
     Some((sign(a)?, sign(dir)?))
 }
 
-/// The sign of D, that of the direction along the normal: equal where the bound does not tell. No input may be
-/// subnormal.
+/// The sign of D, which is that of the direction along the normal; `Equal` if the bound does not decide. No input may
+/// be subnormal.
 #[inline(always)]
 pub(super) fn facing([c1, c2, c3]: [Vec3<f64>; 3], dir: Vec3<f64>) -> Ordering {
     // D is T with the direction, which is exact, for A.

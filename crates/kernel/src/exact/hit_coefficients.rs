@@ -16,8 +16,8 @@ use crate::Hit;
 use crate::hit_attributes::SharedOriginHit;
 use crate::simd::{Lanes, Mask, Simd, Vec3, by_triangle, put_by_triangle};
 
-/// A triangle as it is seen from one origin, ready to tell where a ray from there meets it, exactly but for
-/// one rounding. It is of f32, or of f64 (`shared_origin64.rs`).
+/// A triangle seen from one origin, from which the hits of rays that start there are computed, exact but for one
+/// rounding. Its coordinates are f32, or f64 (`shared_origin64.rs`).
 ///
 /// ```
 /// use intertri::internal::SharedOriginHit;
@@ -70,7 +70,7 @@ pub(super) struct EightSeen<D: Lanes> {
 }
 
 impl<D: Lanes<Scalar = f64>> EightSeen<D> {
-    /// Puts each by itself.
+    /// Stores each triangle's numbers together.
     #[inline(always)]
     pub(super) fn put<S: Simd<F64x8 = D>>(
         &self,

@@ -1,4 +1,4 @@
-//! What is given, by its bits: no setting of the CPU changes what that says.
+//! Tests of the input by its bits, which no setting of the CPU changes.
 
 use super::numbers::Pair;
 use super::tier::is_f64;
@@ -13,9 +13,9 @@ fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)
 }
 
-/// Whether the first tier may be asked: f64 loses nothing of the numbers beyond its rounding. Of f32 no number may be
-/// subnormal, the ends of the interval among them: a CPU may be set to read those as 0. Those of f64 may neither be so
-/// large nor so small that a product is.
+/// Whether the first tier may decide: f64 loses nothing of these numbers but by its rounding. No f32 may be subnormal,
+/// the ends of the interval included, because a CPU may be set to read those as 0. An f64 may be neither so large that
+/// a product overflows nor so small that one underflows.
 #[inline(always)]
 pub fn is_plain<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> bool {
     if const { is_f64::<S>() } {
@@ -38,7 +38,7 @@ fn has_no_subnormal(ray: &[u32; 8], triangle: &[u32; 9]) -> bool {
 /// `2^-200` and `2^300`: what is not 0 lies between them, in size.
 const TAME: [u64; 2] = [(1023 - 200) << 52, (1023 + 300) << 52];
 
-/// Whether a direction is as [`is_plain`] wants it of f64.
+/// Whether a direction meets the condition of [`is_plain`] for f64.
 #[inline(always)]
 pub(super) fn is_tame_dir<S: Scalar>(dir: [S; 3]) -> bool {
     let [low, high] = TAME.map(f64::from_bits);
@@ -69,7 +69,7 @@ fn is_tame(ray: &[u64; 8], triangle: &[u64; 9]) -> bool {
     any == 0
 }
 
-/// Whether the CPU reads subnormal numbers as they are, not as 0: so where nothing else is asked of them.
+/// Whether the CPU reads subnormal numbers as they are and not as 0, which is the default.
 #[inline]
 pub fn subnormals_are_read() -> bool {
     f64::from(core::hint::black_box(f32::from_bits(1))) != 0.0

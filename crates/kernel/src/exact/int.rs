@@ -8,7 +8,7 @@ use core::cmp::Ordering;
 pub(super) struct Int<const N: usize>(pub(super) [u64; N]);
 
 impl<const N: usize> Int<N> {
-    /// A mantissa of up to 63 bits and its sign, `shift` places up.
+    /// A signed mantissa of up to 63 bits, times `2^shift`.
     #[inline(always)]
     pub(super) fn new(mantissa: i64, shift: u32) -> Self {
         if N == 1 {
@@ -124,7 +124,7 @@ impl<const N: usize> core::ops::Sub for Int<N> {
 impl<const N: usize> Ord for Int<N> {
     #[inline(always)]
     fn cmp(&self, b: &Self) -> Ordering {
-        // Negative numbers come first. Of one sign, two's complement has the order of the limbs, from the highest.
+        // Negative numbers come first. For equal signs, two's complement has the order of the limbs, from the highest.
         b.is_negative()
             .cmp(&self.is_negative())
             .then_with(|| self.0.iter().rev().cmp(b.0.iter().rev()))
@@ -146,7 +146,7 @@ pub(super) fn plus(a: u64, b: u64, carry: bool) -> (u64, bool) {
     (sum, over | again)
 }
 
-/// What is left of a limb without another and a borrow, and its borrow.
+/// The difference of two limbs and a borrow, and the borrow that it leaves.
 #[inline(always)]
 pub(super) fn minus(a: u64, b: u64, borrow: bool) -> (u64, bool) {
     let (rest, under) = a.overflowing_sub(b);

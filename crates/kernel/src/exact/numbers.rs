@@ -26,14 +26,14 @@ pub(super) struct Scales {
 }
 
 impl<S: Scalar> Pair<S> {
-    /// Of this pair.
+    /// The scales of this pair.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
         let [c1, c2, c3] = self.corners;
         Scales { points: Scale::of(&[self.origin, c1, c2, c3]), dir: Scale::of(&[self.dir]) }
     }
 
-    /// Of the ray and two triangles together.
+    /// The scales of the ray and two triangles together.
     #[inline(always)]
     pub(super) fn scales_with(&self, [d1, d2, d3]: [[S; 3]; 3]) -> Scales {
         let [c1, c2, c3] = self.corners;
@@ -49,7 +49,7 @@ impl Scales {
         self.points.tier(self.dir)
     }
 
-    /// What T/D in integers is to be multiplied with, as a power of two.
+    /// The power of two by which T/D in integers is to be multiplied.
     #[inline(always)]
     pub(super) fn of_t(self) -> i32 {
         self.points.low - self.dir.low

@@ -5,9 +5,8 @@
 //!         1                  t                  u                 v               each over D
 //! ```
 //!
-//! A call of its own, so it asks for the instructions of a level itself: without a fused operation, what a product
-//! lacks takes sixteen others. Of what is given in f32 the edges are exact in f64, of what in f64 they are so in two
-//! parts.
+//! It is called out of line, so it enters a level of instructions itself: without a fused operation, the error of a
+//! product takes sixteen others. Edges of f32 triangles are exact in f64, those of f64 triangles in two parts.
 
 use super::double::{Double, cross, sum};
 use super::rounded::{Volume, quotient};

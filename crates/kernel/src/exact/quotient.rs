@@ -82,8 +82,8 @@ impl Quotient {
         if top > LARGEST { f64::INFINITY } else { subnormal(first, top) }
     }
 
-    /// The root of this rounded once, rounded once more: within 0.86 units in the last place, or 0.93 where the
-    /// result is subnormal. Never 0; infinite beyond the largest f64.
+    /// The square root, after two roundings: within 0.86 units in the last place, or 0.93 where the result is
+    /// subnormal. Never 0; infinite beyond the largest f64.
     #[inline(always)]
     pub(super) fn to_sqrt(self) -> f64 {
         // An even exponent can be halved exactly; what that takes is put into the mantissa.
@@ -117,7 +117,7 @@ impl Quotient {
     }
 }
 
-/// The limbs of a positive number from its highest bit on, and how many places up that is.
+/// The limbs of a positive number, shifted until its highest bit is set, and by how many bits.
 #[inline(always)]
 fn from_the_top<const V: usize>(limbs: &[u64; V]) -> ([u64; V], i32) {
     // Whole limbs, then bits.
@@ -147,7 +147,7 @@ const LARGEST: i32 = 1023;
 /// 64 bits, the highest of which stands for `2^top`, below the normal f64; rounded once, ties to even.
 #[cold]
 fn subnormal(first: u64, top: i32) -> f64 {
-    // The last place is 2^-1074: so many bits come after it.
+    // The last place is 2^-1074: this is how many bits come after it.
     let after = -1074 - (top - 63);
     if after > 64 {
         return 0.0;

@@ -85,8 +85,8 @@ impl<D: Lanes<Scalar = f64>> Quotients<D> {
     }
 }
 
-/// The quotient of two volumes, and where it is proven to be rounded right; `inverse` is that of the
-/// denominator's high part. Twice what the denominator may be off by is told.
+/// The quotient of two volumes, and where it is proven to be rounded right; `inverse` is that of the denominator's high
+/// part. The error given for the denominator is twice its bound.
 #[inline(always)]
 pub(super) fn quotient<D: Lanes<Scalar = f64>>(
     num: &Volume<D>,

@@ -12,10 +12,10 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Of no number.
+    /// The scale of no numbers.
     const NONE: Self = Self { low: i32::MAX / 2, bits: 0 };
 
-    /// Of vectors of finite numbers.
+    /// The scale of vectors of finite numbers.
     #[inline(always)]
     pub(super) fn of<S: Scalar, const N: usize>(vectors: &[[S; 3]; N]) -> Self {
         let (mut low, mut high) = (Self::NONE.low, -Self::NONE.low);
@@ -52,8 +52,8 @@ impl Scale {
     }
 }
 
-/// How many places of m are above its last digit. Of f64 alone, where half of the digits are often none, and
-/// narrow integers are so much faster: of f32 all count.
+/// The trailing zeros of m, for f64 alone: there half of the digits are often zero, and narrow integers are much
+/// faster. For f32 all digits count.
 #[inline(always)]
 fn zeros<S: Scalar>(m: i64) -> i32 {
     if const { is_f64::<S>() } { m.trailing_zeros() as i32 } else { 0 }
@@ -76,7 +76,7 @@ mod tests {
             assert_eq!(c, Int::new(-(last * (-scale.low as f64).exp2()) as i64, 0), "{last}");
             assert_eq!(a, Int::new(1, (57 - scale.low) as u32), "{last}");
         }
-        // Of an f32 all its places count.
+        // All digits of an f32 count.
         assert_eq!(Scale::of(&[[1.0_f32, 2.0, 3.0]]).low, -23);
         assert_eq!(Scale::of(&[[1.0_f64, 2.0, 3.0]]).low, 0);
     }

@@ -43,8 +43,8 @@ impl<S: Scalar> SeenPlane<S> {
         Self { origin, n, n_err: brackets * BOUND, num: num.abs(), num_err }
     }
 
-    /// Which of two planes a ray meets first, both of which it is known to meet, where that is sure. Of f32 the ray
-    /// starts at their origin; of f64 it may have only a copy there.
+    /// Which of two planes a ray meets first, if that is sure; it is known to meet both. An f32 ray starts at their
+    /// origin; of an f64 ray perhaps only the copy does.
     #[inline(always)]
     pub fn order(&self, other: &Self, ray: &RayOf<S>) -> Option<Ordering> {
         if const { is_f64::<S>() } {

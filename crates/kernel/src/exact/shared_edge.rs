@@ -38,7 +38,7 @@ pub(super) fn is_met<S: Scalar>(
     if shared.next().is_some() {
         return true;
     }
-    // Nearly always it surely does not; of f32 integers tell as soon.
+    // Nearly always it surely does not. For f32, integers find that out as quickly.
     if const { is_f64::<S>() } && is_plain(ray, &TriangleOf([p, q, q])) {
         let vec3 = |v: [S; 3]| Vec3::splat(v.map(Into::into));
         if float::passes([p, q].map(vec3), vec3(ray.origin), vec3(ray.dir)) {
@@ -66,7 +66,7 @@ fn holds<S: Scalar, const C: usize, const N: usize, const V: usize>(
         moment.iter().all(is_zero)
     };
     let normal: [Int<N>; 3] = cross(&p, &q);
-    // Of one corner alone the normal is 0, and tells nothing.
+    // With a single corner the normal is 0 and decides nothing.
     if normal.iter().all(is_zero) {
         return through(&p);
     }

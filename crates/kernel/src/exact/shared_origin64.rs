@@ -15,7 +15,7 @@ use super::tails::{DOUBT, TwoParts, cross_tails, difference, is_tame_quotient, t
 use crate::simd::{Lanes, Level, Mask, Simd, Vec3, WithSimd, prefetch};
 use crate::{Hit, Ray64, RayOf, Triangle64};
 
-/// The memory of a hit is prefetched so many hits before it is written.
+/// The memory of a hit is prefetched this many hits before it is written.
 const AHEAD: usize = 40;
 
 /// The hits of rays from one origin: of pairs of a ray and the number of a triangle that it is known to hit, with its

@@ -44,7 +44,7 @@ use crate::{Hit, Ray, Ray64, RayOf, Scalar, Triangle, Triangle64, TriangleOf};
 /// }
 /// ```
 pub fn spawn_ray<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S> {
-    // Either is compiled in this crate. What is generic would be compiled by the caller's profile.
+    // Both are compiled in this crate; generic code would be compiled with the caller's profile.
     if const { is_f64::<S>() } {
         cast(spawn_f64(hit, &cast(*triangle), cast(dir)))
     } else {
@@ -81,14 +81,14 @@ fn spawn<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>, dir: [S; 3]) -> RayOf<S
     let last_place = largest(point) / (1_u64 << (S::DIGITS - 1)) as f64 + S::LEAST_NORMAL;
     let unit = last_place.max(largest(corners) / (1_u64 << 49) as f64);
 
-    // Along the axis nearest to the normal, to the side of the direction. Where f64 cannot tell the normal,
-    // along another, or the other way.
+    // Along the axis nearest to the normal, to the side of the direction. If f64 does not know the normal, another axis
+    // or the other way may be right.
     let normal = normal(triangle);
     let mut axes = [0, 1, 2];
     axes.sort_unstable_by(|&a, &b| normal[b].abs().total_cmp(&normal[a].abs()).then(a.cmp(&b)));
     for axis in axes {
         let way = if (side == Ordering::Less) == (normal[axis] < 0.0) { unit } else { -unit };
-        // The first choice works unless f64 cannot tell the normal: then the other side, and the other axes, are tried.
+        // The first choice works unless the normal is lost in f64: then the other side and the other axes are tried.
         for step in [way, -way] {
             if let Some(next) = moved(&start, point, (axis, step), triangle) {
                 return next;
@@ -127,8 +127,8 @@ fn point_of<S: Scalar>(hit: &Hit, triangle: &TriangleOf<S>) -> [f64; 3] {
     })
 }
 
-/// The ray moved along an axis by so many steps that it goes away from a triangle: four always do, for a t that
-/// is rounded once, along the axis nearest to the normal; else some more. None where 2^39 do not.
+/// Moves the ray along an axis until it goes away from the triangle. Four steps are always enough along the axis
+/// nearest to the normal, for a t that is rounded once; else it takes more. `None` if 2^39 are not enough.
 fn moved<S: Scalar>(
     start: &RayOf<S>,
     point: [f64; 3],

@@ -5,7 +5,7 @@ use crate::Scalar;
 /// What decides, from the fastest to the one that always can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tier {
-    /// f64, where its bound tells.
+    /// f64, where its bound decides.
     Float,
     /// Coordinates of 64 bits.
     Narrow,
@@ -13,7 +13,7 @@ pub enum Tier {
     Middle,
     /// Coordinates of 320 bits: any f32, whose bits span 277 places.
     Wide,
-    /// Coordinates of 2112 bits: any f64, whose bits span 2098 places. What is given in f32 is no wider than 320.
+    /// Coordinates of 2112 bits: any f64, whose bits span 2098 places. f32 coordinates never need more than 320.
     Widest,
 }
 
@@ -21,7 +21,7 @@ impl Tier {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Float, Self::Narrow, Self::Middle, Self::Wide, Self::Widest];
 
-    /// The first whose integers hold coordinates of so many bits, with the three that the proof asks for.
+    /// The first whose integers hold coordinates of this many bits, and the three more that the proof requires.
     #[inline(always)]
     pub(super) fn of_bits(bits: i32) -> Self {
         match bits + 3 {

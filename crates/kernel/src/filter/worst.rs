@@ -1,13 +1,13 @@
-//! The most that roundings can come to, to first order: numbers that keep what each rounding so far may add to them.
+//! The worst case of rounding, to first order: numbers that carry what each rounding so far may have added to them.
 //!
 //! ```text
 //!   x + y  =  value  ±  share₁  ±  share₂  …  ±  shareₙ         a share for each rounding, each input that is a copy,
 //!                                            ±  u|value|        and this sum's own
 //! ```
 //!
-//! The filter's code runs over them as it is. All shares of one sign are what no input has ever been seen to come to:
-//! against that a bound stands by what it is made of, not by how roundings fell. Products and sums are rounded apart, as
-//! where nothing is fused.
+//! The filter's code runs over them as it is. No input has ever been seen whose roundings all have one sign. A bound
+//! that covers even that holds by its derivation, not by luck. Products and sums are rounded apart, as where nothing is
+//! fused.
 //!
 //! Rump, Kashiwagi, *Implementation and improvements of affine arithmetic*, 2015, has the idea and more.
 
@@ -42,7 +42,7 @@ impl Worst {
         Self { value, shares: [0.0; SHARES] }
     }
 
-    /// A number that may be off by so much.
+    /// A number whose error is at most `share`.
     pub(super) fn off_by(value: f64, share: f64) -> Self {
         let number = USED.get();
         USED.set(number + 1);
@@ -96,7 +96,7 @@ impl Worst {
         self.shares.iter().map(|share| share.abs()).sum()
     }
 
-    /// `value`, to which what these two are off by adds so many times that.
+    /// `value`, with the shares of two numbers, each times a factor.
     fn combined(value: f64, (a, times_a): (&Self, f64), (b, times_b): (&Self, f64)) -> Self {
         let mut all = Self::exact(value);
         for (to, (a, b)) in all.shares.iter_mut().zip(a.shares.iter().zip(&b.shares)) {
@@ -105,7 +105,7 @@ impl Worst {
         all
     }
 
-    /// Begins another case; the numbers that are loaded next may be off by so much.
+    /// Begins another case; `loaded` are the errors of the numbers that are loaded next.
     pub(super) fn begin(loaded: &[f64]) {
         USED.set(0);
         LOADED.with_borrow_mut(|next| {
@@ -278,8 +278,8 @@ impl Ints for NoInts {
     }
 }
 
-/// A search for the inputs that use most of some bounds: numbers that change a little or a lot, of which what uses more
-/// is kept.
+/// A search for inputs that use up most of a bound: numbers change a little or a lot, and a change that uses more is
+/// kept.
 pub(super) struct Search(u64);
 
 impl Search {

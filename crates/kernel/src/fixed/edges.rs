@@ -22,9 +22,9 @@ pub(super) struct Edges<I> {
     h5: V3<I>,
     /// The determinant of the edge that faces the first corner.
     pub(super) u: I,
-    /// Of the edge that faces the second.
+    /// V, of the edge opposite the second corner.
     pub(super) v: I,
-    /// Of the edge that faces the third.
+    /// W, of the edge opposite the third corner.
     pub(super) w: I,
 }
 
@@ -43,8 +43,8 @@ impl<I: Ints> Edges<I> {
         Self { a, h4, h5, u, v, w }
     }
 
-    /// Of the given lanes, those in which the ray's line crosses with the normal, and those in which
-    /// it crosses against it. A lane whose origin lies in the triangle's plane may be among them.
+    /// Among the given lanes, those in which the ray's line crosses with the normal, and those in which it crosses
+    /// against it. A lane whose origin lies in the triangle's plane may be among them.
     #[inline(always)]
     pub(super) fn sides(&self, lanes: u32) -> (u32, u32) {
         let (nu, nv, nw) = (self.u.negative(), self.v.negative(), self.w.negative());

@@ -1,4 +1,4 @@
-//! What is computed from a triangle once.
+//! A triangle's constants, computed once.
 
 use super::Triangle;
 use super::edges::{cross_i64, f32s, i64s};

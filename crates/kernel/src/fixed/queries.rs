@@ -57,7 +57,7 @@ impl Default for Fixed {
     }
 }
 
-/// Snapped triangles in blocks of eight, for the queries; each triangle's index is its place.
+/// Snapped triangles in blocks of eight, for the queries; a triangle's index is its position in the slice.
 ///
 /// ```
 /// use intertri::fixed::{Bits, Fixed, Grid, blocks};
@@ -131,10 +131,9 @@ impl Fixed {
         count
     }
 
-    /// How often a closed mesh winds around a point, as seen from outside: by signed crossings of a
-    /// ray from there. 1 inside and 0 outside of a mesh whose corners run counter-clockwise; -1
-    /// inside of one turned inside out. Of a point on the surface, the answer is that of a point next
-    /// to it.
+    /// How often a closed mesh winds around a point, as seen from outside: by signed crossings of a ray from there. 1
+    /// inside and 0 outside of a mesh whose corners run counter-clockwise; -1 inside of one turned inside out. For a
+    /// point on the surface, the answer is that of a point next to it.
     ///
     /// # Errors
     /// If the point is not on the grid.

@@ -10,9 +10,8 @@ use crate::{LeafSlot, TriangleId};
 
 /// The closest hit so far of one ray.
 ///
-/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64
-/// only where the intervals meet, and exactly where those are equal; of equal t the lower index is
-/// closer.
+/// `t_lo <= t <= t_hi` encloses the mode's t. Two hits are compared by these intervals, by their t in f64 only where
+/// the intervals meet, and exactly where those are equal; if both have the same t, the lower index wins.
 ///
 /// An example stands at [`Filter::closest_in`](crate::Filter::closest_in).
 ///
@@ -45,8 +44,7 @@ impl ClosestHit {
         }
     }
 
-    /// No hit yet, where of the far end only a number that is not beyond it is known, `sure`, and one that is not
-    /// before it.
+    /// No hit yet, for a far end that is only known to lie between `sure` and `t_max`.
     #[inline(always)]
     pub(crate) fn before(sure: f32, t_max: f32) -> Self {
         Self { t_lo: sure, ..Self::new(t_max) }
@@ -122,7 +120,7 @@ impl ClosestHit {
         pairs: &impl LanePairs,
     ) {
         let (triangle, slot) = new;
-        // Where it touches the closest it has its t: then the index decides, and nobody need know t.
+        // If it touches the closest triangle on the ray, both have the same t: the index decides, and t is not needed.
         if self.is_hit() && pairs.touch(lane, self.slot) {
             if triangle < self.triangle && pairs.hit(lane).is_some() {
                 (self.triangle, self.slot) = (triangle, slot);

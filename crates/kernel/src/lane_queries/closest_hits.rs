@@ -108,7 +108,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         match resolver {
             _ if unknown == 0 => {}
             _ => {
-                // Of all of them at once, by the document or exactly; the rest one by one.
+                // All at once, by the document's operations or exactly; what that leaves open, one by one.
                 let [c1, c2, c3] = &corners;
                 let corners = [Vec3::<D>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
                 let (org, dir) = (Vec3::load_f32(&rays.origin), Vec3::load_f32(&rays.dir));
@@ -155,7 +155,7 @@ impl<F: Lanes<Scalar = f32>, const N: usize> ClosestHits<F, N> {
         (triangle, slot): (TriangleId, LeafSlot),
         pairs: &impl LanePairs,
     ) {
-        // Where the enclosures tell, all lanes at once, and without a branch.
+        // Where the enclosures decide: all lanes at once, without a branch.
         let wins = F::Mask::from_bits(verdicts.hit) & verdicts.t_hi.lt(self.t_lo);
         self.t_lo = F::select(wins, verdicts.t_lo, self.t_lo);
         self.t_hi = F::select(wins, verdicts.t_hi, self.t_hi);

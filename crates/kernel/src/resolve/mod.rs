@@ -57,8 +57,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Prefetches what will be asked for about a pair; only originals are elsewhere. The numbers are those of the ray and of
-    /// the triangle's place.
+    /// Prefetches the memory that a query about a pair will read: originals, because everything else is at hand.
     #[inline(always)]
     pub fn prefetch(self, (id, slot): (RayId, LeafSlot)) {
         if let Self::Originals(originals) = self {
@@ -77,7 +76,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// Whether the ray hits the triangle within its interval, for whoever asks for no t.
+    /// Whether the ray hits the triangle within its interval, if t is not needed.
     #[cold]
     #[inline(never)]
     pub fn meets(self, ray: &Ray, triangle: &Triangle, (id, slot): (RayId, LeafSlot)) -> bool {
@@ -98,8 +97,8 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// The side from which a ray crosses a triangle that it is known to hit, if it does, each point of a mesh belonging to
-    /// one of its triangles; by what is exact alone.
+    /// The side from which a ray crosses a triangle that it is known to hit, by the rule *once*: each point of a mesh
+    /// belongs to one of its triangles. Always exact.
     #[inline(never)]
     pub fn crossing(
         self,
@@ -186,7 +185,7 @@ impl<'a> Resolver<'a> {
             .then(a.triangle.cmp(&b.triangle))
     }
 
-    /// What rays from one origin share in asking which triangle comes first.
+    /// The values that rays from one origin share when they decide which triangle comes first.
     #[inline(always)]
     pub fn shared_origin(
         self,
@@ -229,7 +228,7 @@ impl<'a> Resolver<'a> {
         ids: &[(RayId, LeafSlot); 8],
         len: usize,
     ) -> [Hit; 8] {
-        // By a call: it is asked in many places, and once for eight hits.
+        // Out of line: it has many callers, and is called once for eight hits.
         S::vectorize(
             #[inline(always)]
             || match self {

@@ -7,10 +7,10 @@ use core::ops::Range;
 use crate::exact::{SeenPlane, Side};
 use crate::{Hit, LeafSlot, Ray64, RayId};
 
-/// The rays and triangles that a walk has copies of in f32: asked about pairs by the walk's numbers, of the ray and of
-/// the triangle's slot, and exact about what was given.
+/// The f64 rays and triangles whose f32 copies the traversal sees. Pairs are named by the traversal's numbers, the
+/// ray's and the slot's; answers are exact for the originals.
 ///
-/// In units of the walk t is what it is of the copy of the ray, `t * 2^n` with an n of each ray.
+/// In units of the traversal, t is that of the copied ray: `t * 2^n`, with an n for each ray.
 pub trait Originals: fmt::Debug + Sync {
     /// t in units of the walk, rounded once, if the ray hits the triangle within its interval.
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64>;

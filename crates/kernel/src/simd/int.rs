@@ -4,7 +4,7 @@ use core::ops::{Add, Sub};
 
 use super::pair::Pair;
 
-/// N i64. `+` and `-` wrap, as the CPU's do: who uses them proves that nothing does.
+/// N i64. `+` and `-` wrap, as the CPU's do; the caller has to make sure that nothing overflows.
 ///
 /// A mask is a plain number here: bit i is lane i.
 ///

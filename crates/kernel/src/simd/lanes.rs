@@ -76,8 +76,7 @@ pub trait Lanes:
 
     /// `self * b + c`, rounded once where the CPU can, else twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// What `product`, which is `self * b`, lacks of the exact product: exactly, where no number is too
-    /// large or too small.
+    /// The error of `product`, which is `self * b`: exact, unless a number is too large or too small.
     fn mul_error(self, b: Self, product: Self) -> Self;
     /// The larger; where one is NaN, either.
     fn max(self, other: Self) -> Self;
@@ -89,7 +88,7 @@ pub trait Lanes:
     fn power(self) -> Self;
     /// With its sign flipped where `of` has the sign bit set.
     fn flip(self, of: Self) -> Self;
-    /// A number that has its sign bit set where either has it; what else it is does not count.
+    /// A number whose sign bit is set if it is set in either; its size has no meaning.
     fn or_sign(self, other: Self) -> Self;
     /// Where the sign bit is set; where a zero's or a NaN's is, either.
     fn negative(self) -> Self::Mask;
@@ -143,8 +142,8 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     }
 }
 
-/// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact.
-/// `split` is two to half of a number's digits, rounded up, and one.
+/// [`Lanes::mul_error`] where nothing is fused: with halves of the factors, whose products are exact. `split` is `2^k +
+/// 1`, with k half of the number's digits, rounded up.
 ///
 /// Dekker, A Floating-Point Technique for Extending the Available Precision, 1971.
 #[inline(always)]

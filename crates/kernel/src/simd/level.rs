@@ -33,7 +33,7 @@ pub(super) enum Kind {
     Avx512,
 }
 
-/// What [`Level::PORTABLE`] is called: what it is on this target.
+/// The name of [`Level::PORTABLE`] on this target.
 const PORTABLE_NAME: &str =
     if cfg!(all(target_arch = "aarch64", target_feature = "neon", target_endian = "little")) {
         "neon"
@@ -43,7 +43,7 @@ const PORTABLE_NAME: &str =
         "portable"
     };
 
-/// Whether the CPU has all of some features: asked at run time with `std`, else of the build.
+/// Whether the CPU has all of some features: detected at run time with `std`, else fixed by the build.
 #[cfg(target_arch = "x86_64")]
 macro_rules! has {
     ($($feature:tt),*) => {{
@@ -106,7 +106,7 @@ impl Level {
         Self::avx512().or(Self::avx2()).unwrap_or(Self::PORTABLE)
     }
 
-    /// Asks the CPU for the widest level, once: that takes as long as a box test.
+    /// Detects the widest level, once: that takes as long as a box test.
     #[cfg(all(feature = "std", target_arch = "x86_64"))]
     #[cold]
     fn find_best() -> Self {

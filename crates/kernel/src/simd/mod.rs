@@ -1,7 +1,7 @@
-//! Lanes: N numbers side by side, and the one place that knows what the CPU has.
+//! Lanes: N numbers side by side, and the only module that knows what the CPU has.
 //!
-//! Every algorithm of the house is written once, generic over [`Lanes`] or [`Simd`], and reaches
-//! the CPU's widest registers through [`dispatch`]. All `unsafe` of the workspace is in this folder.
+//! Every algorithm is written once, generic over [`Lanes`] or [`Simd`], and reaches the CPU's widest registers through
+//! [`dispatch`]. All `unsafe` of the workspace is in this folder.
 //!
 //! ```text
 //!   algorithm<S: Simd>  ──►  dispatch ──► Baseline what every CPU of the build's target has: 128-bit registers of

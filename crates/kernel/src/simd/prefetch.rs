@@ -1,6 +1,6 @@
-//! Prefetch: memory asked for before it is used.
+//! Prefetch: requests memory before it is used.
 
-/// Asks for the memory of things that will be used soon, where the CPU can be asked.
+/// Prefetches the memory of values that will be used soon, if the CPU has an instruction for that.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];
@@ -11,8 +11,8 @@ pub fn prefetch<T>(things: &[T]) {
     ask::<FIRST_CACHE, T>(things);
 }
 
-/// Asks for the memory of things that will be used some time later: to the second cache, so that they do not
-/// take the place of what is used meanwhile.
+/// Prefetches values that will be used some time later: into the second cache, so that they do not evict what is used
+/// meanwhile.
 ///
 /// ```
 /// let far_away = vec![1.0_f32; 1000];
@@ -23,7 +23,7 @@ pub fn prefetch_early<T>(things: &[T]) {
     ask::<SECOND_CACHE, T>(things);
 }
 
-/// How x86 calls the caches: `_MM_HINT_T0` and `_MM_HINT_T1`.
+/// x86's names of the caches: `_MM_HINT_T0` and `_MM_HINT_T1`.
 const FIRST_CACHE: i32 = 3;
 const SECOND_CACHE: i32 = 2;
 

@@ -71,7 +71,7 @@ macro_rules! check {
                 same("select", L::select(la.lt(lb), la, lb), &|x, y| if x < y { x } else { y });
                 let signs = la.or_sign(lb).negative().bits();
                 for i in 0..L::N {
-                    // Of zeros and NaNs either is right.
+                    // For zeros and NaNs either is right.
                     let (x, y) = (a[i], b[i]);
                     if !x.is_nan() && !y.is_nan() && x != 0.0 && y != 0.0 {
                         let (is, want) = (signs >> i & 1 != 0, x < 0.0 || y < 0.0);

@@ -4,7 +4,7 @@ use super::lanes::Lanes;
 use super::level_lanes::Simd;
 use super::pair::Pair;
 
-/// How many lanes a packet may have: the marker `Lane<N>` of a width that there is.
+/// The widths that a packet may have, as the marker `Lane<N>`.
 ///
 /// ```
 /// use intertri::simd::{Lane, Width};

@@ -30,8 +30,7 @@ use chunk::Chunk;
 use rows::{Run, runs};
 use tiles::Band;
 
-/// Rays a thread takes at a time, at least and at most. What one bundle was like tells how to begin the
-/// next.
+/// Rays a thread takes at a time, at least and at most. The previous bundle shows how to begin the next.
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 

@@ -141,7 +141,7 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
     for PrimRef(sides) in refs {
-        // Of centres and not of boxes: one large triangle would otherwise leave most bins empty.
+        // Around the centres and not around the boxes: one large triangle would otherwise leave most bins empty.
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()

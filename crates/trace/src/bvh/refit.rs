@@ -10,9 +10,9 @@ impl<S: BvhScalar> Bvh<S> {
     /// Moves the triangles: their new corners, all of them in the order in which they were given. The tree stays
     /// as it is; its boxes are fitted to the corners, on all threads.
     ///
-    /// Answers are those of a hierarchy built anew, bit for bit. It takes a small part of the time of a build, but
-    /// the more the triangles move against each other, the longer rays take; [`Refit`] tells how worn the tree
-    /// is. Triangles may lose their area or stop being finite, and come back.
+    /// Answers are those of a hierarchy built anew, bit for bit. It takes a small part of the time of a build, but the
+    /// more the triangles move against each other, the longer rays take; [`Refit`] shows how worn the tree is.
+    /// Triangles may lose their area or stop being finite, and come back.
     ///
     /// # Errors
     /// If there are more triangles or fewer: then nothing has changed. If there is too little memory: then it

@@ -68,7 +68,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.visible_within(segments, (S::DIGITS - 1) as u32, visible);
     }
 
-    /// The same of points that were rounded to so many bits behind the first.
+    /// The same for points that were rounded to `bits` bits after the first.
     #[doc(hidden)]
     pub fn visible_within(&self, segments: &[[[S; 3]; 2]], bits: u32, visible: &mut [bool]) {
         assert_eq!(segments.len(), visible.len(), "one answer a segment");
@@ -136,7 +136,7 @@ fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
     RayOf::new(*a, way(0.5)).between(S::ZERO, S::from(2.0))
 }
 
-/// Whether one end of a segment lies on a triangle, but for so large a part of the largest coordinate.
+/// Whether one end of a segment lies on a triangle, within `reach` times the largest coordinate.
 fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f64) -> bool {
     let corners = triangle.0.map(|corner| corner.map(Into::<f64>::into));
     let all = corners.as_flattened().iter().copied();

@@ -80,7 +80,7 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
     words
 }
 
-/// Reads a node. Returns whether it is valid, as far as a single node shows.
+/// Reads a node. Returns whether it is valid by itself, without its children.
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);

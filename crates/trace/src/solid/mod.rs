@@ -106,8 +106,8 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self::assume_closed_bvh(Bvh::new(triangles)?))
     }
 
-    /// Of a mesh over which there is a hierarchy, one that was loaded or refitted for instance, as by
-    /// [`Solid::assume_closed`]. All its geometries together are the mesh, whatever their masks.
+    /// From an existing hierarchy, such as one that was loaded or refitted, as by [`Solid::assume_closed`]. All its
+    /// geometries together are the mesh, whatever their masks.
     pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
         Self { bvh: Arc::new(bvh), boundary: Boundary::none() }
     }

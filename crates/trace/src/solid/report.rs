@@ -1,4 +1,4 @@
-//! What is wrong with a mesh that should be closed: which edges and triangles, and how many.
+//! The defects of a mesh that should be closed: which edges and triangles, and how many.
 
 use std::fmt;
 
@@ -26,8 +26,8 @@ pub struct TriangleDefect {
     pub first: Option<(usize, usize)>,
 }
 
-/// What is open, turned or doubled in a mesh, as [`Solid::inspect`](super::Solid::inspect) finds it. Edges and triangles
-/// are the same if the coordinates of their corners are.
+/// The open, turned and doubled parts of a mesh, as [`Solid::inspect`](super::Solid::inspect) finds them. Edges and
+/// triangles are the same if the coordinates of their corners are.
 ///
 /// ```
 /// use intertri_trace::{Solid, intertri::Triangle};

@@ -83,8 +83,8 @@ impl Aabb {
     }
 }
 
-// Comparisons instead of `f32::min`: one instruction each, and no NaN ever gets here. Of two equal
-// values (zeros of either sign) the later wins, which keeps the operation associative.
+// Comparisons instead of `f32::min`: one instruction each, and no NaN ever gets here. If two values are equal (zeros of
+// either sign), the later wins, which keeps the operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -1,4 +1,4 @@
-//! Memory that there may not be.
+//! Fallible allocation.
 
 use std::collections::TryReserveError;
 use std::fmt;

@@ -28,7 +28,7 @@ impl<'a> Prefetch<'a> {
     #[inline(always)]
     pub(crate) fn lines(&mut self, lines: usize) {
         for _ in 0..lines * self.times {
-            // A cache line. What is left over at the end is less than one and not worth it.
+            // A cache line. The rest at the end is less than one and not worth it.
             if let Some((line, rest)) = self.memory.split_at_checked(64) {
                 prefetch_early(line);
                 self.memory = rest;

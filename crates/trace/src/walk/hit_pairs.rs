@@ -8,7 +8,7 @@ use intertri::{Hit, LeafSlot, RayId};
 #[derive(Default)]
 pub(crate) struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
-    /// Where the first of them meet, as far as that is known: a miss is not known yet.
+    /// The hits of the first pairs, if known; a miss stands for one that is not computed yet.
     pub(crate) hits: Vec<Hit>,
     /// How many hits of a ray are wanted, the nearest; all without a limit.
     pub(crate) limit: Option<usize>,
@@ -17,14 +17,14 @@ pub(crate) struct HitPairs {
 }
 
 impl HitPairs {
-    /// Forgets all, for so many hits of a ray.
+    /// Clears everything; `limit` is the number of hits wanted for each ray.
     pub(crate) fn clear(&mut self, limit: Option<usize>) {
         self.pairs.clear();
         self.hits.clear();
         (self.limit, self.is_full) = (limit, false);
     }
 
-    /// Makes room for some more; whether there is.
+    /// Reserves room for some more. Returns whether there is enough memory.
     #[inline(always)]
     pub(crate) fn reserve(&mut self, more: usize) -> bool {
         if self.pairs.capacity() - self.pairs.len() < more {
@@ -50,7 +50,7 @@ impl HitPairs {
         self.pairs.push((ray, slot));
     }
 
-    /// Adds a pair of which it is known where they meet, for which there is room. Gives where to write that.
+    /// Adds a pair whose hit is known, for which there is room. Returns where to write the hit.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);

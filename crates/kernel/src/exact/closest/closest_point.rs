@@ -1,4 +1,4 @@
-//! What is known of a triangle's closest point.
+//! The closest point of a triangle: its distance and weights.
 
 /// The point of a triangle that is closest to another.
 #[derive(Clone, Copy, Debug, PartialEq)]

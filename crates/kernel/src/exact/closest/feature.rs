@@ -79,7 +79,7 @@ fn exactly<
     found.unwrap_or(Feature::Face)
 }
 
-/// In f64, where its bounds tell.
+/// In f64, where the signs lie beyond their bounds.
 #[inline(always)]
 fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Feature> {
     let p = point.map(Into::into);
@@ -88,7 +88,7 @@ fn by_float<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> Option<Featur
     let [a, b, c] = corners;
     let (ab, ac) = (minus(b, a), minus(c, a));
 
-    // Each number and the sum of sizes that its error is relative to.
+    // Each number with the sum of the sizes of its products, to which its error is relative.
     let dot = |x: [f64; 3], y: [f64; 3]| {
         let [a, b, c] = [x[0] * y[0], x[1] * y[1], x[2] * y[2]];
         ((a + b) + c, (a.abs() + b.abs()) + c.abs())

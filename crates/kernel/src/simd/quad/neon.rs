@@ -156,7 +156,7 @@ pub(super) mod singles {
             vaddvq_u32(vandq_u32(mask, lane))
         })
     }
-    /// Two masks at once: halves of eight bits a lane, of which each keeps its own.
+    /// Two masks at once, narrowed to 16 bits a lane.
     #[inline(always)]
     pub(crate) fn bits_of_two(first: Mask, last: Mask) -> u32 {
         cpu!(bits_of_eight(vuzp1q_u16(vreinterpretq_u16_u32(first), vreinterpretq_u16_u32(last))))
@@ -344,8 +344,8 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b = low + 2^32 * high with a signed low half. Of the products of the high ones nothing above
-    /// 32 bits is left, so they take one multiplication for all four lanes.
+    /// Each component of b is low + 2^32 * high with a signed low half. Products of the high halves only need their low
+    /// 32 bits, so one multiplication does all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];

@@ -165,8 +165,8 @@ pub(super) mod singles {
         let (ac, ac_high, bd, bd_high) = (low(a, c), high(a, c), low(b, d), high(b, d));
         [low(ac, bd), high(ac, bd), low(ac_high, bd_high), high(ac_high, bd_high)]
     }
-    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes in either half. A place
-    /// outside of a half gives 0 there.
+    /// Eight lanes in the order of the lowest three bits of each byte: a look-up of bytes in both halves, which yields
+    /// 0 for an index that is not in that half.
     #[inline(always)]
     pub(crate) fn permute([a, b]: [Reg; 2], order: u64) -> [Reg; 2] {
         let lanes = v128_and(u64x2_splat(order), u8x16_splat(7));
@@ -174,8 +174,8 @@ pub(super) mod singles {
         let offsets = u32x4_splat(0x03_02_01_00);
         let of = |places| {
             let places = u8x16_add(places, offsets);
-            // `swizzle` returns 0 for a place beyond its register. So each half gives the bytes that it has, and an OR
-            // joins them.
+            // `swizzle` returns 0 for an index beyond its register. So each half yields the bytes that it has, and an
+            // OR joins them.
             let other = u8x16_sub(places, u8x16_splat(16));
             v128_or(u8x16_swizzle(a, places), u8x16_swizzle(b, other))
         };
@@ -301,8 +301,8 @@ pub(super) mod integers {
     pub(crate) fn mul_narrow(a: Regs, b: Regs) -> Regs {
         product(low(a), low(b))
     }
-    /// Each component of b = low + 2^32 * high with a signed low half. Of the products of the high ones nothing above
-    /// 32 bits is left, so they take one multiplication for all four lanes.
+    /// Each component of b is low + 2^32 * high with a signed low half. Products of the high halves only need their low
+    /// 32 bits, so one multiplication does all four lanes.
     #[inline(always)]
     pub(crate) fn dot(a: [Regs; 3], b: [Regs; 3]) -> Regs {
         let a = [low(a[0]), low(a[1]), low(a[2])];

@@ -1,4 +1,4 @@
-//! What goes across the lanes of AVX2 and AVX-512: other orders, the least of all, rows as columns.
+//! Operations across the lanes of AVX2 and AVX-512: permutations, the least of all, transpositions.
 //!
 //! What [`super::reg`] says of registers holds here too, `SAFETY` included.
 #![allow(unsafe_code, clippy::wildcard_imports)]
@@ -8,14 +8,14 @@ use core::arch::x86_64::*;
 use super::super::lanes::Lanes;
 use super::reg::Reg;
 
-/// Eight lanes in the order that the bytes tell; the instruction takes each modulo 8.
+/// Eight lanes in the order that the bytes of `order` give; the instruction takes each modulo 8.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn permute(lanes: __m256, order: u64) -> __m256 {
     _mm256_permutevar8x32_ps(lanes, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
 }
 
-/// The lane of the smallest of a mask's numbers: the least of their bits, the last three of which tell the lane.
+/// The lane of the smallest number in a mask: the minimum of keys whose last three bits are the lane.
 #[inline]
 #[target_feature(enable = "avx2")]
 pub(super) fn lane_of_least(lanes: __m256, mask: __m256) -> usize {

@@ -69,7 +69,7 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
-        // Of points so far apart that a width is infinite, the ratio is no number: then as many as there may be.
+        // Points may be so far apart that a width is infinite and the ratio NaN: then the maximum.
         let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
         let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
@@ -86,7 +86,7 @@ impl Strips {
     #[inline(always)]
     fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
         let at = self.across.place(point.map(Into::into));
-        // What is not a number counts as 0.
+        // A NaN counts as 0.
         let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
         let (strip, row) = (cell(0), cell(1));
         // Up one strip and down the next: neighbours in the order are then neighbours in the plane.
@@ -126,7 +126,7 @@ mod tests {
         assert!(near > 39_900, "{near}");
     }
 
-    /// Few points, all in one place, or as far apart as no number tells.
+    /// Few points, all at one position, or too far apart for any number.
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {

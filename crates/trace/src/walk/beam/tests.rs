@@ -59,7 +59,7 @@ fn left<S: BvhScalar>(triangles: &[TriangleOf<S>], points: &[[S; 3]]) -> usize {
     DIRS.map(|dir| left_of(&bvh, points, &expected, dir)).iter().sum()
 }
 
-/// Of one direction.
+/// All of one direction.
 fn left_of<S: BvhScalar>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],

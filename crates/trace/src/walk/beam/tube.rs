@@ -54,7 +54,7 @@ impl Across {
     }
 }
 
-/// What is around the lines of some parallel rays.
+/// The volume around the lines of some parallel rays.
 pub(super) struct Tube<S: Simd> {
     /// A ray along them from the middle of where they meet the plane.
     pub(super) axis: Ray,
@@ -67,7 +67,7 @@ pub(super) struct Tube<S: Simd> {
 }
 
 impl<S: Simd> Tube<S> {
-    /// Of rays that go the same way from t = 0 on, without an end; `None` where they do not, or are too far out.
+    /// The tube of rays that have one direction, `t_min` 0 and no end; `None` if they do not, or are too far out.
     #[inline(always)]
     pub(super) fn new(packet: &RayPacket<RAYS>, margin: &Margin) -> Option<Self> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));

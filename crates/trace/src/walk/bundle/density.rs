@@ -8,8 +8,8 @@
 //!          W
 //! ```
 //!
-//! The first leaves of a bundle tell what triangles are like there, and so whether it is worth going on,
-//! before much is spent on it.
+//! The first leaves of a bundle show how large its triangles are, and so whether it is worth going on, before much is
+//! spent on it.
 
 use intertri::internal::Outlines;
 use intertri::simd::{Lanes, Mask, Simd};

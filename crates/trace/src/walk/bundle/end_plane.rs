@@ -19,10 +19,10 @@ use crate::util::lane_ops::{smallest, total};
 /// `docs/numerics/hierarchy.md`, section 5.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
-/// No ray is longer than so many times its depth; and a little more, for the rounding of inverse depths.
+/// No ray is longer than this many times its depth, with a little more for the rounding of inverse depths.
 const LEAN: f32 = 1.25;
 
-/// Slopes are told by the rays of so many packets, or fewer.
+/// Slopes are fitted to the rays of at most this many packets.
 const SAMPLE: usize = 16;
 
 /// No coefficient may be larger: 2^40.

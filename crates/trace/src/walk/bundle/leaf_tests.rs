@@ -46,10 +46,9 @@ pub(crate) struct Leaves {
     pub(crate) blocks: [u32; AT_ONCE],
     /// Of two blocks each.
     outlines: [Outlines; AT_ONCE / 2],
-    /// Of each pair the triangle's place among all of the blocks.
+    /// For each pair, the triangle's position among all of the blocks.
     places: [u8; PAIRS],
-    /// Of each test the packet and the pair's number; what is written at once may stand beyond the
-    /// last.
+    /// For each test, the packet and the pair's number; a write of eight may reach beyond the last.
     packets: [u8; TESTS + 8],
     numbers: [u8; TESTS + 8],
 }
@@ -100,8 +99,8 @@ impl Leaves {
                 large |= u64::from(outlines.larger::<S::F32x16>(group.large)) << (16 * i);
             }
 
-            // A list of the packets that reach them. Of small ones the rectangle tells nearly as much as
-            // the edges.
+            // A list of the packets that reach them. For small triangles the rectangle decides nearly as well as the
+            // edges.
             let (first, windows) = (known, &group.windows);
             listed.pairs[number] = inside.count_ones() as usize;
             known += listed.pairs[number];

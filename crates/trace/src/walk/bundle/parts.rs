@@ -2,14 +2,14 @@
 
 use super::projection::{GROUPS, PACKETS};
 
-/// A bundle that is too much work goes on in parts of so many packets, and those in smaller ones.
+/// A bundle that is too much work goes on in parts of this many packets, and those in smaller ones.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
 /// So much work a ray, in tests of a packet, and a part is split.
 const SPLIT: usize = 8;
 
-/// So much, and one of the smallest parts is given up: its rays have too little in common. A quarter of it
-/// where any hit will do, which a ray finds sooner by itself, too.
+/// So much, and one of the smallest parts is given up: its rays have too little in common. A quarter of it for any-hit
+/// queries, which a single ray answers sooner, too.
 const PATIENCE: usize = 32;
 
 /// How much work a part may take, at the level of its width.

@@ -1,4 +1,4 @@
-//! A plane through the origin of a bundle, held against the eight boxes of a node.
+//! A plane through the origin of a bundle, tested against the eight boxes of a node.
 
 use intertri::internal::Frame;
 use intertri::simd::Lanes;

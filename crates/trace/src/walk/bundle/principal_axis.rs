@@ -17,12 +17,12 @@ pub(crate) struct Spread<F> {
     about: [f32; 3],
     count: usize,
     sum: [F; 3],
-    /// Of the products of the components: `squares[i][k]` of i and k where i <= k.
+    /// The sums of products of components: `squares[i][k]` for i <= k.
     squares: [[F; 3]; 3],
 }
 
 impl<F: Lanes<Scalar = f32>> Spread<F> {
-    /// Of no directions yet, which will be like this one.
+    /// No directions yet; those to come are near this one.
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);

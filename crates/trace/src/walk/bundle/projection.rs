@@ -26,17 +26,17 @@ pub(crate) const RAYS: usize = 1024;
 /// Sixteen rays each.
 pub(crate) const PACKETS: usize = RAYS / 16;
 
-/// Sixteen packets each, so that a triangle is held against the windows of a group at once.
+/// Sixteen packets each, so that a triangle is tested against all windows of a group at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
-/// Where rays go is told by so many of them, or fewer.
+/// The frame is chosen by a sample of at most this many rays.
 const SAMPLE: usize = 64;
 
-/// One ray in so many may be an outlier of a bundle.
+/// At most one ray in this many may be an outlier of a bundle.
 const OUTLIERS: usize = 2;
 
-/// Triangles larger than this share of a group's window, along x or y, are held against the windows of
-/// packets by their edges, too.
+/// Triangles larger than this share of a group's window, along x or y, are tested against the windows of packets by
+/// their edges, too.
 const LARGE: f32 = 0.5;
 
 /// Origin and `t_min` of a ray, or its direction and `t_max`.

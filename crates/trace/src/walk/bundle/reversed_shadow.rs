@@ -6,8 +6,8 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each misses L by rounding, for which `docs/numerics/projection.md`, section 6, widens all bounds. Whether
-//! a ray hits anything is then the reference's answer; where, nobody asks.
+//! Each misses L by rounding, for which `docs/numerics/projection.md`, section 6, widens all bounds. Whether a ray hits
+//! anything is then the reference's answer; where it hits is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};

@@ -156,8 +156,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             part &= !dense;
             work += std::mem::take(&mut self.work);
 
-            // What is too much for a part goes on in smaller ones, from where it stands; one of the
-            // smallest for which it is still too much is left.
+            // A part that takes too much work goes on as smaller parts, from where it stands. If one of the smallest
+            // still takes too much, its rays are left to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
                     None => left |= part,
@@ -217,7 +217,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 return (dense, true);
             }
 
-            // The first leaves tell for which packets there will be too many triangles.
+            // The first leaves show for which packets there will be too many triangles.
             if !std::mem::replace(&mut self.density_known, true) && count == AT_ONCE {
                 let outlines = leaves.outlines(count);
                 dense = too_dense(self.projection, outlines, culling.closest) & part;
@@ -264,8 +264,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             return false;
         }
 
-        // Rays that end before what they see are near most of what they miss: a precheck of all, without a
-        // branch.
+        // Rays that end in front of a surface pass near most of the triangles that they miss: so all tests are
+        // prechecked first, without a branch.
         if any {
             let mut left = 0;
             for i in 0..tests {

@@ -1,4 +1,4 @@
-//! Child prediction: where rays went on to from a node, as a guess for the next ray there.
+//! Child prediction: the child that the last ray visited from a node, as a guess for the next ray.
 //!
 //! ```text
 //!   node ──► its eight boxes tested ──► the nearest that is met      some 40 cycles, node after node
@@ -6,17 +6,17 @@
 //!                                        which it predicts, finds out later whether it was right
 //! ```
 //!
-//! A guess never decides anything: what is gone on with equals what the boxes say. Ray streams need
-//! none, for others are tested while one waits.
+//! A guess never decides anything: the child returned is always the one that the box tests chose. Ray streams need
+//! none, because other rays are tested while one waits.
 
-/// Nodes whose guesses are kept; those of nodes with the same remainder take each other's place.
+/// The number of guesses kept; nodes with the same remainder overwrite each other's.
 const NODES: usize = 1024;
 
 /// Guesses about one hierarchy after another.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// By node what the last ray went on to, twice: one is compared, and the other is gone on with. The
-    /// compiler must not know that they are the same, or it would go on with what they are compared with.
+    /// For each node the child that the last ray visited, twice: one is compared, the other returned. The compiler must
+    /// not know that they are equal, or it would return the value that they are compared with.
     last: [[u32; 2]; NODES],
 }
 
@@ -27,7 +27,7 @@ impl Default for ChildPredictor {
 }
 
 impl ChildPredictor {
-    /// Gives `next`, which is what a ray goes on to from a node.
+    /// Returns `next`, the child that a ray visits from a node.
     #[inline(always)]
     pub(crate) fn follow(&mut self, node: u32, next: u32) -> u32 {
         let last = &mut self.last[node as usize % NODES];

@@ -5,14 +5,14 @@ use intertri::LeafSlot;
 use crate::tree::{EMPTY, LEAF, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Whether one of the triangles does whose boxes hold a point, as boxes are.
+/// Whether the point lies on a triangle, among those whose boxes contain it.
 pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> bool) -> bool {
     let leaf = |i: usize| {
         let mut lanes = lanes_of(tree.leaves[i].block.live());
         lanes.any(|lane| is_on(LeafSlot((8 * i + lane) as u32)))
     };
 
-    // The boxes that hold it. There is always room on the stack for what a node adds.
+    // The boxes that contain the point.
     let mut stack = vec![0, tree.thin_root];
     while let Some(node) = stack.pop() {
         let Some(node) = tree.nodes.get(node as usize) else { continue };

@@ -20,14 +20,14 @@ use crate::tree::{Margin, Node};
 /// The rounding unit of f32: 2^-24.
 const U: f32 = f32::EPSILON / 2.0;
 
-/// What an axis is padded by, as a share of the origin's coordinate on it.
+/// The padding of an axis, as a share of the origin's coordinate on it.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes count as so many times nearer, far planes as so many times farther.
+/// Near planes are taken to be nearer by this factor, far planes to be farther by the other.
 const NEARER: f32 = 1.0 - 6.0 * U;
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
-/// What is computed of a t that is below 0 may be off by this share of it.
+/// A computed t below 0 may be off by this share of it.
 const BEFORE: f32 = 12.0 * U;
 
 /// No direction component counts as smaller than this share of the largest: 2^-65.
@@ -157,7 +157,7 @@ impl Slabs {
         // Near planes are taken to be a little nearer and far ones farther, so that rounding never loses a box.
         let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
-        // What is lost of the origin's coordinate is a length in space; divided by the direction it is a length in t.
+        // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length in t.
         let off = lo.abs().max(hi.abs()) * splat(PAD) + splat(margin.room(away) + TINY);
         let mut pad = off * rd.abs() + splat(start.abs() * BEFORE + TINY);
         let level = size.lt(least);

@@ -1,4 +1,4 @@
-//! What a ray has still to visit, pushed and popped eight at a time.
+//! The nodes and leaves that a ray has still to visit, pushed and popped eight at a time.
 //!
 //! ```text
 //!          bottom                          top
@@ -17,7 +17,7 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::child_predictor::ChildPredictor;
 use crate::tree::{Node, Tree, far_to_near, first_slot};
 
-/// What lies at the bottom: nothing more to visit.
+/// The entry at the bottom: nothing more to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
 /// Entries at the bottom: as many as one pop compares at once.
@@ -34,7 +34,7 @@ pub(crate) struct Stack {
     each: usize,
 }
 
-/// What is kept from one query about a single ray to the next.
+/// The scratch memory kept from one single-ray query to the next.
 #[derive(Debug)]
 pub(crate) struct TraversalScratch {
     pub(crate) stack: Stack,
@@ -42,7 +42,7 @@ pub(crate) struct TraversalScratch {
 }
 
 thread_local! {
-    /// Making it can take as long as a query.
+    /// Allocating it can take as long as a query.
     static LAST: Cell<Option<Box<TraversalScratch>>> = const { Cell::new(None) };
 }
 
@@ -83,7 +83,7 @@ impl Drop for LentScratch {
     #[inline]
     fn drop(&mut self) {
         let kept = self.0.take();
-        // Where the thread is about to end, nobody will want it.
+        // If the thread is about to end, it is not needed any more.
         let _ = LAST.try_with(|last| last.set(kept));
     }
 }

@@ -9,21 +9,21 @@ use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, TraversalScratch};
 use crate::tree::{LEAF, Tree};
 
-/// What a query does with the triangles on the way.
+/// What a query does with the leaves that a ray reaches.
 ///
 /// A trait and not a closure: its method must be inlined into the traversal, or it is compiled without the
 /// level's instructions.
 pub(crate) trait Visit {
-    /// Looks at the triangles of a leaf. Gives the new far end of the query, or `None` to stop.
+    /// Tests the triangles of a leaf. Returns the new far end of the query, or `None` to stop.
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
 /// The origin and the direction among the numbers of a ray.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
-/// Visits the leaves whose triangles a ray may hit, roughly front to back. That the nearest of a node's boxes
-/// always comes first pays where the `closest` hit is looked for: fewer leaves are visited before it. Who looks for
-/// another must not bring the far end nearer: nothing on the stack is dropped.
+/// Visits the leaves whose triangles a ray may hit, roughly front to back. For a `closest` query the nearest box of a
+/// node always comes first, so that fewer leaves are visited before the hit. Other queries must not bring the far end
+/// nearer, because for them nothing on the stack is dropped.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     tree: &Tree,
@@ -47,11 +47,11 @@ pub(super) fn traverse<S: Simd>(
         Walk { tree, octant, t_min: ray.t_min, far: ray.t_max, shortens: true, unboxed, closest };
     let slabs = match Slabs::new::<S>(ray, &margin) {
         Some(slabs) => slabs,
-        // Without a direction it is none.
+        // A ray without a direction hits nothing.
         None if ray.dir == [0.0; 3] => return,
         None => {
-            // One of extreme numbers is held against boxes in a scale of its own, in which no hit shortens it, or
-            // tested with every triangle.
+            // A ray with extreme numbers is traversed in a scale of its own, in which no hit shortens it, or tested
+            // with every triangle.
             let scaled = Slabs::scaled::<S>(ray, &margin);
             // Its t in that scale says nothing about the ray's own, so the interval is open.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
@@ -115,7 +115,7 @@ impl Walk<'_> {
                         break (std::mem::replace(&mut next, BOTTOM) ^ LEAF) as usize;
                     }
 
-                    // A node: of its boxes that the ray meets one is next.
+                    // A node: one of the boxes that the ray meets is next.
                     let node = &tree.nodes[next as usize];
                     let (met, near) = lanes.meet(node, t_min, far);
                     let bits = met.bits();

@@ -1,4 +1,4 @@
-//! The rays that are active: sixty-four take turns.
+//! The active rays: sixty-four alternate.
 
 use intertri::{ClosestHit, PreparedRay};
 
@@ -7,7 +7,7 @@ use crate::walk::single::PackedSlabs;
 /// Rays that are active at once.
 pub(super) const ACTIVE: usize = 64;
 
-/// Where a ray is on its way, in a cache line.
+/// The state of a ray's traversal, in a cache line.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(super) struct RayState {
@@ -23,14 +23,14 @@ pub(super) struct RayState {
 
 const _: () = assert!(size_of::<RayState>() == 64);
 
-/// What a ray has at its leaves, and whose it is.
+/// A ray's values that only its leaves need.
 #[derive(Clone, Copy)]
 pub(super) struct AtLeaves {
     pub(super) ray: PreparedRay,
     pub(super) closest: ClosestHit,
 }
 
-/// Places of rays that have the same to do, one bit each.
+/// A set of active slots whose rays do the same next, one bit each.
 #[derive(Clone, Copy)]
 pub(super) struct Set(pub(super) u64);
 
@@ -43,7 +43,7 @@ impl Set {
         self.0 == 0
     }
 
-    /// Adds a place, or not.
+    /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
         // Without a branch: which ray goes where is as good as random, and would be mispredicted.

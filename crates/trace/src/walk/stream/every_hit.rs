@@ -1,4 +1,4 @@
-//! Every hit of the rays that are at leaves: pairs, crossings, or what winds around where they start.
+//! Every hit of the rays that are at leaves: as pairs, as crossings, or as the winding number of their origins.
 
 use intertri::internal::BlockHits;
 use intertri::internal::exact::Side;
@@ -23,7 +23,7 @@ pub(super) struct HitCollector<'a> {
 }
 
 impl HitCollector<'_> {
-    /// Takes the hits with a leaf; whether the ray needs no more.
+    /// Takes the hits with a leaf. Returns whether the ray needs no more.
     #[inline(always)]
     pub(super) fn take(
         &mut self,
@@ -109,8 +109,8 @@ impl HitCollector<'_> {
         }
     }
 
-    /// Counts what winds around where the ray starts; whether that lies on a triangle. One that it lies on is
-    /// never decided by the filter: T is 0, and no two edges have sure signs that differ.
+    /// Adds to the winding number of the ray's origin. Returns whether the origin lies on a triangle. The filter never
+    /// decides such a triangle: T is 0, and no two edges have sure signs that differ.
     #[inline(always)]
     fn winding(&self, hits: &BlockHits, leaf: usize, containment: &mut Containment) -> bool {
         for lane in lanes_of(hits.sure) {

@@ -1,7 +1,7 @@
 //! The traversal of a ray stream.
 //!
-//! A ray alone waits at every step for the one before. Here 64 take turns, and while one waits, the CPU
-//! does the others' steps.
+//! A single ray waits at every step for the one before. Here 64 rays alternate, and while one waits, the CPU does the
+//! others' steps.
 //!
 //! ```text
 //!   rays of an octant ──► start ◄────────── retire
@@ -136,13 +136,13 @@ impl Active<'_, '_> {
         let mut waiting = waiting.iter();
         let every = self.output.every();
 
-        // At first all places are free.
+        // At first all slots are free.
         let (mut nodes, mut leaves, mut free) = (Set::EMPTY, Set::EMPTY, Set::ALL);
         loop {
             // Each round moves every active ray by one node or one leaf. A ray is in at most one of the three sets.
             stop::heed();
             nodes = nodes.union(self.start::<S>(free, &mut waiting));
-            // Nobody is active, and `start` found nobody waiting.
+            // No ray is active, and `start` found none waiting.
             if nodes.union(leaves).is_empty() {
                 return;
             }
@@ -172,7 +172,7 @@ impl Active<'_, '_> {
         }
     }
 
-    /// Rays that wait start in free places. The few that must not are asked one by one.
+    /// Starts waiting rays in free slots. The few that must not start in a stream are traced one by one.
     #[inline(always)]
     fn start<'n, S: Simd>(
         &mut self,
