@@ -1,6 +1,5 @@
-//! The plain, uncertified f32 test that certified is held against: Möller and Trumbore, "Fast, minimum
-//! storage ray/triangle intersection" (1997), two-sided, without an epsilon. The closest hit, without
-//! a branch.
+//! The plain, uncertified f32 test that `certified` is compared with: Möller and Trumbore, "Fast, minimum storage
+//! ray/triangle intersection" (1997), two-sided, without an epsilon. The closest hit, without a branch.
 
 use intertri::simd::{Lanes, Simd, Vec3, WithSimd};
 use intertri::{Ray, RayPacket, Triangle, TriangleOf};

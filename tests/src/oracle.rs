@@ -1,6 +1,5 @@
-//! What is true of a ray and a triangle, in integers of any size: by Cramer's rule for
-//! `c1 + u (c2 - c1) + v (c3 - c1)` where the kernel has three volumes, and by a direction that is moved in fact
-//! where it has a tie rule.
+//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for `c1 + u (c2 - c1) + v (c3 - c1)`
+//! where the kernel has three volumes, and by a direction that is moved in fact where it has a tie rule.
 
 use std::cmp::Ordering;
 
@@ -350,7 +349,7 @@ trait Integer: Sized {
     fn plus(&self, other: &Self) -> Self;
     fn minus(&self, other: &Self) -> Self;
     fn times(&self, other: &Self) -> Self;
-    /// Of any size.
+    /// The same number as an integer of any size.
     fn big(self) -> IBig;
 }
 

@@ -1,5 +1,5 @@
-//! How much of each bound of the mode `certified` is used: the filter's numbers held against exact
-//! arithmetic, over every family and under a search that climbs towards the largest error.
+//! How much of each bound of the mode `certified` is used: the filter's numbers compared with exact arithmetic, over
+//! every family and under a search that climbs towards the largest error.
 //!
 //! `docs/numerics/certified.md` derives what is measured here. A share above 1 refutes the
 //! derivation; a constant whose share stays small is larger than it need be.

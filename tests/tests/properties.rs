@@ -49,7 +49,7 @@ fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     })
 }
 
-/// 256 scenes, always the same ones, with at least so many hits.
+/// 256 scenes, always the same ones, with at least `hits_at_least` hits.
 fn hold(x: &BoxedStrategy<f32>, hits_at_least: usize) {
     let mut runner = TestRunner::new(Config {
         cases: 256,

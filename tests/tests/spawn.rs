@@ -52,7 +52,7 @@ fn point(hit: &Hit, triangle: &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (0..3).map(|i| weights[i] * f64::from(triangle.0[i][k])).sum())
 }
 
-/// Whether a ray starts within so many units of a point: of its last place, or of what f64 has lost.
+/// Whether a ray starts within `units` units of a point: units in its last place, or of the rounding of f64.
 fn near(triangle: &Triangle, at: [f64; 3], next: &Ray, units: f64) -> bool {
     let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let last_place = largest(&at) * f64::from(f32::EPSILON) + f64::from(f32::MIN_POSITIVE);

@@ -76,8 +76,8 @@ struct Found {
     errors: Vec<[f64; 2]>,
 }
 
-/// Asks every method about at least so many cases of a family. The counts depend on the seed and
-/// the number alone. `step` is told how many more are done.
+/// Runs every method on at least `cases` cases of a family. The counts depend only on the seed and that number. `step`
+/// is called with the number of cases just done.
 pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
     let pieces: Vec<(Vec<Found>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
         .into_par_iter()

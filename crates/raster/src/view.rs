@@ -20,7 +20,7 @@ use std::fmt;
 use crate::clip::Point4;
 use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
-/// Pixels are cut in so many parts along either axis, as a power of two.
+/// Each pixel is cut into `2^SUBPIXEL_BITS` parts along either axis.
 ///
 /// With 16 and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
 pub const SUBPIXEL_BITS: u32 = 16;

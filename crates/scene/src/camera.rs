@@ -58,8 +58,8 @@ impl Camera {
         }
     }
 
-    /// What is up for a look from `view` where nobody said it: [`Camera::UP`] or, where that points
-    /// along the look, what is up on a map.
+    /// The up direction for a view along `view` if none was given: [`Camera::UP`] or, if the view is along that, north
+    /// on a map.
     pub fn up_for(view: [f32; 3]) -> [f32; 3] {
         let along = double(view).normalize_or_zero();
         if along != DVec3::ZERO && along.cross(double(Self::UP)).length() < LEVEL {

@@ -121,8 +121,7 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     }
 }
 
-/// Whether an image could be written to `path`, as far as that can be known without writing: to be
-/// asked before rendering.
+/// Checks before rendering whether an image can probably be written to `path`, without writing it.
 ///
 /// # Errors
 /// If `path` does not end in `.png`, is a folder, or lies in a folder that is not there.

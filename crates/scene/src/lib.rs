@@ -4,10 +4,9 @@
 //! Coordinates are f32, unless a type says otherwise: [`Mesh`], [`Scene`], [`Camera`] and [`Light`] are
 //! generic over the [`Coordinate`], and `Scene<f64>` gives rays and triangles in f64.
 //!
-//! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`],
-//! [`Light::shadow_ray`]) and triangles ([`Mesh::to_triangles`]); whoever traces or rasterizes
-//! them gives back a visibility buffer, one [`intertri::Hit`] per pixel, row by row from the top left,
-//! and a shadow mask, one `bool` per pixel; [`shade`] makes an [`Image`] of both.
+//! Nothing here decides what a ray hits. A [`Scene`] gives rays ([`Camera::ray`], [`Light::shadow_ray`]) and triangles
+//! ([`Mesh::to_triangles`]); a tracer or rasterizer returns a visibility buffer, one [`intertri::Hit`] per pixel, row
+//! by row from the top left, and a shadow mask, one `bool` per pixel; [`shade`] makes an [`Image`] of both.
 //!
 //! ```
 //! use intertri::Hit;

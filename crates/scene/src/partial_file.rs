@@ -82,12 +82,12 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Removes the hidden files of all that is unfinished. Whoever begins or finishes a file from now on
-    /// waits forever: for a process that is told to end.
+    /// Removes the hidden files of everything unfinished, for a process that is about to end. A thread that begins or
+    /// finishes a file from now on waits forever.
     pub fn abandon_all() {
         let unfinished = unfinished();
         for hidden in &*unfinished {
-            // The process ends, and nobody is left to hear of an error.
+            // The process ends, so there is no one left to report an error to.
             let _ = fs::remove_file(hidden);
         }
         mem::forget(unfinished);

@@ -18,9 +18,8 @@ const BACKGROUND: [Vec3; 2] = [Vec3::new(0.16, 0.22, 0.32), Vec3::new(0.66, 0.68
 
 /// Shades `scene` by its visibility buffer and its shadow mask.
 ///
-/// `hits[y * width + x]` is the hit of [`crate::Camera::ray`] of pixel `(x, y)`. `lit` of the same
-/// index tells whether the light reaches that point. It is all `true` for an image without shadows,
-/// and is not read where the ray missed.
+/// `hits[y * width + x]` is the hit of [`crate::Camera::ray`] of pixel `(x, y)`. `lit` of the same index is whether the
+/// light reaches that point. It is all `true` for an image without shadows, and is not read where the ray missed.
 ///
 /// A hit is where its u and v are on its triangle. Surfaces are Lambertian: they reflect in
 /// proportion to the cosine between normal and light. The normal is the geometric one, faced toward
@@ -102,8 +101,8 @@ impl<'a> Face<'a> {
         Self { triangle, corner: a, sides, normal, ambient, tint, cover }
     }
 
-    /// What is the same at all hits of the albedo: the part's tint, and the texture where it covers. In
-    /// a mesh without parts it is the texture alone, or clay.
+    /// The albedo as it is the same for all hits: the part's tint, and the texture where there is one. A mesh without
+    /// parts has the texture alone, or clay.
     fn albedo<S: Coordinate>(
         scene: &'a Scene<S>,
         triangle: u32,

@@ -1,4 +1,4 @@
-//! The report for whoever runs WebAssembly: a text in this module's memory.
+//! The report for the host that runs this WebAssembly: a text in the module's memory.
 
 // The names are what the outside calls.
 #![allow(unsafe_code)]

@@ -37,8 +37,8 @@ macro_rules! same {
     };
 }
 
-/// What is true of a ray: the triangles that it hits within its interval, in order, and those among them that
-/// it crosses.
+/// The truth about a ray: the triangles that it hits within its interval, in order, and those among them that it
+/// crosses.
 struct Hits {
     closed: Vec<(usize, Truth)>,
     /// The numbers, and whether the ray leaves there.

@@ -11,8 +11,8 @@ use intertri_trace::{Containment, Solid};
 
 use super::solids::{Closed, meshes};
 
-/// The winding number of a mesh about a point, by the solid angles of its triangles; of a point on the
-/// mesh or too near to tell, none.
+/// The winding number of a mesh about a point, by the solid angles of its triangles; `None` for a point on the mesh or
+/// too near to decide.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
     for TriangleOf(corners) in mesh {

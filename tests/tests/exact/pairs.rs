@@ -33,7 +33,7 @@ fn a_triangle_without_an_f64_normal_is_hit() {
     }
 }
 
-/// Two t that f64 cannot tell apart: everything that gives an order gives the exact one, not that of the indices.
+/// Two t that round to the same f64: every ordering is by the exact t, not by the indices.
 #[test]
 fn equal_rounded_t_are_told_apart() {
     // Through the middle of both: t is the mean of the three heights.

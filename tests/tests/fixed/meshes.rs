@@ -36,7 +36,7 @@ fn is_degenerate([a, b, c]: [[i32; 3]; 3]) -> bool {
 /// How much of the work the ordinary test does, and the long one.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// Rays at the corners and edges of every so many triangles.
+    /// Rays are aimed at the corners and edges of one triangle in this many.
     every: usize,
     /// Random rays.
     random: usize,

@@ -104,7 +104,7 @@ fn build<S: Coordinate + BvhScalar>(
     print(&report, options.json)
 }
 
-/// The output as a writer, which counts the bytes and keeps the error that tells of the file.
+/// The output as a writer, which counts the bytes and keeps the error that names the file.
 struct Sink {
     output: Output,
     bytes: u64,

@@ -17,8 +17,8 @@ use std::thread::{self, ScopedJoinHandle};
 
 use crate::error::{Error, Result};
 
-/// Sends `batches` round until `read`, which fills a batch, says that there is nothing more. A thread of the
-/// pool lets `work` answer it, and `write` gets all batches in the order in which they were read.
+/// Sends `batches` round until `read`, which fills a batch, finds no more input. A thread of the pool runs `work` on
+/// each, and `write` receives all batches in the order in which they were read.
 ///
 /// The first error ends the run; what was read before is still written.
 pub(crate) fn run<B: Send>(
@@ -67,7 +67,7 @@ fn read_all<B>(
 /// A batch with its number, or the error or panic of its worker.
 type Worked<B> = (usize, thread::Result<Result<B>>);
 
-/// Lets the thread pool work on the batches until there are no more, or nobody takes them.
+/// Lets the thread pool work on the batches until there are no more, or the receiver is gone.
 fn work_on_all<B: Send>(
     full: Receiver<B>,
     done: &Sender<Worked<B>>,

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 
-/// From now on a run that is told to end leaves no unfinished file, and one that runs out of memory where
-/// nothing else was prepared for it ends with exit code 1.
+/// From now on a run that receives a signal to end leaves no unfinished file, and one that runs out of memory ends with
+/// exit code 1, unless its caller handles that.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<()> {
     use std::sync::Arc;

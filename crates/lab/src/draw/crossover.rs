@@ -34,7 +34,7 @@ const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
 const BOTTOM: f64 = 372.0;
-/// The colours of the sizes of picture, which the colour-blind tell apart, too.
+/// The colours of the picture sizes, chosen to be distinct for the colour-blind.
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 

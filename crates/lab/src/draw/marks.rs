@@ -3,8 +3,8 @@
 use super::svg::Svg;
 use crate::methods::{METHODS, Method};
 
-/// The colours of methods: those of M. Okabe and K. Ito, which the colour-blind tell apart and a
-/// printer in grey prints in different greys.
+/// The colours of methods: those of M. Okabe and K. Ito, which are distinct for the colour-blind, and differ in
+/// brightness when printed in grey.
 mod colour {
     pub(super) const KERNEL: &str = "#D55E00";
     pub(super) const DOUBLE: &str = "#009E73";

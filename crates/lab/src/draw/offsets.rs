@@ -14,7 +14,8 @@ const ROW: f64 = 46.0;
 const GAP: f64 = 9.0;
 /// Above a group of rows, for its heading.
 const HEADING: f64 = 34.0;
-/// A northing of UTM, in metres: that of the house in the program. Shares are told of the distance nearest to it.
+/// A northing of UTM, in metres: that of the house in the program. The shares quoted are those at the distance nearest
+/// to it.
 const NORTHING: f64 = 528_980.0;
 
 /// For each method of [`ASKED`] the share of wrong answers against how far a wall stands from zero.

@@ -98,7 +98,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// A panel with its upper left corner at a point, and room for so many rows.
+/// A panel with its upper left corner at a point, and room for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],

@@ -41,7 +41,7 @@ pub const FAMILIES: &[Family] = &[
     },
     Family {
         name: "edge-steps",
-        what: "rays at a point of an edge, moved by up to so many f32 steps",
+        what: "rays at a point of an edge, moved by up to that many f32 steps",
         param: Some(Param { name: "steps", from: 1_048_576.0, to: 1.0 }),
         make: shapes::edge_steps,
     },

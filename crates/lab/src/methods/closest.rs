@@ -1,9 +1,9 @@
 //! The closest hits of batches by an intersector: N rays against one triangle after another (packets),
 //! or one ray after another against N triangles (blocks).
 //!
-//! What is computed once for a triangle is computed before the clock starts, and stored as one number
-//! a field (packets) or as N (blocks); what is computed once for a ray is on the clock. Both forms keep
-//! the closest hit of each ray without a branch.
+//! Values computed once for a triangle are computed before the clock starts, and stored as one number a field (packets)
+//! or as N (blocks); values computed once for a ray are on the clock. Both forms keep the closest hit of each ray
+//! without a branch.
 
 use std::time::Instant;
 

@@ -81,8 +81,8 @@ struct Wall {
 /// ratios, at any angle: `cases` rays each, which start 1 nm to 10 cm from the wall on either side and go
 /// to or from it. A quarter of them passes the diagonal where its halves meet.
 ///
-/// `exact` is asked about a wall's rays, whether each hits it. What is true, rationals say. The counts
-/// depend on the seed and these numbers alone.
+/// `exact` decides whether each ray hits the wall; the truth comes from rationals. The counts depend only on the seed
+/// and these numbers.
 pub fn sweep_offsets(
     seed: u64,
     points: usize,

@@ -13,7 +13,7 @@ pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
 /// A file may unpack to that much, whatever its size,
 const SURE: u64 = 64 << 20;
-/// and a larger one to so many times its size: models shrink to a tenth, and few to a fiftieth.
+/// and a larger one to this many times its size: models shrink to a tenth, and few to a fiftieth.
 const RATIO: u64 = 100;
 
 /// Unpacks a file of that size. Memory is linear in the size: a bomb ends in an error.

@@ -65,8 +65,7 @@ impl<R: BufRead> Lines<R> {
         &self.line
     }
 
-    /// The line without blanks at its end. What is read of a model is ASCII, but names may be in any
-    /// encoding.
+    /// The line without blanks at its end. Everything read from a model is ASCII, but names may be in any encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)
     }

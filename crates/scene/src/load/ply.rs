@@ -1,5 +1,5 @@
-//! PLY, ascii and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements;
-//! of ascii ones it wants finite numbers in properties that nobody needs.
+//! PLY, ascii and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements; ascii
+//! elements are parsed here, because it refuses numbers that are not finite even in properties that are not used.
 
 use std::io::{BufRead, ErrorKind};
 

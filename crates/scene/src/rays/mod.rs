@@ -25,7 +25,7 @@ const MAX_LINE: usize = 4096;
 const RAW: usize = size_of::<Ray>();
 const RAW64: usize = size_of::<Ray64>();
 
-/// Bytes that are read at once, if so many are there: a whole number of raw rays.
+/// The number of bytes read at once, if there are as many: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
@@ -78,7 +78,7 @@ impl<'a> Rays<'a> {
         Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
     }
 
-    /// Begins to read what has a name for error messages, and so many bytes where that is known.
+    /// Begins to read an input with a name, for error messages, and its size in bytes if that is known.
     ///
     /// A format that is not given is that of the name's ending, as [`RaysFormat::of_name`] has it. Else
     /// it is CSV if its first line that is not blank names columns of rays alone. Anything else is an

@@ -111,7 +111,7 @@ fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     Ok(transforms)
 }
 
-/// The nodes at the top of the scene; without a scene, all that are nobody's child.
+/// The nodes at the top of the scene; without a scene, all nodes without a parent.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let index = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(index) {
@@ -123,7 +123,7 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     }
 }
 
-/// The nodes that are nobody's child.
+/// The nodes without a parent.
 fn tops(root: &Root) -> Vec<usize> {
     let mut top = vec![true; root.nodes.len()];
     for child in root.nodes.iter().filter_map(|node| node.children.as_ref()).flatten() {
