@@ -1,0 +1,14 @@
+"""Shows as code the doctests that stand outside of a docstring's section of examples."""
+
+import re
+
+import griffe
+
+# A paragraph of prompts, unless the line before it underlines a heading.
+PARAGRAPH = re.compile(r"(?<!---\n)^(?P<code>>>> (?:.+\n?)+)", re.MULTILINE)
+
+
+class Doctests(griffe.Extension):
+    def on_instance(self, *, obj, **_):
+        if obj.docstring and "\nExamples\n---" not in obj.docstring.value:
+            obj.docstring.value = PARAGRAPH.sub(r"```pycon\n\g<code>\n```\n", obj.docstring.value)
