@@ -41,7 +41,7 @@ class Rays:
 
     @property
     def width(self) -> int:
-        """Rays in a row of a picture, 0 where the shape does not tell."""
+        """Rays in a row of a picture, or 0 if the shape does not show it."""
         return self.shape[-1] if len(self.shape) > 1 else 0
 
 

@@ -1,4 +1,4 @@
-"""A mesh, as users make, save and load it."""
+"""The mesh that users create, save and load."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Mesh(PointQueries):
     faces : (m, 3) integer, optional
         Rows of ``vertices``. Both sides of a face can be hit.
     threads : int, optional
-        Threads that build, all by default.
+        Number of threads that build, all by default.
 
     Raises
     ------
@@ -35,7 +35,7 @@ class Mesh(PointQueries):
     TypeError
         If a dtype would lose digits: ``longdouble``, complex, objects.
     IndexError
-        If a face names a vertex that is not there.
+        If a face names a vertex that does not exist.
     MemoryError
         If there is too little memory.
 
@@ -47,7 +47,7 @@ class Mesh(PointQueries):
     equal t the lowest triangle wins. With ``mode="certified"`` they are those of a plain loop in float64.
 
     Float64 rays keep their digits: a float32 mesh that meets rays which float32 cannot hold answers them in
-    float64, through a second hierarchy that it makes then. Pass ``rays.astype(np.float32)`` to do without.
+    float64, through a second hierarchy, which it then builds. Pass ``rays.astype(np.float32)`` to avoid that.
 
     Ctrl-C ends a long call with ``KeyboardInterrupt``, and too little memory with ``MemoryError``. Calls let other threads
     of Python run.
@@ -91,7 +91,7 @@ class Mesh(PointQueries):
         ValueError
             If it holds no such model, or is damaged; the message has the line in the file.
         MemoryError
-            If it needs more memory than there is.
+            If it needs more memory than is available.
 
         Examples
         --------
@@ -102,7 +102,7 @@ class Mesh(PointQueries):
         ...     intertri.Mesh.read(path)
         Mesh(1 face, 3 vertices, float64)
         """
-        # So that a file that cannot be opened is the error that Python has for it.
+        # A file that cannot be opened raises the error that Python has for it.
         open(path, "rb").close()
         vertices, faces, notes = read_model(path)
         if notes and strict:
@@ -154,7 +154,7 @@ def _revive(cls: type[Mesh], *parts: Any) -> Mesh:
 
 
 def _restore(*_: Any) -> Mesh:
-    """What pickles of before name."""
+    """What pickles of older versions refer to."""
     raise ValueError(
         "an older version pickled this mesh, which did not bind its tree to its vertices: "
         "make it anew by Mesh(vertices, faces)"
@@ -172,7 +172,7 @@ def load(path: str | os.PathLike[str]) -> Mesh:
     OSError
         If it cannot be read.
     MemoryError
-        If it needs more memory than there is.
+        If it needs more memory than is available.
     """
     try:
         return _revive(Mesh, *_archive.read(path))

@@ -1,4 +1,4 @@
-"""What points ask of a mesh."""
+"""Queries by points."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class PointQueries(RayQueries):
         return points.astype(self.dtype if fits else F64, copy=False)
 
     def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
-        """Whether points are inside the mesh or on it; where it is open or faces are not turned alike, whether a ray
+        """Whether points are inside the mesh or on it; where it is open or faces are not oriented alike, whether a ray
         from them crosses an odd number of faces."""
         if self.is_closed:
             return self.contains(points, threads=threads)

@@ -1,4 +1,4 @@
-"""What rays ask of a mesh."""
+"""Queries by rays."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class RayQueries(Triangles):
             Where rays start and where they go, of shapes that broadcast: one origin may serve all. A direction
             need not have unit length. Or, without ``directions``, whole rays of shape (..., 6), origin and
             direction, or (..., 8), origin, t_min, direction, t_max; contiguous (n, 8) of float32 are read
-            where they are.
+            in place.
         t_min, t_max : float or (...)
             A hit counts where t > 0 and t_min <= t < t_max, in multiples of the direction's length. A plain number
             of Python takes the rays' dtype; numpy's scalars and arrays keep theirs.
@@ -65,9 +65,9 @@ class RayQueries(Triangles):
             Whether t, u and v of misses are NaN, for plots and means, not infinity and 0.
         mode : "exact" or "certified"
         threads : int, optional
-            Threads that answer, all by default.
+            Number of threads, all by default.
         out : (...) `HIT`, optional
-            Where answers go: a contiguous array that is given again saves new memory.
+            A contiguous array for the answers; using one again saves an allocation.
 
         Returns
         -------
@@ -78,7 +78,7 @@ class RayQueries(Triangles):
         Raises
         ------
         ValueError, TypeError
-            If shapes do not fit, or a dtype is none of numbers.
+            If shapes do not fit, or a dtype is not numeric.
 
         Examples
         --------
@@ -139,7 +139,7 @@ class RayQueries(Triangles):
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything: (...) bool.
 
-        Parameters are those of `closest`. To ask whether a point is in shadow, take `visible`: a ray that starts on a
+        Parameters are those of `closest`. To find out whether a point is in shadow, use `visible`: a ray that starts on a
         surface may hit it, because the point is rounded.
 
         >>> import intertri
@@ -210,7 +210,7 @@ class RayQueries(Triangles):
 
         A ray starts at the hit, rounded, or beside it on the side to which it goes, a few units in the last place away:
         in the mode "exact" it never hits the triangle that it starts on. Near an edge it may hit the one on the other
-        side. To ask whether a point sees a light, take `visible`.
+        side. To find out whether a point sees a light, use `visible`.
 
         Parameters
         ----------
@@ -264,7 +264,7 @@ class RayQueries(Triangles):
     ) -> HitLists:
         """Every hit of each ray, in order of t; of equal t, of the triangle.
 
-        A point on an edge belongs to each triangle that has it. To count surfaces, ask `crossings`.
+        A point on an edge belongs to each triangle that has it. To count surfaces, use `crossings`.
 
         Parameters
         ----------
@@ -313,7 +313,7 @@ class RayQueries(Triangles):
         Returns
         -------
         HitLists
-            As of `all`, with `CROSSING` for hits: ``leaves`` tells whether the ray runs with the normal, out
+            As for `all`, with `CROSSING` for hits: ``leaves`` says whether the ray runs with the normal, out
             of a mesh whose corners run counter-clockwise as seen from outside.
 
         Examples
@@ -342,7 +342,7 @@ class RayQueries(Triangles):
     ) -> NDArray[np.void]:
         """How often each ray crosses the mesh, each edge and corner once: (...) `CROSSINGS`.
 
-        ``signed`` is leaving less entering. Of a closed mesh and a ray without end it is the winding number
+        ``signed`` is leaving minus entering. For a closed mesh and a ray without end it is the winding number
         of the origin, whatever the direction. ``unsigned`` is the number of `crossings`.
 
         >>> import intertri

@@ -31,7 +31,7 @@ class Position:
 
 
 class Triangles:
-    """Triangles, and the hierarchy over them; `Mesh` tells more."""
+    """Triangles, and the hierarchy over them; see `Mesh`."""
 
     __slots__ = ("__weakref__", "_at", "_faces", "_moving")
 
@@ -55,12 +55,12 @@ class Triangles:
         self._tree(corners.dtype, threads)
 
     def _keep(self, corners: NDArray[np.floating[Any]], rows: NDArray[np.uint32]) -> None:
-        """Takes vertices and faces for its own."""
+        """Takes ownership of vertices and faces."""
         corners.flags.writeable = rows.flags.writeable = False
         self._at, self._faces, self._moving = Position(corners), rows, threading.Lock()
 
     def _tree(self, dtype: np.dtype[Any], threads: int | None) -> Tree32 | Tree64:
-        """The hierarchy over a scalar, made when it is first asked for."""
+        """The hierarchy in a scalar, built when it is first needed."""
         at = self._at
         tree = at.trees.get(dtype)
         if tree is None:
@@ -86,7 +86,7 @@ class Triangles:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """``float32`` or ``float64``: what the coordinates are kept in."""
+        """``float32`` or ``float64``: the type of the coordinates."""
         return self._at.vertices.dtype
 
     @property
@@ -149,7 +149,7 @@ class Triangles:
         indices : (n,) integer, optional
             Rows of `vertices`. If one occurs twice, its last position counts.
         threads : int, optional
-            Threads that fit the hierarchy, all by default.
+            Number of threads that refit the hierarchy, all by default.
 
         Returns
         -------
@@ -162,7 +162,7 @@ class Triangles:
         ValueError
             If there are more vertices or fewer, or one of a face is not finite: nothing has changed.
         IndexError
-            If ``indices`` name a vertex that is not there: nothing has changed.
+            If ``indices`` name a vertex that does not exist: nothing has changed.
         MemoryError, KeyboardInterrupt
             The vertices are where they were, and the next query builds the hierarchy.
 
@@ -205,7 +205,7 @@ class Triangles:
 
     @property
     def is_closed(self) -> bool:
-        """Whether every edge is run along as often one way as the other, so that the mesh has an inside."""
+        """Whether every edge is used as often in one direction as in the other, so that the mesh has an inside."""
         at = self._at
         if at.is_closed is None:
             ask = native(at.vertices.dtype).is_closed

@@ -7,8 +7,8 @@
 array([ 0, -1], dtype=int32)
 
 The mesh goes to each worker once, and each worker process builds its hierarchy once. A block of rays, best about a
-million, is one task. Answers do not depend on blocks, workers or CPUs; `digest` is a hash to see it by. A task that
-is lost with its worker is run again by dask.
+million, is one task. Answers do not depend on blocks, workers or CPUs; `digest` is a hash to compare them by. If a
+worker dies, dask reruns its tasks.
 """
 
 # What dask knows of its types differs from version to version.
@@ -38,7 +38,7 @@ PROGRAM_HIT = np.dtype([("triangle", "<i8"), ("t", "<f8"), ("u", "<f8"), ("v", "
 
 
 class SharedMesh:
-    """A mesh that is at every worker. `share` makes it."""
+    """A mesh that every worker holds, made by `share`."""
 
     def __init__(self, digest: str, payload: Any) -> None:
         self.digest = digest
@@ -47,9 +47,9 @@ class SharedMesh:
 
 def share(mesh: Mesh, client: Any = None) -> SharedMesh:
     """Sends a mesh to every worker of a client of ``distributed``, once. The functions below take the result in place
-    of the mesh. Without a client, that of the moment if there is one, else the mesh stays in this process.
+    of the mesh. Without ``client``, the current client is used; if there is none, the mesh stays in this process.
 
-    Workers that come later fetch it from the others.
+    Workers that join later fetch it from the others.
     """
     client = client or _client()
     if client is None:
@@ -61,8 +61,8 @@ def share(mesh: Mesh, client: Any = None) -> SharedMesh:
 def closest(mesh: Mesh | SharedMesh, rays: da.Array, *, mode: Mode = "exact", threads: int = 1) -> da.Array:
     """The closest hits of rays (n, 6) or (n, 8): an array (n,) of `intertri.HIT`, in the blocks of the rays.
 
-    ``threads`` is how many a block is answered by; a worker runs as many blocks at a time as it has threads of its
-    own, so 1 is right unless it has a single one for many cores.
+    ``threads`` is the number of threads for each block. A worker runs as many blocks at a time as it has threads, so
+    1 is right unless a worker has a single thread for many cores.
     """
     return _blocks("closest", mesh, rays, HIT, mode=mode, threads=threads)
 
@@ -86,8 +86,8 @@ def contains(
 
 
 def from_parquet(path: Any, columns: list[str] | None = None, **options: Any) -> da.Array:
-    """Rays from parquet, a block a partition: ``columns`` names origin and direction (6), or with t_min and t_max (8:
-    ox, oy, oz, t_min, dx, dy, dz, t_max), by default the first."""
+    """Rays from parquet, one block for each partition: ``columns`` names origin and direction (6), or with t_min and
+    t_max (8: ox, oy, oz, t_min, dx, dy, dz, t_max), by default the first."""
     import dask.dataframe as dd
 
     frame = dd.read_parquet(path, columns=columns, **options)
@@ -101,11 +101,11 @@ def from_zarr(path: Any, **options: Any) -> da.Array:
 
 
 def to_zarr(hits: da.Array, path: Any, **options: Any) -> None:
-    """Writes closest hits into a zarr group, an array a field (t, u, v, triangle, geometry), in the blocks of ``hits``.
-    ``options`` go to ``create_array``, such as ``compressors=None``."""
+    """Writes closest hits into a zarr group, one array for each field (t, u, v, triangle, geometry), in the blocks of
+    ``hits``. ``options`` go to ``create_array``, such as ``compressors=None``."""
     import zarr
 
-    # No block of hits is empty: nobody need look.
+    # No block of hits is empty, so zarr need not check.
     options.setdefault("config", {"write_empty_chunks": True})
 
     size = max(hits.chunks[0], default=1) or 1
@@ -160,7 +160,7 @@ _lender = Lender()
 
 
 def _mesh_of(payload: Mesh | _Payload) -> Mesh:
-    """The mesh in this process, built by the first that asks; the last few are kept."""
+    """The mesh in this process, built by the first task that needs it; the last few are kept."""
     if isinstance(payload, Mesh):
         return payload
     with _lock:

@@ -174,7 +174,7 @@ class RayMeshIntersector:
         multiple_hits : bool
             All crossings, or the closest hit alone.
         max_hits : int
-            At most so many a ray, the nearest. A warning says if others are left out.
+            The largest number of hits per ray; the nearest are kept. A warning says if others are left out.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         if multiple_hits:
@@ -198,7 +198,7 @@ class RayMeshIntersector:
     def contains_points(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Whether points are inside of the mesh or on it: (n,).
 
-        Of a closed mesh whose faces are turned alike, inside is where it winds around. Of any other, a point is
+        For a closed mesh with consistent faces, inside is where it winds around. For any other, a point is
         inside if a ray from it crosses an odd number of faces.
         """
         at = np.asarray(points, np.float64)
@@ -303,7 +303,7 @@ _MANY = 1 << 20
 
 def _closest(mesh: Any, asked: RayMeshIntersector, points: ArrayLike) -> tuple[Floats, Floats, Ints]:
     """The closest points, distances and faces. Of faces that share the edge or corner where the point lies, it is the
-    one that faces the most, as in trimesh: its normal tells on which side of the surface one is."""
+    one that faces the most, as in trimesh: its normal shows on which side of the surface the point is."""
     at = np.asarray(points, np.float64)
     if at.ndim != 2 or at.shape[1] != 3:
         raise ValueError(f"points have shape {at.shape}; it must be (n, 3)")
