@@ -80,7 +80,8 @@ pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize)
 
 pub(super) fn threshold_t(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // From a point at a distance along the normal's longest axis, with the vd that gives the t.
+        // The ray starts at some distance along the normal's longest axis; its direction is solved for the `vd` that
+        // makes t the threshold.
         let n = normal(triangle);
         let axis = longest(n);
         let mut origin = weigh(triangle, inside(rng));
@@ -106,10 +107,10 @@ pub(super) fn threshold_default(rng: &mut Rng, _: f64, triangles: usize, rays: u
 
 pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = random(rng, 1.0, triangles, rays);
-    // The first ray gets a triangle of its own to be measured against, and sets the threshold.
+    // The first ray is aimed at the first triangle, and their `vd` or t becomes the threshold.
     if let (Some(triangle), Some(first)) = (scene.triangles.first(), scene.rays.first_mut()) {
         *first = aim(rng, triangle);
-        // A direction made long puts t below vd, where the last line decides.
+        // A longer direction makes t smaller than `vd`, so that the test's last line decides.
         if rng.one_in(2) {
             first.dir = first.dir.map(|x| 64.0 * x);
         }
@@ -123,8 +124,8 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 }
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
-    // Half of the scenes lie in planes of a whole height and are met from whole distances, so that
-    // many a t is an f32, exactly; with full mantissas hardly any is.
+    // In half of the scenes, heights and distances are whole numbers, so that many t are exactly f32; with full
+    // mantissas hardly any are.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);
     let shape = |rng: &mut Rng, place| {

@@ -264,13 +264,13 @@ impl Outline {
     }
 }
 
-/// Triangles against windows, either of them the same in all lanes: the inverse depths.
+/// The inverse depths of triangles in windows: many triangles in one window, or one triangle in many windows.
 struct Depths<F: Lanes> {
-    /// No ray has a larger one.
+    /// No ray through the window has a larger inverse depth.
     most: F,
-    /// For no ray is it sure and positive.
+    /// Lanes where it is surely negative for every ray: the plane lies behind all of them.
     behind: F::Mask,
-    /// For every ray it is sure and positive.
+    /// Lanes where it is surely positive for every ray.
     plain: F::Mask,
 }
 
