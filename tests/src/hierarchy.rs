@@ -7,7 +7,8 @@ use intertri::simd::Level;
 use intertri::{Hit, Mode, Threshold};
 use intertri_trace::{Bvh, MeshTriangle};
 
-/// Every query of the hierarchy about every ray of a scene, in every mode; how many rays hit the reference.
+/// Runs every query of the hierarchy for every ray of a scene, in every mode. Returns how many rays hit anything, by
+/// the reference.
 ///
 /// # Errors
 /// The first difference.

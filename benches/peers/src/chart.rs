@@ -11,8 +11,8 @@ const INK: &str = "#222222";
 const GREY: &str = "#666666";
 const FAINT: &str = "#dddddd";
 
-/// Who is drawn: the fastest of the engines whose names begin so (but for those that end in `-`), by
-/// what name, in which colour (M. Okabe's and K. Ito's, which the colour-blind tell apart).
+/// The groups that are drawn: the prefix of engine names, of which the fastest counts, the label, and a colour from the
+/// palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
 const GROUPS: [(&str, &str, &str); 8] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),

@@ -13,7 +13,7 @@ pub const SCENES: [&str; 10] = [
     "terrain",
 ];
 
-/// Closed ones made by code.
+/// Closed scenes, made by code.
 pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "sphere"];
 
 /// Triangles of the spheres that show the growth.
@@ -186,7 +186,7 @@ fn terrain() -> Result<Scene, String> {
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);
-        // Shifted, lest all octaves have a vertex in one place.
+        // Shifted, so that the octaves' vertices do not coincide.
         noise(p.map(|x| x * scale + 0.37 * f64::from(k))) / scale
     };
     (0..octaves).map(octave).sum()

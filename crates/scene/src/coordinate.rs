@@ -1,4 +1,4 @@
-//! In which scalar a scene is kept: f32 or f64.
+//! The scalar in which a scene is kept: f32 or f64.
 
 use std::str::FromStr;
 

@@ -64,7 +64,7 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
 
     let mut thin = Vec::new();
     if rare.into_inner() {
-        // These are so rare that they are looked for again; a list in the first pass would have to be shared by all
+        // These are so rare that a second pass looks for them; a list in the first pass would have to be shared by all
         // threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {

@@ -10,7 +10,7 @@ use super::search::Search;
 use crate::morton::along_curve;
 use crate::walk::single::TraversalScratch;
 
-/// The closest points of some, on this thread, where they are not farther than a radius.
+/// Finds the closest points to some points, on this thread, unless they are farther than a radius.
 pub(crate) fn closest_points<M: Mesh>(
     mesh: M,
     points: &[[M::Scalar; 3]],

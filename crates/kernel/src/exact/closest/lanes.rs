@@ -89,7 +89,7 @@ fn to_edge<D: Lanes<Scalar = f64>>(corner: Vec3<D>, edge: Vec3<D>) -> D {
     // The foot of the perpendicular on the edge's line, clamped to the edge. For an edge without a length the share is
     // a NaN, which counts as 0: the corner itself.
     let share = -corner.dot_fused(edge) / edge.dot_fused(edge);
-    // A NaN is none.
+    // A NaN fails the comparison and becomes 0.
     let share = D::select(share.ge(none), share, none);
     let share = D::select(share.le(all), share, all);
     let to = Vec3 {

@@ -6,8 +6,8 @@
 //!   t     -∞ … each begins    │ the t of its box        │ · · ·
 //! ```
 //!
-//! A node's boxes are put down far to near by one permutation of lanes, and what begins beyond the
-//! best hit is dropped by one comparison of lanes.
+//! A node's boxes are pushed far to near by one permutation of lanes, and what begins beyond the best hit is dropped by
+//! one comparison of lanes.
 
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
@@ -119,16 +119,16 @@ impl Stack {
         (ray * self.each + LOOK) as u32
     }
 
-    /// What lies on them.
+    /// Their contents.
     #[inline(always)]
     pub(crate) fn entries(&mut self) -> Entries<'_> {
-        // Cut to one length, so that a place is looked for in both at once.
+        // Cut to one length, so that one bounds check covers both.
         let len = self.child.len().min(self.t.len());
         Entries { child: &mut self.child[..len], t: &mut self.t[..len] }
     }
 }
 
-/// What lies on stacks.
+/// The contents of stacks.
 pub(crate) struct Entries<'a> {
     child: &'a mut [f32],
     t: &'a mut [f32],
