@@ -40,6 +40,7 @@ pub(crate) trait LanePairs {
     /// t of the lane's ray and the triangle in a slot, which it is known to hit.
     #[inline(always)]
     fn t_in(&self, lane: usize, slot: LeafSlot) -> f64 {
+        // Of the best hit so far only the slot is kept, so its triangle has to be found first.
         let (ray, _) = self.ids(lane);
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }
@@ -87,6 +88,7 @@ impl<P: Fn(LeafSlot) -> Triangle, const N: usize> LanePairs for RaysOnTriangle<'
     }
     #[inline(always)]
     fn ids(&self, lane: usize) -> (RayId, LeafSlot) {
+        // Rays are numbered from the first of the packet on.
         (RayId(lane as u32), self.slot)
     }
     #[inline(always)]
@@ -149,6 +151,7 @@ impl<P: Fn(LeafSlot) -> Triangle> LanePairs for RayOnRow<'_, P> {
     }
     #[inline(always)]
     fn triangle(&self, lane: usize) -> Triangle {
+        // A row is loaded straight from the caller's slice and kept nowhere else, so the triangle is found there again.
         (self.find)(LeafSlot(self.first.0 + lane as u32))
     }
     #[inline(always)]

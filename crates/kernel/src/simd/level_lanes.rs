@@ -87,6 +87,8 @@ pub trait Simd: Copy {
     /// ```
     #[inline(always)]
     fn permute(lanes: Self::F32x8, order: u64) -> Self::F32x8 {
+        // Through memory, as in the other defaults here: right at every level, and replaced where a level has an
+        // instruction for it.
         let (mut from, mut to) = ([0.0; 8], [0.0; 8]);
         lanes.store(&mut from);
         for (to, lane) in to.iter_mut().zip(order.to_le_bytes()) {
@@ -291,6 +293,8 @@ pub trait Simd: Copy {
 #[inline(always)]
 pub(crate) fn by_triangle<S: Simd>(numbers: [S::F64x8; 4]) -> [[S::F64x4; 4]; 2] {
     let mut rows = [[0.0; 8]; 4];
+    // Eight lanes go to memory and come back as two halves of four, because transpositions work on four by four
+    // numbers.
     for (lanes, row) in numbers.into_iter().zip(&mut rows) {
         lanes.store(row);
     }
@@ -315,6 +319,7 @@ pub(crate) fn put_by_triangle<'a, S: Simd>(
     ];
     for (i, to) in to.enumerate() {
         for (rows, to) in axes.iter().zip(to) {
+            // The first four triangles are in the first half. A row has four numbers, one for each of the four vectors.
             rows[i / 4][i % 4].store(to);
         }
     }

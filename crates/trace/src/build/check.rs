@@ -17,7 +17,10 @@ impl Layout {
             nodes: vec![0; self.nodes.len()],
             depth: 0,
         };
+        // From the root down, every node and block is counted when it is reached. A child that is missing, has two
+        // parents or is part of a cycle shows in the counts.
         walk.node(0, 1)?;
+        // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a second tree.
         let expected = |t: &Triangle| {
             let bounds = hit_bounds(t);
             u32::from(matches!(bounds, HitBounds::Box { .. } | HitBounds::Degenerate(_)))
@@ -50,6 +53,7 @@ impl Walk<'_> {
     fn node(&mut self, index: usize, depth: usize) -> Result<Aabb, String> {
         self.nodes[index] += 1;
         self.depth = self.depth.max(depth);
+        // Checked before the recursion, which would never end in a cycle.
         if depth > MAX_DEPTH {
             return Err(format!("node {index} is {depth} deep"));
         }
@@ -69,6 +73,8 @@ impl Walk<'_> {
                 }
             };
             let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
+            // Equal, not just large enough: a box that is too large changes no answer, so no other test would notice
+            // it.
             if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {
                 return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
             }
@@ -82,6 +88,8 @@ impl Walk<'_> {
         let block: &[u32; BLOCK] = &self.tree.blocks[index];
         let full = block.iter().take_while(|&&i| i != NONE).count();
         let ascends = block[..full].windows(2).all(|w| w[0] < w[1]);
+        // The order of a block's triangles must not depend on how the build went, or equal trees would have different
+        // bytes.
         if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
             return Err(format!("block {index} is {block:?}"));
         }

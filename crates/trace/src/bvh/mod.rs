@@ -86,6 +86,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     pub fn from_meshes(meshes: &[&[TriangleOf<S>]]) -> Result<Self, BuildError> {
         let count = meshes.iter().map(|mesh| mesh.len()).sum();
+        // Checked first, so that too many triangles are an error and not a huge allocation.
         Tree::check_count(count)?;
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count };
         let mut all = room(count).map_err(out_of_memory)?;
@@ -124,6 +125,7 @@ impl<S: BvhScalar> Bvh<S> {
 
     /// From a tree and the data stored with it.
     fn of_parts(tree: Tree, originals: S::Originals) -> Self {
+        // The table of slots is made by the first call that needs it; most programs never do.
         Self { tree, originals, slots: OnceLock::new() }
     }
 
@@ -243,6 +245,7 @@ impl<S: BvhScalar> Bvh<S> {
         let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
+                // Leaves know their triangles' indices. Those that are in no leaf were not finite, and stay NaN.
                 triangles[leaf.indices[lane] as usize] =
                     self.triangle_in(LeafSlot((8 * i + lane) as u32));
             }

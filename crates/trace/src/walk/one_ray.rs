@@ -19,12 +19,14 @@ pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
 /// The triangle of the closest hit.
 pub(crate) fn closest_triangle(single: SingleRay<'_>) -> Option<MeshTriangle> {
     let geometries = &single.tree.geometries;
+    // The search alone: t, u and v, which take exact divisions, are not computed.
     let (position, _) = search::<false>(single).triangle()?;
     Some(geometries.name(position))
 }
 
 /// Whether anything is hit.
 pub(crate) fn any(single: SingleRay<'_>) -> bool {
+    // The traversal ends at the first sure hit, wherever on the ray it is.
     search::<true>(single).is_hit()
 }
 
@@ -32,6 +34,7 @@ pub(crate) fn any(single: SingleRay<'_>) -> bool {
 pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     let geometries = &single.tree.geometries;
     let mut hits: Vec<Hit> = in_order(single).into_iter().map(|(hit, _)| hit).collect();
+    // Last, because ties are broken by the position among all triangles, which the names of mesh and triangle replace.
     geometries.rename(&mut hits);
     hits
 }
@@ -46,6 +49,7 @@ pub(crate) fn crossings(single: SingleRay<'_>) -> Vec<Crossing> {
 /// The closest hit and its side: the next crossing, if the filter's rule is *once*.
 pub(crate) fn next_crossing(single: SingleRay<'_>) -> Option<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
+    // The mode is *once* here, in which every hit is a crossing. So the closest hit is the next crossing.
     let closest = search::<false>(single);
     let (_, slot) = closest.triangle()?;
     let hit = filter.hit(ray, &closest, |slot| tree.triangle_in(slot))?;
@@ -57,6 +61,7 @@ pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let SingleRay { tree, filter, ray, .. } = single;
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
+    // Leaving counts 1 and entering -1: their sum is the winding number of the origin, whatever the direction.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 

@@ -139,10 +139,13 @@ macro_rules! lanes {
             #[inline(always)]
             fn mul_error(self, b: Self, product: Self) -> Self {
                 if cpu::FUSED {
+                    // A fused multiply-add rounds once, and the error of a product is a number of the same format: so
+                    // this is exact.
                     return self.mul_add(b, -product);
                 }
                 // Two to half of the digits, rounded up, and one.
                 const HALF: u32 = <cpu::$cpu::Scalar>::MANTISSA_DIGITS.div_ceil(2);
+                // WebAssembly has none, so the factors are split into halves whose products are exact (Dekker).
                 mul_error(self, b, product, Self::splat(((1 << HALF) + 1) as Self::Scalar))
             }
             #[inline(always)]
@@ -240,6 +243,8 @@ impl Ints for Integers {
     }
     #[inline(always)]
     fn dot([ax, ay, az]: [Self; 3], [bx, by, bz]: [Self; 3]) -> Self {
+        // All three products at once: their high halves are added before they are moved to their place, which is done
+        // once.
         Self(cpu::integers::dot([ax.0, ay.0, az.0], [bx.0, by.0, bz.0]))
     }
     #[inline(always)]
@@ -272,12 +277,15 @@ impl Simd for Baseline {
     type F64x8 = Pair<Pair<Doubles>>;
     type I64x4 = Integers;
     type I64x8 = Pair<Integers>;
+    // Registers of 128 bits hold four f32 but two f64. `F64s` is a pair, so that both have a lane for each of four
+    // triangles.
     type F32s = Self::F32x4;
     type F64s = Self::F64x4;
     const LEVEL: Level = Level::PORTABLE;
 
     #[inline(always)]
     fn permute(Pair(a, b): Self::F32x8, order: u64) -> Self::F32x8 {
+        // A lane may come from either register, so this cannot be done half by half as `Pair` does.
         let [a, b] = cpu::singles::permute([a.0, b.0], order);
         Pair(Singles(a), Singles(b))
     }
