@@ -10,8 +10,8 @@ const LENGTH: u32 = 100_000;
 const CHAINS: usize = 3;
 /// Measurements at a clock further than this from the usual one do not count.
 const STEADY: f64 = 0.03;
-/// The usual clock: so many of a thousand are slower. A dip of the other half of the time would be taken for
-/// usual by the middle one; the fastest of all may be a boost.
+/// The usual clock: this many of a thousand measurements are slower. The median would take a dip for usual that lasts
+/// half of the time; the fastest measurement may be a boost.
 const USUAL: usize = 900;
 
 /// The clock while an engine traced the rays of a cell.

@@ -77,7 +77,7 @@ pub fn wanted_of<'a>(
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
-/// An engine, or word of why there is none.
+/// An engine, or the reason why there is none.
 fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
     let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
     Some(Box::new(engine))

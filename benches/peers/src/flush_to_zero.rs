@@ -1,6 +1,6 @@
-//! Subnormal numbers taken for zero, while a peer runs that asks for it.
+//! Subnormal numbers are taken for zero while a peer runs that requires it.
 
-/// Runs with subnormal numbers taken for zero, as Embree's manual asks for.
+/// Runs with subnormal numbers taken for zero, as Embree's manual recommends.
 #[cfg(target_arch = "x86_64")]
 pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;

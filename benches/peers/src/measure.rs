@@ -28,8 +28,8 @@ pub struct Row {
     /// Times of parts that count, and those thrown out because the clock was another than usual.
     pub repeats: usize,
     pub dips: usize,
-    /// Of which engine the ratio tells, and how many times as fast this one was in the same round:
-    /// the lowest, the middle, the highest. None where no part counts in the same round of both.
+    /// The engine that the ratio refers to, and how many times as fast this one was in the same round: the lowest, the
+    /// middle, the highest. None where no part counts in the same round of both.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
     /// Rays with hit and miss mistaken, and with a hit on another triangle (or, where every bit of t
@@ -127,8 +127,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines in turn until each had so many seconds; then the rows, with everything but what
-/// is to be known of the scene.
+/// Runs all engines in turn until each has had its seconds. Returns the rows, complete except for what describes the
+/// scene.
 pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],

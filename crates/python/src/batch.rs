@@ -34,7 +34,7 @@ pub(crate) fn answers<S: Scalar, A: Copy + Send + Sync>(
     })
 }
 
-/// The same of a picture with rows of so many pixels.
+/// The same for a picture whose rows have that many pixels.
 fn by_tiles<S: Scalar, A: Copy + Send + Sync>(
     rays: &Source<'_, S>,
     width: usize,

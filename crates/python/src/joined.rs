@@ -58,7 +58,7 @@ impl<'a, A: Pod> Joined<'a, A> {
     /// Puts the part of this number where it belongs, and those that waited for it.
     pub(crate) fn put(&self, number: usize, part: Part<A>) {
         self.lock().waiting.insert(number, part);
-        // Whoever finds a part its place, copies it there beside other threads.
+        // The thread that finds where a part belongs copies it there, in parallel with other threads.
         while let Some((mut part, place)) = self.next() {
             place.words.copy_from_slice(bytemuck::cast_slice(&part.answers));
             put_ends(place.offsets, place.before, &part);
@@ -100,7 +100,7 @@ impl<'a, A: Pod> State<'a, A> {
     }
 }
 
-/// Writes where the answers of each ray end, behind so many.
+/// Writes where the answers of each ray end, after `before` answers of earlier parts.
 fn put_ends<A>(to: &mut [i64], before: i64, part: &Part<A>) {
     to.iter_mut().zip(&part.offsets[1..]).for_each(|(to, end)| *to = before + end);
 }

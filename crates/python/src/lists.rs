@@ -42,7 +42,7 @@ pub(crate) fn lists<'py, S: Scalar, A: Pod + Send + Sync>(
     width: usize,
     ask: impl Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
 ) -> PyResult<Lists<'py>> {
-    // Room for an answer a ray, as far as there is memory: what is not needed is never touched.
+    // Room for one answer per ray, if there is enough memory: pages that are not needed are never touched.
     let words_of = |answers: usize| answers * size_of::<A>() / size_of::<u64>();
     let offsets = zeros::<i64>(py, rays.count + 1)?;
     let words = zeros::<u64>(py, words_of(rays.count)).or_else(|_| zeros(py, 0))?;
@@ -101,7 +101,7 @@ where
     F: Fn(&[RayOf<S>], Skip<'_>) -> PyResult<Part<A>> + Sync,
     A: Pod + Send + Sync,
 {
-    /// Asks about all, of a picture with rows of so many pixels or not, on all threads.
+    /// Queries all rays on all threads; they may be a picture whose rows have `width` pixels.
     fn all(&self, width: Option<usize>, joined: &Joined<'_, A>) -> PyResult<()> {
         let band = width.map(|width| band(width, self.rays.count));
         let size = band.as_ref().map_or(CHUNK, Band::pixels);
@@ -134,7 +134,7 @@ where
         rayon::broadcast(|_| token.run(work)).into_iter().collect()
     }
 
-    /// Adds the lists of the rays of a range, as far as it goes.
+    /// Adds the lists of the rays of a range, as many as there are.
     fn range(
         &self,
         Range { start, end }: Range<usize>,

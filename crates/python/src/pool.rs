@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// The pools of a process by their number of threads. A process that was forked has none of the threads of
-/// the one before, so it begins anew. Whoever has this lock has the interpreter's, too: no fork finds it taken.
+/// The pools of a process by their number of threads. A process that was forked has none of the threads of the one
+/// before, so it begins anew. A thread that holds this lock also holds the interpreter's, so no fork finds it taken.
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 struct Pools {
@@ -22,7 +22,7 @@ struct Pools {
 
 /// The threads that do the work of a call.
 pub(crate) enum Workers {
-    /// The thread that calls, so that a small call wakes nobody, and callers of one thread each run side by side.
+    /// The calling thread, so that a small call wakes no other thread, and calls of one thread each run in parallel.
     Caller,
     /// The threads of a pool.
     Pool(Arc<ThreadPool>),

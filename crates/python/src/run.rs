@@ -103,7 +103,7 @@ pub(crate) fn run_apart<T: Send + 'static>(
 ) -> PyResult<T> {
     let (done, mut result) = channel();
     let worker = Builder::new().name("intertri".into()).spawn(move || {
-        // Fails if nobody waits any more.
+        // Fails if the caller no longer waits.
         _ = done.send(work());
     });
     let worker = worker

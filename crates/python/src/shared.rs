@@ -26,7 +26,7 @@ impl<S: Scalar> Shared<S> {
 
     /// The mesh as it is, after what is being done to it.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<Arc<Mesh<S>>> {
-        // Whoever need not wait keeps the interpreter's lock, so that no fork finds this one taken.
+        // A thread that need not wait keeps the interpreter's lock, so that no fork finds this one taken.
         let mesh = match self.0.try_lock() {
             Ok(mesh) => mesh.clone(),
             Err(_) => py.detach(|| self.lock().clone()),
@@ -34,7 +34,7 @@ impl<S: Scalar> Shared<S> {
         mesh.ok_or_else(lost)
     }
 
-    /// Moves the triangles, and tells how worn the tree is. Queries that came before go on with the mesh that
+    /// Moves the triangles, and returns how worn the tree is. Queries that started earlier continue with the mesh that
     /// they have. Where a signal ends it, the mesh is lost.
     pub(crate) fn refit(
         &self,
@@ -48,7 +48,7 @@ impl<S: Scalar> Shared<S> {
             match self.0.try_lock() {
                 Ok(place) => break place,
                 Err(TryLockError::Poisoned(place)) => break place.into_inner(),
-                // Whoever has it may need the interpreter's lock to let it go.
+                // The thread that holds it may need the interpreter's lock to release it.
                 Err(TryLockError::WouldBlock) => py.detach(|| drop(self.lock())),
             }
         };

@@ -138,7 +138,7 @@ impl<S: Scalar> Source<'_, S> {
         Skip { numbers: &numbers[each * range.start..each * range.end], each }
     }
 
-    /// Puts so many rays, from the first on, four at a time: where each four begin is told.
+    /// Writes rays four at a time, starting at the first; the callback gets the index of each group of four.
     #[inline]
     pub(crate) fn put(
         &self,

@@ -1,6 +1,6 @@
 //! The classes behind Python's `Mesh`: a hierarchy over f32 or f64, queried with flat arrays.
 //!
-//! `intertri/_arrays.py` checks what users give. What is checked again here is what memory depends on.
+//! `intertri/_arrays.py` checks what users give. Only what memory safety depends on is checked again here.
 
 use std::num::NonZeroUsize;
 use std::time::Instant;
@@ -152,8 +152,8 @@ macro_rules! tree {
                 })?
             }
 
-            /// What is wrong with a mesh, in words, and how many edges are open, turned and uneven, and triangles doubled
-            /// and opposed.
+            /// What is wrong with a mesh, in words, and the numbers of edges that are open, turned or uneven, and of
+            /// triangles that are doubled or opposed.
             #[staticmethod]
             fn inspect(
                 py: Python<'_>,
@@ -245,7 +245,7 @@ macro_rules! tree {
             }
 
             /// Fills `out` with whether segments, whose ends come in place of origins and directions, hit nothing on
-            /// the way; their ends were rounded to so many bits behind the first.
+            /// the way; their ends were rounded to that many bits after the first.
             fn visible(
                 &self,
                 py: Python<'_>,
@@ -432,7 +432,7 @@ macro_rules! tree {
                 })
             }
 
-            /// Moves the triangles, and tells how worn the tree is.
+            /// Moves the triangles, and returns how worn the tree is.
             fn refit(
                 &self,
                 py: Python<'_>,
@@ -457,7 +457,7 @@ macro_rules! tree {
                 })
             }
 
-            /// The hierarchy of bytes, over so many triangles.
+            /// The hierarchy in saved bytes, over that many triangles.
             #[staticmethod]
             fn from_bytes(py: Python<'_>, bytes: &[u8], triangles: usize) -> PyResult<Self> {
                 let read = |_: &_| Mesh::from_bytes(bytes, triangles);

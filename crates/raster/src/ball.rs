@@ -11,9 +11,8 @@
 //!                                        the shadow ray to it by 2^-24 of its length
 //! ```
 //!
-//! The surfaces are flat pieces: a near cap has three borders, a side one with both ends and two that
-//! run on without end. A piece comes into the ball if one of its borders does or, where P lies
-//! squarely over it, its plane.
+//! The surfaces are flat pieces: a near cap has three borders, a side one with both ends and two that run on without
+//! end. A piece meets the ball if one of its borders does or, where P lies squarely over it, its plane does.
 
 use crate::disc::Disc;
 use crate::exact::{Exact, Point, abs, add, cross, dot, exact, point, rounded, scale, size, sub};
@@ -100,7 +99,7 @@ impl<'a> Ball<'a> {
         })
     }
 
-    /// Whether the near cap of a face comes into the ball.
+    /// Whether the near cap of a face meets the ball.
     pub(crate) fn meets_cap(&self, face: [u32; 3]) -> bool {
         self.may_meet(&face, &[]) && {
             let corners = face.map(|corner| self.near(corner));
@@ -119,7 +118,7 @@ impl<'a> Ball<'a> {
             let [a, b] = edge.map(|end| self.near(end));
             let [far_a, far_b] = edge.map(|end| self.far(end));
             let way = sub(&b, &a);
-            // Where the edge begins in the light, its first end goes nowhere.
+            // If the edge begins in the light itself, its first end is not extruded.
             let mut normal = cross(&way, &far_a);
             if normal.iter().all(Exact::is_zero) {
                 normal = cross(&way, &far_b);

@@ -151,13 +151,13 @@ impl Disc {
         Some(SeenTriangle { corners, height, offset, doubt })
     }
 
-    /// Whether an edge of a triangle comes into the cone.
+    /// Whether an edge of a triangle meets the cone.
     fn meets_outline(&self, SeenTriangle { corners: [a, b, c], .. }: &SeenTriangle) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the way from a to b comes into the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a
-    /// quadratic function of the part s of the way, it does where `f >= 0` and `W > 0`:
+    /// Whether the segment from a to b meets the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a quadratic function of
+    /// the share s of the segment, it does where `f >= 0` and `W > 0`:
     ///
     /// ```text
     ///   a ------(======)------ b     an end is in it, or, as it is convex, both zeros of f are on

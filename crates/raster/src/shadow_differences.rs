@@ -1,7 +1,7 @@
 //! Where two shadow masks of the same picture may differ, decided pixel by pixel.
 //!
-//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused where
-//! the surface of a shadow volume, a side or a near cap, comes into that ball:
+//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused where the surface of a
+//! shadow volume, a side or a near cap, meets that ball:
 //!
 //! ```text
 //!        * light
@@ -12,9 +12,9 @@
 //!      -------`--'----- surface
 //! ```
 //!
-//! A triangle that is edge-on to the light throws a volume as flat as itself, with nothing in it. It
-//! has a surface all the same: of a shadow ray that runs along it, rounding says whether it is hit. So
-//! its cap and its three sides count here like others.
+//! A triangle that is edge-on to the light casts a volume as flat as itself, with nothing in it. Its surface counts all
+//! the same: for a shadow ray that runs along it, rounding decides whether it is hit. So its cap and its three sides
+//! are treated here like others.
 
 use intertri::Hit;
 
@@ -27,16 +27,15 @@ use crate::volume::Volume;
 
 /// Compares two shadow masks of what one view shows, row by row.
 ///
-/// Where the masks differ, the shown point is taken with its ball of uncertainty: in radius, the way
-/// on the triangle's plane that [`View::tolerance`] pixels are, and 2^-24 of the distance to the
-/// light (of the distance to the origin and twice the way to the light, for a directional one: its
-/// shadow rays start at points that are rounded, too). The difference is excused if a near
-/// cap or a side of a volume, those of triangles edge-on to the light included, comes into the ball,
-/// or if the shown triangle's plane is edge-on to the eye within the tolerance. Where the reach of
-/// the light is 1, the shown triangle's own cap does not count, nor do the sides of one edge-on to it.
+/// Where the masks differ, the shown point is taken with its ball of uncertainty: its radius is the distance on the
+/// triangle's plane that [`View::tolerance`] pixels cover, and 2^-24 of the distance to the light (of the distance to
+/// the origin and twice the way to the light, for a directional one: its shadow rays start at points that are rounded,
+/// too). The difference is excused if a near cap or a side of a volume, those of triangles edge-on to the light
+/// included, meets the ball, or if the shown triangle's plane is edge-on to the eye within the tolerance. Where the
+/// reach of the light is 1, the shown triangle's own cap does not count, nor do the sides of one edge-on to it.
 ///
-/// The radius is a number that is rounded up. Whether anything comes into the ball is decided in
-/// rational arithmetic, by distances between points, lines and planes.
+/// The radius is a number that is rounded up. Whether anything meets the ball is decided in rational arithmetic, by
+/// distances between points, lines and planes.
 ///
 /// # Panics
 /// If a slice is not as long as the view has pixels, or a pixel that differs shows a triangle that the

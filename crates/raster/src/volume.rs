@@ -15,10 +15,9 @@
 //! number is too small for the scene or too large for the arithmetic. For a directional light all far
 //! points are one, the sides are triangles, and the far cap is nothing.
 //!
-//! A point is in as many volumes as there are faces between it and the light: the surfaces' winding
-//! around it. That is true of every mesh, open, self-intersecting, wound at random, or with many
-//! faces at an edge, and it is what a two-sided shadow ray asks. Faces which are edge-on to the light
-//! throw nothing.
+//! A point is in as many volumes as there are faces between it and the light: the surfaces' winding around it. That is
+//! true of every mesh, open, self-intersecting, wound at random, or with many faces at an edge, and it is what a
+//! two-sided shadow ray finds. Faces that are edge-on to the light cast nothing.
 
 use std::fmt;
 

@@ -146,7 +146,7 @@ trait FuzzScalar: BvhScalar {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
     /// A ray, often at one of the triangles.
     fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self>;
-    /// By the modes that this scalar has besides.
+    /// By the other modes that this scalar has.
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);
 }
 

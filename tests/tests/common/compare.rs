@@ -61,7 +61,7 @@ struct Case<S: Scalar> {
     once: Option<bool>,
 }
 
-/// Asks about a ray, which is the pair's but for its interval; at every tier, if all shall be.
+/// Queries a ray, which is the pair's except for its interval; at every tier if `all` is set.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));

@@ -159,7 +159,7 @@ fn extents_of_every_size() {
     }
 }
 
-/// Rays that are no rays, start beyond everything or go nowhere; triangles that are none.
+/// Degenerate rays: not finite, without a direction, or from beyond everything; and degenerate triangles.
 #[test]
 fn what_is_not_finite_or_nothing() {
     let mut rng = Rng::new(39);

@@ -99,8 +99,8 @@ fn on_grids(
         assert!(is_closed(&snapped), "{name} is closed");
         let flat = snapped.iter().filter(|&&t| is_degenerate(t)).count();
 
-        // A coarse grid moves the surface, perhaps over a point or onto it. For all others one ray
-        // tells whether they are inside, and all must agree.
+        // A coarse grid moves the surface, perhaps over a point or onto it. For all others, one ray shows whether they
+        // are inside, and all rays must agree.
         let triangles: Vec<_> = snapped.iter().map(|&t| grid.triangle_of(t).unwrap()).collect();
         let blocks: Vec<_> = blocks(&triangles).collect();
         let is_inside = |p: &&[f32; 3]| {

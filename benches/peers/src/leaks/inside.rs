@@ -72,7 +72,7 @@ impl Bounded {
     }
 }
 
-/// Points inside, as many as are asked for or fewer where there are many triangles.
+/// Points inside: the requested number, or fewer where there are many triangles.
 pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, String> {
     let count = count.min(TESTS / triangles.len()).max(1);
     let corners = || triangles.iter().flat_map(|t| t.0);

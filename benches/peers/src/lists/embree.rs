@@ -48,7 +48,7 @@ impl<const N: usize> Engine for Every<N> {
                 for (i, group) in groups.iter().enumerate() {
                     let live = N.min(count - (first + chunk) * CHUNK - i * N);
                     caller.ask(group, live, &mut hit);
-                    // SAFETY: it lives in this closure, and nobody else looks at it now.
+                    // SAFETY: it lives in this closure, and nothing else accesses it now.
                     for hits in unsafe { &mut *collector }.taken(live) {
                         sort(hits);
                         lists.hits.extend_from_slice(hits);

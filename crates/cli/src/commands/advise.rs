@@ -189,7 +189,7 @@ fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNo
     Ok((scene, bvh, rounding, notes))
 }
 
-/// That nothing is sure enough is an error.
+/// The error if no choice is sure enough.
 fn refuse_nothing(report: &AdviseReport) -> Result<()> {
     if report.take.is_some() {
         return Ok(());

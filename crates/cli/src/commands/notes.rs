@@ -5,7 +5,7 @@ use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
 use crate::io::numbers::Decimal;
 
-/// Surfaces that a ray meets at a smaller sine are hardly lit, so nobody misses their shadows.
+/// Surfaces that a ray meets at a smaller sine are hardly lit, so missing shadows on them do not show.
 const FLAT: f64 = 0.01;
 
 /// If a light is farther away than this many times a model's size, shadows begin visibly behind what casts
@@ -52,7 +52,7 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
 /// If neighbouring f32 are farther apart than this share of a model, rounding shows.
 const COARSE: f64 = 1e-5;
 
-/// What to say of a model that f32, in which it was read, has hardly digits for, because it lies far from 0 or
+/// The warning about a model that was read in f32 but has few of its digits left there, because it lies far from 0 or
 /// is as small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;

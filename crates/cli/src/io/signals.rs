@@ -29,7 +29,7 @@ pub(crate) fn watch() -> Result<()> {
     let wait = move || {
         for signal in signals.forever() {
             PartialFile::abandon_all();
-            // Whoever sent it sees that it was obeyed.
+            // The sender sees that the program ended by its signal.
             let _ = low_level::emulate_default_handler(signal);
         }
     };

@@ -162,7 +162,7 @@ fn crossing<S: Scalar, const C: usize, const N: usize, const V: usize>(
         return None;
     }
 
-    // Then D has that sign, too, but for a direction of 0.
+    // Then D has that sign, too, except for a direction of 0.
     let den = edges[0] + edges[1] + edges[2];
     if den.sign().is_eq() {
         return None;
@@ -211,7 +211,7 @@ mod tests {
         assert!(hits > 1000, "{hits} hits");
     }
 
-    /// Rays at edges but for rounding, between points of which many a difference is no f64.
+    /// Rays at edges up to rounding, between points whose differences are often not f64.
     #[test]
     fn two_parts_say_what_integers_say() {
         let mut random = random();
@@ -220,7 +220,7 @@ mod tests {
             let mut point = || [0; 3].map(|_| random() * (4000.0 * (random() + 0.51)).powi(2));
             let (corners, origin, part) = ([point(), point(), point()], point(), 0.5 + random());
             let (a, b) = (corners[i % 3], corners[(i + 1) % 3]);
-            // Toward a point of an edge, but for rounding.
+            // Toward a point of an edge, up to rounding.
             let dir = [0, 1, 2].map(|k| a[k] + part * (b[k] - a[k]) - origin[k]);
             let (ray, triangle) = (Ray64::new(origin, dir), TriangleOf(corners));
             let Ok(said) = in_two_parts(&ray, &triangle) else { continue };

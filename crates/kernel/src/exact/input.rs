@@ -7,7 +7,7 @@ use crate::{RayOf, Scalar, TriangleOf};
 const EXPONENT: u32 = f32::INFINITY.to_bits();
 const FRACTION: u32 = f32::MIN_POSITIVE.to_bits() - 1;
 
-/// Whether a number is subnormal: as a mask, which the compiler can ask of several at once.
+/// Whether a number is subnormal: as a mask, which the compiler can compute for several numbers at once.
 #[inline(always)]
 fn is_subnormal(x: u32) -> u32 {
     u32::from(x & EXPONENT == 0) & u32::from(x & FRACTION != 0)

@@ -11,8 +11,8 @@
 use super::double::{Double, cross, difference, dot};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-99`, which is `128w²`: a volume of twice the digits is within half of this times its permanent, and
-/// a quotient by it within half of this of itself besides.
+/// `2^-99`, which is `128w²`: a volume of twice the digits is within half of this times its permanent, and a quotient
+/// by it is off by at most half of this of itself in addition.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 99) as f64;
 
 /// A ray and a triangle in each lane, in numbers that f64 holds exactly.

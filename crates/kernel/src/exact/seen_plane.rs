@@ -87,8 +87,8 @@ mod tests {
     use crate::exact::{Tier, order_from};
     use crate::{Ray64, TriangleOf};
 
-    /// Triangles upon each other but for some roundings, of sizes at which products of four numbers underflow or overflow,
-    /// too.
+    /// Triangles that coincide up to a few roundings, also of sizes at which products of four numbers underflow or
+    /// overflow.
     #[test]
     fn what_is_sure_of_f64_is_what_integers_say() {
         let mut random = random();

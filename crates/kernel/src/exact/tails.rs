@@ -11,8 +11,8 @@ use super::double::{Double, cross, dot, sum};
 use super::rounded::{Volume, quotient};
 use crate::simd::{Lanes, Vec3};
 
-/// `2^-97`, which is `512w²`: a volume is within a sixth of this times its permanent, and a quotient by it within a
-/// twentieth of this of itself besides.
+/// `2^-97`, which is `512w²`: a volume is within a sixth of this times its permanent, and a quotient by it is off by at
+/// most a twentieth of this of itself in addition.
 pub(super) const DOUBT: f64 = 1.0 / (1_u128 << 97) as f64;
 
 /// Quotients that are proven are 0 or between these, in size: `2^±500`.

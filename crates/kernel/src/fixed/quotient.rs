@@ -22,8 +22,8 @@ pub(super) fn sum<F: Lanes<Scalar = f64>>(high: F, low: F) -> Parts<F> {
     [sum, (high - sum) + low]
 }
 
-/// `num / den`, rounded to the nearest f64, ties to even; and where that is sure, which it is but for
-/// ties. For integers below `2^67`.
+/// `num / den`, rounded to the nearest f64, ties to even; and where that is sure: everywhere but at ties. For integers
+/// below `2^67`.
 #[inline(always)]
 pub(super) fn quotient<F: Lanes<Scalar = f64>>(num: Parts<F>, den: Parts<F>) -> (F, F::Mask) {
     // Off by four roundings.

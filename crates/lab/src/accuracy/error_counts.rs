@@ -11,8 +11,8 @@ pub struct ErrorCounts {
     pub method: &'static str,
     /// Rays, or pairs of the mix.
     pub trials: u64,
-    /// Answers that are not the exact one. For `camera` and `secondary`: another closest triangle, a
-    /// hit that is none, a miss that is none. For `edges`: see the next two. For `mix`: hit or miss.
+    /// Answers that are not the exact one. For `camera` and `secondary`: another closest triangle, a false hit, a false
+    /// miss. For `edges`: see the next two. For `mix`: hit or miss.
     pub wrong: u64,
     /// In `edges`: rays that leave the closed mesh without hitting it.
     pub leaks: u64,

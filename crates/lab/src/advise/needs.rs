@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::camera::PinholeCamera;
 use super::vector::{Vec3d, length, vector};
 
-/// Lengths are in units of the scene. What there is none of is 0.
+/// Lengths are in units of the scene. A number is 0 if nothing is measured by it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Needs {
     /// How many triangles there are, and how many of them have no area or are not finite.

@@ -20,7 +20,7 @@ pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     if fonts.is_empty() {
         return Err("no fonts are installed: a PNG would lack its text; the SVG has all".into());
     }
-    // Whatever sans serif there is stands in for those that the picture asks for.
+    // If the fonts that the picture names are missing, any installed sans serif takes their place.
     let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];
     let has = |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|f| f.0 == **name));
     let family = any.iter().find(has).map_or_else(

@@ -30,8 +30,8 @@ fn names_are_unique_and_found() {
 
 #[test]
 fn a_seed_gives_the_same_bits_everywhere() {
-    // A checksum over everything that a seed gives. It changes when a family is changed, and may
-    // not depend on the CPU or the build.
+    // A checksum over everything that a seed generates. It changes when a family is changed, and may not depend on the
+    // CPU or the build.
     let mut sum = 0_u64;
     let mut eat = |x: u64| sum = (sum ^ x).wrapping_mul(0x0000_0100_0000_01B3).rotate_left(17);
     for family in FAMILIES {

@@ -44,7 +44,7 @@ impl Intersector for BaldwinWeber {
         let axis = Axis::longest(n);
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The rows as the axis sees them, turned back: three turns of the same kind are none.
+        // The rows as the axis sees them, turned back: three equal turns cancel.
         let back = |x: L, y: L, z: L| axis.turn(axis.turn(Vec3 { x, y, z }));
         let (turned, f1, f2) = (axis.turn(n), axis.turn(e1), axis.turn(e2));
         let k = turned.z;

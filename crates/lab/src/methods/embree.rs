@@ -57,9 +57,9 @@ impl Intersector for EdgeForm {
     }
 }
 
-/// The robust form: each side's value from its edge and the sum of its ends, so that both neighbours
-/// compute it alike but for the sign, and a slack of one unit of rounding of their sum. It loses
-/// nothing at an edge and counts many twice.
+/// The robust form: each side's value from its edge and the sum of its ends, so that both neighbours compute the same
+/// number with opposite signs, and a slack of one unit of rounding of their sum. It loses nothing at an edge, but
+/// counts many hits there twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 

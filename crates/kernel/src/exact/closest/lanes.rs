@@ -17,7 +17,7 @@ pub struct Squares<D: Lanes> {
     pub most: D,
 }
 
-/// `2^-29`: squares are within this of themselves, and within [`PLACE`] besides.
+/// `2^-29`: the relative error of squares; [`PLACE`] is added to it.
 const SHARE: f64 = 1.0 / (1_u64 << 29) as f64;
 
 /// `2^-64`: of the square of the farthest corner's distance.

@@ -125,8 +125,8 @@ impl<S: Simd> Projection<S> {
         self.outliers[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Projects rays, and asks all of them; some of those that come next are prefetched meanwhile. Gives the
-    /// window around them; `None` where too many go too far apart, or numbers are too large or too small.
+    /// Projects rays and marks all of them as live; meanwhile, some of the next rays are prefetched. Returns the window
+    /// around them; `None` where too many go too far apart, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,

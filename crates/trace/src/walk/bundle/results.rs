@@ -11,8 +11,8 @@ use crate::walk::HitPairs;
 /// The number of no triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The memory of a hit is prefetched so many hits before it is written: it is hardly ever in the cache, and
-/// the stores of more than some tens of hits cannot wait for it.
+/// The memory of a hit is prefetched this many hits before it is written: it is hardly ever in the cache, and the CPU
+/// can hold back the stores of a few dozen hits at most.
 const AHEAD: usize = 40;
 
 /// Where fewer rays than this hit a triangle, what they share is not worth its while.

@@ -199,7 +199,7 @@ fn grazing(search: &mut Search) -> [f64; 19] {
 }
 
 /// What uses most of `COPY_SLANT`: the way to the corner is nearly in the plane, and the ray, which leans, meets that
-/// long before. Now it is T that comes to nearly nothing.
+/// long before. Here T is nearly 0.
 fn slanting(search: &mut Search) -> [f64; 19] {
     let [thin, slope] = [1e-3, 0.02].map(|size| size * (1.5 + search.number()));
     let thin = [0, 1, 2].map(|k| thin * (AXIS[k] - slope * OTHER[k]));
