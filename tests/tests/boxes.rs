@@ -31,7 +31,7 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
     (0..count).map(triangle).collect()
 }
 
-/// A place on a triangle that its box only just holds: a corner, the middle of an edge, or one inside.
+/// A point of a triangle that its box only just contains: a corner, the middle of an edge, or one inside.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -44,11 +44,11 @@ fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     }
 }
 
-/// A ray to a place of a triangle: from far or near, along axes or not, of any length, ending about there or not.
+/// A ray to a point of a triangle: from far or near, along axes or not, of any length, ending about there or not.
 fn toward(rng: &mut Rng, triangle: &Triangle, origins: [i32; 2]) -> Ray {
     let to = place(rng, triangle);
     let mut origin = [(); 3].map(|()| sized(rng, origins));
-    // Level with the place along one axis or two: the direction is 0 there, or nearly.
+    // Level with the point along one axis or two: the direction is 0 there, or nearly.
     for axis in 0..3 {
         if rng.one_in(4) {
             origin[axis] = to[axis];

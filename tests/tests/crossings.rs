@@ -165,7 +165,7 @@ fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     winding
 }
 
-/// Closed meshes, each moved to a place by a function.
+/// Closed meshes, each moved by a function.
 fn closed_meshes<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3], seed: u64) {
     let (mut rng, mut crossed, mut inside, mut ties) = (Rng::new(seed), 0, 0, 0);
     for mesh in meshes(1) {

@@ -81,7 +81,7 @@ impl<'a, A: Pod> Joined<'a, A> {
 }
 
 impl<'a, A: Pod> State<'a, A> {
-    /// The next part that is there and has a place; those that have none go to the others.
+    /// The next part that has arrived and has room in the output; parts without room go to `more`.
     fn next(&mut self) -> Option<(Part<A>, PartTarget<'a>)> {
         loop {
             let part = self.waiting.remove(&self.parts)?;

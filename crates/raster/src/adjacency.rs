@@ -47,8 +47,8 @@ pub struct Adjacency {
 }
 
 impl Adjacency {
-    /// Welds the corners of some triangles and finds their edges. A triangle with two equal corners
-    /// has no area; it keeps its place and is at no edge.
+    /// Welds the corners of some triangles and finds their edges. A triangle with two equal corners has no area; it
+    /// keeps its index and is at no edge.
     ///
     /// # Panics
     /// If there are 2^30 triangles or more.

@@ -38,7 +38,7 @@ struct SeenTriangle {
     doubt: Exact,
 }
 
-/// A linear function of the place in the picture.
+/// A linear function of the point in the picture.
 struct Linear {
     /// At the centre.
     value: Exact,

@@ -62,7 +62,7 @@ impl FacetPlane {
         }
     }
 
-    /// q at one place, with the bits that [`Row::at`] gives there.
+    /// q at one point, with the bits that [`Row::at`] gives there.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         (self.dx * x + (self.q0 + self.dy * y)).max(self.lo).min(self.hi)
     }

@@ -119,8 +119,8 @@ impl View {
         self.half_height
     }
 
-    /// The line of directions through a place of the picture, in pixels from its top left corner; its
-    /// part along `forward` is 1.
+    /// The line of directions through a point of the picture, in pixels from its top left corner; its part along
+    /// `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
         let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))

@@ -16,10 +16,10 @@ const SLACK: f64 = 1.0 / 500.0;
 
 /// Which pixels edges of a mesh pass through where they are not hidden by what the view shows of it.
 ///
-/// `edges` are pairs of places in [`Adjacency::points`]: all of [`Adjacency::edges`], or a
-/// [`silhouette`](crate::silhouette()) for a light at the eye. An edge is hidden where the plane of
-/// the triangle that its pixel shows is nearer than the edge, there where the edge passes, by more
-/// than a five hundredth of the distance. An edge with a NaN or an infinity is not drawn.
+/// `edges` are pairs of indices into [`Adjacency::points`]: all of [`Adjacency::edges`], or a
+/// [`silhouette`](crate::silhouette()) for a light at the eye. An edge is hidden where the plane of the triangle that
+/// its pixel shows is nearer than the edge, there where the edge passes, by more than a five hundredth of the distance.
+/// An edge with a NaN or an infinity is not drawn.
 ///
 /// # Panics
 /// If `hits` has not one entry a pixel, or an edge names a point that is not there.

@@ -27,7 +27,7 @@ const MAX_FACETS: usize = i32::MAX as usize;
 /// an edge never both have it and never both leave it. An outline that crosses itself covers what it
 /// winds around a number of times other than zero.
 ///
-/// - `triangle` of a [`Hit`] is the facet's place in the slice.
+/// - `triangle` of a [`Hit`] is the facet's index in the slice.
 /// - `t` is the distance from the eye, which is a ray's `t` for rays of unit length. It belongs to
 ///   the facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is
 ///   seen, `threshold` being the one of the rays; the smallest `t` owns the pixel, and of equal ones

@@ -39,7 +39,7 @@ use crate::vector::Vector;
 pub enum Light {
     /// So far away that its rays are parallel; the vector points **to** the light.
     Directional(Vector),
-    /// At a place.
+    /// At a point.
     Point(Vector),
 }
 
@@ -105,8 +105,8 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
 
 /// A quad for each edge of the silhouette, from the edge to `big` behind it.
 ///
-/// `big` is the document's big number: a distance that leaves the scene. An edge that goes through
-/// the place of the light, or runs along the light, makes a quad without area.
+/// `big` is the document's big number: a distance that leaves the scene. An edge that goes through the position of the
+/// light, or runs along the light, makes a quad without area.
 ///
 /// # Panics
 /// If an edge names a vertex that is not there.

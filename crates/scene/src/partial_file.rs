@@ -13,7 +13,7 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file that is written beside its place, and takes it once it is whole.
+/// A file that is written under another name beside its final path, and renamed once it is complete.
 ///
 /// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within
 /// one file system. Where it is dropped before [`PartialFile::finish`], the hidden file is removed and

@@ -31,8 +31,8 @@ impl<S: Coordinate> Scene<S> {
         Ok(Self::seen_by(mesh, camera))
     }
 
-    /// Points around all places from where rays start: the eye and the light or, where that has no
-    /// place, the box in which its shadow rays start.
+    /// Points around all origins of rays: the eye and the light or, if the light has no position, the box in which its
+    /// shadow rays start.
     pub fn ray_origins(&self) -> Vec<[S; 3]> {
         let bounds = self.mesh.bounds_or_point();
         // With room for points that are a rounding out of the box.

@@ -26,7 +26,7 @@ pub fn saved(bytes: &[u8]) {
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
-    // Where a header is sound, one of them is told that it is the other's.
+    // If a header is sound, one of them reports that the file is the other's.
     assert!(!(scalar(&one) && scalar(&other)));
     assert!(!(one.is_ok() && other.is_ok()));
     assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));

@@ -57,7 +57,7 @@ fn pairs(n: &mut Numbers) -> ([Ray; 8], [Triangle; 8]) {
             }
         } else {
             match n.below(6) {
-                // From a place from which the corner is hit exactly.
+                // From a point from which the corner is hit exactly.
                 0 | 1 => {
                     dir = [(); 3].map(|()| component(n, style, long.min(far)));
                     for axis in 0..3 {

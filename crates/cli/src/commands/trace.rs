@@ -357,7 +357,7 @@ fn answer_all<T: Tracer>(
     Ok(done)
 }
 
-/// A ray for which the grid has no place.
+/// A ray that does not fit the grid.
 fn outside<S: Coordinate>(options: &Options, number: u64, ray: &RayOf<S>) -> Error {
     let cause = format!(
         "ray {number} starts at {:?}, outside of the grid; make room by --grid-bounds, or let such rays miss \

@@ -1,4 +1,4 @@
-//! The grid: where f32 become integers, the only place of this mode that rounds.
+//! The grid: where f32 become integers, the only step of this mode that rounds.
 //!
 //! ```text
 //!   scene, f32                      grid, integers

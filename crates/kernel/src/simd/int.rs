@@ -46,7 +46,7 @@ pub trait Ints: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// # Panics
     /// Where the slice is shorter than N.
     fn load_f32(from: &[f32]) -> Self;
-    /// Writes the lanes to the first N places of a slice.
+    /// Writes the lanes to the first N elements of a slice.
     ///
     /// # Panics
     /// Where the slice is shorter than N.

@@ -63,12 +63,12 @@ pub trait Lanes:
     /// # Panics
     /// Where the slice is shorter than N.
     fn load_f32(from: &[f32]) -> Self;
-    /// Writes the lanes to the first N places of a slice.
+    /// Writes the lanes to the first N elements of a slice.
     ///
     /// # Panics
     /// Where the slice is shorter than N.
     fn store(self, to: &mut [Self::Scalar]);
-    /// Writes the lanes, rounded to f32, to the first N places of a slice.
+    /// Writes the lanes, rounded to f32, to the first N elements of a slice.
     ///
     /// # Panics
     /// Where the slice is shorter than N.

@@ -159,7 +159,7 @@ pub trait Simd: Copy {
         [column(0), column(1), column(2), column(3)]
     }
 
-    /// Sixteen rows of four numbers as columns, given by their places.
+    /// Sixteen rows of four numbers as columns; `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -189,7 +189,7 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Rows of four numbers as columns, as many rows as a register has lanes, given by their places.
+    /// Rows of four numbers as columns, as many rows as a register has lanes; `row` returns a row by its index.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};
@@ -219,7 +219,7 @@ pub trait Simd: Copy {
         [Lanes::load(a), Lanes::load(b), Lanes::load(c), Lanes::load(d)]
     }
 
-    /// Eight lanes from one place and eight from another.
+    /// Eight lanes from one array and eight from another.
     ///
     /// ```
     /// use intertri::simd::{Lanes, Simd, WithSimd, dispatch};

@@ -1,5 +1,5 @@
-//! Labels beside their points: each is tried all around its point, nearer places first, until labels
-//! lie over as little as possible. A label that had to go further gets a line to its point.
+//! Labels beside their points: each is tried all around its point, nearer positions first, until labels lie over as
+//! little as possible. A label that had to go further gets a line to its point.
 
 use super::svg::width;
 
@@ -98,7 +98,7 @@ pub(super) fn place(
     wanted.iter().enumerate().map(placed).collect()
 }
 
-/// The places of a label around its point.
+/// The positions of a label around its point.
 fn around(label: &Wanted, size: f64) -> Vec<Area> {
     let (w, h) =
         (width(&label.text, size) * if label.bold { 1.08 } else { 1.0 } + 3.0, 1.12 * size);

@@ -114,8 +114,8 @@ pub(super) fn aim(rng: &mut Rng, triangle: &Triangle) -> Ray {
     shoot(rng, origin, to)
 }
 
-/// A scene of `triangles` made around places of a growing cube (the first one around 0), and of rays,
-/// each made for one of them.
+/// A scene of `triangles` made around points of a growing cube (the first one around 0), and of rays, each made for one
+/// of them.
 pub(super) fn soup(
     rng: &mut Rng,
     triangles: usize,

@@ -70,9 +70,9 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh on a grid, and rays from places of the grid, inside and outside, that meet a vertex, a
-/// quarter point of an edge or a point of a face *exactly*: origin, direction and target are free
-/// of rounding. `origin` is in steps of the grid, `unit` is its step.
+/// A mesh on a grid, and rays from points of the grid, inside and outside, that meet a vertex, a quarter point of an
+/// edge or a point of a face *exactly*: origin, direction and target are free of rounding. `origin` is in steps of the
+/// grid, `unit` is its step.
 fn exact(
     rng: &mut Rng,
     triangles: Vec<Triangle>,

@@ -16,9 +16,9 @@ pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
 /// The texture coordinates of a corner that names none which there could be.
 pub(super) const NO_UV: u32 = u32::MAX;
 
-/// The triangles of a strip, by places among its corners: each corner from the third on makes one with the
-/// two before it, and every other triangle is turned, so that all are wound alike. A triangle that names a
-/// vertex twice only leads the strip elsewhere and is left out.
+/// The triangles of a strip, by indices into its corners: each corner from the third on makes one with the two before
+/// it, and every other triangle is turned, so that all are wound alike. A triangle that names a vertex twice only leads
+/// the strip elsewhere and is left out.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {

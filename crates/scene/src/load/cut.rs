@@ -27,7 +27,7 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 pub(super) enum Cut<'a> {
     /// As the fan of its first corner.
     Fan,
-    /// As these triangles, three places in its ring of corners each: two fewer than it has corners.
+    /// As these triangles, each three indices into its ring of corners: two fewer than it has corners.
     Ears(&'a [u32]),
     /// Not without a guess: it crosses itself, or has too many corners.
     Unclear,

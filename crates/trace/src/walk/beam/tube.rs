@@ -17,7 +17,7 @@ use crate::walk::single::Slabs;
 /// Rays of a beam.
 pub(super) const RAYS: usize = 16;
 
-/// Places on the plane are off by this share of the origins' coordinates: 8u.
+/// Points on the plane are off by this share of the origins' coordinates: 8u.
 const OFF: f32 = 1.0 / (1 << 21) as f32;
 
 /// No sum of coordinates is larger: 2^100.

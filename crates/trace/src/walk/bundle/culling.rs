@@ -77,7 +77,7 @@ impl Culling<'_> {
 }
 
 /// Sorts slots from the farthest middle to the nearest. A long box, such as a wall's, begins near and says little by
-/// that, nor by the place of its slot. Most come in this order, which is why they are sorted one by one.
+/// that, nor by its slot. Most come in this order, which is why they are sorted one by one.
 #[inline(always)]
 fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];

@@ -66,7 +66,7 @@ impl Default for Leaves {
 }
 
 impl Leaves {
-    /// Lists the tests of the first `used` blocks; `seen` grows by the place of the triangle of each pair.
+    /// Lists the tests of the first `used` blocks; for each pair, `seen` grows by the slot of its triangle.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -152,7 +152,7 @@ impl Leaves {
         self.outlines[place / 16].lane(place % 16)
     }
 
-    /// Puts a test to the i-th place, which comes before its own.
+    /// Moves a test to index i, which is before its own.
     #[inline(always)]
     pub(crate) fn put(&mut self, i: usize, PacketTest { packet, number }: PacketTest) {
         // Without a check, which would part the loads of a test from what they feed.

@@ -119,7 +119,7 @@ impl Results {
         let coefficients = coefficients::<S, C>(tree, slots, rays[0].origin, eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
-            // In its place: copied from where it is put together, it would keep the CPU waiting.
+            // Assembled where it is stored: copying it right after it was written would stall the CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
             if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
