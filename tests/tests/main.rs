@@ -16,6 +16,7 @@ mod hierarchy;
 mod indexed;
 mod kernel;
 mod lookup;
+mod media;
 mod nearest;
 mod projection;
 mod properties;

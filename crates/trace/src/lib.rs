@@ -30,6 +30,8 @@
 //! | hits in the mode `exact`, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
 //! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its verbs |
 //! | inside or outside, winding numbers, signed distances | [`Solid`], for closed meshes and for open and damaged ones |
+//! | the media along a ray, through nested and touching solids | [`Media`] |
+//! | how thick a solid is at a hit | [`Bvh::thickness`] |
 //! | what is open, turned or doubled in a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
@@ -91,6 +93,7 @@ mod batch;
 mod build;
 mod bvh;
 mod containment;
+mod media;
 mod morton;
 mod nearest;
 mod query;
@@ -109,6 +112,7 @@ pub use batch::{CrossingLists, HitLists, Lists};
 pub use build::BuildError;
 pub use bvh::{Bvh, IndexedMesh};
 pub use containment::Containment;
+pub use media::{Media, MediaError, MediumCrossing, Segment};
 pub use nearest::ClosestPoint;
 pub use query::Query;
 pub use refit::{Refit, RefitError};

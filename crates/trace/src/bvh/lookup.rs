@@ -68,6 +68,32 @@ impl<S: BvhScalar> Bvh<S> {
         }
     }
 
+    /// How far it is from a hit to the next triangle against the normal: how thick a solid is there, if its corners run
+    /// counter-clockwise as seen from outside. The hit's own triangle does not count. `None` if there is nothing behind,
+    /// for a miss, and where the triangle has no area. The start is the hit's point after rounding, as that of
+    /// [`Bvh::spawn_ray`].
+    ///
+    /// ```
+    /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
+    /// // The two sides of a plate; their normals lead out of it.
+    /// let top = Triangle::new([0.0, 0.0, 5.0], [4.0, 0.0, 5.0], [0.0, 4.0, 5.0]);
+    /// let bottom = Triangle::new([0.0, 0.0, 4.5], [0.0, 4.0, 4.5], [4.0, 0.0, 4.5]);
+    /// let bvh = Bvh::new(&[top, bottom])?;
+    /// let hit = bvh.closest(&Ray::new([1.0, 1.0, 9.0], [0.1, 0.0, -1.0])).unwrap();
+    /// assert_eq!((hit.triangle, bvh.thickness(&hit)), (0, Some(0.5)));
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn thickness(&self, hit: &Hit) -> Option<f64> {
+        let normal = self.normal(hit)?;
+        // Scaled first, so that no square is too large or too small.
+        let most = normal.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let normal = normal.map(|x| x / most);
+        let size = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let inward = normal.map(|x| S::nearest(-x / size));
+        let length = inward.map(|x| Into::<f64>::into(x).powi(2)).iter().sum::<f64>().sqrt();
+        Some(self.closest(&self.spawn_ray(hit, inward))?.t * length)
+    }
+
     /// The slot of each triangle, by its position.
     fn slots(&self) -> &[LeafSlot] {
         self.slots.get_or_init(|| {

@@ -1,0 +1,185 @@
+//! Media: closed meshes that are filled with something, and what a ray passes through.
+//!
+//! ```text
+//!                ┌───────── rock ─────────┐
+//!                │     ┌── steel ──┐      │
+//!   ray ─────────┼─────┼───────────┼──────┼───────▶
+//!      outside   │ rock│   steel   │ rock │ outside
+//! ```
+
+mod batches;
+mod path;
+
+use std::fmt;
+
+use intertri::{Crossing, Hit, RayOf, Scalar, TriangleOf};
+
+use crate::build::BuildError;
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::solid::{Solid, SolidError, WINDING_DIR};
+use path::Path;
+
+/// Closed meshes in one hierarchy, each filled with a medium: for particles that go from one medium to the next.
+///
+/// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch and overlap: where several wind
+/// around a point, the last of them decides. So list them from the outside in. Where none does, the medium is `None`:
+/// outside.
+///
+/// Each point of space and each part of a ray has one medium. Crossings at the same t count together, so there is nothing
+/// between solids that touch, and their order is exact. A ray that starts on a wall starts in the medium that it goes into.
+/// A ray along a wall passes the wall's corners on one side, the same for all triangles and meshes: the rule of
+/// [`Query::crossings`](crate::Query::crossings).
+///
+/// ```
+/// use intertri_trace::{Media, intertri::{Ray, Triangle}};
+/// let tetrahedron = |x: f32, size: f32| {
+///     let at = |a, b, c| [x + a * size, b * size, c * size];
+///     let [o, x, y, z] = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0), at(0.0, 0.0, 1.0)];
+///     [[o, y, x], [o, x, z], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c))
+/// };
+/// const ROCK: u32 = 7;
+/// const STEEL: u32 = 3;
+/// // Steel in a corner of the rock, and more of it behind.
+/// let media = Media::new(&[
+///     (ROCK, &tetrahedron(0.0, 8.0)),
+///     (STEEL, &tetrahedron(0.0, 2.0)),
+///     (STEEL, &tetrahedron(7.0, 2.0)),
+/// ])?;
+/// assert_eq!(media.medium_at([0.5, 0.5, 0.5]), Some(STEEL));
+///
+/// let ray = Ray::new([-1.0, 0.5, 0.5], [1.0, 0.0, 0.0]);
+/// let segments = media.segments(&ray);
+/// assert!(segments.iter().map(|s| (s.medium, s.end)).eq([
+///     (None, 1.0),
+///     (Some(STEEL), 2.0),
+///     (Some(ROCK), 8.0),
+///     (Some(STEEL), 9.0),
+///     (None, f64::INFINITY),
+/// ]));
+/// let next = media.next_crossing(&ray).unwrap();
+/// assert_eq!((next.hit.t, next.left, next.entered), (1.0, None, Some(STEEL)));
+/// # Ok::<(), intertri_trace::MediaError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Media<S: BvhScalar = f32> {
+    bvh: Bvh<S>,
+    /// The medium of each geometry.
+    media: Vec<u32>,
+}
+
+/// A part of a ray in one medium: [`Media::segments`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// The t where it starts.
+    pub start: f64,
+    /// The t where it ends, and the next one starts.
+    pub end: f64,
+    /// The medium; `None` outside.
+    pub medium: Option<u32>,
+    /// The wall at its end; [`Hit::MISS`] where the ray ends.
+    pub wall: Hit,
+}
+
+/// Where a ray goes from one medium into another: [`Media::next_crossing`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MediumCrossing {
+    /// The wall between them. Its geometry is the mesh.
+    pub hit: Hit,
+    /// The medium before; `None` outside.
+    pub left: Option<u32>,
+    /// The medium behind; `None` outside.
+    pub entered: Option<u32>,
+}
+
+impl<S: BvhScalar> Media<S> {
+    /// Media from closed meshes, each with the number of what it is filled with. Numbers mean what you like; meshes with the
+    /// same number are one medium.
+    ///
+    /// # Errors
+    /// If a mesh is not closed or has something that is not finite, or if the hierarchy cannot be built.
+    pub fn new(meshes: &[(u32, &[TriangleOf<S>])]) -> Result<Self, MediaError<S>> {
+        for (mesh, (_, triangles)) in meshes.iter().enumerate() {
+            Solid::check_closed(triangles).map_err(|error| match error {
+                SolidError::Build(error) => MediaError::Build(error),
+                error => MediaError::Mesh { mesh, error },
+            })?;
+        }
+        let triangles: Vec<_> = meshes.iter().map(|(_, triangles)| *triangles).collect();
+        let bvh = Bvh::from_meshes(&triangles).map_err(MediaError::Build)?;
+        Ok(Self { bvh, media: meshes.iter().map(|(medium, _)| *medium).collect() })
+    }
+
+    /// The hierarchy over the meshes.
+    pub fn bvh(&self) -> &Bvh<S> {
+        &self.bvh
+    }
+
+    /// The medium of each mesh.
+    pub fn media(&self) -> &[u32] {
+        &self.media
+    }
+
+    /// The medium at a point; `None` outside, and where the point is not finite. A point on a wall belongs to one side of it:
+    /// the one to which a step along (0.537, 0.351, 0.767) leads.
+    pub fn medium_at(&self, point: [S; 3]) -> Option<u32> {
+        let ray = toward_outside(point);
+        self.path(&ray, &self.bvh.crossings(&ray)).medium()
+    }
+
+    /// The next crossing of a ray into another medium, if there is one before `t_max`.
+    pub fn next_crossing(&self, ray: &RayOf<S>) -> Option<MediumCrossing> {
+        self.path(ray, &self.bvh.crossings(&endless(ray))).next_crossing()
+    }
+
+    /// A ray cut where its medium changes. The segments cover it from `t_min` to `t_max`: each starts where the one before
+    /// ends. A part whose ends have the same t after rounding is left out. The length in space is `end - start` times that of
+    /// the direction. A ray without a direction, or with one that is not finite, is outside.
+    pub fn segments(&self, ray: &RayOf<S>) -> Vec<Segment> {
+        let crossings = self.bvh.crossings(&endless(ray));
+        let mut segments: Vec<Segment> = self.path(ray, &crossings).collect();
+        segments.reverse();
+        segments
+    }
+
+    /// The segments of a ray with all these crossings behind its start.
+    fn path<'a>(&'a self, ray: &RayOf<S>, crossings: &'a [Crossing]) -> Path<'a> {
+        Path::new(&self.media, ray, crossings)
+    }
+}
+
+/// The same ray without an end: the winding numbers at its start depend on all crossings.
+fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
+    RayOf { t_max: S::INFINITY, ..*ray }
+}
+
+/// A ray from a point, in the direction that decides on which side of a wall it is.
+fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
+    RayOf::new(point, WINDING_DIR.map(S::from))
+}
+
+/// Why there are no media.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MediaError<S = f32> {
+    /// A mesh is not closed, or not finite.
+    Mesh {
+        /// Its number.
+        mesh: usize,
+        /// What is wrong with it.
+        error: SolidError<S>,
+    },
+    /// The hierarchy could not be built, or there is too little memory.
+    Build(BuildError),
+}
+
+impl<S: Scalar> fmt::Display for MediaError<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Mesh { mesh, error } => write!(f, "mesh {mesh} is no solid: {error}"),
+            Self::Build(error) => error.fmt(f),
+        }
+    }
+}
+
+impl<S: Scalar> std::error::Error for MediaError<S> {}
