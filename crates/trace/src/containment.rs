@@ -14,6 +14,28 @@ pub enum Containment {
 }
 
 impl Containment {
+    /// Whether the mesh winds around the point an odd number of times; on the surface, too. From a solid by
+    /// [`Solid::assume_closed`](crate::Solid::assume_closed) that is parity: whether a ray from the point crosses an odd
+    /// number of triangles, whichever way they are turned.
+    ///
+    /// ```
+    /// use intertri_trace::{Solid, intertri::Triangle};
+    /// let [o, x, y, z] = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]];
+    /// // Two of the faces are turned, so the winding number is 1 in some directions and 0 or -1 in others.
+    /// let faces = [[o, x, y], [o, z, x], [o, z, y], [x, y, z]].map(|[a, b, c]| Triangle::new(a, b, c));
+    /// let solid = Solid::assume_closed(&faces)?;
+    /// let points = [[1.0, 1.0, 1.0], [3.0, 3.0, 3.0], [-1.0, -0.5, -1.0]];
+    /// assert_eq!(points.map(|point| solid.classify(point).is_odd()), [true, false, false]);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn is_odd(self) -> bool {
+        match self {
+            Self::Outside => false,
+            Self::Inside(times) => times % 2 != 0,
+            Self::Surface => true,
+        }
+    }
+
     /// After one more crossing of a ray from the point.
     pub(crate) fn crossed(self, leaves: bool) -> Self {
         self.wound(if leaves { 1 } else { -1 })

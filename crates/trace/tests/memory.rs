@@ -9,7 +9,7 @@ use std::ptr::null_mut;
 
 use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
-use intertri_trace::{Bvh, ClosestPoint, Containment, Solid};
+use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
 /// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to be missing.
 const LEAST: usize = 1 << 19;
@@ -209,6 +209,31 @@ macro_rules! calls {
             is_right(Solid::new(&triangles).map(Solid::into_bvh).map_err(Into::into))
         });
 
+        check("Media::new", &mut || {
+            let made = Media::new(&[(7, &triangles[..])]);
+            let made = made.map(|media| without_failing(|| media.bvh().clone().into_one_mesh()));
+            is_right(made.map_err(Into::into))
+        });
+        let media = Media::new(&[(7, &triangles[..])]).unwrap();
+        check("segments_batch", &mut || match media.segments_batch(&rays) {
+            Ok(lists) => without_failing(|| {
+                (0..rays.len()).step_by(777).all(|i| *lists.of(i) == media.segments(&rays[i])[..])
+            }),
+            Err(_) => false,
+        });
+        check("next_crossing_batch", &mut || match media.next_crossing_batch(&rays) {
+            Ok(next) => without_failing(|| {
+                (0..rays.len()).step_by(777).all(|i| next[i] == media.next_crossing(&rays[i]))
+            }),
+            Err(_) => false,
+        });
+        check("medium_at_batch", &mut || match media.medium_at_batch(&points) {
+            Ok(found) => without_failing(|| {
+                (0..points.len()).step_by(777).all(|i| found[i] == media.medium_at(points[i]))
+            }),
+            Err(_) => false,
+        });
+
         // These have no error: they do with less memory, where there is too little.
         check("classify_batch_into", &mut || {
             let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
@@ -216,6 +241,15 @@ macro_rules! calls {
             without_failing(|| {
                 let probes = (0..points.len()).step_by(777);
                 probes.clone().all(|i| all[i] == solid.classify(points[i]))
+            })
+        });
+        check("classify_grid_into", &mut || {
+            let axis: Vec<$scalar> = (0..60).map(|i| i as $scalar / 25.0 - 1.2).collect();
+            let mut all = without_failing(|| vec![Containment::Outside; 60 * 60 * 60]);
+            solid.classify_grid_into([&axis, &axis, &axis], &mut all);
+            without_failing(|| {
+                let point = |i: usize| [axis[i / 3600], axis[i / 60 % 60], axis[i % 60]];
+                (0..all.len()).step_by(777).all(|i| all[i] == solid.classify(point(i)))
             })
         });
         check("signed_distance_batch", &mut || {
@@ -236,7 +270,7 @@ macro_rules! calls {
             bvh.query().closest_batch_into(&rays, &mut hits);
             hits.iter().any(|hit| hit.is_hit())
         });
-        assert!(some >= 15, "only {some} calls had an allocation that could fail");
+        assert!(some >= 19, "only {some} calls had an allocation that could fail");
     }};
 }
 

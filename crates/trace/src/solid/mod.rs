@@ -5,6 +5,8 @@ mod boundary;
 mod classify;
 mod distance;
 mod edges;
+mod grid;
+mod grid_surface;
 mod parts;
 mod report;
 mod seen_corner;

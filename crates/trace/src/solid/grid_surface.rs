@@ -1,0 +1,178 @@
+//! The points of a grid that lie on triangles, by triangle.
+//!
+//! ```text
+//!       ·     ·     ·     ·          A triangle is looked at along the axis nearest to its normal. Of each line of points along
+//!             ┌───╱┐                 this axis, only those near the plane are compared with the triangle exactly.
+//!       ·     │ ╱  │·     ·
+//!             ╱────┘                 A needle lies near its longest edge instead.
+//!       ·     ·     ·     ·
+//! ```
+
+use std::cmp::Ordering;
+
+use intertri::internal::exact::is_on;
+use intertri::{LeafSlot, Scalar, TriangleOf};
+
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::util::lane_ops::lanes_of;
+use crate::util::memory::NoMemory;
+use crate::util::{stop, threads};
+
+/// Leaves that a thread looks at in a row.
+const LEAVES: usize = 1 << 7;
+
+/// With M the largest side of a triangle's box and N the largest component of its normal, the height of its plane is off by
+/// less than this times `M³ / N`: `docs/numerics/winding.md`, section 7.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Where N is less than `ROUNDING` times M², the triangle is nearer to the line of its longest edge than this times M.
+const WIDTH: f64 = 8.0 * ROUNDING;
+
+/// Boxes of other sizes are looked at in full, because products of three sides may underflow or overflow.
+const SIZES: [f64; 2] = [1e-90, 1e90];
+
+/// The coordinates along each axis, which go up.
+type Axes<'a, S> = [&'a [S]; 3];
+
+/// The numbers of the points on triangles. Points on several may be repeated.
+pub(super) fn points_on_triangles<S: BvhScalar>(
+    bvh: &Bvh<S>,
+    axes: Axes<'_, S>,
+) -> Result<Vec<usize>, NoMemory> {
+    let leaves = &bvh.tree.leaves;
+    let mut pieces: Vec<Result<Vec<usize>, NoMemory>> = Vec::new();
+    pieces.resize_with(leaves.len().div_ceil(LEAVES), || Ok(Vec::new()));
+    threads::pieces(pieces.iter_mut(), |piece, found| {
+        let first = piece * LEAVES;
+        let mut on = Vec::new();
+        for (i, leaf) in (first..).zip(leaves[first..].iter().take(LEAVES)) {
+            for lane in lanes_of(leaf.block.live()) {
+                let triangle = bvh.triangle_in(LeafSlot((8 * i + lane) as u32));
+                if add_points(&triangle, axes, &mut on).is_err() {
+                    *found = Err(NoMemory);
+                    return;
+                }
+            }
+        }
+        *found = Ok(on);
+    });
+    let mut all = Vec::new();
+    for piece in pieces {
+        let piece = piece?;
+        all.try_reserve(piece.len())?;
+        all.extend_from_slice(&piece);
+    }
+    Ok(all)
+}
+
+/// Adds the points on a triangle.
+fn add_points<S: Scalar>(
+    triangle: &TriangleOf<S>,
+    axes: Axes<'_, S>,
+    on: &mut Vec<usize>,
+) -> Result<(), NoMemory> {
+    // The points in the triangle's box.
+    let mut ranges = [const { 0..0 }; 3];
+    for k in 0..3 {
+        let mut corners = triangle.0.map(|corner| corner[k]);
+        corners.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(Ordering::Equal));
+        let [low, _, high] = corners;
+        ranges[k] = axes[k].partition_point(|x| *x < low)..axes[k].partition_point(|x| *x <= high);
+        if ranges[k].is_empty() {
+            return Ok(());
+        }
+    }
+    let mut add = |point: [usize; 3]| -> Result<(), NoMemory> {
+        if is_on(triangle, [0, 1, 2].map(|k| axes[k][point[k]])) {
+            on.try_reserve(1)?;
+            on.push((point[0] * axes[1].len() + point[1]) * axes[2].len() + point[2]);
+        }
+        Ok(())
+    };
+    let shape = Shape::of(triangle);
+    let at = |k: usize, i: usize| Into::<f64>::into(axes[k][i]) - shape.origin[k];
+    // The points of a line that are near a height. NaN is near all of them.
+    let near = |k: usize, height: f64| {
+        let (range, [low, high]) = (ranges[k].clone(), [height - shape.room, height + shape.room]);
+        let lower = |x: &S| Into::<f64>::into(*x) - shape.origin[k] < low;
+        let higher = |x: &S| Into::<f64>::into(*x) - shape.origin[k] > high;
+        let line = &axes[k][range.clone()];
+        let first = line.partition_point(lower);
+        range.start + first..range.start + line.partition_point(|x| !higher(x)).max(first)
+    };
+    let [p, q, r] = [1, 2, 0].map(|k| (shape.axis + k) % 3);
+    let [along_p, along_q, along_r] = [p, q, r].map(|k| shape.vector[k]);
+    let mut point = [0; 3];
+    if shape.is_needle {
+        for i in ranges[r].clone() {
+            point[r] = i;
+            let part = at(r, i) / along_r;
+            for j in near(p, along_p * part) {
+                point[p] = j;
+                for k in near(q, along_q * part) {
+                    point[q] = k;
+                    add(point)?;
+                }
+            }
+        }
+        return Ok(());
+    }
+    for i in ranges[p].clone() {
+        stop::heed();
+        point[p] = i;
+        for j in ranges[q].clone() {
+            point[q] = j;
+            for k in near(r, -(along_p * at(p, i) + along_q * at(q, j)) / along_r) {
+                point[r] = k;
+                add(point)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Where the points of a triangle are: near a plane, or near a line.
+struct Shape {
+    /// A corner.
+    origin: [f64; 3],
+    /// The normal of the plane, or the direction of the line.
+    vector: [f64; 3],
+    /// The axis along which that is longest.
+    axis: usize,
+    is_needle: bool,
+    /// How far away, along an axis, the points may be.
+    room: f64,
+}
+
+impl Shape {
+    fn of<S: Scalar>(triangle: &TriangleOf<S>) -> Self {
+        let corners = triangle.0.map(|corner| corner.map(Into::<f64>::into));
+        let [a, b, c] = corners;
+        let edges = [[a, b], [b, c], [c, a]].map(|[a, b]| [0, 1, 2].map(|k| b[k] - a[k]));
+        let largest = |v: [f64; 3]| {
+            let sizes = v.map(f64::abs);
+            (0..3).max_by(|&i, &j| sizes[i].total_cmp(&sizes[j])).unwrap_or(0)
+        };
+        // The side of the box, and the edge that has it.
+        let side = |i: usize| edges[i][largest(edges[i])].abs();
+        let longest = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
+        let size = side(longest);
+
+        let [u, v] = [edges[0], edges[2]];
+        let normal =
+            [v[1] * u[2] - v[2] * u[1], v[2] * u[0] - v[0] * u[2], v[0] * u[1] - v[1] * u[0]];
+        let axis = largest(normal);
+        let height = normal[axis].abs();
+        let plane = Self { origin: a, vector: normal, axis, is_needle: false, room: f64::INFINITY };
+        if !(SIZES[0]..SIZES[1]).contains(&size) {
+            plane
+        } else if height >= ROUNDING * size * size {
+            Self { room: ROUNDING * size * size * size / height, ..plane }
+        } else {
+            let (origin, vector) = (corners[longest], edges[longest]);
+            let (axis, room) = (largest(vector), WIDTH * size);
+            Self { origin, vector, axis, is_needle: true, room }
+        }
+    }
+}
