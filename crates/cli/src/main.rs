@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{advise, bench, build, chart, crossover, render, stress, trace};
+use crate::commands::{advise, bench, build, chart, crossover, inspect, render, stress, trace};
 
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
@@ -33,6 +33,7 @@ enum Command {
     Render(render::Options),
     Trace(trace::Options),
     Build(build::Options),
+    Inspect(inspect::Options),
     Chart(chart::Options),
     Stress(stress::Options),
     Advise(advise::Options),
@@ -67,6 +68,7 @@ fn run(command: Command) -> error::Result<()> {
         Command::Render(options) => render::run(&options),
         Command::Trace(options) => trace::run(&options),
         Command::Build(options) => build::run(&options),
+        Command::Inspect(options) => inspect::run(&options),
         Command::Chart(options) => chart::run(&options),
         Command::Stress(options) => stress::run(&options),
         Command::Advise(options) => advise::run(&options),

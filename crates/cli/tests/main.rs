@@ -10,6 +10,7 @@ mod exact;
 mod files;
 mod fixed;
 mod formats;
+mod inspect;
 mod interrupts;
 mod light;
 mod memory;

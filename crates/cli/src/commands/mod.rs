@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod build;
 pub(crate) mod chart;
 pub(crate) mod crossover;
+pub(crate) mod inspect;
 mod notes;
 mod options;
 pub(crate) mod render;

@@ -5,6 +5,7 @@ pub(crate) mod bench;
 pub(crate) mod build;
 pub(crate) mod charts;
 pub(crate) mod check;
+pub(crate) mod inspect;
 mod phrases;
 pub(crate) mod print;
 pub(crate) mod render;

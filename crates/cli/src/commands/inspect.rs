@@ -1,0 +1,55 @@
+//! `intertri inspect`: what keeps a model from being closed.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use intertri_scene::Coordinate;
+use intertri_trace::{BvhScalar, Solid};
+
+use crate::engine::model::{Model, ModelIn, ModelOptions};
+use crate::engine::scalar_name::ScalarName;
+use crate::engine::triangles::triangles;
+use crate::error::{Error, Result};
+use crate::io::progress::Progress;
+use crate::report::inspect::InspectReport;
+use crate::report::print::print;
+
+/// Report what is open, turned or doubled in a model
+///
+/// A model has an inside if it is closed: if as many triangles run along every edge one way as the other. The report
+/// counts the edges where that is not so, and the triangles that repeat others, and names the first of each kind.
+/// Corners are the same if their coordinates are, as the model has them.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// An OBJ, PLY, STL or glTF file, or what build has saved
+    model: PathBuf,
+
+    #[command(flatten)]
+    reading: ModelOptions,
+
+    /// Print a report for programs, as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Inspects the model.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let model = {
+        let _bar = Progress::new("load", None);
+        Model::load(&options.model, options.reading)?
+    };
+    if model.is_f32() {
+        inspect(options, &model.in_f32()?)
+    } else {
+        inspect(options, &model.in_f64()?)
+    }
+}
+
+/// Inspects the model in a scalar that holds its coordinates.
+fn inspect<S: Coordinate + BvhScalar>(options: &Options, model: &ModelIn<S>) -> Result<()> {
+    let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
+    let report = Solid::inspect(&triangles);
+    let report = report.map_err(|error| Error::from(error).of(&options.model))?;
+    let (scalar, notes) = (ScalarName::of::<S>(), model.notes.clone());
+    print(&InspectReport::new(&options.model, triangles.len(), scalar, notes, report), options.json)
+}

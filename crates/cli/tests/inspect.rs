@@ -1,0 +1,78 @@
+//! What is open, turned or doubled in a model.
+
+use crate::common::TestFolder;
+
+const CORNERS: &str = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\n";
+
+fn text(place: &TestFolder, faces: &str) -> String {
+    place.put("m.obj", format!("{CORNERS}{faces}"));
+    String::from_utf8(place.ok("inspect m.obj")).unwrap()
+}
+
+#[test]
+fn defects_are_counted_and_named() {
+    let place = TestFolder::new();
+    let closed = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    assert_eq!(closed, "           4 triangles of m.obj\n             the model is closed\n");
+
+    let open = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\n");
+    assert!(
+        open.contains("3 open edges, which belong to one triangle alone: the first from "),
+        "{open}"
+    );
+    assert!(open.ends_with("the model is not closed\n"), "{open}");
+
+    let turned = text(&place, "f 2 3 1\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let line = "3 edges between triangles that are turned against each other: \
+                the first from [0.0, 4.0, 0.0] to [0.0, 0.0, 0.0], in triangle 0\n";
+    assert!(turned.contains(line), "{turned}");
+
+    let doubled = text(&place, "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 3 2 1\n");
+    assert!(
+        doubled.contains("3 edges of three triangles or more, which do not pair up"),
+        "{doubled}"
+    );
+    let line =
+        "1 triangles that repeat others the same way round: the first is 4, which repeats 0\n";
+    assert!(doubled.contains(line), "{doubled}");
+}
+
+/// Decimals are compared as they are written, also where f32 does not hold them, and corners by their coordinates.
+#[test]
+fn the_numbers_are_those_of_the_file() {
+    let place = TestFolder::new();
+    // The second face has corners of its own; the last is off by less than f32 has digits.
+    let faces = |z: &str| {
+        format!(
+            "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
+             v 148376.213 528980.447 0\nv 148380.213 528980.447 {z}\nv 148380.213 528980.447 0\nf 1 2 3\nf 4 5 6\n"
+        )
+    };
+    for (z, closed, open, opposed) in [("3", true, 0, 1), ("3.00000001", false, 4, 0)] {
+        place.put("m.obj", faces(z));
+        let report = place.ok("inspect m.obj --json");
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+        assert_eq!(
+            (&report["is_closed"], &report["triangles"]),
+            (&closed.into(), &2.into()),
+            "{report}"
+        );
+        assert_eq!(
+            (&report["open"]["count"], &report["opposed"]["count"]),
+            (&open.into(), &opposed.into()),
+            "{report}"
+        );
+        assert_eq!(report["scalar"], "f64");
+    }
+    assert!(!place.ok("build m.obj -o m.itri --json").is_empty());
+    let saved = String::from_utf8(place.ok("inspect m.itri")).unwrap();
+    assert!(saved.contains("4 open edges"), "{saved}");
+}
+
+#[test]
+fn what_is_no_model_is_an_error() {
+    let place = TestFolder::new();
+    place.fails("inspect none.obj", 1, &["none.obj"]);
+    place.put("m.obj", format!("{CORNERS}f 1 2 9\n"));
+    place.fails("inspect m.obj", 1, &["m.obj", "line 5"]);
+}
