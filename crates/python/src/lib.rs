@@ -4,6 +4,7 @@
 mod batch;
 mod joined;
 mod lists;
+mod media;
 mod mesh;
 mod part;
 mod picture;
@@ -27,6 +28,8 @@ mod _intertri {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::media::{Media32, Media64};
+    #[pymodule_export]
     use crate::read::read_model;
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
@@ -41,6 +44,6 @@ mod _intertri {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-        module.add("SURFACE", crate::tree::SURFACE)
+        module.add("SURFACE", crate::points::SURFACE)
     }
 }

@@ -2,12 +2,13 @@
 
 use std::collections::TryReserveError;
 
+use intertri_trace::{Containment, Solid};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
 use crate::pool::{Workers, chunks, is_caller};
 use crate::run::{Stop, pieces, run};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, no_memory, wrong};
 
 /// Points a thread takes at a time.
 const CHUNK: usize = 4096;
@@ -20,6 +21,9 @@ const FEW: usize = 512;
 
 /// Points that are put in order together.
 const MANY: usize = 1 << 22;
+
+/// The winding number that means a point on the mesh.
+pub(crate) const SURFACE: i32 = i32::MIN;
 
 /// Asks for one answer a point; `none` is any. No answer depends on the order.
 pub(crate) fn of_points<S: Scalar, A: Copy + Send + Sync>(
@@ -92,6 +96,73 @@ pub(crate) fn by_slabs<S: Scalar, A: Send>(
             }
         }
     })
+}
+
+/// Fills `out` with what answers mean, as many at a time as there is memory for.
+pub(crate) fn answer<S: Scalar, A: Clone, O>(
+    points: &[[S; 3]],
+    (all, none): (&mut Vec<A>, A),
+    out: &mut [O],
+    ask: impl Fn(&[[S; 3]], &mut [A]),
+    meaning: impl Fn(&A) -> O,
+) {
+    let mut size = points.len().max(1);
+    all.clear();
+    while size > 1 && all.try_reserve_exact(size).is_err() {
+        size /= 2;
+    }
+    all.resize(size, none);
+    for (points, out) in points.chunks(size).zip(out.chunks_mut(size)) {
+        let some = &mut all[..points.len()];
+        ask(points, some);
+        out.iter_mut().zip(some).for_each(|(out, one)| *out = meaning(one));
+    }
+}
+
+/// How a mesh winds around a point; `SURFACE` on the mesh.
+pub(crate) fn winding(containment: Containment) -> i32 {
+    match containment {
+        Containment::Outside => 0,
+        Containment::Inside(times) => times,
+        Containment::Surface => SURFACE,
+    }
+}
+
+/// Points of a grid that are classified at a time.
+const CELLS: usize = 1 << 24;
+
+/// Where the points of a grid are: 0 outside, 1 inside, 2 on the mesh, those along the last axis in a row.
+pub(crate) fn grid<S: Scalar>(
+    solid: &Solid<S>,
+    [x, y, z]: [&[S]; 3],
+    out: &mut [u8],
+) -> PyResult<()> {
+    let count = x.len().checked_mul(y.len()).and_then(|count| count.checked_mul(z.len()));
+    if count != Some(out.len()) {
+        return Err(wrong("out has another length"));
+    }
+    if out.is_empty() {
+        return Ok(());
+    }
+    let row = z.len();
+    let (slab, band) = ((CELLS / (y.len() * row)).max(1), (CELLS / row).clamp(1, y.len()));
+    let mut all: Vec<Containment> = Vec::new();
+    for (x, out) in x.chunks(slab).zip(out.chunks_mut(slab * y.len() * row)) {
+        for (y, out) in y.chunks(band).zip(out.chunks_mut(x.len() * band * row)) {
+            all.clear();
+            all.try_reserve_exact(out.len()).map_err(no_memory)?;
+            all.resize(out.len(), Containment::Outside);
+            solid.classify_grid_into([x, y, z], &mut all);
+            for (out, containment) in out.iter_mut().zip(&all) {
+                *out = match containment {
+                    Containment::Outside => 0,
+                    Containment::Inside(_) => 1,
+                    Containment::Surface => 2,
+                };
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The indices of points along the curve, after their positions on it.

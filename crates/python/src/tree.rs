@@ -16,7 +16,7 @@ use crate::batch::answers;
 use crate::lists::{Lists, lists};
 use crate::mesh::Mesh;
 use crate::picture::tiled;
-use crate::points::{by_slabs, of_points};
+use crate::points::{answer, by_slabs, grid, of_points, winding};
 use crate::pool::Workers;
 use crate::run::{Stop, run};
 use crate::scalar::{Scalar, all, any, closest, named, no_memory, triangles, wrong};
@@ -25,25 +25,25 @@ use crate::skip::without;
 use crate::source::{Arrays, Source};
 use crate::spawn::spawn_rays;
 
-/// The winding number that means a point on the mesh.
-pub(crate) const SURFACE: i32 = i32::MIN;
-
-type Threads = Option<NonZeroUsize>;
-type Bytes<'py> = PyReadwriteArray1<'py, u8>;
+pub(crate) type Threads = Option<NonZeroUsize>;
+pub(crate) type Bytes<'py> = PyReadwriteArray1<'py, u8>;
 
 /// Up to this many rays or triangles, one thread is done before others would wake up.
-const SMALL: usize = 4096;
+pub(crate) const SMALL: usize = 4096;
 
 /// The same of the coordinates of points.
-const FEW: usize = 3 * 32;
+pub(crate) const FEW: usize = 3 * 32;
 
 /// The threads that answer rays.
-fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
+pub(crate) fn small_or<S: Scalar>(threads: Threads, rays: &Source<'_, S>) -> PyResult<Workers> {
     Workers::new(threads, rays.count <= SMALL)
 }
 
 /// The answers that bytes encode.
-fn rows<'a, A: bytemuck::Pod>(bytes: &'a mut Bytes<'_>, count: usize) -> PyResult<&'a mut [A]> {
+pub(crate) fn rows<'a, A: bytemuck::Pod>(
+    bytes: &'a mut Bytes<'_>,
+    count: usize,
+) -> PyResult<&'a mut [A]> {
     let bytes = bytes.as_slice_mut()?;
     if bytes.is_empty() && count == 0 {
         return Ok(&mut []);
@@ -61,7 +61,11 @@ fn rows<'a, A: bytemuck::Pod>(bytes: &'a mut Bytes<'_>, count: usize) -> PyResul
 const STEP: usize = 1 << 16;
 
 /// The triangles of faces, all but where it should stop.
-fn gather<S: Scalar>(vertices: &[S], faces: &[u32], stop: &Stop) -> PyResult<Vec<TriangleOf<S>>> {
+pub(crate) fn gather<S: Scalar>(
+    vertices: &[S],
+    faces: &[u32],
+    stop: &Stop,
+) -> PyResult<Vec<TriangleOf<S>>> {
     let vertices: &[[S; 3]] = vertices.as_chunks().0;
     let faces: &[[u32; 3]] = faces.as_chunks().0;
     let mut triangles = Vec::new();
@@ -78,36 +82,6 @@ fn gather<S: Scalar>(vertices: &[S], faces: &[u32], stop: &Stop) -> PyResult<Vec
         }
     }
     Ok(triangles)
-}
-
-/// How a mesh winds around a point; `SURFACE` on the mesh.
-fn winding(containment: Containment) -> i32 {
-    match containment {
-        Containment::Outside => 0,
-        Containment::Inside(times) => times,
-        Containment::Surface => SURFACE,
-    }
-}
-
-/// Fills `out` with what answers mean, as many at a time as there is memory for.
-fn answer<S: Scalar, A: Clone, O>(
-    points: &[[S; 3]],
-    (all, none): (&mut Vec<A>, A),
-    out: &mut [O],
-    ask: impl Fn(&[[S; 3]], &mut [A]),
-    meaning: impl Fn(&A) -> O,
-) {
-    let mut size = points.len().max(1);
-    all.clear();
-    while size > 1 && all.try_reserve_exact(size).is_err() {
-        size /= 2;
-    }
-    all.resize(size, none);
-    for (points, out) in points.chunks(size).zip(out.chunks_mut(size)) {
-        let some = &mut all[..points.len()];
-        ask(points, some);
-        out.iter_mut().zip(some).for_each(|(out, one)| *out = meaning(one));
-    }
 }
 
 /// A class over one scalar, because a generic type cannot be a Python class.
@@ -388,6 +362,22 @@ macro_rules! tree {
                         |points: &[_], all: &mut [_]| solid.winding_number_batch_into(points, all);
                     answer(points, (&mut all, None), out, ask, |one| one.unwrap_or(f64::NAN));
                 })
+            }
+
+            /// Fills `out` with where the points of a grid are: outside, inside or on the mesh.
+            fn voxels(
+                &self,
+                py: Python<'_>,
+                axes: [PyReadonlyArray1<'_, $scalar>; 3],
+                assume_closed: bool,
+                threads: Threads,
+                mut out: Bytes<'_>,
+            ) -> PyResult<()> {
+                let [x, y, z] = axes.each_ref().map(|axis| axis.as_slice());
+                let (axes, out) = ([x?, y?, z?], out.as_slice_mut()?);
+                let mesh = self.mesh.get(py)?;
+                let workers = Workers::new(threads, out.len() < FEW)?;
+                run(py, &workers, |_| grid(mesh.solid(assume_closed)?, axes, out))?
             }
 
             /// Fills `out` with the points of the mesh that are nearest to points.

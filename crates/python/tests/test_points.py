@@ -101,3 +101,16 @@ def test_no_ray_leaks_and_every_count_is_right(dtype, rng):
     ways = np.concatenate([corners, edges, -corners]).astype(dtype)
     assert mesh.any(origin, ways).all()
     assert (mesh.count_crossings(origin, ways)["signed"] == 1).all()
+
+
+def test_parity_does_not_depend_on_how_faces_are_turned(dtype, rng):
+    vertices, faces = icosphere(2)
+    is_turned = rng.random(len(faces)) < 0.5
+    faces = np.where(is_turned[:, None], faces[:, ::-1], faces)
+    mesh, whole = intertri.Mesh(vertices.astype(dtype), faces), intertri.Mesh(vertices.astype(dtype), icosphere(2)[1])
+    points = np.concatenate([rng.uniform(-1.1, 1.1, (2000, 3)).astype(dtype), whole.vertices])
+    assert not mesh.is_closed
+    assert (mesh.contains(points, parity=True) == whole.contains(points)).all()
+    assert (mesh.contains(points) != whole.contains(points)).any()
+    twice = intertri.Mesh(*(np.concatenate([part, part + more]) for part, more in ((vertices, 0), (icosphere(2)[1], len(vertices)))))
+    assert twice.contains([0, 0, 0]) and not twice.contains([0, 0, 0], parity=True)

@@ -5,12 +5,26 @@
 >>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
 np.float64(2.0)
 
-`Mesh` is the class to begin with. `intertri.trimesh` puts it into trimesh, `intertri.open3d` has the interface of
+`Mesh` is the class to begin with; `Media` are several of them, filled with something. `intertri.trimesh` puts it into trimesh, `intertri.open3d` has the interface of
 Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior points, `intertri.dask` answers on a cluster.
 """
 
-from ._dtypes import CROSSING, CROSSINGS, HIT, NEAREST, HitLists
+from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SEGMENT, HitLists, SegmentLists
 from ._intertri import __version__
+from ._media import Media
 from ._mesh import Mesh, load
 
-__all__ = ["CROSSING", "CROSSINGS", "HIT", "NEAREST", "HitLists", "Mesh", "load", "__version__"]
+__all__ = [
+    "CROSSING",
+    "CROSSINGS",
+    "HIT",
+    "MEDIUM_CROSSING",
+    "NEAREST",
+    "SEGMENT",
+    "HitLists",
+    "Media",
+    "Mesh",
+    "SegmentLists",
+    "load",
+    "__version__",
+]

@@ -82,13 +82,23 @@ def points(values: ArrayLike, name: str = "points") -> Floats:
     return array
 
 
+def grid(origin: ArrayLike, spacing: ArrayLike, shape: Any) -> tuple[Floats, Floats, tuple[int, int, int]]:
+    """The first point of a grid, the steps along the axes, and how many points there are, checked."""
+    first, step = floats(origin, "origin").astype(F64), floats(spacing, "spacing").astype(F64)
+    if first.shape != (3,) or step.shape not in ((), (3,)):
+        raise ValueError(f"origin and spacing have shapes {first.shape} and {step.shape}; they must be (3,), or one spacing for all axes")
+    if not (np.isfinite(first).all() and np.isfinite(step).all() and (step > 0).all()):
+        raise ValueError(f"origin is {first.tolist()} and spacing {step.tolist()}; they must be finite, and spacing above 0")
+    counts = _inputs.array(shape, "shape")
+    if counts.shape != (3,) or counts.dtype.kind not in "iu" or (counts < 0).any():
+        raise ValueError(f"shape is {shape}; it must be three numbers of voxels, (nx, ny, nz)")
+    nx, ny, nz = (int(count) for count in counts)
+    return first, np.broadcast_to(step, (3,)), (nx, ny, nz)
+
+
 def flat(array: Floats, dtype: np.dtype[Any]) -> Floats:
     """The same numbers in a row, copied only where type, order or alignment wants it."""
     return np.require(array, dtype, ["C", "A"]).reshape(-1)
-
-
-SOME_WAY = np.array([0.53721, 0.35137, 0.76691], F32)
-"""A direction that few edges and no common model share, so that few are met exactly."""
 
 
 def vertices_and_faces(

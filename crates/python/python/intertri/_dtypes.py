@@ -36,6 +36,24 @@ NEAREST = np.dtype(
 -1 where there is none: the distance is infinite and x, y and z are not numbers. ``mesh.hit_points`` has the points as
 rows (..., 3)."""
 
+SEGMENT = np.dtype(
+    {
+        "names": ["start", "end", "u", "v", "triangle", "geometry", "medium"],
+        "formats": ["<f8", "<f8", "<f8", "<f8", "<i4", "<u4", "<i4"],
+        "itemsize": 48,
+    }
+)
+"""A part of a ray in one medium, 48 bytes.
+
+``start``, ``end``: from which t to which, in multiples of the length of the direction. ``medium``: -1 outside. ``triangle``,
+``geometry``, ``u``, ``v``: the wall at its end, a face of the mesh with the number ``geometry``, as in `HIT`; -1 where the
+ray ends.
+"""
+
+MEDIUM_CROSSING = np.dtype([*((name, HIT[name]) for name in HIT.names or ()), ("left", "<i4"), ("entered", "<i4")])
+"""Where a ray goes from one medium into another, 40 bytes: a hit, whose ``geometry`` is the number of the mesh, the medium
+that the ray leaves and the one that it enters, -1 outside. A ray that changes no medium has the triangle -1."""
+
 
 class HitLists(NamedTuple):
     """Any number of hits a ray: those of ray ``i`` are ``hits[offsets[i]:offsets[i + 1]]``, in order of t."""
@@ -48,5 +66,23 @@ class HitLists(NamedTuple):
     @property
     def rays(self) -> NDArray[np.int64]:
         """The number of the ray of each hit: ``pandas.DataFrame(lists.hits, index=lists.rays)`` has all in one."""
-        count = len(self.offsets) - 1
-        return np.repeat(np.arange(count, dtype=np.int64), np.diff(self.offsets))
+        return _rays_of(self.offsets)
+
+
+class SegmentLists(NamedTuple):
+    """The segments of rays: those of ray ``i`` are ``segments[offsets[i]:offsets[i + 1]]``, in order of t."""
+
+    offsets: NDArray[np.int64]
+    """Shape (n + 1,), from 0."""
+    segments: NDArray[np.void]
+    """Rows of `SEGMENT`."""
+
+    @property
+    def rays(self) -> NDArray[np.int64]:
+        """The number of the ray of each segment."""
+        return _rays_of(self.offsets)
+
+
+def _rays_of(offsets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The number of the ray of each item of a list."""
+    return np.repeat(np.arange(len(offsets) - 1, dtype=np.int64), np.diff(offsets))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays
-from ._arrays import F32, F64, SOME_WAY
+from ._arrays import F32, F64
 from ._dtypes import NEAREST
 from ._intertri import SURFACE
 from ._rays import RayQueries
@@ -29,12 +29,7 @@ class PointQueries(RayQueries):
     def _inside_or_odd(self, points: ArrayLike, threads: int | None = None) -> NDArray[np.bool_]:
         """Whether points are inside the mesh or on it; where it is open or faces are not oriented alike, whether a ray
         from them crosses an odd number of faces."""
-        if self.is_closed:
-            return self.contains(points, threads=threads)
-        at = self._points(points)
-        counts = self.count_crossings(at, SOME_WAY, threads=threads)
-        odd: NDArray[np.bool_] = counts["unsigned"] % 2 == 1
-        return odd
+        return self.contains(points, parity=not self.is_closed, threads=threads)
 
     def _winding(self, points: ArrayLike, threads: int | None, assume_closed: bool = True) -> NDArray[np.int32]:
         """Winding numbers as whole numbers, `SURFACE` on the mesh."""
@@ -45,7 +40,7 @@ class PointQueries(RayQueries):
         return numbers
 
     def contains(
-        self, points: ArrayLike, *, assume_closed: bool = False, threads: int | None = None
+        self, points: ArrayLike, *, assume_closed: bool = False, parity: bool = False, threads: int | None = None
     ) -> NDArray[np.bool_]:
         """Whether points are inside the mesh or on it: (...) bool for points of shape (..., 3).
 
@@ -59,6 +54,9 @@ class PointQueries(RayQueries):
             One that is not finite is outside.
         assume_closed : bool
             If true, the mesh is not checked, and crossings along one direction decide, as if it were closed.
+        parity : bool
+            If true, inside is where a ray crosses an odd number of faces, whichever way they are turned. Right for meshes
+            that are closed but whose faces are turned at random; where faces are missing or doubled, it depends on the ray.
 
         Examples
         --------
@@ -71,6 +69,9 @@ class PointQueries(RayQueries):
         >>> intertri.Mesh(corners, faces[:3]).contains([[0.5, 0.5, 0.5], [1.5, 1.5, 1.5]])
         array([ True, False])
         """
+        if parity:
+            odd: NDArray[np.bool_] = (numbers := self._winding(points, threads)) % 2 != 0
+            return odd | (numbers == SURFACE)
         inside: NDArray[np.bool_] = self._winding(points, threads, assume_closed or self.is_closed) != 0
         return inside
 
@@ -111,6 +112,52 @@ class PointQueries(RayQueries):
         """
         on: NDArray[np.bool_] = self._winding(points, threads) == SURFACE
         return on
+
+    def voxels(
+        self,
+        origin: ArrayLike,
+        spacing: ArrayLike,
+        shape: tuple[int, int, int],
+        *,
+        assume_closed: bool = False,
+        threads: int | None = None,
+    ) -> NDArray[np.uint8]:
+        """Which voxels of a regular grid are inside the mesh: uint8 of this shape, 0 outside, 1 inside, 2 where the centre is
+        exactly on the mesh.
+
+        The centre of a voxel decides, as in `contains`: ``voxels(...) != 0`` is what `contains` says of all centres. A voxel
+        that the surface passes beside its centre is inside or outside. A closed mesh takes one ray for each column of
+        voxels along the last axis, and so a small part of the time; for any other mesh, each centre is classified alone.
+
+        Parameters
+        ----------
+        origin : (3,)
+            The centre of the first voxel. That of voxel (i, j, k) is ``origin + spacing * (i, j, k)`` in float64.
+        spacing : float or (3,)
+            The distance between centres, above 0.
+        shape : (nx, ny, nz)
+            How many voxels there are along each axis.
+        assume_closed, threads
+            As for `contains`.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> solid = intertri.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> solid.voxels([0.5, 0.5, 1], 1, (1, 3, 4))
+        array([[[1, 1, 2, 0],
+                [1, 2, 0, 0],
+                [2, 0, 0, 0]]], dtype=uint8)
+        """
+        first, step, counts = _arrays.grid(origin, spacing, shape)
+        axes = [first[k] + step[k] * np.arange(counts[k], dtype=np.float64) for k in range(3)]
+        dtype = self.dtype if self.dtype != F32 or all(map(_arrays.fits_f32, axes)) else F64
+        found = np.empty(counts, np.uint8)
+        tree, threads = self._tree(dtype, threads), _arrays.threads_of(threads)
+        flat = [_arrays.flat(axis, dtype) for axis in axes]
+        tree.voxels(flat, assume_closed or self.is_closed, threads, found.reshape(-1))
+        return found
 
     def closest_point(
         self,

@@ -250,6 +250,35 @@ class RayQueries(Triangles):
         )
         return rays
 
+    def thickness(self, hits: NDArray[np.void], *, threads: int | None = None) -> NDArray[np.float64]:
+        """How thick a solid is where it is hit: how far it is from there against the normal to the next triangle.
+
+        The normal is that of `hit_normals`; so corners must run counter-clockwise as seen from outside. The triangle of the
+        hit does not count.
+
+        Parameters
+        ----------
+        hits : (...) `HIT`, `CROSSING` or `NEAREST`
+            What `closest`, `all`, `crossings` or `closest_point` of this mesh returned.
+
+        Returns
+        -------
+        (...) float64
+            Infinity if there is nothing behind the hit, NaN for misses.
+
+        Examples
+        --------
+        >>> import intertri
+        >>> corners = [[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]]
+        >>> solid = intertri.Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+        >>> solid.thickness(solid.closest([[1, 0.5, -1], [9, 9, 9]], [0, 0, 1]))
+        array([2.5, nan])
+        """
+        inward = (-self.hit_normals(hits)).astype(self.dtype)
+        rays = self.spawn_rays(hits, inward, threads=threads)
+        found = self.closest(rays, threads=threads)["t"] * np.linalg.norm(inward.astype(np.float64), axis=-1)
+        return np.where(np.isnan(inward).any(axis=-1), math.nan, found)[()]
+
     def all(
         self,
         origins: ArrayLike,
