@@ -1,4 +1,4 @@
-//! What is open, turned or doubled in a model.
+//! Defects of models, as `inspect` reports them: open, turned and doubled.
 
 use crate::common::TestFolder;
 

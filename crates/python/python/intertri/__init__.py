@@ -5,8 +5,9 @@
 >>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
 np.float64(2.0)
 
-`Mesh` is the class to begin with; `Media` are several of them, filled with something. `intertri.trimesh` puts it into trimesh, `intertri.open3d` has the interface of
-Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior points, `intertri.dask` answers on a cluster.
+`Mesh` is the class to begin with; `Media` are several meshes, filled with something. `intertri.trimesh` puts a mesh into
+trimesh, `intertri.open3d` has the interface of Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior
+points, `intertri.dask` answers on a cluster.
 """
 
 from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SEGMENT, HitLists, SegmentLists

@@ -166,7 +166,7 @@ pub enum MediaError<S = f32> {
     Mesh {
         /// Its number.
         mesh: usize,
-        /// What is wrong with it.
+        /// Its defect.
         error: SolidError<S>,
     },
     /// The hierarchy could not be built, or there is too little memory.

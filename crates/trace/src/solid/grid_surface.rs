@@ -1,8 +1,8 @@
 //! The points of a grid that lie on triangles, by triangle.
 //!
 //! ```text
-//!       ·     ·     ·     ·          A triangle is looked at along the axis nearest to its normal. Of each line of points along
-//!             ┌───╱┐                 this axis, only those near the plane are compared with the triangle exactly.
+//!       ·     ·     ·     ·          A triangle is seen along the axis nearest to its normal. On each line of points along this
+//!             ┌───╱┐                 axis, only those near the plane are compared with the triangle exactly.
 //!       ·     │ ╱  │·     ·
 //!             ╱────┘                 A needle lies near its longest edge instead.
 //!       ·     ·     ·     ·
