@@ -74,5 +74,5 @@ fn what_is_no_model_is_an_error() {
     let place = TestFolder::new();
     place.fails("inspect none.obj", 1, &["none.obj"]);
     place.put("m.obj", format!("{CORNERS}f 1 2 9\n"));
-    place.fails("inspect m.obj", 1, &["m.obj", "line 5"]);
+    place.fails("inspect m.obj", 1, &["m.obj:5", "vertex 9"]);
 }
