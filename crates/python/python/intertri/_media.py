@@ -195,4 +195,4 @@ class Media:
         lengths = (segments["end"] - segments["start"]) * np.broadcast_to(sizes, (rays.count,))[ray]
         column = np.searchsorted(kinds, segments["medium"])
         sums = np.bincount(ray * len(kinds) + column, lengths, rays.count * len(kinds))
-        return sums.reshape(*rays.shape, len(kinds))
+        return sums.astype(np.float64, copy=False).reshape(*rays.shape, len(kinds))

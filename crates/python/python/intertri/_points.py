@@ -70,8 +70,9 @@ class PointQueries(RayQueries):
         array([ True, False])
         """
         if parity:
-            odd: NDArray[np.bool_] = (numbers := self._winding(points, threads)) % 2 != 0
-            return odd | (numbers == SURFACE)
+            numbers = self._winding(points, threads)
+            odd: NDArray[np.bool_] = (numbers % 2 != 0) | (numbers == SURFACE)
+            return odd
         inside: NDArray[np.bool_] = self._winding(points, threads, assume_closed or self.is_closed) != 0
         return inside
 
