@@ -28,7 +28,7 @@ pub struct Refit {
     /// The surface-area cost now: how many nodes and leaves a random line through the box around all is expected
     /// to visit. Leaves without a box count in full.
     pub cost: f64,
-    /// The same as built.
+    /// The cost when it was built.
     pub cost_as_built: f64,
 }
 

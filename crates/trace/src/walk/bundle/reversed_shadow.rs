@@ -18,10 +18,11 @@ const APART: f32 = 1.0 / (1 << 20) as f32;
 /// What rounding adds to the distance at which a ray passes, as a share of its length: 4u; of a copy, 8u.
 const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy ends so much farther out than the ray's own, at most, as a share of the whole: 4u.
+/// The interval of a copy ends at most this much farther out than the ray's own, as a share of the whole: 4u.
 const ENDS: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy begins no later, as a share of the whole: then its rounding is none of what is left.
+/// The interval of a copy begins no later than this, as a share of the whole: then rounding its start hardly changes
+/// what is left (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
 /// No ray may be shorter or longer, or start or end farther out: 2^-30 and 2^30.
@@ -38,7 +39,7 @@ pub(crate) struct CommonEnd {
 }
 
 impl CommonEnd {
-    /// Where rays seem to go, by three of them.
+    /// The point toward which rays seem to go, judged by three of them.
     #[inline(always)]
     pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
         let [first, second, .., last] = rays else { return None };
@@ -76,7 +77,7 @@ const ALL: u32 = 0xffff;
 /// Rays on their way to be reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
-    /// How far they start from the point, and end; by axis the largest, and the sum.
+    /// How far from the point they start and end: the largest distance along each axis, and the sum.
     way: [F; 3],
     off: [F; 3],
     sum: F,
@@ -125,8 +126,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         ([[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]], sure)
     }
 
-    /// At which distance they pass the point, at most; `None` where one goes elsewhere, or looks beyond it,
-    /// or numbers are too large or too small.
+    /// The largest distance at which they pass the point; `None` if one goes elsewhere or looks beyond the point, or if
+    /// numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn off(&self) -> Option<f32> {
         let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane, .. } =

@@ -184,8 +184,8 @@ impl Active<'_, '_> {
         for place in free.places() {
             for &id in waiting.by_ref() {
                 let ray = &self.rays[id.0 as usize];
-                // Alone goes a ray with an empty interval or with extreme numbers, and every ray of a tree that has
-                // leaves without a box: their traversal differs.
+                // A ray with an empty interval or extreme numbers is traced alone, and so is every ray of a tree that
+                // has leaves without a box: their traversal differs.
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
                     if self.output.every() {
