@@ -1,7 +1,7 @@
 //! Whatever the program is given: one line that says what and where, an exit code, and no panic.
 
 use crate::common;
-use crate::common::{MODEL, TestFolder};
+use crate::common::{MODEL, NO_SUCH_FILE, TestFolder};
 
 /// Both commands say the same of a bad model.
 fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
@@ -18,7 +18,7 @@ fn bad_model(name: &str, bytes: &[u8], words: &[&str]) {
 
 #[test]
 fn a_missing_file() {
-    TestFolder::new().fails("render no.obj", 1, &["no.obj: ", "No such file"]);
+    TestFolder::new().fails("render no.obj", 1, &["no.obj: ", NO_SUCH_FILE]);
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn rays_that_are_none() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
     std::fs::create_dir(place.path("folder")).unwrap();
-    place.fails("trace m.obj --rays no.csv", 1, &["no.csv: ", "No such file"]);
+    place.fails("trace m.obj --rays no.csv", 1, &["no.csv: ", NO_SUCH_FILE]);
     place.fails("trace m.obj --rays folder", 1, &["folder: ", "folder"]);
 
     let header = "ox,oy,oz,dx,dy,dz";

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use crate::common::TestFolder;
+use crate::common::{NO_SUCH_FILE, TestFolder};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
@@ -187,7 +187,7 @@ fn what_is_refused_names_the_cause() {
     place.put("old.gltf", whole.replace("2.0", "1.0"));
     place.fails("render old.gltf", 1, &["old.gltf: ", "glTF \"1.0\"", "version 2"]);
     place.put("lost.gltf", gltf("nowhere.bin"));
-    place.fails("render lost.gltf", 1, &["lost.gltf: ", "nowhere.bin", "No such file"]);
+    place.fails("render lost.gltf", 1, &["lost.gltf: ", "nowhere.bin", NO_SUCH_FILE]);
     for uri in ["../up.bin", "/etc/hostname", "http://a/b.bin"] {
         place.put("away.gltf", gltf(uri));
         place.fails("render away.gltf", 1, &["away.gltf: ", uri, "folder"]);

@@ -92,6 +92,9 @@ pub(crate) fn one_line(arguments: &str, output: &Output, code: i32, words: &[&st
     }
 }
 
+/// What the system says of a file that is not there.
+pub(crate) const NO_SUCH_FILE: &str = if cfg!(windows) { "cannot find" } else { "No such file" };
+
 /// Two triangles and a quad in front of the eye at the origin that looks along z.
 pub(crate) const MODEL: &str = "\
 v 0 0 5
