@@ -176,3 +176,55 @@ impl Shape {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::TriangleOf;
+    use intertri::internal::exact::is_on;
+
+    use super::{Shape, add_points};
+    use crate::util::test_numbers::random;
+
+    /// Triangles of any width, down to needles as thin as a rounding, and grids through points on them and beside them.
+    #[test]
+    fn all_points_on_needles_are_found() {
+        let mut random = random();
+        let mut number = move || f64::from(random());
+        let (mut found_on_needles, mut found_on_others) = (0, 0);
+        for round in 0..400 {
+            let mut point = || [0; 3].map(|_| (number() * 64.0).round() / 8.0 - 4.0);
+            let (a, b) = (point(), point());
+            let mut c = [0, 1, 2].map(|k| 0.5 * a[k] + 0.5 * b[k]);
+            // As thin as some steps of the last place, or wider.
+            let steps = if round % 2 == 0 { 1 } else { 1 << (round % 50) };
+            c[round % 3] = f64::from_bits(c[round % 3].to_bits() + steps);
+            let triangle = TriangleOf([a, b, c]);
+            let mut axes = [const { Vec::new() }; 3];
+            for i in 0..=8 {
+                let (s, t) = (f64::from(i) / 8.0, if i % 3 == 0 { 0.0 } else { number() * 0.125 });
+                for k in 0..3 {
+                    let x = a[k] + s * (b[k] - a[k]) + t * (c[k] - b[k]);
+                    axes[k].extend([x.next_down(), x, x.next_up()]);
+                }
+            }
+            for axis in &mut axes {
+                axis.sort_unstable_by(f64::total_cmp);
+            }
+            let [x, y, z] = &axes;
+            let mut found = Vec::new();
+            add_points(&triangle, [x, y, z], &mut found).unwrap();
+            found.sort_unstable();
+            let all = (0..x.len() * y.len() * z.len()).filter(|i| {
+                let plane = i / z.len();
+                is_on(&triangle, [x[plane / y.len()], y[plane % y.len()], z[i % z.len()]])
+            });
+            assert!(found.iter().copied().eq(all), "{triangle:?}");
+            let is_needle = Shape::of(&triangle).is_needle;
+            *(if is_needle { &mut found_on_needles } else { &mut found_on_others }) += found.len();
+        }
+        assert!(
+            found_on_needles > 1000 && found_on_others > 1000,
+            "{found_on_needles} {found_on_others}"
+        );
+    }
+}
