@@ -226,7 +226,7 @@ def speed(count):
     for name, triangles in (
         ("globe", globe(100, 2)),
         ("globe with a hole", globe(50, 0.71)),
-        ("finer, with a hole", globe(500, 0.71)),
+        ("globe with small holes", globe(100, 2)[np.arange(39_600) % 120 > 0]),
     ):
         vertices, faces = indexed(triangles)
         mesh = intertri.Mesh(vertices, faces)
