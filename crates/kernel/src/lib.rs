@@ -38,8 +38,9 @@
 //! - `std` (default): chooses the CPU's best instructions at run time. Without it the crate is `no_std`, with `alloc`,
 //!   and uses the instructions that the build was compiled for.
 //!
-//! Vectors of glam convert: `Ray::new(origin, dir)` and `Triangle::new(a, b, c)` take anything that converts into
-//! `[f32; 3]`.
+//! Vectors of glam, and of every library that speaks mint, convert: `Ray::new(origin, dir)` and
+//! `Triangle::new(a, b, c)` take anything that converts into `[f32; 3]`. There is no feature for serde: most rays end
+//! at infinity, which JSON cannot write. Rays and triangles have public fields to write as you like.
 //!
 //! # Limits
 //!

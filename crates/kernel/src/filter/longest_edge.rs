@@ -17,8 +17,8 @@ pub(super) fn longest_edge<F: Lanes<Scalar = f32>>(
     h5: Vec3<F>,
 ) -> F {
     let splat = F::splat;
-    let (length, sane) = if F::N == 1 {
-        // For a single number, the sum of two norms is faster than a square root and a maximum, and no edge is longer.
+    let (length, sane) = if F::N <= 4 {
+        // Few lanes share the cost of a square root. The sum of two norms is cheaper, and no edge is longer.
         let sum = minus_h4.norm1() + h5.norm1();
         (sum, (c1.norm1() + sum).le(splat(bound::LARGEST)))
     } else {
@@ -81,7 +81,8 @@ mod tests {
             let far = !corners.as_flattened().iter().all(|x| x.abs() < 1.2e12);
             for level in Level::all() {
                 let [lanes, one] = level.run(Measured(corners));
-                for (h, most) in [(lanes, 1.000_01), (one, 3.5)] {
+                let wide = if level == Level::PORTABLE { 3.5 } else { 1.000_01 };
+                for (h, most) in [(lanes, wide), (one, 3.5)] {
                     let at = || format!("{h:e} of {corners:?}, {}", level.name());
                     assert!(!far || h.is_nan(), "{}", at());
                     assert!(h.is_nan() || f64::from(h) > longest && h >= SHORTEST, "{}", at());

@@ -1,4 +1,4 @@
-//! The kernel takes glam's vectors directly, although it does not depend on glam.
+//! The kernel takes the vectors of glam and mint directly, although it depends on neither.
 
 use glam::Vec3;
 use intertri::{Mode, Ray, Triangle};
@@ -19,4 +19,14 @@ fn vectors_of_glam_are_corners_origins_and_directions() {
         Vec3::from(ray.origin) + Vec3::from(ray.dir) * hit.t as f32,
         Vec3::new(0.5, 0.25, 4.0)
     );
+}
+
+#[test]
+fn vectors_of_mint_are_corners_origins_and_directions() {
+    let point = |x, y, z| mint::Point3 { x, y, z };
+    let triangle = Triangle::new(point(0.0, 1.0, 2.0), point(3.0, 4.0, 5.0), point(6.0, 7.0, 9.0));
+    assert_eq!(triangle.0, [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 9.0]]);
+
+    let ray = Ray::new(point(0.5, 0.25, 0.0), mint::Vector3 { x: 0.0, y: 0.0, z: 1.0 });
+    assert_eq!((ray.origin, ray.dir), ([0.5, 0.25, 0.0], [0.0, 0.0, 1.0]));
 }
