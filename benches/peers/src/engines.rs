@@ -18,7 +18,7 @@ use crate::ours::{Batch, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// All engines, each with a line of description.
-pub const ENGINES: [(&str, &str); 35] = [
+pub const ENGINES: [(&str, &str); 36] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
@@ -28,7 +28,7 @@ pub const ENGINES: [(&str, &str); 35] = [
     ("certified-query-avx2", ""),
     ("certified-zero", "batch calls with Threshold 0; differs by that"),
     ("certified-zero-triangles", ""),
-    ("exact", "batch calls; differs where document A errs"),
+    ("exact", "batch calls"),
     ("exact-triangles", "batch calls for the triangle alone"),
     ("exact-avx2", "batch calls held to AVX2"),
     ("exact-triangles-avx2", ""),
@@ -52,6 +52,7 @@ pub const ENGINES: [(&str, &str); 35] = [
     ("embree-avx2-robust-8", "robust; held to AVX2"),
     ("obvhs-2", "two-way hierarchy, slow build"),
     ("obvhs-8", "compressed eight-way hierarchy, slow build"),
+    ("tinybvh", "BVH8_CPU, a call a ray; only with the feature `tinybvh`"),
     ("bvh", "two-way hierarchy"),
     ("parry", "triangle mesh"),
 ];
@@ -81,6 +82,16 @@ pub fn wanted_of<'a>(
 fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
     let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
     Some(Box::new(engine))
+}
+
+#[cfg(feature = "tinybvh")]
+fn tinybvh(name: &str, triangles: &[Triangle]) -> Option<Box<dyn Engine>> {
+    made(name, crate::tinybvh::TinyBvh::new(triangles))
+}
+
+#[cfg(not(feature = "tinybvh"))]
+fn tinybvh(_: &str, _: &[Triangle]) -> Option<Box<dyn Engine>> {
+    None
 }
 
 /// A mode of intertri, through the calls that a name specifies.
@@ -131,6 +142,7 @@ pub fn engines(
                 let wide = name == "obvhs-8";
                 Some(Box::new(Obvhs::new(triangles, wide, BvhBuildParams::slow_build())))
             }
+            "tinybvh" => tinybvh(name, triangles),
             "bvh" => Some(Box::new(TwoWay::new(triangles))),
             "parry" => made(name, Parry::new(&mesh.positions, &mesh.triangles)),
             "fixed" => made(name, Fixed::new(scene)),

@@ -1,0 +1,93 @@
+//! `BVH8_CPU` of tinybvh, its fastest layout for one ray a call, through the crate `tinybvh-rs`.
+//!
+//! It needs AVX2, compiles itself for the machine that it is built on, and the crate offers it only to programs that are
+//! compiled so, too. It has no query for any hit here: shadow rays ask for the closest hit before their end.
+
+use std::ops::Range;
+
+use intertri::{Ray, Triangle};
+use tinybvh_rs::{Intersector, bvh, bvh8_cpu, mbvh};
+
+use crate::engine::{Answer, Engine, Question, Singles};
+
+#[cfg(not(target_feature = "avx2"))]
+compile_error!("tinybvh needs AVX2: build with RUSTFLAGS=\"-C target-cpu=native\"");
+
+pub struct TinyBvh {
+    tree: Tree,
+    rays: Singles<Padded>,
+}
+
+/// A ray as the C++ code has it: of 128 bytes, aligned to 64. The crate's type is half as large, and its `Ray::new` writes
+/// beyond the end, so rays are made here.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Padded {
+    ray: tinybvh_rs::Ray,
+    rest: [u64; 8],
+}
+
+impl Padded {
+    fn new(ray: &Ray) -> Self {
+        // As its own constructor inverts, but for the length of the direction, which stays.
+        let inverse = |x: f32| if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE };
+        let hit = tinybvh_rs::Intersection {
+            t: tinybvh_rs::INFINITE.min(ray.t_max),
+            ..Default::default()
+        };
+        let (origin, dir) = (ray.origin, ray.dir);
+        // All of the mask's bits: every instance counts.
+        let (padding_0, padding_1, padding_2) = (0xffff, 0, 0);
+        let r_d = dir.map(inverse);
+        let ray = tinybvh_rs::Ray { origin, padding_0, dir, padding_1, r_d, padding_2, hit };
+        Self { ray, rest: [0; 8] }
+    }
+}
+
+/// The hierarchy, which has its own copy of the triangles.
+struct Tree(bvh8_cpu::BVH);
+
+// SAFETY: it is built once and never changed; `intersect` only reads it and writes to the ray alone.
+unsafe impl Send for Tree {}
+// SAFETY: see above.
+unsafe impl Sync for Tree {}
+
+impl Tree {
+    /// The closest hit: the one that shortens the ray.
+    fn closest(&self, mut own: Padded) -> Answer {
+        let end = own.ray.hit.t;
+        self.0.intersect(&mut own.ray);
+        let hit = own.ray.hit;
+        if hit.t < end { Answer { triangle: hit.prim, t: hit.t.into() } } else { Answer::MISS }
+    }
+}
+
+impl TinyBvh {
+    /// Builds it with spatial splits, its build of high quality.
+    pub fn new(triangles: &[Triangle]) -> Result<Self, String> {
+        let corner = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+        let corners: Vec<[f32; 4]> =
+            triangles.iter().flat_map(|triangle| triangle.0.map(corner)).collect();
+        let text = |error: tinybvh_rs::Error| error.to_string();
+        let mut two_way = bvh::BVH::new_hq(corners.as_slice().into()).map_err(text)?;
+        two_way.split_leaves(4);
+        let eight_way = mbvh::BVH::new(&two_way);
+        let tree = Tree(bvh8_cpu::BVH::new(&eight_way).map_err(text)?);
+        Ok(Self { tree, rays: Singles::default() })
+    }
+}
+
+impl Engine for TinyBvh {
+    fn load(&mut self, rays: &[Ray], question: Question) {
+        self.rays.load(rays, question, Padded::new);
+    }
+
+    fn trace(&mut self, part: Range<usize>) {
+        let Self { tree, rays } = self;
+        rays.trace(part, |ray| tree.closest(*ray), |ray| tree.closest(*ray).is_hit());
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        self.rays.answers()
+    }
+}
