@@ -219,7 +219,14 @@ impl Truth {
 
     /// Whether three f64 are t, u and v, each rounded to nearest, ties to even.
     pub fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
-        self.t.is_rounded(t) && self.u.is_rounded(u) && self.v.is_rounded(v)
+        let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
+        numbers.iter().all(|(exact, x)| exact.is_rounded(*x, &F64))
+    }
+
+    /// Whether three f32 are t, u and v, each rounded once.
+    pub fn are_rounded_to_f32(&self, [t, u, v]: [f32; 3]) -> bool {
+        let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
+        numbers.iter().all(|(exact, x)| exact.is_rounded(f64::from(*x), &F32))
     }
 
     /// An f64 near t.
@@ -231,6 +238,18 @@ impl Truth {
         q * 2.0_f64.powi(e / 2) * 2.0_f64.powi(e - e / 2)
     }
 }
+
+/// A binary floating-point format.
+struct Format {
+    digits: u32,
+    /// The exponent of the last place of subnormal numbers.
+    last: i64,
+    /// That of the first number that is too large.
+    top: i64,
+}
+
+const F64: Format = Format { digits: 53, last: -1074, top: 1024 };
+const F32: Format = Format { digits: 24, last: -149, top: 128 };
 
 impl Ratio {
     /// Compared with a finite number.
@@ -246,29 +265,32 @@ impl Ratio {
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Whether a number is the nearest, the even one of two.
-    fn is_rounded(&self, x: f64) -> bool {
+    /// Whether a number of a format is the nearest, the even one of two.
+    fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
         // Up to half the least, and from half a unit above the largest on.
         if m == 0 {
-            return self.cmp_parts(1, -1075).is_le() && self.cmp_parts(-1, -1075).is_ge();
+            return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
         if x.is_infinite() {
-            let (beyond, sign) = ((1 << 54) - 1, if x > 0.0 { 1 } else { -1 });
-            let order = self.cmp_parts(sign * beyond, 1024 - 54);
+            let (beyond, sign) = ((2 << digits) - 1, if x > 0.0 { 1 } else { -1 });
+            let order = self.cmp_parts(sign * beyond, top - i64::from(digits) - 1);
             return if x > 0.0 { order.is_ge() } else { order.is_le() };
         }
         if x.is_nan() {
             return false;
         }
         // Half-way to the next ones, toward 0 and away from it; a power of two is nearer to the first.
-        let (sign, size) = (m.signum(), m.abs());
-        let inner = if size == 1 << 52 && e > -1074 { 4 * size - 1 } else { 4 * size - 2 };
+        let length = i64::from(64 - m.abs().leading_zeros());
+        let exponent = (e + length - i64::from(digits)).max(last);
+        let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
+        let e = exponent;
+        let inner = if size == 1 << (digits - 1) && e > last { 4 * size - 1 } else { 4 * size - 2 };
         let inner = self.cmp_parts(sign * inner, e - 2);
         let outer = self.cmp_parts(sign * (4 * size + 2), e - 2);
         let (inner, outer) =
             if sign > 0 { (inner, outer) } else { (inner.reverse(), outer.reverse()) };
-        let even = m & 1 == 0;
+        let even = size & 1 == 0;
         if even { inner.is_ge() && outer.is_le() } else { inner.is_gt() && outer.is_lt() }
     }
 }

@@ -14,12 +14,14 @@ use crate::engine::Engine;
 use crate::fixed::Fixed;
 use crate::measure::Named;
 use crate::obvhs::Obvhs;
-use crate::ours::{Batch, Kept, Single, Triangles};
+use crate::ours::{Batch, InF32, Kept, Single, Triangles};
 use crate::parry::Parry;
 
 /// All engines, each with a line of description.
-pub const ENGINES: [(&str, &str); 36] = [
+pub const ENGINES: [(&str, &str); 40] = [
     ("certified", "batch calls, the CPU's best instructions"),
+    ("certified-f32", "batch calls with t, u, v in f32"),
+    ("certified-f32-avx2", ""),
     ("certified-triangles", "batch calls for the triangle alone"),
     ("certified-avx2", "batch calls held to AVX2"),
     ("certified-triangles-avx2", ""),
@@ -29,6 +31,8 @@ pub const ENGINES: [(&str, &str); 36] = [
     ("certified-zero", "batch calls with Threshold 0; differs by that"),
     ("certified-zero-triangles", ""),
     ("exact", "batch calls"),
+    ("exact-f32", "batch calls with t, u, v in f32"),
+    ("exact-f32-avx2", ""),
     ("exact-triangles", "batch calls for the triangle alone"),
     ("exact-avx2", "batch calls held to AVX2"),
     ("exact-triangles-avx2", ""),
@@ -102,6 +106,7 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
         () if has("single") => Box::new(Single::new(bvh, mode)),
         () if has("query") => Box::new(Kept::new(bvh, mode, has("triangles"))),
         () if has("triangles") => Box::new(Triangles::new(bvh, mode)),
+        () if has("f32") => Box::new(InF32::new(bvh, mode)),
         () => Box::new(Batch::new(bvh, mode)),
     }
 }

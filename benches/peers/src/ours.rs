@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use intertri::{Hit, Mode, Ray, RayOf};
+use intertri::{Hit, Hit32, Mode, Ray, RayOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
@@ -72,6 +72,43 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Batch<S> {
 
     fn exact(&self) -> bool {
         as_document(self.mode)
+    }
+}
+
+/// The batch call with t, u and v in f32; for any hits, the batch call.
+pub struct InF32<S: PeerScalar = f32> {
+    batch: Batch<S>,
+    hits: Vec<Hit32>,
+}
+
+impl<S: PeerScalar> InF32<S> {
+    pub fn new(bvh: Arc<Bvh<S>>, mode: Mode) -> Self {
+        Self { batch: Batch::new(bvh, mode), hits: vec![] }
+    }
+}
+
+impl<S: PeerScalar> Engine<RayOf<S>> for InF32<S> {
+    fn load(&mut self, rays: &[RayOf<S>], question: Question) {
+        self.batch.load(rays, question);
+        self.hits = vec![Hit32::MISS; rays.len()];
+    }
+
+    fn trace(&mut self, part: Range<usize>) {
+        let Batch { bvh, mode, rays, any, .. } = &self.batch;
+        if *any {
+            self.batch.trace(part);
+        } else {
+            let query = S::query(bvh, *mode);
+            query.closest_batch_into(&rays[part.clone()], &mut self.hits[part]);
+        }
+    }
+
+    fn answers(&self) -> Vec<Answer> {
+        if self.batch.any {
+            return self.batch.answers();
+        }
+        let answer = |hit: &Hit32| Answer { triangle: hit.triangle, t: hit.t.into() };
+        self.hits.iter().map(answer).collect()
     }
 }
 

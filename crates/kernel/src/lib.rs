@@ -99,7 +99,7 @@ pub use packet::{PacketHits, RayPacket, TriangleBlock};
 pub use query::{Blocks, Mode, SliceScalar};
 pub use scalar::Scalar;
 pub use threshold::{BadThreshold, Threshold};
-pub use types::{Hit, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
+pub use types::{Hit, Hit32, Ray, Ray64, RayOf, Triangle, Triangle64, TriangleOf};
 
 /// Items that the sister crates build on, and the traits' associated types. They change without notice.
 #[doc(hidden)]
@@ -125,10 +125,10 @@ pub mod internal {
             Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
         };
         pub use crate::exact::{
-            Decided, HitCoefficients, Pair64, Quotients, SeenPlane, Side, Tier, attributes,
-            attributes_from, crossing, crossing_from, decide, edge_side, facing, has_area, hit,
-            hits_in, hits_of_origin64, hits64, is_on, is_plain, moment, order, order_from,
-            subnormals_are_read, t, t_from, t_times, touch,
+            Decided, HitCoefficients, HitCoefficients32, Pair64, Quotients, SeenPlane, Side, Tier,
+            attributes, attributes_from, attributes32, crossing, crossing_from, decide, edge_side,
+            facing, has_area, hit, hit32, hits_in, hits_of_origin64, hits64, is_on, is_plain,
+            moment, order, order_from, subnormals_are_read, t, t_from, t_times, touch,
         };
     }
 }

@@ -1,4 +1,4 @@
-//! The types: [`Ray`], [`Triangle`] and [`Hit`], plain data that can be cast from and to bytes.
+//! The types: [`Ray`], [`Triangle`], [`Hit`] and [`Hit32`], plain data that can be cast from and to bytes.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -196,5 +196,59 @@ impl Hit {
     /// ```
     pub fn point<S: Scalar>(&self, ray: &RayOf<S>) -> [f64; 3] {
         [0, 1, 2].map(|k| ray.origin[k].into() + self.t * ray.dir[k].into())
+    }
+}
+
+/// A [`Hit`] with t, u and v in f32: 20 bytes.
+///
+/// Each number is the true one rounded once to f32, in the modes [`Mode::exact`](crate::Mode::exact) and
+/// [`Mode::once`](crate::Mode::once); in [`Mode::certified`](crate::Mode::certified) it is that of [`Hit`], rounded. A t
+/// beyond the largest f32 is infinity, so use [`Hit32::is_hit`] to tell hits from misses.
+///
+/// ```
+/// use intertri::Hit32;
+/// let bytes: [u8; 20] = bytemuck::cast(Hit32::MISS);
+/// assert!(!bytemuck::cast::<_, Hit32>(bytes).is_hit());
+/// ```
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Hit32 {
+    /// Distance along the ray in multiples of `|dir|`; infinity for a miss.
+    pub t: f32,
+    /// The weight of the second corner.
+    pub u: f32,
+    /// The weight of the third corner.
+    pub v: f32,
+    /// The index of the triangle, or [`Hit::NO_TRIANGLE`].
+    pub triangle: u32,
+    /// The index of the mesh in a hierarchy over several; otherwise 0.
+    pub geometry: u32,
+}
+
+const _: () = assert!(size_of::<Hit32>() == 20);
+
+impl Hit32 {
+    /// The result of a ray that hits nothing, in a batch.
+    pub const MISS: Self =
+        Self { t: f32::INFINITY, u: 0.0, v: 0.0, triangle: Hit::NO_TRIANGLE, geometry: 0 };
+
+    /// Whether there is a triangle.
+    #[inline]
+    pub fn is_hit(&self) -> bool {
+        self.triangle != Hit::NO_TRIANGLE
+    }
+
+    /// A hit with these t, u and v.
+    #[inline(always)]
+    pub(crate) fn new([t, u, v]: [f32; 3], triangle: u32) -> Self {
+        Self { t, u, v, triangle, geometry: 0 }
+    }
+}
+
+impl From<Hit> for Hit32 {
+    /// Rounds t, u and v once more.
+    #[inline(always)]
+    fn from(Hit { t, u, v, triangle, geometry }: Hit) -> Self {
+        Self { t: t as f32, u: u as f32, v: v as f32, triangle, geometry }
     }
 }

@@ -108,7 +108,7 @@ mod walk;
 
 pub use intertri;
 
-pub use batch::{CrossingLists, HitLists, Lists};
+pub use batch::{CrossingLists, HitLists, HitRecord, Lists};
 pub use build::BuildError;
 pub use bvh::{Bvh, IndexedMesh};
 pub use containment::Containment;

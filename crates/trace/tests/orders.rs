@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
-use intertri::{Crossings, Hit, Mode, Ray, Ray64, Triangle, TriangleOf};
-use intertri_trace::{Bvh, MeshTriangle};
+use intertri::internal::exact::attributes32;
+use intertri::{Crossings, Hit, Hit32, Mode, Ray, Ray64, RayOf, Triangle, TriangleOf};
+use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
 /// A number in -1..1 from any two.
 fn number(i: usize, k: usize) -> f32 {
@@ -43,6 +44,18 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
+/// A closest hit in f32: that in f64 rounded, or if the mode is exact, the true one.
+fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
+    let Some(hit) = hit else { return Hit32::MISS };
+    match bvh.triangle(&hit) {
+        Some(triangle) if mode.rule().is_some() => {
+            let [t, u, v] = attributes32(ray, &triangle);
+            Hit32 { t, u, v, ..hit.into() }
+        }
+        _ => hit.into(),
+    }
+}
+
 /// Compares every verb with what it says of each ray alone.
 fn check(name: &str, rays: &[Ray]) {
     let bvh = scene();
@@ -55,10 +68,14 @@ fn check(name: &str, rays: &[Ray]) {
         let (all, few) =
             (query.all_batch(rays, None).unwrap(), query.all_batch(rays, Some(2)).unwrap());
         let crossings = query.crossings_batch(rays, None).unwrap();
+        let mut hits32 = vec![Hit32::MISS; rays.len()];
+        query.closest_batch_into(rays, &mut hits32);
         assert_eq!([all.len(), few.len(), crossings.len()], [rays.len(); 3], "{name}");
         for (i, ray) in rays.iter().enumerate() {
             let closest = alone.closest(ray);
             assert_eq!(hits[i].some(), closest, "{name}, ray {i}: the closest hit, {mode:?}");
+            let expected = in_f32(bvh, mode, ray, closest);
+            assert_eq!(hits32[i], expected, "{name}, ray {i}: the closest hit in f32, {mode:?}");
             let triangle =
                 closest.map_or(MeshTriangle::MISS, |Hit { triangle, geometry, .. }| MeshTriangle {
                     triangle,
@@ -89,8 +106,13 @@ fn check(name: &str, rays: &[Ray]) {
     };
     let rays: Vec<Ray64> = rays.iter().map(wide).collect();
     let (bvh, hits) = (scene64(), scene64().closest_batch(&rays));
+    let mut hits32 = vec![Hit32::MISS; rays.len()];
+    bvh.query().closest_batch_into(&rays, &mut hits32);
     for (i, ray) in rays.iter().enumerate() {
-        assert_eq!(hits[i].some(), bvh.closest(ray), "{name}, ray {i} in f64");
+        let closest = bvh.closest(ray);
+        assert_eq!(hits[i].some(), closest, "{name}, ray {i} in f64");
+        let expected = in_f32(bvh, Mode::exact(), ray, closest);
+        assert_eq!(hits32[i], expected, "{name}, ray {i} in f64, the hit in f32");
     }
 }
 

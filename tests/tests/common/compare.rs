@@ -1,7 +1,8 @@
 //! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
 
 use intertri::internal::exact::{
-    self, Side, Tier, attributes, attributes_from, crossing_from, order, order_from, t, t_from,
+    self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order, order_from,
+    t, t_from,
 };
 use intertri::{RayOf, Rule, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
@@ -107,13 +108,15 @@ fn check_rounding<S: Scalar>(
     let (t, (first, u, v)) = (t(ray, triangle), attributes(ray, triangle));
     let right = truth.are_rounded([t, u, v]);
     assert!(right && first == t, "{t} {u} {v} {ray:?} {triangle:?}");
+    let in_f32 = attributes32(ray, triangle);
+    assert!(truth.are_rounded_to_f32(in_f32), "{in_f32:?} {ray:?} {triangle:?}");
     let bits = |(t, u, v): (f64, f64, f64)| [t, u, v].map(f64::to_bits);
     for tier in Tier::ALL.into_iter().filter(|_| all) {
         assert_eq!(t_from(tier, ray, triangle), t, "{tier:?} {ray:?} {triangle:?}");
         let all = attributes_from(tier, ray, triangle);
         assert_eq!(bits(all), bits((t, u, v)), "{tier:?} {ray:?} {triangle:?}");
     }
-    counts.rounded += 3;
+    counts.rounded += 6;
 }
 
 /// One triangle before another, or both at one t: that of the same plane, one beside it, and neighbours at an

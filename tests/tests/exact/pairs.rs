@@ -1,8 +1,10 @@
 //! Pairs of every kind in f32, and two that are hard in their own ways.
 
 use intertri::internal::exact::{self, t};
-use intertri::{Crossing, Hit, Mode, Ray, Rule, Triangle};
-use intertri_trace::Bvh;
+use intertri::{Crossing, Hit, Hit32, Mode, Ray, Ray64, RayOf, Rule, Triangle, TriangleOf};
+use intertri_lab::rng::Rng;
+use intertri_tests::oracle::truth;
+use intertri_trace::{Bvh, BvhScalar};
 
 use super::cases::{KINDS, case};
 use crate::common::compare::Cases;
@@ -56,4 +58,85 @@ fn equal_rounded_t_are_told_apart() {
     hits[0] = mode.closest(&triangles, &ray).unwrap();
     hits[1] = bvh.closest(&ray).unwrap();
     assert!(hits.iter().all(|hit| hit.triangle == 1));
+}
+
+/// A ray that meets a triangle at t = `1 + k 2^-24 + tiny`: where k is odd, next to half-way between two f32, and f64 does
+/// not hold what is tiny.
+fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
+    // t is the mean of the three heights.
+    let heights = [0.5 + 3.0 * f32::from(k) * 2.0_f32.powi(-24), 3.0 * tiny, 2.5];
+    let corners = [[-1.0, -1.0], [2.0, -1.0], [-1.0, 2.0]];
+    let corner = |i: usize| [corners[i][0], corners[i][1], heights[i]];
+    (Ray::new([0.0; 3], [0.0, 0.0, 1.0]), Triangle([0, 1, 2].map(corner)))
+}
+
+/// Hits of many of a ray in a bundle, and of one in a stream.
+fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
+    let mut hits = vec![Hit32::MISS; 2001];
+    bvh.query().closest_batch_into(&vec![*ray; 2000], &mut hits[..2000]);
+    bvh.query().closest_batch_into(&[*ray], &mut hits[2000..]);
+    hits
+}
+
+/// Rounded to f64 and then to f32, each of the two in the middle would become its neighbour.
+#[test]
+fn what_f64_rounds_to_half_way_is_rounded_once() {
+    let tiny = 2.0_f32.powi(-70);
+    let wide = |x: f32| f64::from(x);
+    for (k, tiny, t) in [
+        (1, -tiny, 1.0),
+        (1, tiny, 1.0 + f32::EPSILON),
+        (3, -tiny, 1.0 + f32::EPSILON),
+        (3, 0.0, 1.0 + 2.0 * f32::EPSILON),
+    ] {
+        let (ray, triangle) = near_half_way(k, tiny);
+        assert!(truth(&ray, &triangle).unwrap().are_rounded_to_f32([t, 1.0 / 3.0, 1.0 / 3.0]));
+        let bvh = Bvh::new(&[triangle]).unwrap();
+        assert!(hits32(&bvh, &ray).iter().all(|hit| hit.t == t), "{k} {tiny}");
+        let bvh = Bvh::new(&[TriangleOf(triangle.0.map(|corner| corner.map(wide)))]).unwrap();
+        let ray = Ray64::new(ray.origin.map(wide), ray.dir.map(wide));
+        assert!(hits32(&bvh, &ray).iter().all(|hit| hit.t == t), "{k} {tiny} in f64");
+    }
+}
+
+/// In bundles, in streams, and of numbers so large or small that t, u or v leave the range of f32.
+#[test]
+fn batches_round_once_to_f32() {
+    let mut rng = Rng::new(5);
+    let mut compared = 0;
+    for round in 0..60 {
+        let scale = [1.0, 2.0_f32.powi(-60), 2.0_f32.powi(40), 1e-3][round % 4];
+        let mut number = || rng.signed() as f32;
+        let mut point = |size: f32| [size * number(), size * number(), size * number()];
+        let triangles: Vec<Triangle> = (0..200)
+            .map(|_| {
+                let at = point(scale);
+                Triangle([(); 3].map(|()| {
+                    let by = point(0.2 * scale);
+                    [0, 1, 2].map(|k| at[k] + by[k])
+                }))
+            })
+            .collect();
+        let eye = point(2.0 * scale);
+        let size = [1.0, 2.0_f32.powi(-80), 2.0_f32.powi(90)][round % 3];
+        let mut rays: Vec<Ray> = (0..1500)
+            .map(|_| {
+                let to = point(scale);
+                Ray::new(eye, [0, 1, 2].map(|k| size * ((to[k] - eye[k]) / scale)))
+            })
+            .collect();
+        rays.extend((0..500).map(|_| Ray::new(point(scale), point(size))));
+        let bvh = Bvh::new(&triangles).unwrap();
+        let mut hits = vec![Hit32::MISS; rays.len()];
+        bvh.query().closest_batch_into(&rays, &mut hits);
+        for ((ray, hit), closest) in rays.iter().zip(&hits).zip(bvh.closest_batch(&rays)) {
+            assert_eq!(hit.triangle, closest.triangle);
+            if hit.is_hit() {
+                let truth = truth(ray, &triangles[hit.triangle as usize]).unwrap();
+                assert!(truth.are_rounded_to_f32([hit.t, hit.u, hit.v]), "{ray:?} {hit:?}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 10_000, "{compared}");
 }

@@ -80,6 +80,38 @@ pub fn attributes_from<S: Scalar>(
     attributes_by_integers(from, ray, triangle, known)
 }
 
+/// t, u and v, each rounded once to f32, of a triangle whose plane the ray's line meets in one point.
+#[inline(never)]
+pub fn attributes32<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
+    let (t, u, v) = attributes_from(Tier::Float, ray, triangle);
+    narrowed([t, u, v]).unwrap_or_else(|| attributes32_by_integers(ray, triangle))
+}
+
+/// Numbers that are rounded to f64, rounded from what they were to f32, if f64 shows how.
+///
+/// Rounding keeps order, so where the f64 beside a number round to one f32, all that rounds to the number does, too. They
+/// do not if it lies half-way between two f32.
+#[inline(always)]
+pub(super) fn narrowed(numbers: [f64; 3]) -> Option<[f32; 3]> {
+    let [t, u, v] = numbers.map(|x| {
+        // The CPU may be set to turn subnormal results into 0.
+        let is_plain = x.abs() >= NORMAL || x == 0.0;
+        (is_plain && x.next_down() as f32 == x.next_up() as f32).then_some(x as f32)
+    });
+    Some([t?, u?, v?])
+}
+
+/// `2^-125`: what is not smaller is no subnormal f32, whichever way it rounds.
+pub(super) const NORMAL: f64 = 2.0 * f32::MIN_POSITIVE as f64;
+
+#[cold]
+#[inline(never)]
+fn attributes32_by_integers<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> [f32; 3] {
+    let pair = pair(ray, triangle);
+    let scales = pair.scales();
+    at_tier!(S, scales.tier(), attributes_in_f32::<S, C, N, V>(&pair, scales))
+}
+
 /// The order in which a ray meets two triangles, exactly; by a tier of integers or one behind it.
 #[inline(never)]
 pub fn order_from<S: Scalar>(
@@ -128,6 +160,24 @@ fn attributes<S: Scalar, const C: usize, const N: usize, const V: usize>(
     let t = if is_sure(0) { known[0] } else { ratio(&numbers.volume(), &den, scales.of_t()) };
     let weight = |i: usize, num| if is_sure(i) { known[i] } else { ratio(num, &den, 0) };
     (t, weight(1, &v), weight(2, &w))
+}
+
+fn attributes_in_f32<S: Scalar, const C: usize, const N: usize, const V: usize>(
+    pair: &Pair<S>,
+    scales: Scales,
+) -> [f32; 3] {
+    let numbers = Numbers::<C, N, V>::new(pair, scales);
+    let [u, v, w] = numbers.edges();
+    let den = u + v + w;
+    let ratio = |num: &Int<V>, exponent| {
+        if num.sign().is_eq() {
+            return 0.0;
+        }
+        let size = Quotient::new(&num.size(), &den.size(), exponent).to_f32();
+        // No zero has a sign.
+        if num.sign() == den.sign() || size == 0.0 { size } else { -size }
+    };
+    [ratio(&numbers.volume(), scales.of_t()), ratio(&v, 0), ratio(&w, 0)]
 }
 
 /// `num / den * 2^exponent`, rounded once.

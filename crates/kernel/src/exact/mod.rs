@@ -31,6 +31,7 @@ mod pairs;
 mod pairs64;
 mod quotient;
 mod rounded;
+mod rounded32;
 mod scale;
 mod seen_edge;
 mod seen_plane;
@@ -43,7 +44,7 @@ mod test_numbers;
 mod tier;
 
 pub(crate) use along::t_times_from;
-pub use along::{attributes_from, order_from, t_from};
+pub use along::{attributes_from, attributes32, order_from, t_from};
 pub use area::has_area;
 pub use closest::{
     Closest, Feature, Squares, closer, closer_from, closest, feature, feature_from, squares,
@@ -58,6 +59,8 @@ pub use pairs::hits_in;
 pub(crate) use pairs::t_in;
 pub use pairs64::{Pair64, hits64};
 pub use rounded::Quotients;
+pub(crate) use rounded32::hits32_in;
+pub use rounded32::{HitCoefficients32, hit32};
 pub use seen_edge::{edge_side, moment};
 pub use seen_plane::SeenPlane;
 pub use shared_origin64::hits_of_origin64;

@@ -79,7 +79,22 @@ impl Quotient {
             // The conversion rounds, once; both products are by powers of two, with a normal result, and exact.
             return first as f64 * pow2(-63) * pow2(top);
         }
-        if top > LARGEST { f64::INFINITY } else { subnormal(first, top) }
+        if top > LARGEST { f64::INFINITY } else { f64::from_bits(subnormal(first, top, -1074)) }
+    }
+
+    /// [`Quotient::to_f64`] for f32.
+    pub(super) fn to_f32(self) -> f32 {
+        let first = self.first | u64::from(self.more);
+        let top = self.exponent.saturating_add(63);
+        if (SMALLEST_F32..=LARGEST_F32).contains(&top) {
+            // Up to 2, which times the largest power is infinity.
+            let power = f32::from_bits(((top + 127) as u32) << 23);
+            return first as f32 * f32::from_bits((127 - 63) << 23) * power;
+        }
+        if top > LARGEST_F32 {
+            return f32::INFINITY;
+        }
+        f32::from_bits(subnormal(first, top, -149) as u32)
     }
 
     /// The square root, after two roundings: within 0.86 units in the last place, or 0.93 where the result is
@@ -99,7 +114,7 @@ impl Quotient {
             return f64::INFINITY;
         }
         let (m, _) = root.parts();
-        f64::from_bits(subnormal((m as u64) << 11, top).to_bits().max(1))
+        f64::from_bits(subnormal((m as u64) << 11, top, -1074).max(1))
     }
 
     /// Compared with a float that is not negative, nor NaN or infinite.
@@ -144,20 +159,26 @@ const SMALLEST: i32 = -1022;
 /// See [`SMALLEST`].
 const LARGEST: i32 = 1023;
 
-/// 64 bits, the highest of which stands for `2^top`, below the normal f64; rounded once, ties to even.
+/// The exponents of normal f32.
+const SMALLEST_F32: i32 = -126;
+/// See [`SMALLEST_F32`].
+const LARGEST_F32: i32 = 127;
+
+/// The bits of a subnormal number whose last place is `2^last`, from 64 bits, the highest of which stands for `2^top`;
+/// rounded once, ties to even.
 #[cold]
-fn subnormal(first: u64, top: i32) -> f64 {
-    // The last place is 2^-1074: this is how many bits come after it.
-    let after = -1074 - (top - 63);
+fn subnormal(first: u64, top: i32, last: i32) -> u64 {
+    // This many bits come after the last place.
+    let after = last.saturating_sub(top.saturating_sub(63));
     if after > 64 {
-        return 0.0;
+        return 0;
     }
     let all = u128::from(first);
     let (kept, rest) = ((all >> after) as u64, all & ((1 << after) - 1));
     let half = 1 << (after - 1);
     // To nearest, ties to even. `kept + 1` may become the smallest normal number, whose bits are just these.
     let up = rest > half || rest == half && kept & 1 != 0;
-    f64::from_bits(kept + u64::from(up))
+    kept + u64::from(up)
 }
 
 /// `2^e`, for a normal result.

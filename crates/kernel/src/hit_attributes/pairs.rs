@@ -72,6 +72,12 @@ impl Pairs {
         (ray, Triangle(self.corners.each_ref().map(vec3)), TriangleId(self.index[lane]))
     }
 
+    /// The index of the triangle in a lane.
+    #[inline(always)]
+    pub(crate) fn index(&self, lane: usize) -> u32 {
+        self.index[lane]
+    }
+
     /// Corners, origins and directions of the lanes from `from` on.
     #[inline(always)]
     pub(crate) fn lanes<D: Lanes<Scalar = f64>>(

@@ -11,11 +11,11 @@
 //! reference's, so t has the same bits.
 
 use super::shared_origin_hit::SharedOriginHit;
-use crate::Hit;
 use crate::barycentric::Coefficients;
 use crate::document::Tri;
 use crate::simd::Vec3;
 use crate::simd::{Lanes, Mask, Simd, put_by_triangle};
+use crate::{Hit, Hit32};
 
 /// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there.
 ///
@@ -86,5 +86,25 @@ impl SharedOriginHit for HitCoefficients {
         let to: &mut [f64; 4] = bytemuck::cast_mut(to);
         S::F64x4::select(lane(3), known, hit).store(to);
         true
+    }
+}
+
+impl SharedOriginHit<Hit32> for HitCoefficients {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        corners: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [f32; 3],
+        to: &mut [Self; 8],
+    ) {
+        <Self as SharedOriginHit>::eight_in::<S>(corners, indices, origin, to);
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit32) -> bool {
+        let mut hit = Hit::MISS;
+        let sure = <Self as SharedOriginHit>::hit_in::<S>(self, dir, &mut hit);
+        *to = hit.into();
+        sure
     }
 }

@@ -4,10 +4,10 @@ use crate::Hit;
 use crate::simd::Simd;
 
 /// A triangle as seen from one origin, with the coefficients of t, u and v for rays from there: by the document's
-/// operations, or exactly.
+/// operations, or exactly. `H` is what it writes: [`Hit`], or [`Hit32`](crate::Hit32).
 ///
 /// See [`HitCoefficients`](super::HitCoefficients) for an example.
-pub trait SharedOriginHit: Copy + Default {
+pub trait SharedOriginHit<H = Hit>: Copy + Default {
     /// Eight triangles: `corners[k][axis][lane]` is of corner k+1.
     fn eight_in<S: Simd>(
         corners: &[[[f32; 8]; 3]; 3],
@@ -18,5 +18,5 @@ pub trait SharedOriginHit: Copy + Default {
 
     /// Writes the hit of a ray that is known to hit the triangle. Returns whether it is certain; if not, call the
     /// resolver.
-    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut Hit) -> bool;
+    fn hit_in<S: Simd>(&self, dir: [f32; 3], to: &mut H) -> bool;
 }

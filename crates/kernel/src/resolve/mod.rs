@@ -23,7 +23,7 @@ use core::cmp::Ordering;
 use crate::exact::{Rule, Side};
 use crate::hit_attributes::Pairs;
 use crate::simd::Simd;
-use crate::{Hit, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
+use crate::{Hit, Hit32, LeafSlot, Ray, RayId, Triangle, TriangleId, document};
 
 /// Decides, one at a time, the pairs that the filter leaves undecided.
 #[derive(Clone, Copy, Debug)]
@@ -220,6 +220,23 @@ impl<'a> Resolver<'a> {
         }
     }
 
+    /// [`Resolver::hit_attributes`] in f32.
+    #[inline(always)]
+    pub fn hit32(
+        self,
+        ray: &Ray,
+        triangle: &Triangle,
+        triangle_id: TriangleId,
+        (id, slot): (RayId, LeafSlot),
+    ) -> Hit32 {
+        let hit = self.hit_attributes(ray, triangle, triangle_id, (id, slot));
+        match self {
+            Self::Document(_) => hit.into(),
+            Self::Exact(_) => crate::exact::hit32(&hit, ray, triangle),
+            Self::Originals(originals) => originals.hit32(&hit, id, slot),
+        }
+    }
+
     /// Where rays meet triangles that they are known to hit: the first `len` of eight pairs.
     #[inline(always)]
     pub fn hits_in<S: Simd>(
@@ -239,6 +256,31 @@ impl<'a> Resolver<'a> {
                     hits
                 }
                 Self::Document(_) => pairs.hits_in::<S>(),
+            },
+        )
+    }
+
+    /// [`Resolver::hits_in`] in f32.
+    #[inline(always)]
+    pub fn hits32_in<S: Simd>(
+        self,
+        pairs: &Pairs,
+        ids: &[(RayId, LeafSlot); 8],
+        len: usize,
+    ) -> [Hit32; 8] {
+        S::vectorize(
+            #[inline(always)]
+            || match self {
+                Self::Exact(_) => crate::exact::hits32_in::<S>(pairs, len),
+                Self::Originals(originals) => {
+                    let (mut hits, mut hits32) = ([Hit::MISS; 8], [Hit32::MISS; 8]);
+                    originals.hits(&ids[..len], &mut hits);
+                    for ((to, hit), &(id, slot)) in hits32.iter_mut().zip(&hits).zip(&ids[..len]) {
+                        *to = originals.hit32(hit, id, slot);
+                    }
+                    hits32
+                }
+                Self::Document(_) => pairs.hits_in::<S>().map(Hit32::from),
             },
         )
     }

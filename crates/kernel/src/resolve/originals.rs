@@ -5,7 +5,7 @@ use core::fmt;
 use core::ops::Range;
 
 use crate::exact::{SeenPlane, Side};
-use crate::{Hit, LeafSlot, Ray64, RayId};
+use crate::{Hit, Hit32, LeafSlot, Ray64, RayId};
 
 /// The f64 rays and triangles whose f32 copies the traversal sees. Pairs are named by the traversal's numbers, the
 /// ray's and the slot's; answers are exact for the originals.
@@ -58,6 +58,9 @@ pub trait Originals: fmt::Debug + Sync {
         pairs: &[(u32, u32)],
         hits: &mut [Hit],
     );
+
+    /// A hit of a pair in f32.
+    fn hit32(&self, hit: &Hit, ray: RayId, slot: LeafSlot) -> Hit32;
 
     /// [`Originals::hits`] for one pair.
     fn hit_attributes(&self, ray: RayId, slot: LeafSlot) -> Hit {

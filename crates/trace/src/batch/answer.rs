@@ -1,12 +1,12 @@
 //! What a batch may be asked for, one answer a ray.
 
-use intertri::{Crossings, Hit};
+use intertri::{Crossings, Hit, Hit32};
 
 use crate::tree::MeshTriangle;
 use crate::walk::BatchOutput;
 
 /// The answer to one ray.
-pub(crate) trait Answer: Copy + Send + Sync {
+pub trait Answer: Copy + Send + Sync {
     /// The answer for a ray that hits nothing.
     const MISS: Self;
 
@@ -17,12 +17,28 @@ pub(crate) trait Answer: Copy + Send + Sync {
     fn output(answers: &mut [Self]) -> BatchOutput<'_>;
 }
 
+/// What [`Query::closest_batch_into`](crate::Query::closest_batch_into) writes: [`Hit`], with t, u and v in f64, or
+/// [`Hit32`], with f32. The set is closed.
+pub trait HitRecord: Answer {}
+
+impl HitRecord for Hit {}
+impl HitRecord for Hit32 {}
+
 impl Answer for Hit {
     const MISS: Self = Self::MISS;
     const IN_BUNDLES: bool = true;
 
     fn output(answers: &mut [Self]) -> BatchOutput<'_> {
         BatchOutput::Hits(answers)
+    }
+}
+
+impl Answer for Hit32 {
+    const MISS: Self = Self::MISS;
+    const IN_BUNDLES: bool = true;
+
+    fn output(answers: &mut [Self]) -> BatchOutput<'_> {
+        BatchOutput::Hits32(answers)
     }
 }
 

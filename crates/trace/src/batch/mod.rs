@@ -13,6 +13,7 @@ mod rows;
 pub(crate) mod tiles;
 
 pub(crate) use answer::Answer;
+pub use answer::HitRecord;
 pub(crate) use lists::lists;
 pub use lists::{CrossingLists, HitLists, Lists};
 

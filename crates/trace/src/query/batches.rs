@@ -3,7 +3,7 @@
 use intertri::{Counts, Crossings, Hit, Mode, RayOf};
 
 use super::Query;
-use crate::batch::{Answer, CrossingLists, HitLists, RayBatch, lists};
+use crate::batch::{Answer, CrossingLists, HitLists, HitRecord, RayBatch, lists};
 use crate::scalar::BvhScalar;
 use crate::selection::ActiveSelection;
 use crate::tree::MeshTriangle;
@@ -42,8 +42,21 @@ impl<S: BvhScalar> Query<'_, S> {
         hits
     }
 
-    /// [`Query::closest_batch`] into a slice.
-    pub fn closest_batch_into(&self, rays: &[RayOf<S>], hits: &mut [Hit]) -> Counts {
+    /// [`Query::closest_batch`] into a slice, of [`Hit`], or of [`Hit32`](intertri::Hit32) if f32 is enough for t, u and v:
+    /// that takes less memory and time.
+    ///
+    /// ```
+    /// use intertri_trace::Bvh;
+    /// use intertri_trace::intertri::{Hit32, Ray, Triangle};
+    /// let bvh = Bvh::new(&[Triangle::new([0.0, 0.0, 5.0], [3.0, 0.0, 5.0], [0.0, 3.0, 5.0])])?;
+    /// let rays = [1.0, 9.0].map(|x| Ray::new([x, 1.0, 0.0], [0.0, 0.0, 1.0]));
+    /// let mut hits = [Hit32::MISS; 2];
+    /// bvh.query().closest_batch_into(&rays, &mut hits);
+    /// assert_eq!((hits[0].t, hits[0].u, hits[0].v), (5.0, 1.0 / 3.0, 1.0 / 3.0));
+    /// assert_eq!(hits[1], Hit32::MISS);
+    /// # Ok::<(), intertri_trace::BuildError>(())
+    /// ```
+    pub fn closest_batch_into<H: HitRecord>(&self, rays: &[RayOf<S>], hits: &mut [H]) -> Counts {
         self.trace_batch(self.mode, rays, hits)
     }
 

@@ -10,7 +10,9 @@ use bytemuck::Zeroable;
 use intertri::internal::exact::{self, HitCoefficients, SeenPlane, Side};
 use intertri::internal::{LocalFrame, Originals, Room, prefetch};
 use intertri::simd::{Level, Simd, WithSimd};
-use intertri::{Filter, Hit, LeafSlot, Mode, Ray, Ray64, RayId, Rule, Triangle64, TriangleBlock};
+use intertri::{
+    Filter, Hit, Hit32, LeafSlot, Mode, Ray, Ray64, RayId, Rule, Triangle64, TriangleBlock,
+};
 
 use super::mesh64::Mesh64;
 use super::{Backend, Progress};
@@ -405,6 +407,11 @@ impl Originals for CopiedRays<'_> {
         SCRATCH.with_borrow_mut(|scratch| {
             exact::hits_of_origin64(self.level, rays, &triangles, pairs, scratch, hits);
         });
+    }
+
+    fn hit32(&self, hit: &Hit, ray: RayId, slot: LeafSlot) -> Hit32 {
+        let (ray, triangle) = self.pair(ray, slot);
+        exact::hit32(hit, ray, triangle)
     }
 
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]) {

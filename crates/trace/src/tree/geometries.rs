@@ -7,7 +7,7 @@
 //! ```
 
 use bytemuck::{Pod, Zeroable};
-use intertri::{Hit, TriangleId};
+use intertri::{Hit, Hit32, TriangleId};
 
 use crate::util::memory::{NoMemory, copied, room};
 
@@ -36,6 +36,25 @@ impl MeshTriangle {
         self.triangle != Hit::NO_TRIANGLE
     }
 }
+
+/// What names a triangle by its position in the whole until it is renamed.
+pub(crate) trait NamesTriangle {
+    /// The triangle's number and its geometry.
+    fn name_mut(&mut self) -> (&mut u32, &mut u32);
+}
+
+macro_rules! names_triangle {
+    ($($record:ty),*) => {$(
+        impl NamesTriangle for $record {
+            #[inline(always)]
+            fn name_mut(&mut self) -> (&mut u32, &mut u32) {
+                (&mut self.triangle, &mut self.geometry)
+            }
+        }
+    )*};
+}
+
+names_triangle!(Hit, Hit32, MeshTriangle);
 
 /// The geometries of a hierarchy. A single mesh has no tables.
 #[derive(Clone, Debug)]
@@ -159,21 +178,15 @@ impl Geometries {
 
     /// Renames the triangles of hits, which are given by their positions.
     #[inline(always)]
-    pub(crate) fn rename<'h>(&self, hits: impl IntoIterator<Item = &'h mut Hit>) {
+    pub(crate) fn rename<'h, H: NamesTriangle + 'h>(
+        &self,
+        hits: impl IntoIterator<Item = &'h mut H>,
+    ) {
         if self.are_told() {
-            for hit in hits.into_iter().filter(|hit| hit.is_hit()) {
-                let MeshTriangle { triangle, geometry } = self.name(TriangleId(hit.triangle));
-                (hit.geometry, hit.triangle) = (geometry, triangle);
-            }
-        }
-    }
-
-    /// [`Geometries::rename`] for triangles without hits.
-    #[inline(always)]
-    pub(crate) fn rename_triangles(&self, triangles: &mut [MeshTriangle]) {
-        if self.are_told() {
-            for triangle in triangles.iter_mut().filter(|triangle| triangle.is_hit()) {
-                *triangle = self.name(TriangleId(triangle.triangle));
+            let names = hits.into_iter().map(NamesTriangle::name_mut);
+            for (triangle, geometry) in names.filter(|(name, _)| **name != Hit::NO_TRIANGLE) {
+                let name = self.name(TriangleId(*triangle));
+                (*triangle, *geometry) = (name.triangle, name.geometry);
             }
         }
     }

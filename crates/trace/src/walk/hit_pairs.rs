@@ -6,7 +6,7 @@ use intertri::{Hit, LeafSlot, RayId};
 
 /// Pairs in any order. Their memory grows with what is found.
 #[derive(Default)]
-pub(crate) struct HitPairs {
+pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
     /// The hits of the first pairs, if known; a miss stands for one that is not computed yet.
     pub(crate) hits: Vec<Hit>,

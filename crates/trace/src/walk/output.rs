@@ -1,16 +1,18 @@
 //! Where a traversal of many rays writes its answers: closest hits, closest triangles, whether they hit, every hit.
 
 use intertri::internal::prefetch;
-use intertri::{ClosestHit, Crossings, Hit, TriangleId};
+use intertri::{ClosestHit, Crossings, Hit, Hit32, TriangleId};
 
 use super::HitPairs;
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
 /// A slice of answers, one a ray.
-pub(crate) enum BatchOutput<'a> {
+pub enum BatchOutput<'a> {
     /// The closest hits.
     Hits(&'a mut [Hit]),
+    /// The closest hits in f32.
+    Hits32(&'a mut [Hit32]),
     /// The triangles of the closest hits; their positions in the whole until they are renamed.
     Triangles(&'a mut [MeshTriangle]),
     /// Whether anything is hit.
@@ -41,6 +43,7 @@ impl BatchOutput<'_> {
     pub(crate) fn part(&mut self, from: usize, to: usize) -> BatchOutput<'_> {
         match self {
             Self::Hits(hits) => BatchOutput::Hits(&mut hits[from..to]),
+            Self::Hits32(hits) => BatchOutput::Hits32(&mut hits[from..to]),
             Self::Triangles(triangles) => BatchOutput::Triangles(&mut triangles[from..to]),
             Self::Any(any) => BatchOutput::Any(&mut any[from..to]),
             Self::Pairs(pairs) => BatchOutput::Pairs(pairs),
@@ -54,6 +57,7 @@ impl BatchOutput<'_> {
     pub(crate) fn prefetch(&self, ray: usize) {
         match self {
             Self::Hits(hits) => prefetch(&hits[ray..][..1]),
+            Self::Hits32(hits) => prefetch(&hits[ray..][..1]),
             Self::Triangles(triangles) => prefetch(&triangles[ray..][..1]),
             Self::Any(any) => prefetch(&any[ray..][..1]),
             Self::Pairs(_) => (),
@@ -73,6 +77,12 @@ impl BatchOutput<'_> {
                 }
                 hits[ray] = Hit::MISS;
             }
+            Self::Hits32(hits) => {
+                if closest.is_hit() {
+                    return false;
+                }
+                hits[ray] = Hit32::MISS;
+            }
             Self::Triangles(triangles) => {
                 let position =
                     closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
@@ -85,19 +95,12 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Writes the hit of a ray.
-    #[inline(always)]
-    pub(crate) fn write_hit(&mut self, ray: usize, hit: Hit) {
-        if let Self::Hits(hits) = self {
-            hits[ray] = hit;
-        }
-    }
-
     /// Renames triangles from their positions in the whole to geometry and number.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),
-            Self::Triangles(triangles) => tree.geometries.rename_triangles(triangles),
+            Self::Hits32(hits) => tree.geometries.rename(hits),
+            Self::Triangles(triangles) => tree.geometries.rename(triangles),
             _ => (),
         }
     }

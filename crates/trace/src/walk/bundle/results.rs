@@ -2,7 +2,7 @@
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
-use intertri::{Hit, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
+use intertri::{Hit, Hit32, LeafSlot, Ray, RayId, TriangleId, TriangleOf};
 
 use crate::tree::{MeshTriangle, Tree};
 use crate::walk::BatchOutput;
@@ -45,6 +45,35 @@ pub(crate) struct Results {
     /// Rays of originals, each with the number of the triangle that it hits.
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
+    exact32: Vec<[exact::HitCoefficients32; 8]>,
+    /// The hits of originals, before they are rounded to f32.
+    hits64: Vec<Hit>,
+}
+
+/// A hit as a batch writes it.
+trait HitRecord: Copy {
+    const MISS: Self;
+
+    /// Where a ray meets the triangle in a slot.
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
+}
+
+impl HitRecord for Hit {
+    const MISS: Self = Self::MISS;
+
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
+        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
+        resolver.hit_attributes(ray, &triangle, index, ids)
+    }
+}
+
+impl HitRecord for Hit32 {
+    const MISS: Self = Self::MISS;
+
+    fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self {
+        let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
+        resolver.hit32(ray, &triangle, index, ids)
+    }
 }
 
 impl Results {
@@ -116,14 +145,14 @@ impl Results {
         pairs: &mut HitPairs,
     ) {
         let slots = &self.seen[..];
-        let coefficients = coefficients::<S, C>(tree, slots, rays[0].origin, eights);
+        let coefficients = coefficients::<S, C, Hit>(tree, slots, rays[0].origin, eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
             // Assembled where it is stored: copying it right after it was written would stall the CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
             if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
-                *hit = met_alone(tree, resolver, &rays[ray], ids);
+                *hit = Hit::met_alone(tree, resolver, &rays[ray], ids);
             }
         });
     }
@@ -158,29 +187,43 @@ impl Results {
         (rays, first): (&[Ray], RayId),
         output: BatchOutput<'_>,
     ) {
-        let hits = match output {
+        match output {
             BatchOutput::Any(any) => {
                 for (any, found) in any.iter_mut().zip(&self.found) {
                     *any = *found != NOTHING;
                 }
-                return;
             }
-            BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => {
-                return;
+            BatchOutput::Pairs(_) | BatchOutput::Crossings(_) | BatchOutput::Containments(_) => (),
+            BatchOutput::Triangles(triangles) => self.triangles(tree, triangles),
+            BatchOutput::Hits(hits) => {
+                self.distinct();
+                self.write_hits::<S>(tree, resolver, (rays, first), hits);
             }
-            BatchOutput::Triangles(triangles) => return self.triangles(tree, triangles),
-            BatchOutput::Hits(hits) => hits,
-        };
-        self.distinct();
+            BatchOutput::Hits32(hits) => {
+                self.distinct();
+                self.write_hits32::<S>(tree, resolver, (rays, first), hits);
+            }
+        }
+    }
+
+    /// Writes where the rays meet what they hit.
+    #[inline(always)]
+    fn write_hits<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first): (&[Ray], RayId),
+        hits: &mut [Hit],
+    ) {
         match resolver {
             Resolver::Document(_) => {
                 let mut eights = std::mem::take(&mut self.coefficients);
-                self.hits::<S, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
                 self.coefficients = eights;
             }
             Resolver::Exact(_) => {
                 let mut eights = std::mem::take(&mut self.exact);
-                self.hits::<S, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
                 self.exact = eights;
             }
             Resolver::Originals(originals) => {
@@ -190,6 +233,42 @@ impl Results {
                 pairs.extend((0..).zip(found.iter().map(|&seen| of(seen))));
                 let rays = first.0..first.0 + rays.len() as u32;
                 originals.shared_origin_hits(rays, hit, pairs, hits);
+            }
+        }
+    }
+
+    /// [`Results::write_hits`] in f32.
+    #[inline(always)]
+    fn write_hits32<S: Simd>(
+        &mut self,
+        tree: &Tree,
+        resolver: Resolver<'_>,
+        (rays, first): (&[Ray], RayId),
+        hits: &mut [Hit32],
+    ) {
+        match resolver {
+            Resolver::Document(_) => {
+                let mut eights = std::mem::take(&mut self.coefficients);
+                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.coefficients = eights;
+            }
+            Resolver::Exact(_) => {
+                let mut eights = std::mem::take(&mut self.exact32);
+                self.hits::<S, _, _>(tree, resolver, (rays, first), &mut eights, hits);
+                self.exact32 = eights;
+            }
+            Resolver::Originals(originals) => {
+                let mut hits64 = std::mem::take(&mut self.hits64);
+                hits64.resize(rays.len(), Hit::MISS);
+                self.write_hits::<S>(tree, resolver, (rays, first), &mut hits64);
+                let slots = (0..).map(RayId).zip(&self.pairs);
+                for ((to, hit), (id, &(_, number))) in hits.iter_mut().zip(&hits64).zip(slots) {
+                    *to = match self.hit.get(number as usize) {
+                        Some(&slot) => originals.hit32(hit, RayId(first.0 + id.0), slot),
+                        None => Hit32::MISS,
+                    };
+                }
+                self.hits64 = hits64;
             }
         }
     }
@@ -234,28 +313,29 @@ impl Results {
     /// Where the rays meet what they hit: from what depends on the triangle and the shared origin, computed
     /// once.
     #[inline(always)]
-    fn hits<S: Simd, C: SharedOriginHit>(
+    fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
         &self,
         tree: &Tree,
         resolver: Resolver<'_>,
         (rays, first): (&[Ray], RayId),
         eights: &mut Vec<[C; 8]>,
-        hits: &mut [Hit],
+        hits: &mut [H],
     ) {
         let Self { found, number, hit, .. } = self;
-        let coefficients = coefficients::<S, C>(tree, hit, rays[0].origin, eights);
+        let coefficients = coefficients::<S, C, H>(tree, hit, rays[0].origin, eights);
         let number = &number[..];
         for (i, (ray, &seen)) in rays.iter().zip(&found[..]).enumerate() {
             if let Some(later) = hits.get(i + AHEAD) {
                 prefetch(std::slice::from_ref(later));
             }
             if seen == NOTHING {
-                hits[i] = Hit::MISS;
+                hits[i] = H::MISS;
                 continue;
             }
             let number = number[seen as usize] as usize;
             if !coefficients[number].hit_in::<S>(ray.dir, &mut hits[i]) {
-                hits[i] = met_alone(tree, resolver, ray, (RayId(first.0 + i as u32), hit[number]));
+                hits[i] =
+                    H::met_alone(tree, resolver, ray, (RayId(first.0 + i as u32), hit[number]));
             }
         }
     }
@@ -263,7 +343,7 @@ impl Results {
 
 /// What the triangles in these slots share in telling where rays from one origin meet them.
 #[inline(always)]
-fn coefficients<'a, S: Simd, C: SharedOriginHit>(
+fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     tree: &Tree,
     slots: &[LeafSlot],
     origin: [f32; 3],
@@ -277,12 +357,6 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit>(
         C::eight_in::<S>(&corners, &indices, origin, to);
     }
     eights.as_flattened()
-}
-
-/// Where a ray meets the triangle in a slot.
-fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Hit {
-    let (triangle, index) = (tree.triangle_in(ids.1), tree.index_of(ids.1));
-    resolver.hit_attributes(ray, &triangle, index, ids)
 }
 
 /// The corners of eight triangles side by side, and their indices.

@@ -40,7 +40,10 @@ impl HitCollector<'_> {
             BatchOutput::Containments(all) => {
                 self.winding(hits, leaf, &mut all[self.id.0 as usize])
             }
-            BatchOutput::Hits(_) | BatchOutput::Triangles(_) | BatchOutput::Any(_) => false,
+            BatchOutput::Hits(_)
+            | BatchOutput::Hits32(_)
+            | BatchOutput::Triangles(_)
+            | BatchOutput::Any(_) => false,
         }
     }
 
@@ -166,7 +169,10 @@ impl HitCollector<'_> {
                     leaves.fold(all[number], Containment::crossed)
                 };
             }
-            BatchOutput::Hits(_) | BatchOutput::Triangles(_) | BatchOutput::Any(_) => (),
+            BatchOutput::Hits(_)
+            | BatchOutput::Hits32(_)
+            | BatchOutput::Triangles(_)
+            | BatchOutput::Any(_) => (),
         }
     }
 }

@@ -52,12 +52,26 @@ impl<'a> Retired<'a> {
     /// Answers those that still wait.
     #[inline(always)]
     pub(super) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
-        if self.len > 0 {
-            let hits = self.resolver.hits_in::<S>(&self.pairs, &self.ids, self.len);
-            for (hit, &(id, _)) in hits.into_iter().zip(&self.ids[..self.len]) {
-                output.write_hit(id.0 as usize, hit);
+        let Self { resolver, ref pairs, ref ids, len } = *self;
+        if len > 0 {
+            match output {
+                BatchOutput::Hits(to) => {
+                    write(to, ids, &resolver.hits_in::<S>(pairs, ids, len)[..len]);
+                }
+                BatchOutput::Hits32(to) => {
+                    write(to, ids, &resolver.hits32_in::<S>(pairs, ids, len)[..len]);
+                }
+                _ => (),
             }
             self.len = 0;
         }
+    }
+}
+
+/// Writes hits to where their rays' are.
+#[inline(always)]
+fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
+    for (hit, &(id, _)) in hits.iter().zip(ids) {
+        to[id.0 as usize] = *hit;
     }
 }

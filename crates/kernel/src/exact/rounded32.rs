@@ -1,0 +1,175 @@
+//! t, u and v in f32, each the exact value rounded once: plain f64 under a bound, which nearly always shows how a number
+//! rounds to f32.
+//!
+//! ```text
+//!        ...●───────────┼───────────●──────      f32 and half-way: where both ends of what the
+//!          f32   [═══] half        f32           quotient may be round alike, so does it
+//! ```
+//!
+//! Bounds and proof: `docs/numerics/exact.md`, section 6.
+
+use super::along::{NORMAL, attributes32, narrowed};
+use super::input::subnormals_are_read;
+use crate::hit_attributes::{Pairs, SharedOriginHit};
+use crate::simd::{Lanes, Mask, Simd, Vec3, lanes_of, put_by_triangle};
+use crate::{Hit, Hit32, Ray, RayOf, Scalar, Triangle, TriangleOf};
+
+/// `2^-49`, which is `16w`: a volume in f64 is within 9/16 of this times its permanent, and the roundings of a quotient
+/// by it are within 3/16 of this.
+const DOUBT: f64 = 1.0 / (1_u64 << 49) as f64;
+
+/// Quotients by one denominator.
+#[derive(Clone, Copy)]
+struct Over<D> {
+    err: D,
+    inverse: D,
+}
+
+/// The ends of what quotients may be, in f32.
+struct Ends<const N: usize> {
+    least: [f32; N],
+    most: [f32; N],
+    /// Where both are proven to be ends.
+    sure: u32,
+}
+
+impl<D: Lanes<Scalar = f64>> Over<D> {
+    /// By a denominator that may be off by `err`.
+    #[inline(always)]
+    fn new(den: D, err: D) -> Self {
+        Self { err, inverse: D::splat(1.0) / den }
+    }
+
+    /// The quotient of a numerator that may be off by `err`.
+    #[inline(always)]
+    fn quotient<const N: usize>(&self, num: D, err: D) -> Ends<N> {
+        let q = num * self.inverse;
+        let doubt = q.abs().mul_add(self.err, err) * self.inverse.abs();
+        let (mut least, mut most) = ([0.0; N], [0.0; N]);
+        (q - doubt).store_f32(&mut least);
+        (q + doubt).store_f32(&mut most);
+        let sure = q.abs().ge(D::splat(NORMAL)) & doubt.le(q.abs());
+        Ends { least, most, sure: sure.bits() }
+    }
+}
+
+impl<const N: usize> Ends<N> {
+    /// Whether a lane's quotient is proven to be rounded right.
+    #[inline(always)]
+    fn is_sure(&self, lane: usize) -> bool {
+        self.sure >> lane & 1 != 0 && self.least[lane] == self.most[lane]
+    }
+}
+
+/// [`HitCoefficients`](super::HitCoefficients) for hits in f32.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub struct HitCoefficients32 {
+    /// By axis, the coefficients of the denominator, of the numerators of u and v, and of the denominator again.
+    coefficients: [[f64; 4]; 3],
+    /// The numerator of t.
+    known: f64,
+    /// What that may be off by.
+    known_err: f64,
+    /// What the products may be off by, over the sum of a direction's sizes; NaN where nothing is proven.
+    share: f64,
+    index: u32,
+}
+
+impl SharedOriginHit<Hit32> for HitCoefficients32 {
+    #[inline(always)]
+    fn eight_in<S: Simd>(
+        [c1, c2, c3]: &[[[f32; 8]; 3]; 3],
+        indices: &[u32; 8],
+        origin: [f32; 3],
+        to: &mut [Self; 8],
+    ) {
+        let corners = [Vec3::<S::F64x8>::load_f32(c1), Vec3::load_f32(c2), Vec3::load_f32(c3)];
+        let [c1, c2, c3] = corners;
+        let origin = Vec3::splat([origin[0].into(), origin[1].into(), origin[2].into()]);
+        let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
+        let (n, v, w) = (h4.cross_fused(h5), h5.cross_fused(a), a.cross_fused(h4));
+        put_by_triangle::<S>([n, v, w, n], to.iter_mut().map(|seen| &mut seen.coefficients));
+
+        // One share is enough for all three.
+        let (abs_a, abs_h4, abs_h5) = (a.abs(), h4.abs(), h5.abs());
+        let of_n = abs_h4.permanents(abs_h5);
+        let most = (of_n.norm1().max(abs_h5.permanents(abs_a).norm1()))
+            .max(abs_a.permanents(abs_h4).norm1());
+        let doubt = if subnormals_are_read() { DOUBT } else { f64::NAN };
+        let (mut known, doubt) = ([[0.0; 8]; 3], Lanes::splat(doubt));
+        n.dot_fused(a).store(&mut known[0]);
+        (of_n.dot_fused(abs_a) * doubt).store(&mut known[1]);
+        (most * doubt).store(&mut known[2]);
+        for (i, seen) in to.iter_mut().enumerate() {
+            (seen.known, seen.known_err) = (known[0][i], known[1][i]);
+            (seen.share, seen.index) = (known[2][i], indices[i]);
+        }
+    }
+
+    #[inline(always)]
+    fn hit_in<S: Simd>(&self, [x, y, z]: [f32; 3], to: &mut Hit32) -> bool {
+        let dir = Vec3::<S::F64x4>::splat([x.into(), y.into(), z.into()]);
+        let sums = Vec3::load(&self.coefficients).dot_fused(dir);
+        let size = f64::from(x.abs()) + f64::from(y.abs()) + f64::from(z.abs());
+        let err = <S::F64x4 as Lanes>::splat(self.share * size);
+
+        // All over the last; the first is t, whose numerator is known.
+        let first = <S::F64x4 as Lanes>::Mask::from_bits(1);
+        let num = Lanes::select(first, Lanes::splat(self.known), sums);
+        let num_err = Lanes::select(first, Lanes::splat(self.known_err), err);
+        let over = Over::<S::F64x4>::new(S::first_and_last(sums), err);
+        let Ends::<4> { least, most, sure } = over.quotient(num, num_err);
+        let [t, u, v, _] = most;
+        *to = Hit32::new([t, u, v], self.index);
+        sure & 0b111 == 0b111 && [least[0], least[1], least[2]] == [t, u, v]
+    }
+}
+
+/// The hits of the first `len` lanes in f32, each number the exact one rounded once; those of others mean nothing.
+#[inline(always)]
+pub(crate) fn hits32_in<S: Simd>(pairs: &Pairs, len: usize) -> [Hit32; 8] {
+    let mut hits = [Hit32::MISS; 8];
+    let (doubt, mut unsure) = (if subnormals_are_read() { DOUBT } else { f64::NAN }, 0);
+    let doubt = <S::F64x4 as Lanes>::splat(doubt);
+    // Four at a time: for one division of eight in a search some CPUs lower their clock.
+    for from in [0, 4] {
+        let ([c1, c2, c3], origin, dir) = pairs.lanes::<S::F64x4>(from);
+        let (a, h4, h5) = (c1 - origin, c2 - c1, c3 - c1);
+        let (n, moment) = (h4.cross_fused(h5), a.cross_fused(dir));
+        let (of_n, of_moment) = (h4.abs().permanents(h5.abs()), a.abs().permanents(dir.abs()));
+        let over = Over::new(n.dot_fused(dir), permanent(of_n, dir) * doubt);
+        let t: Ends<4> = over.quotient(n.dot_fused(a), permanent(of_n, a) * doubt);
+        let u: Ends<4> = over.quotient(h5.dot_fused(moment), permanent(of_moment, h5) * doubt);
+        let v: Ends<4> = over.quotient(-h4.dot_fused(moment), permanent(of_moment, h4) * doubt);
+        for lane in 0..4 {
+            let sure = t.is_sure(lane) && u.is_sure(lane) && v.is_sure(lane);
+            unsure |= u32::from(!sure) << (from + lane);
+            let index = pairs.index(from + lane);
+            hits[from + lane] = Hit32::new([t.most[lane], u.most[lane], v.most[lane]], index);
+        }
+    }
+    for lane in lanes_of(unsure & ((1 << len) - 1)) {
+        let (ray, triangle, index) = pairs.pair(lane);
+        hits[lane] = hit32_of_pair(&ray, &triangle, index.0);
+    }
+    hits
+}
+
+/// The permanent of a volume: a cross product's, times a vector.
+#[inline(always)]
+fn permanent<D: Lanes<Scalar = f64>>(product: Vec3<D>, by: Vec3<D>) -> D {
+    product.dot_fused(by.abs())
+}
+
+/// The hit of a pair.
+fn hit32_of_pair(ray: &Ray, triangle: &Triangle, index: u32) -> Hit32 {
+    Hit32::new(attributes32(ray, triangle), index)
+}
+
+/// A hit of `exact` in f32, each number the true one of the ray and its triangle rounded once.
+#[inline(always)]
+pub fn hit32<S: Scalar>(hit: &Hit, ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Hit32 {
+    let numbers = narrowed([hit.t, hit.u, hit.v]).unwrap_or_else(|| attributes32(ray, triangle));
+    Hit32 { geometry: hit.geometry, ..Hit32::new(numbers, hit.triangle) }
+}
