@@ -206,3 +206,27 @@ fn order<S: Scalar, const C: usize, const N: usize, const V: usize, const P: usi
     let order = num.times::<V, P>(&other_den).cmp(&other_num.times(&den));
     if den.sign() == other_den.sign() { order } else { order.reverse() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::attributes32;
+    use crate::{Ray, Triangle};
+
+    /// t is the mean of three heights, `1 + k 2^-24 + tiny`: for an odd k next to half-way between two f32. f64 does not hold
+    /// what is tiny, so rounded to f64 and then to f32, half of these t would become a neighbour of what they are.
+    #[test]
+    fn numbers_near_half_way_are_rounded_once() {
+        let tiny = 2.0_f32.powi(-70);
+        for (k, tiny, steps) in
+            [(1, -tiny, 0), (1, tiny, 1), (3, -tiny, 1), (3, tiny, 2), (3, 0.0, 2)]
+        {
+            let heights = [0.5 + 3.0 * k as f32 * 2.0_f32.powi(-24), 3.0 * tiny, 2.5];
+            let corners = [[-1.0, -1.0], [2.0, -1.0], [-1.0, 2.0]];
+            let corner = |i: usize| [corners[i][0], corners[i][1], heights[i]];
+            let (ray, triangle) =
+                (Ray::new([0.0; 3], [0.0, 0.0, 1.0]), Triangle([0, 1, 2].map(corner)));
+            let [t, ..] = attributes32(&ray, &triangle);
+            assert_eq!(t, 1.0 + steps as f32 * f32::EPSILON, "{k}, {tiny}");
+        }
+    }
+}
