@@ -9,10 +9,13 @@
 
 mod batches;
 mod path;
+mod segment;
+
+pub use segment::{MediumCrossing, Segment};
 
 use std::fmt;
 
-use intertri::{Crossing, Hit, RayOf, Scalar, TriangleOf};
+use intertri::{Crossing, RayOf, Scalar, TriangleOf};
 
 use crate::build::BuildError;
 use crate::bvh::Bvh;
@@ -66,30 +69,6 @@ pub struct Media<S: BvhScalar = f32> {
     bvh: Bvh<S>,
     /// The medium of each geometry.
     media: Vec<u32>,
-}
-
-/// A part of a ray in one medium: [`Media::segments`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment {
-    /// The t where it starts.
-    pub start: f64,
-    /// The t where it ends, and the next one starts.
-    pub end: f64,
-    /// The medium; `None` outside.
-    pub medium: Option<u32>,
-    /// The wall at its end; [`Hit::MISS`] where the ray ends.
-    pub wall: Hit,
-}
-
-/// Where a ray goes from one medium into another: [`Media::next_crossing`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MediumCrossing {
-    /// The wall between them. Its geometry is the mesh.
-    pub hit: Hit,
-    /// The medium before; `None` outside.
-    pub left: Option<u32>,
-    /// The medium behind; `None` outside.
-    pub entered: Option<u32>,
 }
 
 impl<S: BvhScalar> Media<S> {

@@ -13,7 +13,7 @@
 
 use intertri::{Crossing, Hit, RayOf, Scalar};
 
-use super::{MediumCrossing, Segment};
+use super::segment::{MediumCrossing, Segment};
 
 /// The segments of a ray, from the last to the first.
 pub(super) struct Path<'a> {
