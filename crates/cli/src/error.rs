@@ -40,7 +40,7 @@ impl Error {
 
     /// An error about what takes too much memory.
     pub(crate) fn no_memory(what: impl fmt::Display) -> Self {
-        Self::new(format!("{what} need more memory than there is"))
+        Self::new(format!("{what} need more memory than is available"))
     }
 
     /// An error about a thread that did not start.

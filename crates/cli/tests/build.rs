@@ -178,7 +178,7 @@ fn unsaved_is_one_line(scalar: &str) {
         ("short", "cut off"),
         ("damaged", "checksum"),
         ("newer", "newer version"),
-        ("nothing", "no triangle in it that is finite"),
+        ("nothing", "has no finite triangle"),
     ];
     for (name, word) in cases {
         let name = format!("{name}.itri");

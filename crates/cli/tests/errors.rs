@@ -228,7 +228,7 @@ fn rays_that_are_none() {
 
     let header = "ox,oy,oz,dx,dy,dz";
     for (text, words) in [
-        ("hello\n".to_owned(), ["rays.csv:1: ", "\"hello\" is no column"]),
+        ("hello\n".to_owned(), ["rays.csv:1: ", "\"hello\" is not a column"]),
         ("ox,oy,oz,dx,dy\n".to_owned(), ["rays.csv:1: ", "dz"]),
         ("ox,oy,oz,dx,dy,dz,ox\n".to_owned(), ["rays.csv:1: ", "two columns"]),
         (format!("{header}\n0,0,0,0,0,1\n0,0,0,0,0\n"), ["rays.csv:3: ", "5 cells"]),

@@ -113,7 +113,7 @@ fn obj_statements_of_surfaces_are_read_or_counted() {
         "m.obj",
         format!("{SQUARE}F 1 2 3\nf 1 2 3 4\n"),
         "0,1,",
-        "statements that are not known, left out: 1 (in line 5)",
+        "unknown statements, left out: 1 (in line 5)",
     );
 }
 
@@ -226,7 +226,7 @@ const FACETS: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0
     endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 1 0\nvertex 0 1 0\n\
     endloop\nendfacet\n";
 
-/// A binary STL of the same that promises so many triangles.
+/// A binary STL of the same triangles, whose header promises this many.
 fn stl(promised: u32) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes.extend(promised.to_le_bytes());
@@ -255,7 +255,7 @@ fn stl_words_are_in_any_case_and_the_last_end_may_be_missing() {
     );
     let broken =
         format!("solid Q\n{FACETS}endsolid\n").replace("1 1 0\nendloop", "1 1.#IND 0\nendloop");
-    refuses("m.stl", broken, &["m.stl:6: ", "is no vertex x y z"]);
+    refuses("m.stl", broken, &["m.stl:6: ", "is not a vertex x y z"]);
 }
 
 #[test]
@@ -268,9 +268,9 @@ fn stl_headers_that_promise_too_few_triangles() {
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
     // Bytes that are not a whole triangle stay out.
     let over = |bytes: &[u8], more| [bytes, &vec![b'x'; more][..]].concat();
-    notes("m.stl", over(&stl(2), 7), "0,1,", "bytes behind the last triangle, left out: 7");
-    notes("m.stl", over(&stl(1), 7), "0,,", "bytes behind the last triangle, left out: 57");
-    refuses("m.stl", stl(3), &["m.stl: its header promises 3 triangles", "cut off or no STL"]);
+    notes("m.stl", over(&stl(2), 7), "0,1,", "bytes after the last triangle, left out: 7");
+    notes("m.stl", over(&stl(1), 7), "0,,", "bytes after the last triangle, left out: 57");
+    refuses("m.stl", stl(3), &["m.stl: its header promises 3 triangles", "cut off or not an STL"]);
     refuses("m.stl", stl(u32::MAX), &["m.stl: its header promises 4294967295 triangles"]);
 }
 
@@ -288,7 +288,7 @@ fn what_follows_a_gzip_is_left_out() {
         reads("m.obj.gz", &packed, "0,1,");
         reads("m.obj.gz", [&packed[..], &[0; 512]].concat(), "0,1,");
         let tail = [&packed[..], b"trailing"].concat();
-        notes("m.obj.gz", tail, "0,1,", "bytes behind the end of the gzip, left out: 8");
+        notes("m.obj.gz", tail, "0,1,", "bytes after the end of the gzip, left out: 8");
         refuses("m.obj.gz", &packed[..packed.len() - 3], &["the gzip is cut off"]);
     }
 }

@@ -14,7 +14,7 @@
 //!
 //! let scene = Scene::built_in();
 //! let (width, height) = (4, 3);
-//! let closest = |_ray: &intertri::Ray| Hit::MISS; // here goes a tracer
+//! let closest = |_ray: &intertri::Ray| Hit::MISS; // a tracer goes here
 //! let mut hits = Vec::new();
 //! let mut lit = Vec::new();
 //! for y in 0..height {

@@ -53,9 +53,9 @@ fn what_is_no_model() {
     }
     let text = "Dear reader,\n\nthis is a letter and not a model. It has words, no vertices, and no \
                 faces at all.\nYours\n";
-    says(&message("a.obj", text), "a.obj: there is no triangle", "really a model?");
+    says(&message("a.obj", text), "a.obj: it has no triangle", "is it a model?");
     says(&message("a.ply", text), "a.ply:1: the PLY header is damaged", "'ply'");
-    says(&message("a.stl", text), "a.stl: its header promises", "no STL");
+    says(&message("a.stl", text), "a.stl: its header promises", "not an STL");
     says(&message("a.stl", "short"), "a.stl: is neither", "STL");
     says(&message("a.txt", text), "a.txt: is neither OBJ nor PLY nor STL", "give");
     let noise: Vec<u8> =
@@ -251,7 +251,7 @@ fn stl_faults_in_text_name_the_line_of_their_facet() {
     let good = facet("0 1 0");
     for vertex in ["0 x 0", "0 1", "0 1 2 3", ""] {
         let text = format!("solid a\n{good}\n{}endsolid\n", facet(vertex));
-        says(&message("a.stl", text), "a.stl:14: \"vertex", "is no vertex x y z");
+        says(&message("a.stl", text), "a.stl:14: \"vertex", "is not a vertex x y z");
     }
     for vertex in ["0 nan 0", "0 inf 0", "0 1e39 0"] {
         let text = format!("solid a\n{good}\n{}endsolid\n", facet(vertex));
@@ -260,9 +260,9 @@ fn stl_faults_in_text_name_the_line_of_their_facet() {
     let cut_off = "the file is cut off in the middle of a facet";
     says(&message("a.stl", format!("solid a\n{}", &good[..30])), "a.stl:3: ", cut_off);
     let text = format!("solid a\n{good}endsolid\n{good}");
-    says(&message("a.stl", text), "a.stl:10: \"facet\" stands where solid belongs", "");
+    says(&message("a.stl", text), "a.stl:10: \"facet\" stands where solid is expected", "");
     let text = format!("solid a\n{good}").replace("endloop", "vertex 0 0 0");
-    says(&message("a.stl", text), "a.stl:7: \"vertex\" stands where endloop belongs", "");
+    says(&message("a.stl", text), "a.stl:7: \"vertex\" stands where endloop is expected", "");
 }
 
 #[test]

@@ -157,9 +157,9 @@ fn instances_are_copies() {
     file.json["nodes"] = node(json!({"TRANSLATION": 1, "SCALE": 0, "_ID": 1}));
     assert_eq!(file.triangles().len(), 3);
     file.json["nodes"] = node(json!({"TRANSLATION": 9}));
-    file.refused("accessor 9, for instances, is not there");
+    file.refused("accessor 9, for instances, does not exist");
     file.json["nodes"] = node(json!({"TRANSLATION": "x"}));
-    file.refused("no accessor");
+    file.refused("not an accessor");
     file.json["nodes"] = json!([{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}}}]);
     file.refused("has no attributes");
     file.floats("VEC3", &[0.0; 6]);
@@ -235,9 +235,9 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     file.json["skins"][0]["joints"] = json!([1, 2, 2]);
     file.refused("fewer inverse bind matrices");
     file.json["skins"][0]["joints"] = json!([1, 7]);
-    file.refused("joint 7 is not there");
+    file.refused("joint 7 does not exist");
     file.json["nodes"][0]["skin"] = json!(3);
-    file.refused("skin 3: is not there");
+    file.refused("skin 3: does not exist");
     let mut file = skinned(&halves);
     file.json["skins"][0]["joints"] = json!([1]);
     file.refused("names joint 1, which its skin lacks");

@@ -215,7 +215,7 @@ fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();
     let Some(kept) = triangles.iter().map(|triangle| &triangle.0).find(is_kept) else {
-        return Err(Error::new("there is no triangle in it that is finite"));
+        return Err(Error::new("has no finite triangle"));
     };
     if triangles.len() > u32::MAX as usize / 3 {
         return Err(Error::new("has more than 1431655765 triangles, too many for the program"));

@@ -53,7 +53,7 @@ impl From<io::Error> for Fault {
 
 impl From<TryReserveError> for Fault {
     fn from(_: TryReserveError) -> Self {
-        let cause = "it needs more memory than there is; cut the model into parts";
+        let cause = "it needs more memory than is available; cut the model into parts";
         Self { line: None, cause: cause.to_owned() }
     }
 }

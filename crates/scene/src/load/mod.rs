@@ -59,8 +59,8 @@ use crate::mesh::Mesh;
 /// to a hundred times its size, and a glTF may repeat its meshes up to some sixteen million triangles.
 ///
 /// # Errors
-/// If the file cannot be read, is no such model, ends early, names vertices that it lacks, has a
-/// triangle with a coordinate that is not finite in f32, or has no triangle at all.
+/// If the file cannot be read, is not such a model, ends early, names vertices that it lacks, has a triangle with a
+/// coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     load_model(path).map(|model| model.mesh)
 }
@@ -149,7 +149,7 @@ fn model<S: Coordinate>(
         Format::Gltf => gltf::read(input, beside)?,
     };
     if mesh.triangles.is_empty() {
-        return fault("there is no triangle in it; is it really a model?");
+        return fault("it has no triangle; is it a model?");
     }
     Ok((mesh, notes))
 }

@@ -188,7 +188,7 @@ impl<S: Coordinate> Model<S> {
         } else if NAMES.contains(&word) || OTHERS.contains(&word) {
             return;
         } else {
-            "statements that are not known, left out"
+            "unknown statements, left out"
         };
         self.builder.notes.add(what, 1, self.builder.line);
     }

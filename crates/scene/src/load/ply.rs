@@ -219,7 +219,7 @@ fn face<S: Coordinate>(
     let corners = element.corners.iter().flatten().map(|&corner| u32::try_from(corner));
     let corners = corners.collect::<Result<Vec<u32>, _>>();
     let (Some(_), Ok(corners)) = (&element.corners, corners) else {
-        return fault("a face has an index that is negative or no whole number");
+        return fault("a face has an index that is negative or not a whole number");
     };
     builder.polygon(&corners, if has_uvs { &corners } else { &[] })
 }
@@ -231,7 +231,7 @@ fn strips<S: Coordinate>(
     has_uvs: bool,
 ) -> Result<(), Fault> {
     let Some(corners) = &element.corners else {
-        return fault("a strip has an index that is no whole number");
+        return fault("a strip has an index that is not a whole number");
     };
     for strip in corners.split(|&corner| corner == -1) {
         let strip =

@@ -54,7 +54,7 @@ fn binary<S: Coordinate>(
     if promised > size {
         return fault(format!(
             "its header promises {triangles} triangles, which take {promised} bytes, but the file \
-             has {size}; it is cut off or no STL"
+             has {size}; it is cut off or not an STL"
         ));
     }
     // A program that did not know the number of triangles when it began wrote too small a one. It is
@@ -68,7 +68,7 @@ fn binary<S: Coordinate>(
     }
     let over = size - HEADER as u64 - triangles * TRIANGLE as u64;
     if over > 0 {
-        builder.notes.add("bytes behind the last triangle, left out", over, None);
+        builder.notes.add("bytes after the last triangle, left out", over, None);
     }
     for _ in 0..triangles {
         let mut record = [0; TRIANGLE];
@@ -120,17 +120,23 @@ fn ascii<S: Coordinate>(
         let wrong = |cause: String| Err(Fault { line: Some(lines.number), cause });
         next = match next {
             None if word.starts_with("solid") => Some(0),
-            None => return wrong(format!("{} stands where solid belongs", quote(&word))),
+            None => return wrong(format!("{} stands where solid is expected", quote(&word))),
             Some(0) if word == "endsolid" => None,
             Some(place) if word != FACET[place] => {
-                return wrong(format!("{} stands where {} belongs", quote(&word), FACET[place]));
+                return wrong(format!(
+                    "{} stands where {} is expected",
+                    quote(&word),
+                    FACET[place]
+                ));
             }
             Some(place) => {
                 if let Some(corner) = place.checked_sub(2).and_then(|i| corners.get_mut(i)) {
                     let numbers: Option<Vec<S>> = words.map(|word| word.parse().ok()).collect();
                     match numbers.and_then(|numbers| <[S; 3]>::try_from(numbers).ok()) {
                         Some(numbers) => *corner = numbers,
-                        None => return wrong(format!("{} is no vertex x y z", quote(text.trim()))),
+                        None => {
+                            return wrong(format!("{} is not a vertex x y z", quote(text.trim())));
+                        }
                     }
                 }
                 if place + 1 == FACET.len() {

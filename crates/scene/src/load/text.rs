@@ -17,7 +17,7 @@ pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> 
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;
     if start.starts_with(b"\xff\xfe") || start.starts_with(b"\xfe\xff") {
-        return fault("is a text in UTF-16; save it as UTF-8");
+        return fault("is text in UTF-16; save it as UTF-8");
     }
     let mark = if start == MARK { MARK.len() as u64 } else { 0 };
     input.seek(SeekFrom::Start(mark))?;

@@ -19,7 +19,7 @@ impl Columns {
             let known = COLUMNS.iter().position(|&column| column == name);
             let known = known.ok_or_else(|| {
                 let name = quote(&name);
-                format!("{name} is no column of rays; name them {}", COLUMNS.join(","))
+                format!("{name} is not a column of rays; the columns are {}", COLUMNS.join(","))
             })?;
             if columns.contains(&known) {
                 return Err(format!("two columns are named {name}"));

@@ -308,7 +308,7 @@ impl<'a> Rays<'a> {
     }
 
     fn no_memory(&self) -> LoadError {
-        self.wrong("its rays need more memory than there is".to_owned())
+        self.wrong("its rays need more memory than is available".to_owned())
     }
 
     /// An error at this point: in the line last read, if the format has lines.

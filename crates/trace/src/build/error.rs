@@ -38,7 +38,7 @@ impl fmt::Display for BuildError {
             ),
             Self::OutOfMemory { count } => write!(
                 f,
-                "a hierarchy of {count} triangles needs more memory than there is: split them into parts"
+                "a hierarchy of {count} triangles needs more memory than is available: split them into parts"
             ),
             Self::BadIndex { geometry, triangle, index, vertices } => {
                 if *geometry > 0 {

@@ -39,7 +39,7 @@ impl fmt::Display for RefitError {
                     "triangle {triangle} has vertex {index}, but there are {vertices} vertices"
                 )
             }
-            Self::OutOfMemory => f.write_str("refitting needs more memory than there is"),
+            Self::OutOfMemory => f.write_str("refitting needs more memory than is available"),
         }
     }
 }

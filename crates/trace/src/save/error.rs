@@ -72,7 +72,7 @@ impl fmt::Display for LoadError {
             }
             Self::CutOff => f.write_str("the saved hierarchy is cut off"),
             Self::Damaged { what } => write!(f, "the saved hierarchy is damaged: {what}"),
-            Self::OutOfMemory => f.write_str("the saved hierarchy needs more memory than there is"),
+            Self::OutOfMemory => f.write_str("the saved hierarchy needs more memory than is available"),
             Self::Io(error) => write!(f, "cannot read it: {error}"),
         }
     }

@@ -49,7 +49,7 @@ impl<'a> Tables<'a> {
             ..fault
         };
         let Some(accessor) = self.root.accessors.get(index) else {
-            return fault("is not there").map_err(of);
+            return fault("does not exist").map_err(of);
         };
         self.read(accessor, wanted).map_err(of)
     }
@@ -160,7 +160,7 @@ impl Accessor<'_> {
                 indices.extend(self.rows().map(|[index]| index as u32));
                 Ok(indices)
             }
-            _ => fault("the indices of a mesh are no whole numbers without a sign"),
+            _ => fault("the indices of a mesh are not unsigned integers"),
         }
     }
 

@@ -92,7 +92,9 @@ impl<'a> Buffers<'a> {
         };
         let buffer = view.buffer.value();
         let Some(bytes) = self.bytes(buffer) else {
-            return fault(format!("buffer view {index} names buffer {buffer}, which is not there"));
+            return fault(format!(
+                "buffer view {index} names buffer {buffer}, which does not exist"
+            ));
         };
         let from = view.byte_offset.map_or(0, |offset| offset.0);
         let to = from.checked_add(view.byte_length.0);

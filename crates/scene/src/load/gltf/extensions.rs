@@ -103,7 +103,7 @@ pub(super) fn instances(
         let Some(value) = attributes.get(name) else { return Ok(None) };
         let index = value.as_u64().and_then(|index| u32::try_from(index).ok());
         let Some(index) = index else {
-            return fault(format!("{INSTANCES} has a {name} that is no accessor"));
+            return fault(format!("{INSTANCES} has a {name} that is not an accessor"));
         };
         tables.get(Index::<accessor::Accessor>::new(index), ("instances", kind)).map(Some)
     };

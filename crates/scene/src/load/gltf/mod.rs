@@ -48,7 +48,7 @@ pub(super) fn read<S: Coordinate>(
         let text: String =
             error.to_string().chars().filter(|c| !c.is_control()).take(120).collect();
         let line = Some(error.line() as u64).filter(|&line| line > 0 && blob.is_none());
-        Fault { line, cause: format!("its JSON is no glTF 2.0: {text}") }
+        Fault { line, cause: format!("its JSON is not glTF 2.0: {text}") }
     })?;
     let version = &root.asset.version;
     if !version.starts_with("2.") {

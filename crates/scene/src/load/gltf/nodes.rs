@@ -73,7 +73,7 @@ fn skin_of<S: Coordinate>(
     transforms: &[DMat4],
 ) -> Result<Vec<DMat4>, Fault> {
     let tables = primitives.tables;
-    let Some(skin) = tables.root.skins.get(index.value()) else { return fault("is not there") };
+    let Some(skin) = tables.root.skins.get(index.value()) else { return fault("does not exist") };
     primitives.spend(skin.joints.len())?;
     let inverse = skin.inverse_bind_matrices;
     let inverse = inverse.map(|i| tables.get(i, ("joints", Type::Mat4))).transpose()?;
@@ -82,7 +82,7 @@ fn skin_of<S: Coordinate>(
     }
     let joint = |(i, joint): (usize, &Index<scene::Node>)| {
         let Some(transform) = transforms.get(joint.value()) else {
-            return fault(format!("joint {joint} is not there"));
+            return fault(format!("joint {joint} does not exist"));
         };
         let inverse = inverse.as_ref();
         let inverse =
@@ -92,7 +92,7 @@ fn skin_of<S: Coordinate>(
     skin.joints.iter().enumerate().map(joint).collect()
 }
 
-/// From each node's space to that of the scene. Nodes that go round have none of them.
+/// From each node's space to that of the scene. Nodes in a cycle have none.
 fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     let mut transforms = vec![DMat4::NAN; root.nodes.len()];
     let mut reached = vec![false; root.nodes.len()];

@@ -13,14 +13,14 @@ use crate::load::builder::{MeshBuilder, NO_UV, push, strip};
 use crate::load::error::{Fault, fault};
 use crate::mesh::rounded;
 
-/// What a file may come to beyond its size, in vertices and triangles: nodes can repeat a mesh, and
-/// accessors the same bytes, without end.
+/// How many vertices and triangles a file may expand to, in addition to its size: nodes can repeat a mesh, and
+/// accessors the same bytes, without limit.
 const REPEATS: u64 = 1 << 24;
 
-/// The primitives of all meshes, as they are added.
+/// Collects the primitives of all meshes.
 pub(super) struct Primitives<'a, S> {
     pub(super) tables: Tables<'a>,
-    /// How many vertices and triangles may still come.
+    /// How many more vertices and triangles the file may have.
     left: u64,
     pub(super) builder: MeshBuilder<S>,
 }
@@ -29,12 +29,12 @@ pub(super) struct Primitives<'a, S> {
 pub(super) struct Placement {
     /// From the mesh's space to that of the scene.
     pub(super) transform: DMat4,
-    /// The same by the joints of its skin, each of which moves its share of a vertex.
+    /// The transforms of the joints of its skin, each of which moves its share of a vertex.
     pub(super) joints: Vec<DMat4>,
 }
 
 impl<'a, S: Coordinate> Primitives<'a, S> {
-    /// None so far, of a file of that size.
+    /// An empty collection, for a file of `size` bytes.
     pub(super) fn new(tables: Tables<'a>, size: usize, builder: MeshBuilder<S>) -> Self {
         let left = REPEATS + size as u64 + tables.buffers.size() as u64;
         Self { tables, left, builder }
@@ -62,7 +62,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         Ok(())
     }
 
-    /// Counts what is to come.
+    /// Counts vertices or triangles against the limit, before they are read.
     pub(super) fn spend(&mut self, count: usize) -> Result<(), Fault> {
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
@@ -85,7 +85,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         self.spend(1)?;
         let mode = match primitive.mode {
             Checked::Valid(mode) => mode,
-            Checked::Invalid => return fault("its mode is none that glTF knows"),
+            Checked::Invalid => return fault("glTF does not know its mode"),
         };
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             return Ok(());
@@ -174,7 +174,7 @@ fn each_triangle(
 /// The vertices of a primitive.
 struct Vertices<'a> {
     positions: Accessor<'a>,
-    /// Ways of all vertices, and how far they go.
+    /// For each morph target, its weight and the displacements of all vertices.
     morphs: Vec<(f64, Accessor<'a>)>,
     /// For each set, four joints of a vertex and their weights.
     skin: Vec<(Accessor<'a>, Accessor<'a>)>,
@@ -237,7 +237,7 @@ impl<'a> Vertices<'a> {
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// The joints' transforms by their shares in a vertex.
+    /// The sum of the joints' transforms, weighted by their shares in a vertex.
     fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {
