@@ -35,6 +35,7 @@
 //! | what is open, turned or doubled in a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
+//! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns what queries read |
 //! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
 //!
 //! **One ray or many.** If you have many rays, call a batch: `closest_batch` and its sisters trace coherent rays as
@@ -84,8 +85,7 @@
 //!
 //! # Limits
 //!
-//! A hierarchy holds fewer than 2^31 triangles. It has triangles alone: no instances, curves or user geometry. A
-//! triangle with a NaN or an infinity is never hit, nor is one without area. Too little memory for a build, a refit, a
+//! A hierarchy holds fewer than 2^31 triangles. It has triangles alone: no curves or user geometry. A triangle with a NaN or an infinity is never hit, nor is one without area. Too little memory for a build, a refit, a
 //! loaded file or lists of hits is an error, not an abort.
 //!
 //! Build in release mode, or optimize this crate and `intertri` alone; the front page of [`intertri`] shows how.
@@ -93,6 +93,7 @@ mod batch;
 mod build;
 mod bvh;
 mod containment;
+mod instances;
 mod media;
 mod morton;
 mod nearest;
@@ -112,6 +113,7 @@ pub use batch::{CrossingLists, HitLists, HitRecord, Lists};
 pub use build::BuildError;
 pub use bvh::{Bvh, IndexedMesh};
 pub use containment::Containment;
+pub use instances::{InstanceId, Scene, SceneError, SceneHit, SceneMesh, SceneSnapshot};
 pub use media::{Media, MediaError, MediumCrossing, Segment};
 pub use nearest::ClosestPoint;
 pub use query::Query;

@@ -390,13 +390,19 @@ impl<L: Lanes> RayLanes<L> {
 impl<L: Lanes> RayLanes<L> {
     /// The same ray in every lane.
     #[inline(always)]
-    pub(crate) fn of_ray<S: Scalar + Into<L::Scalar>>(ray: &RayOf<S>) -> Self {
+    pub fn of_ray<S: Scalar + Into<L::Scalar>>(ray: &RayOf<S>) -> Self {
         Self {
             org: Vec3::splat(ray.origin.map(Into::into)),
             dir: Vec3::splat(ray.dir.map(Into::into)),
             t_min: L::splat(ray.t_min.into()),
             t_max: L::splat(ray.t_max.into()),
         }
+    }
+
+    /// The same rays with other far ends.
+    #[inline(always)]
+    pub fn until(self, t_max: L) -> Self {
+        Self { t_max, ..self }
     }
 }
 

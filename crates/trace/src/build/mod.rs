@@ -38,12 +38,14 @@ pub use error::BuildError;
 use intertri::simd::Level;
 
 use crate::morton::along_curve;
-use crate::tree::{Aabb, BLOCK, EMPTY, Geometries, HitBounds, LEAF, Leaf, MOST_LEAVES, NONE, Tree};
+use crate::tree::{
+    Aabb, BLOCK, EMPTY, Geometries, HitBounds, LEAF, Leaf, MOST_LEAVES, NONE, Node, Tree,
+};
 use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 use layout::Layout;
 pub(crate) use layout::MAX_DEPTH;
-use prim_refs::Prims;
+use prim_refs::{PrimRef, Prims};
 pub(crate) use triangles::Triangles;
 
 impl Tree {
@@ -128,6 +130,39 @@ impl Tree {
         }
         self.add_thin_nodes(&boxes)
     }
+}
+
+/// The wide nodes over boxes, each a leaf of its own with a number, and their depth.
+pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), NoMemory> {
+    if boxes.is_empty() {
+        return Ok((vec![Node::NO_CHILDREN], 1));
+    }
+    let refs = threads::each(boxes.len(), |i| PrimRef::new(&boxes[i].0, i as u32))?;
+    let mut binary = binary::build(refs, Level::best(), &|_, _| ())?;
+    reinsert::reinsert(&mut binary);
+    let Layout { mut nodes, blocks, depth, .. } = wide::write(&binary)?;
+
+    // Each block becomes a node, or its only box.
+    let inner = nodes.len();
+    nodes.try_reserve(blocks.len())?;
+    for i in 0..inner {
+        for slot in 0..8 {
+            let child = nodes[i].children()[slot];
+            if child == EMPTY || child & LEAF == 0 {
+                continue;
+            }
+            let block = &blocks[(child ^ LEAF) as usize];
+            let some: Vec<_> =
+                block.iter().filter(|&&i| i != NONE).map(|&i| boxes[i as usize]).collect();
+            if let [(_, number)] = *some {
+                nodes[i].children_mut()[slot] = LEAF | number;
+                continue;
+            }
+            nodes[i].children_mut()[slot] = nodes.len() as u32;
+            nodes.push(wide::leaf_node(&some));
+        }
+    }
+    Ok((nodes, depth + 1))
 }
 
 /// Triangles eight by eight, neighbours together, and the boxes around them.

@@ -2,7 +2,7 @@
 
 use super::simd_aabb::SimdAabb;
 use super::triangles::Triangles;
-use crate::tree::{HitBounds, NONE};
+use crate::tree::{Aabb, HitBounds, NONE};
 use crate::util::memory::NoMemory;
 use crate::util::threads::each;
 use bytemuck::Zeroable;
@@ -16,6 +16,12 @@ pub(super) struct PrimRef(pub SimdAabb);
 const NORMAL: u32 = 1 << 30;
 
 impl PrimRef {
+    pub(super) fn new(bounds: &Aabb, index: u32) -> Self {
+        let mut sides = SimdAabb::of(bounds);
+        sides.set_word(0, index ^ NORMAL);
+        Self(sides)
+    }
+
     pub(super) fn index(&self) -> u32 {
         self.0.word(0) ^ NORMAL
     }

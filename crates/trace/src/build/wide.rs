@@ -162,6 +162,18 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     block
 }
 
+/// The node over up to eight boxes, each a leaf with a number.
+pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
+    let all: [Aabb; 8] =
+        std::array::from_fn(|i| boxes.get(i).map_or(Aabb::EMPTY, |(bounds, _)| *bounds));
+    let slots = slots(&all[..boxes.len()]);
+    let mut node = Node::NO_CHILDREN;
+    for ((bounds, number), slot) in boxes.iter().zip(slots) {
+        node.set(slot, bounds, LEAF | number);
+    }
+    node
+}
+
 /// A slot for each child, by octant: slot `s` is the first that rays of octant `s` look at, so it
 /// gets the child that lies farthest towards the side where those rays come from. The pair of child and
 /// slot with the largest difference is chosen first, as by Ylitie, Karras and Laine (2017, section 3.3).

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
+use intertri::simd::{Simd, Vec3};
 use intertri::{Filter, LeafSlot, Mode, Ray, Triangle};
 
 use super::{Backend, Progress};
@@ -51,6 +52,16 @@ impl Backend for f32 {
     #[inline]
     fn triangle(tree: &Tree, (): &(), slot: LeafSlot) -> Triangle {
         tree.triangle_in(slot)
+    }
+
+    #[inline(always)]
+    fn leaf_corners<L: Simd>(tree: &Tree, (): &(), leaf: usize) -> [Vec3<L::F64x8>; 3] {
+        let [a, b, c] = tree.leaves[leaf].block.corners();
+        [Vec3::load_f32(a), Vec3::load_f32(b), Vec3::load_f32(c)]
+    }
+
+    fn frame((): &()) -> ([f64; 3], f64) {
+        ([0.0; 3], 1.0)
     }
 
     #[inline]

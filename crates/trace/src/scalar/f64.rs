@@ -9,7 +9,7 @@ use std::slice::from_ref;
 use bytemuck::Zeroable;
 use intertri::internal::exact::{self, HitCoefficients, SeenPlane, Side};
 use intertri::internal::{LocalFrame, Originals, Room, prefetch};
-use intertri::simd::{Level, Simd, WithSimd};
+use intertri::simd::{Level, Simd, Vec3, WithSimd};
 use intertri::{
     Filter, Hit, Hit32, LeafSlot, Mode, Ray, Ray64, RayId, Rule, Triangle64, TriangleBlock,
 };
@@ -114,6 +114,29 @@ impl Backend for f64 {
         *originals.triangle(slot)
     }
 
+    #[inline(always)]
+    fn leaf_corners<L: Simd>(
+        _: &Tree,
+        originals: &Originals64,
+        leaf: usize,
+    ) -> [Vec3<L::F64x8>; 3] {
+        let mut corners = [[[0.0; 8]; 3]; 3];
+        for (lane, triangle) in originals.leaves[leaf].iter().enumerate() {
+            for (rows, corner) in corners.iter_mut().zip(&triangle.0) {
+                for (row, x) in rows.iter_mut().zip(corner) {
+                    row[lane] = *x;
+                }
+            }
+        }
+        let [a, b, c] = &corners;
+        [Vec3::load(a), Vec3::load(b), Vec3::load(c)]
+    }
+
+    fn frame(originals: &Originals64) -> ([f64; 3], f64) {
+        let frame = &originals.frame;
+        (frame.centre_and_exponent().0, frame.scale())
+    }
+
     fn point(originals: &Originals64, point: [f64; 3]) -> [f32; 3] {
         originals.frame.point(point)
     }
@@ -156,7 +179,7 @@ impl Backend for f64 {
     }
 }
 
-/// Triangles that are sampled to find where most of them lie.
+/// Points that are sampled to find where most of them lie.
 const SAMPLE: usize = 1000;
 
 /// The frame of all triangles that are finite.
@@ -171,13 +194,13 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
             }
         }
     }
-    LocalFrame::around([lo, hi], crowd(triangles))
+    LocalFrame::around([lo, hi], crowd(triangles.iter().map(|triangle| triangle.0[0])))
 }
 
-/// The box in which most triangles lie, by the first corners of a sample.
-fn crowd(triangles: &[Triangle64]) -> [[f64; 3]; 2] {
-    let step = triangles.len().div_ceil(SAMPLE).max(1);
-    let some = triangles.iter().step_by(step).map(|triangle| triangle.0[0]);
+/// The box in which most of some points lie, by a sample.
+pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+    let step = points.len().div_ceil(SAMPLE).max(1);
+    let some = points.step_by(step);
     let some: Vec<[f64; 3]> = some.filter(|corner| corner.iter().all(|x| x.is_finite())).collect();
     let mut crowd = [[f64::NEG_INFINITY; 3], [f64::INFINITY; 3]];
     for k in 0..3 {

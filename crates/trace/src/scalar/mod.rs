@@ -11,10 +11,13 @@ mod f32;
 mod f64;
 mod mesh64;
 
+pub(crate) use self::f64::crowd;
+
 use std::fmt::Debug;
 use std::io::{self, Write};
 use std::ops::Range;
 
+use intertri::simd::{Simd, Vec3};
 use intertri::{Filter, LeafSlot, Mode, Ray, RayOf, Scalar, TriangleOf};
 
 use crate::build::BuildError;
@@ -70,6 +73,16 @@ pub trait Backend: Scalar {
 
     /// The triangle in a slot of the tree's leaves, as given.
     fn triangle(tree: &Tree, originals: &Self::Originals, slot: LeafSlot) -> TriangleOf<Self>;
+
+    /// The corners of the triangles in a leaf, as given; arbitrary in lanes without a triangle.
+    fn leaf_corners<L: Simd>(
+        tree: &Tree,
+        originals: &Self::Originals,
+        leaf: usize,
+    ) -> [Vec3<L::F64x8>; 3];
+
+    /// The centre and the scale of the tree's units: `(x - centre) * scale` of a coordinate x.
+    fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
     /// A point in the tree's units.
     fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];

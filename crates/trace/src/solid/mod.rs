@@ -119,6 +119,11 @@ impl<S: BvhScalar> Solid<S> {
         Arc::unwrap_or_clone(self.bvh)
     }
 
+    /// The same, shared: for instances of the mesh in a [`Scene`](crate::Scene).
+    pub fn shared_bvh(&self) -> Arc<Bvh<S>> {
+        self.bvh.clone()
+    }
+
     /// The hierarchy over the mesh.
     pub fn bvh(&self) -> &Bvh<S> {
         &self.bvh

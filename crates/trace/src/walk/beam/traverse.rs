@@ -47,15 +47,9 @@ impl WithSimd for Beams<'_, '_> {
                     let mut winding =
                         Winding::new(tree, filter, rays, packet, &tube, along, counts);
                     let octant = octant(&tube.axis);
-                    let walk = Walk {
-                        tree,
-                        octant,
-                        t_min: tube.axis.t_min,
-                        far: tube.axis.t_max,
-                        shortens: false,
-                        unboxed: tree.first_unboxed(filter.resolver()),
-                        closest: false,
-                    };
+                    let interval = [tube.axis.t_min, tube.axis.t_max];
+                    let unboxed = tree.first_unboxed(filter.resolver());
+                    let walk = Walk::new(tree, octant, interval, unboxed);
                     walk.run::<S>(&SlabLanes::splat(&tube.slabs, octant), scratch, &mut winding);
                     is_done = winding.write(containments);
                 }

@@ -50,17 +50,22 @@ thread_local! {
 pub(crate) struct LentScratch(Option<Box<TraversalScratch>>);
 
 impl TraversalScratch {
-    /// For single rays through a hierarchy.
-    pub(crate) fn new(tree: &Tree) -> Box<Self> {
-        Box::new(Self { stack: Stack::new(1, tree.stack), predictor: ChildPredictor::default() })
+    /// For single rays through hierarchies that need a stack of this size.
+    pub(crate) fn new(size: usize) -> Box<Self> {
+        Box::new(Self { stack: Stack::new(1, size), predictor: ChildPredictor::default() })
+    }
+
+    /// Whether a stack of this size suffices.
+    pub(crate) fn fits(&self, size: usize) -> bool {
+        self.stack.each >= Stack::room(size)
     }
 
     /// What the thread keeps, for single rays through a hierarchy.
     pub(crate) fn lend(tree: &Tree) -> LentScratch {
         let last = LAST.try_with(Cell::take).ok().flatten();
         // A stack made for a shallower tree is too small and is dropped.
-        let fits = last.filter(|last| last.stack.each >= Stack::room(tree.stack));
-        LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree))))
+        let fits = last.filter(|last| last.fits(tree.stack));
+        LentScratch(Some(fits.unwrap_or_else(|| Self::new(tree.stack))))
     }
 }
 

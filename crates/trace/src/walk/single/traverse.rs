@@ -7,7 +7,7 @@ use intertri::internal::Resolver;
 
 use super::slab::{SlabLanes, Slabs, octant};
 use super::stack::{BOTTOM, TraversalScratch};
-use crate::tree::{LEAF, Tree};
+use crate::tree::{EMPTY, LEAF, Node, Tree};
 
 /// What a query does with the leaves that a ray reaches.
 ///
@@ -43,8 +43,8 @@ pub(super) fn traverse<S: Simd>(
 
     let (octant, margin) = (octant(ray), tree.margin(resolver));
     let unboxed = tree.first_unboxed(resolver);
-    let mut walk =
-        Walk { tree, octant, t_min: ray.t_min, far: ray.t_max, shortens: true, unboxed, closest };
+    let interval = [ray.t_min, ray.t_max];
+    let mut walk = Walk { shortens: true, closest, ..Walk::new(tree, octant, interval, unboxed) };
     let slabs = match Slabs::new::<S>(ray, &margin) {
         Some(slabs) => slabs,
         // A ray without a direction hits nothing.
@@ -55,7 +55,8 @@ pub(super) fn traverse<S: Simd>(
             let scaled = Slabs::scaled::<S>(ray, &margin);
             // Its t in that scale says nothing about the ray's own, so the interval is open.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
-            walk = Walk { t_min: 0.0, far: f32::INFINITY, shortens: false, unboxed, ..walk };
+            let walk_all = Walk::new(tree, octant, [0.0, f32::INFINITY], unboxed);
+            walk = Walk { closest, ..walk_all };
             scaled.unwrap_or_default()
         }
     };
@@ -65,15 +66,36 @@ pub(super) fn traverse<S: Simd>(
 /// A walk along slabs: what it visits, and how.
 #[derive(Clone, Copy)]
 pub(crate) struct Walk<'a> {
-    pub(crate) tree: &'a Tree,
+    pub(crate) nodes: &'a [Node],
+    /// How many leaves there are. From `unboxed` on they are visited whatever their boxes.
+    pub(crate) leaves: usize,
+    pub(crate) unboxed: usize,
+    /// The root of a second tree, or [`EMPTY`].
+    pub(crate) thin_root: u32,
     pub(crate) octant: usize,
     /// The interval; whether its far end comes nearer with what visitors find.
     pub(crate) t_min: f32,
     pub(crate) far: f32,
     pub(crate) shortens: bool,
-    /// The leaves from here on are visited whatever their boxes.
-    pub(crate) unboxed: usize,
+    /// Whether the nearest of a node's boxes comes first.
     pub(crate) closest: bool,
+}
+
+impl<'a> Walk<'a> {
+    /// A walk through a tree, in which the leaves from `unboxed` on are visited whatever their boxes. Its interval does
+    /// not become shorter.
+    #[inline(always)]
+    pub(crate) fn new(
+        tree: &'a Tree,
+        octant: usize,
+        [t_min, far]: [f32; 2],
+        unboxed: usize,
+    ) -> Self {
+        let (nodes, leaves, thin_root) =
+            (&*tree.nodes, tree.leaves.len(), tree.thin_root_for(unboxed));
+        let (shortens, closest) = (false, false);
+        Self { nodes, leaves, unboxed, thin_root, octant, t_min, far, shortens, closest }
+    }
 }
 
 impl Walk<'_> {
@@ -84,18 +106,18 @@ impl Walk<'_> {
         kept: &mut TraversalScratch,
         visitor: &mut impl Visit,
     ) {
-        let Self { tree, octant, t_min, mut far, shortens, mut unboxed, closest } = self;
-        let thin_root = tree.thin_root_for(unboxed);
+        let Self { nodes, leaves, mut unboxed, thin_root, octant, .. } = self;
+        let Self { t_min, mut far, shortens, closest, .. } = self;
         let TraversalScratch { stack, predictor } = kept;
         let (mut top, mut stack) = (stack.bottom(0), stack.entries());
         // Where every leaf is visited anyway, there is nothing to traverse.
         let mut next = if unboxed > 0 { 0 } else { BOTTOM };
-        if thin_root != BOTTOM {
+        if thin_root != EMPTY {
             stack.push_root(&mut top, thin_root);
         }
         loop {
             // The next leaf: one without a box, or the next that begins before the best hit.
-            let leaf = if unboxed < tree.leaves.len() {
+            let leaf = if unboxed < leaves {
                 unboxed += 1;
                 unboxed - 1
             } else {
@@ -116,7 +138,7 @@ impl Walk<'_> {
                     }
 
                     // A node: one of the boxes that the ray meets is next.
-                    let node = &tree.nodes[next as usize];
+                    let node = &nodes[next as usize];
                     let (met, near) = lanes.meet(node, t_min, far);
                     let bits = met.bits();
                     if bits == 0 {

@@ -1,0 +1,110 @@
+//! What the verbs collect of the hits that a walk finds.
+
+use std::cmp::Ordering;
+
+use intertri::internal::exact;
+use intertri::{Ray64, Triangle64};
+
+/// A hit: the instance, the triangle's position in its mesh, and the triangle in the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) instance: u32,
+    pub(super) position: u32,
+    pub(super) triangle: Triangle64,
+}
+
+impl Candidate {
+    /// What breaks ties.
+    pub(super) fn key(&self) -> (u32, u32) {
+        (self.instance, self.position)
+    }
+}
+
+/// What a verb makes of hits.
+pub(super) trait Collect {
+    /// Whether hits farther than those collected do not count.
+    const SHORTENS: bool;
+
+    /// Takes a hit. Returns false if no other hit counts.
+    fn take(&mut self, hit: Candidate) -> bool;
+
+    /// No hit counts at a larger t, nor surely at this one.
+    fn far(&self) -> f64;
+}
+
+/// The closest hit.
+pub(super) struct Closest<'a> {
+    pub(super) ray: &'a Ray64,
+    /// The closest so far, and its t, rounded once.
+    pub(super) best: Option<(f64, Candidate)>,
+}
+
+impl Collect for Closest<'_> {
+    const SHORTENS: bool = true;
+
+    #[inline(never)]
+    fn take(&mut self, hit: Candidate) -> bool {
+        let t = exact::t(self.ray, &hit.triangle);
+        // Rounding preserves order, so the exact t are compared only if the rounded ones are equal.
+        let is_closer = self.best.as_ref().is_none_or(|(least, best)| {
+            let order = match t.total_cmp(least) {
+                Ordering::Equal => exact::order(self.ray, &hit.triangle, &best.triangle),
+                order => order,
+            };
+            order.then_with(|| hit.key().cmp(&best.key())).is_lt()
+        });
+        if is_closer {
+            self.best = Some((t, hit));
+        }
+        true
+    }
+
+    #[inline(always)]
+    fn far(&self) -> f64 {
+        match &self.best {
+            None => self.ray.t_max,
+            // A rival at the same t, rounded, is before the next number.
+            Some((t, _)) => t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max),
+        }
+    }
+}
+
+/// Whether there is a hit.
+pub(super) struct Any {
+    pub(super) t_max: f64,
+    pub(super) is_hit: bool,
+}
+
+impl Collect for Any {
+    const SHORTENS: bool = false;
+
+    fn take(&mut self, _: Candidate) -> bool {
+        self.is_hit = true;
+        false
+    }
+
+    #[inline(always)]
+    fn far(&self) -> f64 {
+        self.t_max
+    }
+}
+
+/// All hits.
+pub(super) struct All {
+    pub(super) t_max: f64,
+    pub(super) hits: Vec<Candidate>,
+}
+
+impl Collect for All {
+    const SHORTENS: bool = false;
+
+    fn take(&mut self, hit: Candidate) -> bool {
+        self.hits.push(hit);
+        true
+    }
+
+    #[inline(always)]
+    fn far(&self) -> f64 {
+        self.t_max
+    }
+}

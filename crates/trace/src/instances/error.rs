@@ -1,0 +1,57 @@
+//! What can be wrong with a change of a scene.
+
+use std::fmt;
+
+use super::hit::InstanceId;
+use crate::util::memory::NoMemory;
+
+/// Why a scene was not changed or committed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// An entry of a matrix is NaN or infinite: its place among the twelve.
+    NotFinite {
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+    },
+    /// There is no such instance, or it was removed.
+    NoInstance(InstanceId),
+    /// There are as many instances as there may be.
+    TooManyInstances,
+    /// There is too little memory.
+    OutOfMemory,
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotFinite { row, column } => {
+                write!(
+                    f,
+                    "the matrix is not finite in row {row}, column {column}: give finite numbers"
+                )
+            }
+            Self::NoInstance(id) => {
+                let id = id.index();
+                write!(
+                    f,
+                    "the scene has no instance {id}: it was removed, or belongs to another scene"
+                )
+            }
+            Self::TooManyInstances => {
+                f.write_str("the scene holds 2^31 instances, as many as it can: remove some first")
+            }
+            Self::OutOfMemory => f.write_str("too little memory for the scene: remove instances"),
+        }
+    }
+}
+
+impl std::error::Error for SceneError {}
+
+impl From<NoMemory> for SceneError {
+    fn from(NoMemory: NoMemory) -> Self {
+        Self::OutOfMemory
+    }
+}

@@ -1,0 +1,112 @@
+//! The triangles of leaves, tested where an instance has them in the world.
+
+use intertri::internal::RayLanes;
+use intertri::internal::exact::{self, decide};
+use intertri::simd::{Lanes, Mask, Simd};
+use intertri::{LeafSlot, Ray64, Rule, Triangle64};
+
+use super::collect::{Candidate, Collect};
+use super::matrix::{Matrix, placed, placed_triangle};
+use super::tree_ray::rounded_up;
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::tree::Tree;
+use crate::util::lane_ops::lanes_of;
+use crate::walk::single::Visit;
+
+/// The numbers of a matrix, each in every lane.
+#[inline(always)]
+pub(super) fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
+    // Not by `map`, which is not always inlined.
+    let mut rows = [Lanes::splat(0.0); 12];
+    for (to, from) in rows.iter_mut().zip(m) {
+        *to = Lanes::splat(*from);
+    }
+    rows
+}
+
+/// Tests the triangles of leaves where an instance has them.
+pub(super) struct VisitLeaves<'a, S: Simd, X: BvhScalar, C> {
+    pub(super) bvh: &'a Bvh<X>,
+    pub(super) matrix: &'a Matrix,
+    pub(super) rows: [S::F64x8; 12],
+    pub(super) instance: u32,
+    pub(super) ray: &'a Ray64,
+    /// The ray, up to where hits count.
+    pub(super) lanes: RayLanes<S::F64x8>,
+    pub(super) rule: Rule,
+    /// Whether lanes lose nothing of the numbers but by rounding.
+    pub(super) is_tame: bool,
+    pub(super) collect: &'a mut C,
+    /// A t of the ray, times this, is one in the units of the mesh's tree.
+    pub(super) unit: f64,
+    pub(super) go_on: bool,
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
+    #[inline(always)]
+    fn visit(&mut self, leaf: usize) -> Option<f32> {
+        let Bvh { tree, originals, .. } = self.bvh;
+        let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
+        let rows = &self.rows;
+        let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &self.lanes);
+        let sure = if self.rule == Rule::Closed { decided.closed } else { decided.inside };
+        let (mut miss, mut sure) = (decided.miss.bits(), sure.bits());
+        if !self.is_tame {
+            let plain = self.plain(leaf);
+            (miss, sure) = (miss & plain, sure & plain);
+        }
+        let left = tree.present(leaf) & !miss;
+        if left != 0 {
+            self.go_on = self.settle(leaf, left, sure);
+            if !self.go_on {
+                return None;
+            }
+            self.lanes = self.lanes.until(Lanes::splat(self.collect.far()));
+        }
+        Some(self.far())
+    }
+}
+
+impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
+    /// Where hits no longer count, in the units of the mesh's tree.
+    #[inline(always)]
+    pub(super) fn far(&self) -> f32 {
+        rounded_up(self.collect.far(), self.unit)
+    }
+
+    /// The triangle in a slot, in the world.
+    fn triangle(&self, slot: LeafSlot) -> Triangle64 {
+        let corners = self.bvh.triangle_in(slot).0;
+        placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
+    }
+
+    /// The lanes of a leaf in which f64 loses nothing but by rounding.
+    #[cold]
+    #[inline(never)]
+    fn plain(&self, leaf: usize) -> u32 {
+        let slot = |lane: usize| LeafSlot((8 * leaf + lane) as u32);
+        let is_plain = |lane: &usize| exact::is_plain(self.ray, &self.triangle(slot(*lane)));
+        (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
+    }
+
+    /// Takes the hits of some lanes of a leaf, of which some are sure. Returns false if no other hit counts.
+    #[inline(never)]
+    fn settle(&mut self, leaf: usize, lanes: u32, sure: u32) -> bool {
+        let Tree { geometries, .. } = &self.bvh.tree;
+        for lane in lanes_of(lanes) {
+            let slot = LeafSlot((8 * leaf + lane) as u32);
+            let position = self.bvh.tree.index_of(slot);
+            let triangle = self.triangle(slot);
+            let is_hit = sure >> lane & 1 != 0 || exact::hit(self.rule, self.ray, &triangle);
+            if is_hit && geometries.mask_of(position) != 0 {
+                let instance = self.instance;
+                let hit = Candidate { instance, position: position.0, triangle };
+                if !self.collect.take(hit) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,224 @@
+//! Placements as numbers: corners and boxes in the world, and rays in the frame of a mesh.
+//!
+//! ```text
+//!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     the definition, rounded four times
+//!     ▲                      │ rounding, seen from the mesh: η
+//!     └── N ≈ A⁻¹ ── ray ◄───┘ rounding, and ‖I - N A‖: added to it, by how much boxes are widened
+//! ```
+//!
+//! Bounds and proofs: `docs/numerics/instances.md`.
+
+use intertri::simd::{Lanes, Vec3};
+use intertri::{Ray64, TriangleOf};
+
+use super::mesh::Extent;
+
+/// Half an ulp of 1 in f64.
+const W: f64 = f64::EPSILON / 2.0;
+
+/// A corner in the world is off by this share of its last summand, which is rounded once, and four times the others,
+/// which are rounded up to four times.
+const CORNER: f64 = 1.02 * W;
+
+/// A box in the world is widened by this share of the same sizes.
+const BOX: f64 = 20.0 * W;
+
+/// An origin, a direction in the frame of a mesh: off by this share of the inverse's size times their own.
+const ORIGIN: f64 = 5.0 * W;
+const DIR: f64 = 4.0 * W;
+
+/// A bound of `ρ / (1 - ρ)` over ρ, for ρ up to [`DEFECT`].
+const INVERSE: f64 = 1.01;
+
+/// `‖I - N A‖` may be this large: 2^-10. So may the share that a direction is off by.
+const DEFECT: f64 = 1.0 / 1024.0;
+
+/// An entry of `I - N A` is off by this share of the sizes that it is the sum of.
+const PRODUCT: f64 = 5.0 * W;
+
+/// More than underflow takes, once it is multiplied by one of the shares above.
+const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
+
+/// Sums of sizes beyond this (2^1000) could overflow in products.
+const ENORMOUS: f64 = f64::from_bits((1023 + 1000) << 52);
+
+/// Rounds sums of sizes up.
+const UP: f64 = 1.0 + 1e-12;
+
+/// The rows of a 3×4 matrix, one after the other.
+pub(super) type Matrix = [f64; 12];
+
+/// A point of a mesh in the world: the definition.
+#[inline(always)]
+pub(super) fn placed<D: Lanes>(m: &[D; 12], p: Vec3<D>) -> Vec3<D> {
+    Vec3 {
+        x: ((m[0] * p.x + m[1] * p.y) + m[2] * p.z) + m[3],
+        y: ((m[4] * p.x + m[5] * p.y) + m[6] * p.z) + m[7],
+        z: ((m[8] * p.x + m[9] * p.y) + m[10] * p.z) + m[11],
+    }
+}
+
+/// A triangle of a mesh in the world.
+#[inline]
+pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<f64> {
+    TriangleOf(corners.map(|corner| {
+        let Vec3 { x, y, z } = placed(m, Vec3::<f64>::splat(corner));
+        [x, y, z]
+    }))
+}
+
+/// Along each axis of the world, a bound of the sum of sizes that a coordinate is made of.
+#[inline]
+pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
+    let [x, y, z] = extent.largest();
+    [0, 4, 8].map(|i| {
+        (m[i].abs() * x + m[i + 1].abs() * y + m[i + 2].abs() * z + m[i + 3].abs()) * UP + TINY
+    })
+}
+
+/// A box in the world that holds all corners, as defined, of triangles in a box of the mesh. May be infinite.
+#[inline(always)]
+pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
+    let [mut from, mut to] = [[0.0; 3]; 2];
+    let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
+    let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
+    for k in 0..3 {
+        let row = &m[4 * k..4 * k + 4];
+        let at = row[0] * middle[0] + row[1] * middle[1] + row[2] * middle[2] + row[3];
+        let reach = row[0].abs() * half[0] + row[1].abs() * half[1] + row[2].abs() * half[2];
+        let reach = reach + BOX * sizes[k];
+        (from[k], to[k]) = (at - reach, at + reach);
+    }
+    [from, to]
+}
+
+/// How rays get into the frame of a mesh: a matrix N near the inverse, and how near it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inverse {
+    rows: [[f64; 3]; 3],
+    /// A bound of `‖I - N A‖`; NaN or large if there is no useful inverse.
+    defect: f32,
+    /// The largest sum of sizes of a row of N.
+    size: f32,
+    /// How far, along an axis of the mesh, a corner as defined may be from the corner given.
+    corner: f32,
+}
+
+/// A ray in the units of a tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TreeRay {
+    pub(super) origin: [f64; 3],
+    pub(super) dir: [f64; 3],
+    /// How far outside of its box a hit may seem to lie.
+    pub(super) room: f64,
+}
+
+impl Inverse {
+    /// No useful inverse.
+    pub(super) const NONE: Self =
+        Self { rows: [[0.0; 3]; 3], defect: f32::NAN, size: 0.0, corner: 0.0 };
+
+    pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
+        let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
+        let rows = near_inverse(a);
+        let defect = defect(&rows, &a);
+        let sizes = sizes(m, extent);
+        if sizes.iter().any(|&size| size > ENORMOUS) {
+            return Self::NONE;
+        }
+        let (mut size, mut corner) = (0.0_f64, 0.0_f64);
+        let rounded = [0, 1, 2].map(|i| 4.0 * sizes[i] - 3.0 * m[4 * i + 3].abs());
+        for [x, y, z] in rows.map(|row| row.map(f64::abs)) {
+            size = size.max(x + y + z);
+            corner = corner.max(x * rounded[0] + y * rounded[1] + z * rounded[2]);
+        }
+        let up = |x: f64| (x as f32).next_up();
+        Self { rows, defect: up(defect), size: up(size * UP), corner: up(CORNER * UP * corner) }
+    }
+
+    /// A ray in the units of a mesh's tree, whose coordinates reach to ±`reach`. `None` if its bounds are useless.
+    #[inline(always)]
+    pub(super) fn tree_ray(
+        &self,
+        m: &Matrix,
+        ray: &Ray64,
+        extent: &Extent,
+        reach: f32,
+    ) -> Option<TreeRay> {
+        let (defect, size) = (f64::from(self.defect), f64::from(self.size));
+        let from = [ray.origin[0] - m[3], ray.origin[1] - m[7], ray.origin[2] - m[11]];
+        let (at, dir) = (times(&self.rows, from), times(&self.rows, ray.dir));
+        let length = largest(dir);
+        let off_origin = INVERSE * defect * largest(at) + ORIGIN * size * largest(from);
+        let off_dir = INVERSE * defect * length + DIR * size * largest(ray.dir);
+        // False with a NaN.
+        if !(defect <= DEFECT && off_dir <= DEFECT * length) {
+            return None;
+        }
+        let (scale, reach) = (extent.scale, f64::from(reach));
+        let origin = [0, 1, 2].map(|k| (at[k] - extent.centre[k]) * scale);
+        let near = (f64::from(self.corner) + off_origin) * scale;
+        let room = near + INVERSE * (off_dir / length) * (largest(origin) + reach + near);
+        let room = room * UP;
+        // A hundredth of a mesh costs little; much more, and boxes in the world are better.
+        (room <= 0.25 * reach).then(|| TreeRay { origin, dir: dir.map(|x| x * scale), room })
+    }
+}
+
+/// The largest size of a coordinate.
+#[inline(always)]
+pub(super) fn largest([x, y, z]: [f64; 3]) -> f64 {
+    x.abs().max(y.abs()).max(z.abs())
+}
+
+#[inline(always)]
+fn times(rows: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|i| rows[i][0] * x + rows[i][1] * y + rows[i][2] * z)
+}
+
+/// A matrix near the inverse, by elimination with the largest pivot of each column; anything if there is none.
+fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut n = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for k in 0..3 {
+        let mut pivot = k;
+        for i in k + 1..3 {
+            if a[i][k].abs() > a[pivot][k].abs() {
+                pivot = i;
+            }
+        }
+        a.swap(k, pivot);
+        n.swap(k, pivot);
+        let by = 1.0 / a[k][k];
+        (a[k], n[k]) = (a[k].map(|x| x * by), n[k].map(|x| x * by));
+        for i in (0..3).filter(|&i| i != k) {
+            let by = a[i][k];
+            for j in 0..3 {
+                a[i][j] -= by * a[k][j];
+                n[i][j] -= by * n[k][j];
+            }
+        }
+    }
+    n
+}
+
+/// A bound of `‖I - N A‖`, the largest sum of sizes of a row.
+fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
+    let mut worst = 0.0_f64;
+    for (i, row) in n.iter().enumerate() {
+        let mut sum = 0.0;
+        for j in [0, 1, 2] {
+            let one = if i == j { 1.0 } else { 0.0 };
+            let [x, y, z] = [row[0] * a[0][j], row[1] * a[1][j], row[2] * a[2][j]];
+            let sizes = x.abs() + y.abs() + z.abs() + one;
+            sum += (one - x - y - z).abs() + PRODUCT * sizes + TINY;
+        }
+        // Not by `max`, which would lose a NaN.
+        if sum.is_nan() || sum > worst {
+            worst = sum;
+        }
+        if worst.is_nan() {
+            return worst;
+        }
+    }
+    worst * UP
+}

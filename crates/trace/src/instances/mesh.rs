@@ -1,0 +1,124 @@
+//! The meshes of a scene, which its instances share.
+
+use std::sync::Arc;
+
+use intertri::LeafSlot;
+
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::tree::{Node, Tree};
+use crate::util::lane_ops::lanes_of;
+
+/// A mesh that instances share: a [`Bvh`] in f32 or f64. Either converts into it.
+#[derive(Clone, Debug)]
+pub enum SceneMesh {
+    /// In f32.
+    F32(Arc<Bvh<f32>>),
+    /// In f64.
+    F64(Arc<Bvh<f64>>),
+}
+
+impl From<Arc<Bvh<f32>>> for SceneMesh {
+    fn from(mesh: Arc<Bvh<f32>>) -> Self {
+        Self::F32(mesh)
+    }
+}
+
+impl From<Arc<Bvh<f64>>> for SceneMesh {
+    fn from(mesh: Arc<Bvh<f64>>) -> Self {
+        Self::F64(mesh)
+    }
+}
+
+impl SceneMesh {
+    /// The tree over it.
+    #[inline]
+    pub(super) fn tree(&self) -> &Tree {
+        match self {
+            Self::F32(mesh) => &mesh.tree,
+            Self::F64(mesh) => &mesh.tree,
+        }
+    }
+
+    /// Where it is in memory, by which it is recognised.
+    pub(super) fn address(&self) -> usize {
+        match self {
+            Self::F32(mesh) => Arc::as_ptr(mesh).addr(),
+            Self::F64(mesh) => Arc::as_ptr(mesh).addr(),
+        }
+    }
+
+    /// What a scene has to know of it.
+    pub(super) fn extent(&self) -> Extent {
+        match self {
+            Self::F32(mesh) => Extent::of(mesh),
+            Self::F64(mesh) => Extent::of(mesh),
+        }
+    }
+}
+
+/// Where a mesh is, and in which units its tree is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    /// The box around all triangles that are finite.
+    pub(super) bounds: [[f64; 3]; 2],
+    /// The tree has `(x - centre) * scale` of a coordinate x.
+    pub(super) centre: [f64; 3],
+    pub(super) scale: f64,
+    /// The smallest coordinate that is not 0, in size.
+    pub(super) least: f64,
+}
+
+impl Extent {
+    fn of<S: BvhScalar>(mesh: &Bvh<S>) -> Self {
+        let tree = &mesh.tree;
+        let (centre, scale) = S::frame(&mesh.originals);
+        let mut least = f64::INFINITY;
+        for i in 0..tree.leaves.len() {
+            for lane in lanes_of(tree.present(i)) {
+                let triangle = mesh.triangle_in(LeafSlot((8 * i + lane) as u32));
+                for &x in triangle.0.as_flattened() {
+                    // By its bits: a CPU may be set to read small numbers as 0.
+                    if x.rank() != 0 {
+                        least = least.min(Into::<f64>::into(x).abs());
+                    }
+                }
+            }
+        }
+        let mut extent =
+            Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], centre, scale, least };
+        let roots = [Some(&tree.nodes[0]), tree.nodes.get(tree.thin_root as usize)];
+        for (node, slot) in
+            roots.into_iter().flatten().flat_map(|node| (0..8).map(move |i| (node, i)))
+        {
+            let [lo, hi] = extent.child_box(node, slot);
+            for k in 0..3 {
+                extent.bounds[0][k] = extent.bounds[0][k].min(lo[k]);
+                extent.bounds[1][k] = extent.bounds[1][k].max(hi[k]);
+            }
+        }
+        extent
+    }
+
+    /// The box of a node's child in the mesh's coordinates; from infinity to minus infinity if there is none.
+    #[inline(always)]
+    pub(super) fn child_box(&self, node: &Node, slot: usize) -> [[f64; 3]; 2] {
+        [false, true].map(|upper| {
+            [0, 1, 2].map(|axis| {
+                f64::from(node.sides(axis, upper)[slot]) / self.scale + self.centre[axis]
+            })
+        })
+    }
+
+    /// The largest size of a coordinate along each axis; 0 if there is no triangle.
+    #[inline]
+    pub(super) fn largest(&self) -> [f64; 3] {
+        let [lo, hi] = self.bounds;
+        [0, 1, 2].map(|k| if lo[k] <= hi[k] { lo[k].abs().max(hi[k].abs()) } else { 0.0 })
+    }
+
+    /// Whether there is no triangle.
+    pub(super) fn is_empty(&self) -> bool {
+        self.bounds[0][0] > self.bounds[1][0]
+    }
+}

@@ -1,0 +1,30 @@
+//! Instances: meshes that share a tree, each placed in the world by a matrix, in scenes that move.
+//!
+//! ```text
+//!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
+//!                                           │
+//!     tree of instances over boxes in the world, an inverse of each matrix with its bounds
+//! ```
+//!
+//! Triangles are tested where the definition puts their corners in the world, in f64 lanes, and exactly where these do
+//! not decide. So the frame of a mesh decides about boxes alone.
+
+mod collect;
+mod committed;
+mod error;
+mod hit;
+mod leaves;
+mod matrix;
+mod mesh;
+mod scene;
+mod snapshot;
+mod top;
+mod trace;
+mod tree_ray;
+mod world_walk;
+
+pub use error::SceneError;
+pub use hit::{InstanceId, SceneHit};
+pub use mesh::SceneMesh;
+pub use scene::Scene;
+pub use snapshot::SceneSnapshot;

@@ -1,0 +1,187 @@
+//! The scene that is edited: instances are added, removed, placed, hidden, and committed.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::committed::{Committed, MeshEntry, NO_MESH, Placed};
+use super::error::SceneError;
+use super::hit::InstanceId;
+use super::mesh::SceneMesh;
+use super::snapshot::SceneSnapshot;
+use crate::tree::LEAF;
+
+/// Instances of meshes, each placed by a matrix of its own, that may move between queries.
+///
+/// A matrix has three rows of four numbers, one row after the other. A corner (x, y, z) of the mesh is at
+/// `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, each operation rounded in f64: these corners are what
+/// rays meet, and answers are those of a `Bvh<f64>` over them, bit for bit. Any finite matrix will do: it may scale,
+/// shear and mirror, and one that flattens a mesh makes a flat mesh.
+///
+/// Changes count once they are committed. A [`SceneSnapshot`] never changes, so other threads may query one while the
+/// scene is edited.
+///
+/// ```
+/// use std::sync::Arc;
+/// use intertri_trace::{Bvh, Scene};
+/// use intertri_trace::intertri::{Ray64, Triangle};
+///
+/// let tree = Arc::new(Bvh::new(&[Triangle::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0])])?);
+/// let at = |z| [1.0, 0.0, 0.0, 0.0, /**/ 0.0, 1.0, 0.0, 0.0, /**/ 0.0, 0.0, 1.0, z];
+/// let mut scene = Scene::new();
+/// let near = scene.add(tree.clone(), at(5.0))?;
+/// let far = scene.add(tree, at(9.0))?;
+/// let before = scene.commit()?;
+///
+/// let ray = Ray64::new([0.0, 0.5, 0.0], [0.0, 0.0, 1.0]);
+/// let hit = before.closest(&ray).unwrap();
+/// assert_eq!((hit.instance, hit.hit.triangle, hit.hit.t), (near, 0, 5.0));
+///
+/// scene.place(near, at(20.0))?;
+/// let after = scene.commit()?;
+/// assert_eq!(after.closest(&ray).unwrap().instance, far);
+/// assert_eq!(before.closest(&ray).unwrap().instance, near);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// By number; those that were removed have no mesh. Shared with the last snapshot until the scene is changed.
+    placed: Arc<Vec<Placed>>,
+    /// The numbers that are free.
+    free: Vec<u32>,
+    /// By number; those without instances are forgotten.
+    meshes: Vec<Option<MeshEntry>>,
+    /// How many instances each mesh has.
+    uses: Vec<usize>,
+    /// The number of the mesh at an address.
+    numbers: HashMap<usize, u32>,
+}
+
+impl Scene {
+    /// A scene without instances.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds an instance of a mesh: an `Arc<Bvh<f32>>` or an `Arc<Bvh<f64>>`.
+    ///
+    /// # Errors
+    /// If an entry of the matrix is NaN or infinite, or there is too little memory.
+    pub fn add(
+        &mut self,
+        mesh: impl Into<SceneMesh>,
+        matrix: [f64; 12],
+    ) -> Result<InstanceId, SceneError> {
+        check(&matrix)?;
+        let mesh = self.number_of(mesh.into());
+        let placed = Placed { matrix, mesh, is_visible: true };
+        let all = Arc::make_mut(&mut self.placed);
+        let id = if let Some(id) = self.free.pop() {
+            all[id as usize] = placed;
+            id
+        } else {
+            let id = all.len() as u32;
+            if id >= LEAF {
+                return Err(SceneError::TooManyInstances);
+            }
+            all.try_reserve(1).map_err(|_| SceneError::OutOfMemory)?;
+            all.push(placed);
+            id
+        };
+        self.uses[mesh as usize] += 1;
+        Ok(InstanceId(id))
+    }
+
+    /// Removes an instance. Its number goes to an instance that is added later.
+    ///
+    /// # Errors
+    /// If there is no such instance.
+    pub fn remove(&mut self, id: InstanceId) -> Result<(), SceneError> {
+        let mesh = std::mem::replace(&mut self.instance(id)?.mesh, NO_MESH) as usize;
+        self.free.push(id.0);
+        self.uses[mesh] -= 1;
+        // The last instance of a mesh takes it along.
+        if self.uses[mesh] == 0
+            && let Some(entry) = self.meshes[mesh].take()
+        {
+            self.numbers.remove(&entry.mesh.address());
+        }
+        Ok(())
+    }
+
+    /// Places an instance anew.
+    ///
+    /// # Errors
+    /// If there is no such instance, or an entry of the matrix is NaN or infinite.
+    pub fn place(&mut self, id: InstanceId, matrix: [f64; 12]) -> Result<(), SceneError> {
+        check(&matrix)?;
+        self.instance(id)?.matrix = matrix;
+        Ok(())
+    }
+
+    /// Shows an instance, or hides it from all queries.
+    ///
+    /// # Errors
+    /// If there is no such instance.
+    pub fn show(&mut self, id: InstanceId, is_visible: bool) -> Result<(), SceneError> {
+        self.instance(id)?.is_visible = is_visible;
+        Ok(())
+    }
+
+    /// How many instances there are, hidden ones among them.
+    pub fn len(&self) -> usize {
+        self.placed.len() - self.free.len()
+    }
+
+    /// Whether there are no instances.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether there is such an instance.
+    pub fn contains(&self, id: InstanceId) -> bool {
+        self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
+    }
+
+    /// The scene as it is now, for queries. Builds the tree of instances anew, on all threads.
+    ///
+    /// # Errors
+    /// If there is too little memory.
+    pub fn commit(&self) -> Result<SceneSnapshot, SceneError> {
+        let committed = Committed::new(self.placed.clone(), self.meshes.clone())?;
+        Ok(SceneSnapshot::new(committed))
+    }
+
+    /// The instance of a number.
+    fn instance(&mut self, id: InstanceId) -> Result<&mut Placed, SceneError> {
+        if self.contains(id) {
+            Ok(&mut Arc::make_mut(&mut self.placed)[id.index()])
+        } else {
+            Err(SceneError::NoInstance(id))
+        }
+    }
+
+    /// The number of a mesh, which may be new.
+    fn number_of(&mut self, mesh: SceneMesh) -> u32 {
+        let Self { meshes, uses, numbers, .. } = self;
+        *numbers.entry(mesh.address()).or_insert_with(|| {
+            let extent = mesh.extent();
+            let entry = Some(MeshEntry { mesh, extent });
+            if let Some(free) = meshes.iter().position(Option::is_none) {
+                meshes[free] = entry;
+                free as u32
+            } else {
+                meshes.push(entry);
+                uses.push(0);
+                (meshes.len() - 1) as u32
+            }
+        })
+    }
+}
+
+/// Fails if an entry of a matrix is not finite.
+fn check(matrix: &[f64; 12]) -> Result<(), SceneError> {
+    match matrix.iter().position(|x| !x.is_finite()) {
+        Some(at) => Err(SceneError::NotFinite { row: at / 4, column: at % 4 }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,87 @@
+//! The tree of instances: nodes of eight boxes, each a node or an instance.
+
+use intertri::Ray64;
+use intertri::TriangleOf;
+use intertri::internal::LocalFrame;
+use intertri::simd::Simd;
+
+use super::matrix::TreeRay;
+use super::tree_ray::TreeSlabs;
+use crate::build::nodes_over;
+use crate::scalar::crowd;
+use crate::tree::{Aabb, Node, Tree};
+use crate::util::memory::{NoMemory, room};
+
+/// The tree over the boxes of instances, in f32 about the middle of the scene.
+#[derive(Debug)]
+pub(super) struct Top {
+    pub(super) nodes: Vec<Node>,
+    pub(super) stack: usize,
+    frame: LocalFrame,
+    /// The largest coordinate of a box.
+    reach: f32,
+    /// How many instances are below the nodes.
+    pub(super) boxed: usize,
+    /// The instances whose boxes are infinite.
+    pub(super) everywhere: Vec<u32>,
+}
+
+/// An instance and the box that holds it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InstanceBox {
+    pub(super) instance: u32,
+    pub(super) bounds: [[f64; 3]; 2],
+}
+
+impl Top {
+    /// The tree over instances.
+    pub(super) fn over(boxes: &[InstanceBox]) -> Result<Self, NoMemory> {
+        let (mut around, mut everywhere) =
+            ([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], Vec::new());
+        let mut finite = room(boxes.len())?;
+        for one in boxes {
+            let [lo, hi] = one.bounds;
+            // A side that is NaN or infinite makes the sum NaN.
+            if lo.iter().chain(&hi).map(|x| x * 0.0).sum::<f64>() != 0.0 {
+                everywhere.try_reserve(1)?;
+                everywhere.push(one.instance);
+                continue;
+            }
+            for k in 0..3 {
+                around[0][k] = around[0][k].min(lo[k]);
+                around[1][k] = around[1][k].max(hi[k]);
+            }
+            finite.push(one);
+        }
+        let middle =
+            |one: &&InstanceBox| [0, 1, 2].map(|k| 0.5 * one.bounds[0][k] + 0.5 * one.bounds[1][k]);
+        let frame = LocalFrame::around(around, crowd(finite.iter().map(middle)));
+
+        let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
+        for one in &finite {
+            let [lo, hi] = one.bounds;
+            let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else { continue };
+            reach = lo.iter().chain(&hi).fold(reach, |reach, x| reach.max(x.abs()));
+            let [lo, hi] = [lo, hi].map(|[x, y, z]| [x, y, z, 0.0]);
+            scaled.push((Aabb { lo, hi }, one.instance));
+        }
+        let (nodes, depth) = nodes_over(&scaled)?;
+        Ok(Self {
+            nodes,
+            stack: Tree::stack_for(1 + depth),
+            frame,
+            reach,
+            boxed: scaled.len(),
+            everywhere,
+        })
+    }
+
+    /// A ray in the tree's units; `None` if its numbers are too extreme.
+    #[inline(always)]
+    pub(super) fn slabs<S: Simd>(&self, ray: &Ray64) -> Option<TreeSlabs> {
+        let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
+        let origin = [0, 1, 2].map(|k| (ray.origin[k] - centre[k]) * scale);
+        let ray = TreeRay { origin, dir: ray.dir.map(|x| x * scale), room: 0.0 };
+        TreeSlabs::new::<S>(&ray, self.reach)
+    }
+}

@@ -1,0 +1,184 @@
+//! One ray through a scene: through the tree of instances, into the mesh of each, and to the triangles in the world.
+//!
+//! ```text
+//!   world   tree of instances ──► an instance             triangles as placed, in f64 lanes ──► exact
+//!   mesh                            └──► its tree, by a ray in its frame ──┘
+//!                                        or by its boxes, as placed, where the frame is of no use
+//! ```
+
+use std::marker::PhantomData;
+
+use intertri::internal::RayLanes;
+use intertri::internal::exact;
+use intertri::simd::{Lanes, Simd, WithSimd};
+use intertri::{Ray64, Rule, Triangle64};
+
+use super::collect::Collect;
+use super::committed::{Committed, MeshEntry};
+use super::leaves::{VisitLeaves, splat};
+use super::matrix::sizes;
+use super::mesh::{Extent, SceneMesh};
+use super::tree_ray::{TreeSlabs, rounded_down, rounded_up};
+use super::world_walk::WorldWalk;
+use crate::bvh::Bvh;
+use crate::scalar::BvhScalar;
+use crate::tree::{EMPTY, LEAF, Node};
+use crate::walk::single::{SlabLanes, TraversalScratch, Visit, Walk};
+
+/// The stacks of a ray: one through the instances, one through a mesh.
+pub(super) struct SceneScratch {
+    instances: Box<TraversalScratch>,
+    mesh: Box<TraversalScratch>,
+}
+
+impl SceneScratch {
+    pub(super) fn new(scene: &Committed) -> Self {
+        Self {
+            instances: TraversalScratch::new(scene.top.stack),
+            mesh: TraversalScratch::new(scene.mesh_stack),
+        }
+    }
+
+    pub(super) fn fits(&self, scene: &Committed) -> bool {
+        self.instances.fits(scene.top.stack) && self.mesh.fits(scene.mesh_stack)
+    }
+}
+
+/// A ray through a scene.
+pub(super) struct Trace<'a, C> {
+    pub(super) scene: &'a Committed,
+    pub(super) ray: &'a Ray64,
+    pub(super) rule: Rule,
+    pub(super) scratch: &'a mut SceneScratch,
+    pub(super) collect: &'a mut C,
+}
+
+impl<C: Collect> WithSimd for Trace<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Self { scene, ray, rule, scratch, collect } = self;
+        let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
+        // False with a NaN.
+        if !(is_finite && ray.t_min < ray.t_max) {
+            return;
+        }
+        let (top, SceneScratch { instances, mesh }) = (&scene.top, scratch);
+        let is_tame = exact::is_plain(ray, &Triangle64([[0.0; 3]; 3]));
+        let mut visitor = VisitInstances {
+            scene,
+            ray,
+            rule,
+            is_tame,
+            scratch: mesh,
+            collect,
+            unit: 1.0,
+            level: PhantomData::<S>,
+        };
+        for &instance in &top.everywhere {
+            if visitor.visit(instance as usize).is_none() {
+                return;
+            }
+        }
+        let Some(TreeSlabs { slabs, octant, unit }) = top.slabs::<S>(ray) else {
+            // Too far out, or of an extreme length: all of them.
+            let mut all = instances_below(&top.nodes);
+            let _ = all.try_for_each(|instance| visitor.visit(instance).map(|_| ()));
+            return;
+        };
+        visitor.unit = unit;
+        let walk = Walk {
+            nodes: &top.nodes,
+            leaves: top.boxed,
+            unboxed: top.boxed,
+            thin_root: EMPTY,
+            octant,
+            t_min: rounded_down(ray.t_min, unit),
+            far: rounded_up(visitor.collect.far(), unit),
+            shortens: C::SHORTENS,
+            closest: C::SHORTENS,
+        };
+        walk.run::<S>(&SlabLanes::splat(&slabs, octant), instances, &mut visitor);
+    }
+}
+
+/// All instances below nodes.
+fn instances_below(nodes: &[Node]) -> impl Iterator<Item = usize> {
+    let children = nodes.iter().flat_map(Node::children);
+    let leaves = children.filter(|&&child| child != EMPTY && child & LEAF != 0);
+    leaves.map(|child| (child ^ LEAF) as usize)
+}
+
+/// Traces a ray through each instance that it may meet.
+struct VisitInstances<'a, S, C> {
+    scene: &'a Committed,
+    ray: &'a Ray64,
+    rule: Rule,
+    /// Whether f64 lanes lose nothing of the ray's numbers but by rounding.
+    is_tame: bool,
+    scratch: &'a mut TraversalScratch,
+    collect: &'a mut C,
+    /// A t of the ray, times this, is one in the units of the top tree.
+    unit: f64,
+    level: PhantomData<S>,
+}
+
+impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
+    #[inline(always)]
+    fn visit(&mut self, instance: usize) -> Option<f32> {
+        let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance) else {
+            return Some(rounded_up(self.collect.far(), self.unit));
+        };
+        // By a call, which leaves the walk its registers.
+        let go_on = match mesh {
+            SceneMesh::F32(bvh) => S::vectorize(
+                #[inline(always)]
+                || self.enter(bvh, extent, instance),
+            ),
+            SceneMesh::F64(bvh) => S::vectorize(
+                #[inline(always)]
+                || self.enter(bvh, extent, instance),
+            ),
+        };
+        go_on.then(|| rounded_up(self.collect.far(), self.unit))
+    }
+}
+
+impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
+    /// Traces the ray through the mesh of an instance. Returns false if no other hit counts.
+    #[inline(always)]
+    fn enter<X: BvhScalar>(&mut self, bvh: &Bvh<X>, extent: &Extent, instance: usize) -> bool {
+        let Self { scene, ray, rule, is_tame, scratch, collect, .. } = self;
+        let (tree, matrix) = (&bvh.tree, &scene.placed[instance].matrix);
+        let frame = &scene.frames[instance];
+        let lanes = RayLanes::<S::F64x8>::of_ray(*ray);
+        let mut leaves = VisitLeaves::<S, X, C> {
+            bvh,
+            matrix,
+            rows: splat::<S>(matrix),
+            instance: instance as u32,
+            ray,
+            lanes: lanes.until(Lanes::splat(collect.far())),
+            rule: *rule,
+            is_tame: *is_tame && frame.is_tame,
+            collect: &mut **collect,
+            unit: 1.0,
+            go_on: true,
+        };
+        let in_mesh = frame.inverse.tree_ray(matrix, ray, extent, tree.reach);
+        let slabs = in_mesh.and_then(|ray| TreeSlabs::new::<S>(&ray, tree.reach));
+        let Some(TreeSlabs { slabs, octant, unit }) = slabs else {
+            let sizes = sizes(matrix, extent);
+            WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
+            return leaves.go_on;
+        };
+        leaves.unit = unit;
+        let interval = [rounded_down(ray.t_min, unit), leaves.far()];
+        let (shortens, closest) = (C::SHORTENS, C::SHORTENS);
+        let walk =
+            Walk { shortens, closest, ..Walk::new(tree, octant, interval, tree.leaves.len()) };
+        walk.run::<S>(&SlabLanes::splat(&slabs, octant), scratch, &mut leaves);
+        leaves.go_on
+    }
+}

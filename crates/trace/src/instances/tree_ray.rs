@@ -1,0 +1,57 @@
+//! Rays in the units of a tree, as the slab test takes them.
+
+use intertri::Ray;
+use intertri::simd::Simd;
+
+use super::matrix::{TreeRay, largest};
+use crate::tree::Margin;
+use crate::walk::single::{Slabs, octant};
+
+/// Origins are nearer than this (2^49), or every box counts as met.
+const FAR: f64 = (1_u64 << 49) as f64;
+
+/// Directions are at least this long, and at most one over it: 2^-900.
+const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
+
+/// A ray in a tree's units, its direction scaled by a power of two to a length near 1.
+pub(super) struct TreeSlabs {
+    pub(super) slabs: Slabs,
+    pub(super) octant: usize,
+    /// A t of the ray, times this, is one of the slabs. A power of two.
+    pub(super) unit: f64,
+}
+
+impl TreeSlabs {
+    /// `None` if numbers are so large or so small that the slab test does not take them.
+    #[inline(always)]
+    pub(super) fn new<S: Simd>(ray: &TreeRay, reach: f32) -> Option<Self> {
+        let length = largest(ray.dir);
+        let is_near = ray.origin.iter().all(|x| x.abs() < FAR);
+        let is_sane = ray.dir.iter().all(|x| x.abs() <= 1.0 / SHORT) && length >= SHORT;
+        if !(is_near && is_sane) {
+            return None;
+        }
+        // The largest power of two that is not larger, and one over it.
+        let exponent = length.to_bits() >> 52;
+        let (unit, over) =
+            (f64::from_bits(exponent << 52), f64::from_bits((2046 - exponent) << 52));
+        let (origin, dir) = (ray.origin.map(|x| x as f32), ray.dir.map(|x| (x * over) as f32));
+        let scaled = Ray::new(origin, dir);
+        let room = (ray.room as f32).next_up();
+        let slabs = Slabs::new::<S>(&scaled, &Margin::new(reach, Some(room)))?;
+        Some(Self { slabs, octant: octant(&scaled), unit })
+    }
+}
+
+/// A t in the units of slabs, rounded down, and at least 0.
+#[inline(always)]
+pub(super) fn rounded_down(t: f64, unit: f64) -> f32 {
+    let near = (t.max(0.0) * unit) as f32;
+    near.next_down().max(0.0)
+}
+
+/// A t in the units of slabs, rounded up.
+#[inline(always)]
+pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
+    ((t * unit) as f32).next_up().max(f32::MIN_POSITIVE)
+}

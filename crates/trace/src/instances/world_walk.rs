@@ -1,0 +1,86 @@
+//! A ray through the boxes of a mesh as they are placed in the world: for placements that have no useful inverse, such
+//! as flat ones.
+
+use intertri::Ray64;
+
+use super::collect::Collect;
+use super::leaves::VisitLeaves;
+use super::matrix::{Matrix, world_box};
+use super::mesh::Extent;
+use crate::scalar::BvhScalar;
+use crate::tree::{EMPTY, LEAF, Tree};
+use crate::walk::single::Visit;
+use intertri::simd::Simd;
+
+/// A t of a plane is off by this share of itself.
+const SHARE: f64 = 4.0 * f64::EPSILON;
+
+/// A walk through boxes in the world.
+pub(super) struct WorldWalk<'a> {
+    pub(super) tree: &'a Tree,
+    pub(super) extent: &'a Extent,
+    pub(super) matrix: &'a Matrix,
+    pub(super) sizes: [f64; 3],
+    pub(super) ray: &'a Ray64,
+}
+
+impl WorldWalk<'_> {
+    /// Visits the leaves that the ray may meet, those of a node's children that begin first, first.
+    #[inline(always)]
+    pub(super) fn run<S: Simd, X: BvhScalar, C: Collect>(
+        &self,
+        leaves: &mut VisitLeaves<'_, S, X, C>,
+    ) {
+        let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
+        while let Some((near, child)) = stack.pop() {
+            if child == EMPTY || near > leaves.collect.far() {
+                continue;
+            }
+            if child & LEAF != 0 {
+                if leaves.visit((child ^ LEAF) as usize).is_none() {
+                    return;
+                }
+                continue;
+            }
+            let node = &self.tree.nodes[child as usize];
+            let start = stack.len();
+            for (slot, &child) in node.children().iter().enumerate() {
+                if child == EMPTY {
+                    continue;
+                }
+                let bounds = self.extent.child_box(node, slot);
+                let bounds = world_box(self.matrix, bounds, &self.sizes);
+                if let Some(near) = first_t(self.ray, &bounds, leaves.collect.far()) {
+                    stack.push((near, child));
+                }
+            }
+            stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
+        }
+    }
+}
+
+/// A t that is not after the first in a box, if the ray may be there before `far`.
+fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
+    let (mut first, mut last) = (ray.t_min.max(0.0), far);
+    for k in 0..3 {
+        let (o, d) = (ray.origin[k], ray.dir[k]);
+        if d == 0.0 {
+            // False with a NaN, which is in every box.
+            if o < lo[k] || o > hi[k] {
+                return None;
+            }
+            continue;
+        }
+        let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
+        let (from, to) = ((from - o) / d, (to - o) / d);
+        let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());
+        // A number that has overflowed says nothing, and what underflow takes is less than this.
+        if from < f64::INFINITY {
+            first = first.max(from - f64::MIN_POSITIVE);
+        }
+        if to > f64::NEG_INFINITY {
+            last = last.min(to + f64::MIN_POSITIVE);
+        }
+    }
+    (first <= last).then_some(first)
+}
