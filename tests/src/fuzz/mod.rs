@@ -6,6 +6,7 @@
 mod exact;
 mod files;
 mod input;
+mod instances;
 mod integers;
 mod raster;
 mod saved;
@@ -14,6 +15,7 @@ mod text;
 
 pub use exact::exact;
 pub use files::models;
+pub use instances::instances;
 pub use integers::{fans, fixed};
 pub use raster::{clip, shadows, z_buffer};
 pub use saved::saved;
@@ -37,4 +39,5 @@ pub const ENTRIES: &[(&str, Entry)] = &[
     ("rays", rays),
     ("numbers", numbers),
     ("saved", saved),
+    ("instances", instances),
 ];

@@ -1,0 +1,112 @@
+//! Scenes of instances, moved between two commits, beside a plain loop over the triangles that they stand for.
+
+use std::sync::Arc;
+
+use intertri::{Hit, Mode, Ray, Ray64, Triangle, Triangle64};
+use intertri_trace::{Bvh, InstanceId, Scene, SceneHit, SceneSnapshot};
+
+use super::input::Input;
+
+/// A mesh, an instance of it, and the matrix, if it is shown.
+type Instance<'a> = (&'a [Triangle], InstanceId, [f64; 12]);
+
+/// Two meshes, in either scalar, a few instances, and rays at what they stand for.
+pub fn instances(bytes: &[u8]) {
+    let mut input = Input::new(bytes);
+    let meshes = [input.triangles(20), input.triangles(20)];
+    let in_f32 = Arc::new(Bvh::new(&meshes[0]).expect("few triangles"));
+    let in_f64: Vec<Triangle64> = meshes[1].iter().map(|t| widened(*t)).collect();
+    let in_f64 = Arc::new(Bvh::new(&in_f64).expect("few triangles"));
+
+    let (mut scene, mut placed) = (Scene::new(), Vec::new());
+    for _ in 0..=input.below(5) {
+        let (mesh, matrix) = (input.below(2), matrix(&mut input));
+        let id = if mesh == 0 {
+            scene.add(in_f32.clone(), matrix)
+        } else {
+            scene.add(in_f64.clone(), matrix)
+        };
+        match id {
+            Ok(id) => placed.push((&*meshes[mesh], id, matrix)),
+            Err(error) => assert!(matrix.iter().any(|x| !x.is_finite()), "{error}"),
+        }
+    }
+    check(&mut input, &scene.commit().expect("few instances"), &placed);
+
+    for (_, id, was) in &mut placed {
+        let matrix = matrix(&mut input);
+        if scene.place(*id, matrix).is_ok() {
+            *was = matrix;
+        }
+    }
+    if let Some((_, id, _)) = placed.pop() {
+        scene.remove(id).expect("it is there");
+    }
+    check(&mut input, &scene.commit().expect("few instances"), &placed);
+}
+
+/// The numbers of a matrix: of the input's kind, some of any bits, often on the axes.
+fn matrix(input: &mut Input<'_>) -> [f64; 12] {
+    let mut matrix = [0.0; 12];
+    let kind = input.below(4);
+    for (i, x) in matrix.iter_mut().enumerate() {
+        let is_plain = kind < 2 && i % 4 != 3;
+        *x = match input.below(32) {
+            0 => input.double(),
+            1 => f64::from(input.number()) / 3.0,
+            _ if is_plain => f64::from(u8::from(i % 5 == 0)),
+            _ => f64::from(input.number()),
+        };
+    }
+    matrix
+}
+
+fn widened(Triangle(corners): Triangle) -> Triangle64 {
+    Triangle64(corners.map(|corner| corner.map(f64::from)))
+}
+
+/// The definition.
+fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
+    let at = |[x, y, z]: [f64; 3]| {
+        [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
+    };
+    Triangle64(widened(triangle).0.map(at))
+}
+
+/// Compares every verb for some rays.
+fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>]) {
+    let (mut all, mut names) = (Vec::new(), Vec::new());
+    for (triangles, id, matrix) in placed {
+        all.extend(triangles.iter().map(|&triangle| flattened(matrix, triangle)));
+        names.extend((0..triangles.len() as u32).map(|triangle| (*id, triangle)));
+    }
+    let near = |t: &Triangle64| Triangle(t.0.map(|corner| corner.map(|x| x as f32)));
+    let rounded: Vec<Triangle> = all.iter().map(near).collect();
+    if rounded.is_empty() {
+        return;
+    }
+    let named = |hit: Hit| {
+        let (instance, triangle) = names[hit.triangle as usize];
+        (instance, triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
+    };
+    let found = |SceneHit { hit, instance, .. }: SceneHit| {
+        (instance, hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
+    };
+    for _ in 0..4 {
+        let Ray { origin, t_min, dir, t_max } = input.ray(&rounded);
+        let ray = Ray64::new(origin.map(f64::from), dir.map(f64::from));
+        let ray = ray.between(t_min.into(), t_max.into());
+        let exact = Mode::exact();
+        let closest = exact.closest(&all, &ray).map(named);
+        assert_eq!(snapshot.closest(&ray).map(found), closest, "{ray:?} {placed:?}");
+        assert_eq!(snapshot.any(&ray), closest.is_some(), "{ray:?} {placed:?}");
+        let expected: Vec<_> = exact.all(&all, &ray).into_iter().map(named).collect();
+        let hits: Vec<_> = snapshot.all(&ray).into_iter().map(found).collect();
+        assert_eq!(hits, expected, "{ray:?} {placed:?}");
+        let crossings = exact.crossings(&all, &ray).into_iter();
+        let expected: Vec<_> = crossings.map(|c| (named(c.hit), c.leaves)).collect();
+        let crossings = snapshot.crossings(&ray).into_iter();
+        let hits: Vec<_> = crossings.map(|hit| (found(hit), hit.leaves)).collect();
+        assert_eq!(hits, expected, "{ray:?} {placed:?}");
+    }
+}
