@@ -13,6 +13,7 @@ mod pool;
 mod read;
 mod run;
 mod scalar;
+mod scene;
 mod shared;
 mod skip;
 mod source;
@@ -31,6 +32,8 @@ mod _intertri {
     use crate::media::{Media32, Media64};
     #[pymodule_export]
     use crate::read::read_model;
+    #[pymodule_export]
+    use crate::scene::NativeScene;
     #[pymodule_export]
     use crate::tree::{Tree32, Tree64};
 

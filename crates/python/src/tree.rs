@@ -90,7 +90,7 @@ macro_rules! tree {
         /// A hierarchy over triangles.
         #[pyclass(frozen, module = "intertri._intertri")]
         pub(crate) struct $name {
-            mesh: Shared<$scalar>,
+            pub(crate) mesh: Shared<$scalar>,
         }
 
         #[pymethods]

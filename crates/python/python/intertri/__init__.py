@@ -5,15 +5,16 @@
 >>> mesh.closest([0, 1, 0], [0, -0.5, 1])["t"]
 np.float64(2.0)
 
-`Mesh` is the class to begin with; `Media` are several meshes, filled with something. `intertri.trimesh` puts a mesh into
-trimesh, `intertri.open3d` has the interface of Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior
-points, `intertri.dask` answers on a cluster.
+`Mesh` is the class to begin with; `Scene` has instances of meshes that move, and `Media` are several
+meshes, filled with something. `intertri.trimesh` puts a mesh into trimesh, `intertri.open3d` has the interface of
+Open3D's scenes, `intertri.pyvista` has pyvista's ray traces and interior points, `intertri.dask` answers on a cluster.
 """
 
-from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SEGMENT, HitLists, SegmentLists
+from ._dtypes import CROSSING, CROSSINGS, HIT, MEDIUM_CROSSING, NEAREST, SCENE_HIT, SEGMENT, HitLists, SegmentLists
 from ._intertri import __version__
 from ._media import Media
 from ._mesh import Mesh, load
+from ._scene import Scene
 
 __all__ = [
     "CROSSING",
@@ -21,10 +22,12 @@ __all__ = [
     "HIT",
     "MEDIUM_CROSSING",
     "NEAREST",
+    "SCENE_HIT",
     "SEGMENT",
     "HitLists",
     "Media",
     "Mesh",
+    "Scene",
     "SegmentLists",
     "load",
     "__version__",

@@ -25,6 +25,16 @@ CROSSING = np.dtype(
 )
 """A crossing, 40 bytes: a hit, and whether the ray runs with the normal (``leaves``)."""
 
+SCENE_HIT = np.dtype(
+    {
+        "names": ["t", "u", "v", "triangle", "geometry", "instance", "leaves"],
+        "formats": ["<f8", "<f8", "<f8", "<i4", "<u4", "<i4", "?"],
+        "offsets": [0, 8, 16, 24, 28, 32, 36],
+        "itemsize": 40,
+    }
+)
+"""A hit of a scene, 40 bytes: a hit, the instance (-1 for a miss), and whether the ray runs with the normal."""
+
 CROSSINGS = np.dtype([("signed", "<i8"), ("unsigned", "<i8")])
 """How often a ray crosses: leaving less entering (``signed``), and in all (``unsigned``)."""
 

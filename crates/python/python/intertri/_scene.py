@@ -1,0 +1,204 @@
+"""Instances of meshes, in scenes that move."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _arrays, _inputs
+from ._arrays import F64
+from ._dtypes import SCENE_HIT, HitLists
+from ._intertri import NativeScene
+from ._mesh import Mesh
+
+
+class Scene:
+    """Instances of meshes, each placed by a matrix, that may move between queries.
+
+    A vertex (x, y, z) is at ``((m[0, 0] * x + m[0, 1] * y) + m[0, 2] * z) + m[0, 3]`` along the first axis, and so on,
+    in float64. Answers are those of one mesh of all these triangles, bit for bit. Instances share the hierarchy of
+    their mesh, so a thousand placements take little more memory than one. A scene keeps a mesh as it was when it was
+    added: a later ``refit`` of the mesh does not move its instances.
+
+    Changes count once they are committed. A query that runs in another thread answers for the last commit before it.
+
+    Parameters
+    ----------
+    scene : trimesh.Scene, optional
+        A scene whose nodes become instances, committed. Nodes that share a geometry share its hierarchy.
+
+    Examples
+    --------
+    >>> import numpy as np, intertri
+    >>> mesh = intertri.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> scene, moved = intertri.Scene(), np.eye(4)
+    >>> moved[:3, 3] = [0, 0, 5]
+    >>> near, far = scene.add(mesh, moved), scene.add(mesh, moved + moved)
+    >>> scene.commit()
+    >>> hit = scene.closest([0.2, 0.2, 0], [0, 0, 1])
+    >>> int(hit["instance"]) == near, float(hit["t"])
+    (True, 5.0)
+    """
+
+    __slots__ = ("__weakref__", "_native")
+
+    def __init__(self, scene: Any = None) -> None:
+        self._native = NativeScene()
+        if scene is not None:
+            meshes: dict[str, Mesh] = {}
+            for node in scene.graph.nodes_geometry:
+                matrix, name = scene.graph[node]
+                if hasattr(scene.geometry[name], "faces"):
+                    mesh = meshes.get(name) or meshes.setdefault(name, Mesh(scene.geometry[name]))
+                    self.add(mesh, matrix)
+            self.commit()
+
+    def __len__(self) -> int:
+        return len(self._native)
+
+    def __repr__(self) -> str:
+        count = len(self)
+        return f"{type(self).__name__}({count} instance{'' if count == 1 else 's'})"
+
+    def add(self, mesh: Mesh, matrix: ArrayLike | None = None) -> int:
+        """Adds an instance of a mesh, and returns its number.
+
+        Parameters
+        ----------
+        mesh : Mesh
+        matrix : (4, 4) or (3, 4), optional
+            Where it is: any finite numbers, with 0, 0, 0, 1 in a fourth row. By default the mesh stays where it is.
+        """
+        if not isinstance(mesh, Mesh):
+            raise TypeError(f"mesh must be an intertri.Mesh, not {type(mesh).__name__}")
+        rows = _matrices(np.eye(4) if matrix is None else matrix, 1)
+        return self._native.add(mesh._tree(mesh.dtype, None), rows[0].tolist())
+
+    def place(self, instance: ArrayLike, matrix: ArrayLike) -> None:
+        """Places an instance anew, or many: ``instance`` (n,) and ``matrix`` (n, 4, 4) or (n, 3, 4).
+
+        Raises
+        ------
+        IndexError, ValueError
+            If there is no such instance, or a number is not finite: nothing has changed.
+        """
+        numbers = _inputs.array(instance, "instance")
+        if numbers.dtype.kind not in "iu" and numbers.size:
+            raise TypeError(f"instance has dtype {numbers.dtype}; it must be integer")
+        if numbers.ndim > 1:
+            raise ValueError(f"instance has shape {numbers.shape}; it must be (n,)")
+        numbers = numbers.reshape(-1)
+        for number in numbers[(numbers < 0) | (numbers >= 1 << 31)][:1].tolist():
+            raise IndexError(f"the scene has no instance {number}")
+        self._native.place(np.ascontiguousarray(numbers, np.uint32), _matrices(matrix, len(numbers)).reshape(-1))
+
+    def remove(self, instance: int) -> None:
+        """Removes an instance. Its number may go to one that is added later."""
+        self._native.remove(_number(instance))
+
+    def show(self, instance: int, visible: bool = True) -> None:
+        """Shows an instance, or hides it from queries."""
+        self._native.show(_number(instance), bool(visible))
+
+    def hide(self, instance: int) -> None:
+        """Hides an instance from queries."""
+        self.show(instance, False)
+
+    def commit(self, *, threads: int | None = None) -> None:
+        """Makes all changes count for the queries that begin from now on."""
+        self._native.commit(_arrays.threads_of(threads))
+
+    def closest(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = math.inf,
+        threads: int | None = None,
+        out: NDArray[np.void] | None = None,
+    ) -> NDArray[np.void]:
+        """The closest hit of each ray, with arguments as of `Mesh.closest`.
+
+        If two hits have the same t, the lower instance is closer, then the lower triangle.
+
+        Returns
+        -------
+        (...) `SCENE_HIT`
+            Fields t, u, v, triangle and instance (-1 for a miss), geometry, and leaves: whether the ray runs with the
+            normal of the triangle.
+        """
+        rays = _arrays.rays(origins, directions, t_min, t_max, F64)
+        hits = _arrays.answers(rays.shape, SCENE_HIT, out, *rays.parts)
+        self._native.closest(rays, _arrays.threads_of(threads), _arrays.as_bytes(hits))
+        return hits if rays.shape or out is not None else hits[()]
+
+    def any(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = math.inf,
+        threads: int | None = None,
+        out: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.bool_]:
+        """Whether each ray hits anything: (...) bool."""
+        rays = _arrays.rays(origins, directions, t_min, t_max, F64)
+        found = _arrays.answers(rays.shape, np.dtype(bool), out, *rays.parts)
+        self._native.any(rays, _arrays.threads_of(threads), found.reshape(-1))
+        return found if rays.shape or out is not None else found[()]
+
+    def all(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = math.inf,
+        threads: int | None = None,
+    ) -> HitLists:
+        """Every hit of each ray, in order of t: `HitLists` of `SCENE_HIT`."""
+        rays = _arrays.rays(origins, directions, t_min, t_max, F64)
+        offsets, hits = self._native.all(rays, _arrays.threads_of(threads))
+        return HitLists(offsets, hits.view(SCENE_HIT))
+
+    def crossings(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike | None = None,
+        *,
+        t_min: ArrayLike = 0.0,
+        t_max: ArrayLike = math.inf,
+        threads: int | None = None,
+    ) -> HitLists:
+        """Where each ray crosses a mesh, in order of t, as `Mesh.crossings` has it: `HitLists` of `SCENE_HIT`."""
+        rays = _arrays.rays(origins, directions, t_min, t_max, F64)
+        offsets, hits = self._native.crossings(rays, _arrays.threads_of(threads))
+        return HitLists(offsets, hits.view(SCENE_HIT))
+
+
+def _number(instance: int) -> int:
+    """The number of an instance."""
+    if not isinstance(instance, (int, np.integer)) or isinstance(instance, bool):
+        raise TypeError(f"instance must be an integer, not {type(instance).__name__}")
+    if not 0 <= instance < 1 << 31:
+        raise IndexError(f"the scene has no instance {instance}")
+    return int(instance)
+
+
+def _matrices(matrix: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Rows of twelve numbers, one for each of some matrices."""
+    numbers = _arrays.floats(matrix, "matrix").astype(F64)
+    if numbers.ndim == 2:
+        numbers = numbers[np.newaxis]
+    if numbers.ndim != 3 or numbers.shape[1:] not in ((4, 4), (3, 4)) or len(numbers) != count:
+        raise ValueError(f"matrix has shape {np.shape(matrix)}; it must be (4, 4) or (3, 4), one for each instance")
+    if numbers.shape[1] == 4 and (numbers[:, 3] != [0, 0, 0, 1]).any():
+        raise ValueError("matrix must have 0, 0, 0, 1 in its fourth row: others are no placement")
+    if not np.isfinite(numbers).all():
+        raise ValueError("matrix must be finite")
+    return np.ascontiguousarray(numbers[:, :3].reshape(-1, 12))

@@ -1,0 +1,211 @@
+//! The class behind Python's `Scene`: instances of meshes, queried with flat arrays of f64.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use bytemuck::{Pod, Zeroable};
+use intertri::{Hit, Ray64};
+use intertri_trace::{InstanceId, Scene, SceneError, SceneHit, SceneMesh, SceneSnapshot};
+use numpy::{PyReadonlyArray1, PyReadwriteArray1};
+use pyo3::exceptions::{PyIndexError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::batch::answers;
+use crate::lists::{Lists, lists};
+use crate::part::Part;
+use crate::pool::Workers;
+use crate::run::run;
+use crate::scalar::no_memory;
+use crate::source::{Arrays, Source};
+use crate::tree::{Threads, Tree32, Tree64, rows, small_or};
+
+/// A hit, as a row of numpy's array.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct SceneRow {
+    hit: Hit,
+    instance: u32,
+    leaves: u32,
+}
+
+impl From<SceneHit> for SceneRow {
+    fn from(SceneHit { hit, instance, leaves }: SceneHit) -> Self {
+        Self { hit, instance: instance.index() as u32, leaves: leaves.into() }
+    }
+}
+
+/// The scene that is edited, and the last that was committed. A query holds on to the one that it began with.
+struct State {
+    scene: Scene,
+    snapshot: SceneSnapshot,
+}
+
+/// Instances of meshes.
+#[pyclass(frozen, module = "intertri._intertri")]
+pub(crate) struct NativeScene {
+    state: Mutex<State>,
+}
+
+impl NativeScene {
+    /// The lock is held for moments only, and never while the interpreter's is waited for.
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn snapshot(&self) -> SceneSnapshot {
+        self.state().snapshot.clone()
+    }
+}
+
+/// The error of an instance or a matrix, as Python has it.
+fn refused(error: SceneError) -> PyErr {
+    match error {
+        SceneError::NoInstance(_) => PyIndexError::new_err(error.to_string()),
+        SceneError::OutOfMemory => no_memory(error),
+        error => PyValueError::new_err(error.to_string()),
+    }
+}
+
+#[pymethods]
+impl NativeScene {
+    #[new]
+    fn new() -> PyResult<Self> {
+        let scene = Scene::new();
+        let snapshot = scene.commit().map_err(refused)?;
+        Ok(Self { state: Mutex::new(State { scene, snapshot }) })
+    }
+
+    fn __len__(&self) -> usize {
+        self.state().scene.len()
+    }
+
+    /// Adds an instance of a mesh's hierarchy.
+    fn add(&self, py: Python<'_>, tree: &Bound<'_, PyAny>, matrix: [f64; 12]) -> PyResult<usize> {
+        let mesh: SceneMesh = if let Ok(tree) = tree.cast::<Tree32>() {
+            tree.get().mesh.get(py)?.solid.shared_bvh().into()
+        } else if let Ok(tree) = tree.cast::<Tree64>() {
+            tree.get().mesh.get(py)?.solid.shared_bvh().into()
+        } else {
+            return Err(PyTypeError::new_err("an instance needs a hierarchy"));
+        };
+        let id = self.state().scene.add(mesh, matrix).map_err(refused)?;
+        Ok(id.index())
+    }
+
+    /// Places instances: all, or none where one is refused.
+    fn place(
+        &self,
+        instances: PyReadonlyArray1<'_, u32>,
+        matrices: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<()> {
+        let (instances, matrices) = (instances.as_slice()?, matrices.as_slice()?);
+        let (matrices, _) = matrices.as_chunks::<12>();
+        if matrices.len() != instances.len() {
+            return Err(PyValueError::new_err("one matrix for each instance"));
+        }
+        let mut state = self.state();
+        let mut ids = instances.iter().map(|&number| InstanceId::from_index(number));
+        if let Some(id) = ids.find(|&id| !state.scene.contains(id)) {
+            return Err(refused(SceneError::NoInstance(id)));
+        }
+        for (&number, matrix) in instances.iter().zip(matrices) {
+            state.scene.place(InstanceId::from_index(number), *matrix).map_err(refused)?;
+        }
+        Ok(())
+    }
+
+    /// Removes an instance.
+    fn remove(&self, instance: u32) -> PyResult<()> {
+        self.state().scene.remove(InstanceId::from_index(instance)).map_err(refused)
+    }
+
+    /// Shows or hides an instance.
+    fn show(&self, instance: u32, is_visible: bool) -> PyResult<()> {
+        self.state().scene.show(InstanceId::from_index(instance), is_visible).map_err(refused)
+    }
+
+    /// Makes the changes count.
+    fn commit(&self, py: Python<'_>, threads: Threads) -> PyResult<()> {
+        let scene = self.state().scene.clone();
+        let workers = Workers::new(threads, scene.len() <= 4096)?;
+        let snapshot = run(py, &workers, |_| scene.commit())?.map_err(refused)?;
+        self.state().snapshot = snapshot;
+        Ok(())
+    }
+
+    /// Fills `out` with the closest hits.
+    fn closest(
+        &self,
+        py: Python<'_>,
+        rays: Arrays<'_, f64>,
+        threads: Threads,
+        mut out: PyReadwriteArray1<'_, u8>,
+    ) -> PyResult<()> {
+        let rays = rays.source()?;
+        let out: &mut [SceneRow] = rows(&mut out, rays.count)?;
+        let (scene, workers) = (self.snapshot(), small_or(threads, &rays)?);
+        answers(py, &workers, &rays, 0, (out, SceneHit::MISS.into()), |rays, _, hits| {
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = scene.closest(ray).unwrap_or(SceneHit::MISS).into();
+            }
+        })
+    }
+
+    /// Fills `out` with whether anything is hit.
+    fn any(
+        &self,
+        py: Python<'_>,
+        rays: Arrays<'_, f64>,
+        threads: Threads,
+        mut out: PyReadwriteArray1<'_, bool>,
+    ) -> PyResult<()> {
+        let (rays, out) = (rays.source()?, out.as_slice_mut()?);
+        if out.len() != rays.count {
+            return Err(PyValueError::new_err("out has another length"));
+        }
+        let (scene, workers) = (self.snapshot(), small_or(threads, &rays)?);
+        answers(py, &workers, &rays, 0, (out, false), |rays, _, any| {
+            rays.iter().zip(any).for_each(|(ray, any)| *any = scene.any(ray));
+        })
+    }
+
+    /// Every hit of each ray.
+    fn all<'py>(
+        &self,
+        py: Python<'py>,
+        rays: Arrays<'_, f64>,
+        threads: Threads,
+    ) -> PyResult<Lists<'py>> {
+        let scene = self.snapshot();
+        listed(py, &rays.source()?, threads, |ray| scene.all(ray))
+    }
+
+    /// Every crossing of each ray.
+    fn crossings<'py>(
+        &self,
+        py: Python<'py>,
+        rays: Arrays<'_, f64>,
+        threads: Threads,
+    ) -> PyResult<Lists<'py>> {
+        let scene = self.snapshot();
+        listed(py, &rays.source()?, threads, |ray| scene.crossings(ray))
+    }
+}
+
+/// The lists of each ray.
+fn listed<'py>(
+    py: Python<'py>,
+    rays: &Source<'_, f64>,
+    threads: Threads,
+    ask: impl Fn(&Ray64) -> Vec<SceneHit> + Sync,
+) -> PyResult<Lists<'py>> {
+    lists(py, &small_or(threads, rays)?, rays, 0, |rays, _| {
+        let mut part = Part::new();
+        for ray in rays {
+            let hits = ask(ray);
+            part.reserve(1, hits.len())?;
+            part.answers.extend(hits.into_iter().map(SceneRow::from));
+            part.offsets.push(part.answers.len() as i64);
+        }
+        Ok(part)
+    })
+}

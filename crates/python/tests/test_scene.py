@@ -1,0 +1,131 @@
+"""Scenes of instances answer as one mesh of all their triangles does."""
+
+import intertri
+import numpy as np
+import pytest
+from conftest import box, icosphere
+
+
+def placed(mesh, matrix):
+    """The triangles of an instance, as documented."""
+    x, y, z = np.moveaxis(mesh.triangles.astype(np.float64), -1, 0)
+    return np.stack([((row[0] * x + row[1] * y) + row[2] * z) + row[3] for row in np.asarray(matrix)[:3]], axis=-1)
+
+
+def matrices(rng, count):
+    """Turned, sheared, mirrored and scaled."""
+    all = np.tile(np.eye(4), (count, 1, 1))
+    all[:, :3, :3] = rng.uniform(-1, 1, (count, 3, 3)) * rng.choice([0.1, 1, 3], (count, 1, 1))
+    all[:, :3, 3] = rng.uniform(-3, 3, (count, 3))
+    all[::4, :3, :3] = np.diag([1.0, -1.0, 1.0])
+    return all
+
+
+def rays(rng, corners, count):
+    origins = rng.uniform(-5, 5, (count, 3))
+    targets = corners.reshape(-1, 3)[rng.integers(3 * len(corners), size=count)]
+    targets[::3] = rng.uniform(-3, 3, targets[::3].shape)
+    return origins, targets - origins
+
+
+def check(scene, instances, rng):
+    """Compares all queries with one mesh of the instances' triangles: {number: (mesh, matrix)}."""
+    numbers = sorted(instances)
+    parts = [placed(*instances[number]) for number in numbers]
+    flat = intertri.Mesh(np.concatenate(parts))
+    first = np.cumsum([0] + [len(part) for part in parts])
+    origins, ways = rays(rng, flat.triangles, 3000)
+
+    def same(found, truth):
+        is_hit = truth["triangle"] >= 0
+        which = np.searchsorted(first, truth["triangle"], side="right") - 1
+        assert (found["triangle"][is_hit] == (truth["triangle"] - first[which])[is_hit]).all()
+        assert (found["instance"] == np.where(is_hit, np.array(numbers)[which], -1)).all()
+        assert (found["triangle"][~is_hit] == -1).all()
+        for field in "tuv":
+            assert (found[field] == truth[field]).all()
+
+    closest = scene.closest(origins, ways)
+    same(closest, flat.closest(origins, ways))
+    assert 500 < (closest["triangle"] >= 0).sum()
+    assert (scene.any(origins, ways) == flat.any(origins, ways)).all()
+    for found, truth in [(scene.all(origins, ways), flat.all(origins, ways)),
+                         (scene.crossings(origins, ways), flat.crossings(origins, ways))]:
+        assert (found.offsets == truth.offsets).all()
+        same(found.hits, truth.hits)
+        if "leaves" in truth.hits.dtype.names:
+            assert (found.hits["leaves"] == truth.hits["leaves"]).all()
+    for threads in (1, 2):
+        assert (scene.closest(origins, ways, threads=threads) == closest).all()
+
+
+def test_a_scene_answers_as_the_mesh_of_its_triangles(rng):
+    vertices, faces = icosphere(2)
+    meshes = [intertri.Mesh(vertices.astype(np.float32), faces), intertri.Mesh(*box())]
+    scene, instances = intertri.Scene(), {}
+    for i, matrix in enumerate(matrices(rng, 12)):
+        instances[scene.add(meshes[i % 2], matrix)] = meshes[i % 2], matrix
+    scene.commit()
+    assert len(scene) == 12 and repr(scene) == "Scene(12 instances)"
+    check(scene, instances, rng)
+
+    # Many move in one call, one is removed, one hidden; until the commit nothing has changed.
+    before = scene.closest([0, 0, -9], [0.01, 0.02, 1])
+    moved = matrices(rng, 5)
+    scene.place(np.arange(5), moved)
+    scene.remove(7)
+    scene.hide(8)
+    assert scene.closest([0, 0, -9], [0.01, 0.02, 1]) == before
+    scene.commit()
+    for number, matrix in enumerate(moved):
+        instances[number] = instances[number][0], matrix
+    hidden = instances.pop(8)
+    del instances[7]
+    check(scene, instances, rng)
+    scene.show(8)
+    scene.commit(threads=1)
+    check(scene, instances | {8: hidden}, rng)
+
+
+def test_shapes_are_as_of_a_mesh():
+    scene = intertri.Scene()
+    assert not scene.any([0, 0, 0], [0, 0, 1]) and scene.closest([0, 0, 0], [0, 0, 1])["instance"] == -1
+    scene.add(intertri.Mesh(*box()))
+    scene.commit()
+    assert scene.closest(np.zeros((2, 3, 3)), [0, 0, 1]).shape == (2, 3)
+    out = np.empty(4, intertri.SCENE_HIT)
+    assert scene.closest(np.zeros((4, 3)), [0, 0, 2.0], out=out) is out
+    assert (out["t"] == 0.5).all() and out["leaves"].all()
+
+
+def test_errors_say_what_to_do():
+    scene, mesh = intertri.Scene(), intertri.Mesh(*box())
+    number = scene.add(mesh, np.eye(4)[:3])
+    bad = np.eye(4)
+    bad[1, 2] = np.nan
+    for wrong, message in [(bad, "finite"), (np.eye(3), r"shape \(3, 3\)"), (2 * np.eye(4), "fourth row")]:
+        with pytest.raises(ValueError, match=message):
+            scene.add(mesh, wrong)
+        with pytest.raises(ValueError, match=message):
+            scene.place(number, wrong)
+    for call in (scene.remove, scene.hide, lambda number: scene.place(number, np.eye(4))):
+        for missing in (5, -1):
+            with pytest.raises(IndexError, match=f"no instance {missing}"):
+                call(missing)
+    with pytest.raises(TypeError, match="must be an intertri.Mesh"):
+        scene.add(box())
+    with pytest.raises(ValueError, match="one for each"):
+        scene.place([number, number], np.eye(4))
+
+
+def test_nodes_of_trimesh_become_instances(rng):
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    theirs = trimesh.Scene()
+    for matrix in matrices(rng, 6):
+        theirs.add_geometry(ball, geom_name="ball", transform=matrix)
+    scene = intertri.Scene(theirs)
+    assert len(scene) == 6
+    nodes = [theirs.graph[node] for node in theirs.graph.nodes_geometry]
+    meshes = {name: intertri.Mesh(theirs.geometry[name]) for _, name in nodes}
+    check(scene, {i: (meshes[name], matrix) for i, (matrix, name) in enumerate(nodes)}, rng)
