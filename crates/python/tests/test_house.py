@@ -190,7 +190,7 @@ def test_ctrl_c_ends_a_query(call, threads):
 
 
 @pytest.mark.parametrize("name", ["intertri", "intertri._dtypes", "intertri._mesh", "intertri._triangles",
-                                  "intertri._rays", "intertri._points", "intertri.trimesh", "intertri.open3d",
+                                  "intertri._rays", "intertri._points", "intertri._scene", "intertri.trimesh", "intertri.open3d",
                                   "intertri.pyvista", "intertri.dask"])
 def test_examples_of_the_documentation(name):
     needs = {"intertri.trimesh": ["trimesh"], "intertri.pyvista": ["pyvista"], "intertri.dask": ["dask.array"]}
