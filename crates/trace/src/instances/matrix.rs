@@ -222,3 +222,78 @@ fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
     }
     worst * UP
 }
+
+#[cfg(test)]
+mod tests {
+    use intertri::Ray64;
+    use intertri::simd::Vec3;
+
+    use super::{Inverse, Matrix, placed};
+    use crate::instances::mesh::Extent;
+    use crate::util::test_numbers::random;
+
+    const EXTENT: Extent =
+        Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
+
+    /// Corners that are placed far out are rounded by nearly as much as the bound has, and never by more: here the
+    /// matrix only scales by a power of two, so the way back is exact.
+    #[test]
+    fn corners_are_rounded_by_less_than_the_bound() {
+        let mut random = random();
+        let mut worst = 0.0_f64;
+        for _ in 0..300_000 {
+            let scale = (-10.0 - 20.0 * f64::from(random())).floor().exp2();
+            let mut m: Matrix = [0.0; 12];
+            for i in 0..3 {
+                m[5 * i] = scale;
+                // A little above a power of two, where rounding takes the largest share.
+                let far = 1.0 + 1e-3 * f64::from(random()) * f64::from(random());
+                m[4 * i + 3] = far * (30.0 * f64::from(random())).floor().exp2();
+            }
+            let inverse = Inverse::new(&m, &EXTENT);
+            let at = [0; 3].map(|_| 2.0 * f64::from(random()) - 1.0);
+            let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(at));
+            for (i, corner) in [x, y, z].into_iter().enumerate() {
+                let off = ((corner - m[4 * i + 3]) / scale - at[i]).abs();
+                worst = worst.max(off / f64::from(inverse.corner));
+            }
+        }
+        assert!(worst < 1.0, "{worst}");
+        // Half of the bound would be exceeded.
+        assert!(worst > 0.6, "{worst}");
+    }
+
+    /// A ray that is brought into the frame of a mesh passes within its room of where a point goes that is on it, exactly,
+    /// in the world: the point is placed by a matrix of small integers, with nothing to round.
+    #[test]
+    fn rays_in_the_frame_pass_within_their_room() {
+        let mut random = random();
+        let (mut compared, mut worst) = (0, 0.0_f64);
+        for _ in 0..300_000 {
+            let mut whole = |most: f64| ((2.0 * f64::from(random()) - 1.0) * most).round();
+            let size = whole(12.0).abs().exp2();
+            let mut m: Matrix = [0.0; 12];
+            for (i, m) in m.iter_mut().enumerate() {
+                *m = if i % 4 == 3 { whole(1e6) } else { whole(size) };
+            }
+            // From one vertex to another, in a mesh whose coordinates are fractions of 64.
+            let [from, to] = [0; 2].map(|_| [0; 3].map(|_| whole(64.0) / 64.0));
+            let placed = |p| {
+                let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(p));
+                [x, y, z]
+            };
+            let (origin, end) = (placed(from), placed(to));
+            let ray = Ray64::new(origin, [0, 1, 2].map(|k| end[k] - origin[k]));
+            let inverse = Inverse::new(&m, &EXTENT);
+            let Some(local) = inverse.tree_ray(&m, &ray, &EXTENT, 1.0) else { continue };
+            compared += 1;
+            for k in 0..3 {
+                let off = (local.origin[k] + local.dir[k] - to[k]).abs();
+                // This sum is rounded, too.
+                let room = local.room + 4.0 * f64::EPSILON;
+                worst = worst.max(off / room);
+            }
+        }
+        assert!(compared > 200_000 && worst < 1.0, "{compared}, {worst}");
+    }
+}
