@@ -43,7 +43,7 @@ fn globe(rings: usize, middle: [f64; 3], radius: f64) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % (2 * rings)) as f64 / rings as f64);
         let (a, b) = (0.5 * TAU * a, 0.5 * TAU * b);
-        let r = if ring % rings == 0 { 0.0 } else { a.sin() };
+        let r = if ring.is_multiple_of(rings) { 0.0 } else { a.sin() };
         let unit = [r * b.cos(), a.cos(), r * b.sin()];
         [0, 1, 2].map(|k| SITE[k] + on_grid(middle[k] + radius * unit[k]))
     };

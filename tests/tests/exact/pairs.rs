@@ -73,7 +73,7 @@ fn near_half_way(k: u16, tiny: f32) -> (Ray, Triangle) {
 /// Hits of many of a ray in a bundle, and of one in a stream.
 fn hits32<S: BvhScalar>(bvh: &Bvh<S>, ray: &RayOf<S>) -> Vec<Hit32> {
     let mut hits = vec![Hit32::MISS; 2001];
-    bvh.query().closest_batch_into(&vec![*ray; 2000], &mut hits[..2000]);
+    bvh.query().closest_batch_into(&[*ray; 2000], &mut hits[..2000]);
     bvh.query().closest_batch_into(&[*ray], &mut hits[2000..]);
     hits
 }

@@ -287,8 +287,8 @@ mod tests {
             let inverse = Inverse::new(&m, &EXTENT);
             let Some(local) = inverse.tree_ray(&m, &ray, &EXTENT, 1.0) else { continue };
             compared += 1;
-            for k in 0..3 {
-                let off = (local.origin[k] + local.dir[k] - to[k]).abs();
+            for (k, to) in to.into_iter().enumerate() {
+                let off = (local.origin[k] + local.dir[k] - to).abs();
                 // This sum is rounded, too.
                 let room = local.room + 4.0 * f64::EPSILON;
                 worst = worst.max(off / room);
