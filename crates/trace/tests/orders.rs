@@ -198,3 +198,25 @@ fn columns_and_tiles_get_what_each_ray_gets_alone() {
         (0..5000).map(|i| pixel(0, bits(i) + i / 1024 * 32, bits(i >> 1), 0.0)).collect();
     check("tiles", &tiles);
 }
+
+/// A batch is cut into chunks, and its skip lists with it.
+#[test]
+fn each_ray_of_a_large_batch_skips_its_own_triangles() {
+    let (bvh, mut passed) = (scene(), 0);
+    let rays: Vec<Ray> = (0..20_000).map(|i| pixel(i % 7, i % WIDEST, i / WIDEST, 1.0)).collect();
+    let first = bvh.closest_batch(&rays);
+    let lists: Vec<&[Hit]> = first
+        .iter()
+        .map(|hit| if hit.is_hit() { std::slice::from_ref(hit) } else { &[] })
+        .collect();
+    let query = bvh.query().skip(&lists);
+    let (next, all) = (query.closest_batch(&rays), query.all_batch(&rays, None).unwrap());
+    for (i, ray) in rays.iter().enumerate() {
+        let mut alone = bvh.query().skip(&lists[i..=i]);
+        let closest = alone.closest(ray);
+        assert_eq!(next[i].some(), closest, "ray {i}");
+        assert_eq!(all.of(i), alone.all(ray), "ray {i}");
+        passed += usize::from(!lists[i].is_empty() && closest.is_some());
+    }
+    assert!(passed > 1000, "{passed}");
+}
