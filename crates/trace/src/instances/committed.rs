@@ -76,6 +76,7 @@ impl Committed {
             }
         }
         let top = Top::over(&boxes)?;
+        // One stack serves all meshes in turn, so it is as deep as the deepest needs.
         let stacks = meshes.iter().flatten().map(|entry| entry.mesh.tree().stack);
         let mesh_stack = stacks.max().unwrap_or(0);
         Ok(Self { placed, frames, meshes, top, mesh_stack })
@@ -98,6 +99,7 @@ impl Frame {
 
     /// The frame of an instance and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
+        // Without a box an instance is not in the tree, which is all that hiding and removing take.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.is_visible) else {
             return (Self::NONE, None);
         };
@@ -117,6 +119,7 @@ fn is_tame(m: &Matrix, extent: &Extent, sizes: &[f64; 3]) -> bool {
     for (i, x) in m.iter().enumerate() {
         // Nothing is multiplied with the last column.
         let by = if i % 4 == 3 { 1.0 } else { extent.least };
+        // By its bits, without the sign: a comparison with 0 would take subnormal numbers for 0 where the CPU is set so.
         if x.to_bits() << 1 != 0 {
             least = least.min(x.abs() * by);
         }

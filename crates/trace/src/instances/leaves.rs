@@ -47,6 +47,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Bvh { tree, originals, .. } = self.bvh;
+        // Eight triangles to the world by the definition, and the first tier of the exact test, side by side.
         let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
         let rows = &self.rows;
         let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &self.lanes);
@@ -56,6 +57,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
             let plain = self.plain(leaf);
             (miss, sure) = (miss & plain, sure & plain);
         }
+        // What is not a sure miss is a sure hit or left to integers; both are rare, so they go one by one.
         let left = tree.present(leaf) & !miss;
         if left != 0 {
             self.go_on = self.settle(leaf, left, sure);

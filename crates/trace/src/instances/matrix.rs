@@ -80,6 +80,8 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
+    // Middle and half a size: |A| takes the half to the reach in the world, whatever the signs of the matrix. Halves are
+    // taken first, so that no sum overflows.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {
@@ -121,12 +123,14 @@ impl Inverse {
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
+        // However N was computed, its residual is what bounds the error; so the elimination needs no proof of its own.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {
             return Self::NONE;
         }
         let (mut size, mut corner) = (0.0_f64, 0.0_f64);
+        // The last summand is rounded once and the others four times: (1) of the proof, without its factor w.
         let rounded = [0, 1, 2].map(|i| 4.0 * sizes[i] - 3.0 * m[4 * i + 3].abs());
         for [x, y, z] in rows.map(|row| row.map(f64::abs)) {
             size = size.max(x + y + z);
@@ -157,6 +161,8 @@ impl Inverse {
         }
         let (scale, reach) = (extent.scale, f64::from(reach));
         let origin = [0, 1, 2].map(|k| (at[k] - extent.centre[k]) * scale);
+        // (3) of the proof: what the corners and the origin are off by, and what the direction adds on the way to the far
+        // side of the mesh.
         let near = (f64::from(self.corner) + off_origin) * scale;
         let room = near + INVERSE * (off_dir / length) * (largest(origin) + reach + near);
         let room = room * UP;
@@ -188,6 +194,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         }
         a.swap(k, pivot);
         n.swap(k, pivot);
+        // A pivot of 0 makes infinities and NaNs, which the defect finds.
         let by = 1.0 / a[k][k];
         (a[k], n[k]) = (a[k].map(|x| x * by), n[k].map(|x| x * by));
         for i in (0..3).filter(|&i| i != k) {

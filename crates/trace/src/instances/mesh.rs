@@ -87,6 +87,7 @@ impl Extent {
         }
         let mut extent =
             Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], centre, scale, least };
+        // The boxes below the roots hold all triangles; those of the thin ones hang on a root of their own.
         let roots = [Some(&tree.nodes[0]), tree.nodes.get(tree.thin_root as usize)];
         for (node, slot) in
             roots.into_iter().flatten().flat_map(|node| (0..8).map(move |i| (node, i)))

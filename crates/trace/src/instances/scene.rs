@@ -96,6 +96,7 @@ impl Scene {
     /// # Errors
     /// If there is no such instance.
     pub fn remove(&mut self, id: InstanceId) -> Result<(), SceneError> {
+        // The slot stays, so that the numbers of the others do.
         let mesh = std::mem::replace(&mut self.instance(id)?.mesh, NO_MESH) as usize;
         self.free.push(id.0);
         self.uses[mesh] -= 1;

@@ -103,6 +103,7 @@ impl SceneSnapshot {
 
     fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
         let scene = &*self.committed;
+        // Taken out while in use: a query from within a query would find none, and make its own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));

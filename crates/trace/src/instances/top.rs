@@ -55,12 +55,19 @@ impl Top {
         }
         let middle =
             |one: &&InstanceBox| [0, 1, 2].map(|k| 0.5 * one.bounds[0][k] + 0.5 * one.bounds[1][k]);
+        // f32 is most precise near 0, so the frame is centred where most instances are: a distant one must not make all
+        // other boxes coarse.
         let frame = LocalFrame::around(around, crowd(finite.iter().map(middle)));
 
         let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
         for one in &finite {
             let [lo, hi] = one.bounds;
-            let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else { continue };
+            // The frame widens the boxes of triangles outward, and a box is that of two of its corners.
+            let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else {
+                everywhere.try_reserve(1)?;
+                everywhere.push(one.instance);
+                continue;
+            };
             reach = lo.iter().chain(&hi).fold(reach, |reach, x| reach.max(x.abs()));
             let [lo, hi] = [lo, hi].map(|[x, y, z]| [x, y, z, 0.0]);
             scaled.push((Aabb { lo, hi }, one.instance));
@@ -80,6 +87,7 @@ impl Top {
     #[inline(always)]
     pub(super) fn slabs<S: Simd>(&self, ray: &Ray64) -> Option<TreeSlabs> {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
+        // Boxes were rounded outward, and a hit lies in its box: there is nothing else to make room for.
         let origin = [0, 1, 2].map(|k| (ray.origin[k] - centre[k]) * scale);
         let ray = TreeRay { origin, dir: ray.dir.map(|x| x * scale), room: 0.0 };
         TreeSlabs::new::<S>(&ray, self.reach)

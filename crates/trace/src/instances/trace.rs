@@ -76,6 +76,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             unit: 1.0,
             level: PhantomData::<S>,
         };
+        // Instances without finite boxes come first: a hit in them shortens the walk.
         for &instance in &top.everywhere {
             if visitor.visit(instance as usize).is_none() {
                 return;
@@ -173,6 +174,7 @@ impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
             return leaves.go_on;
         };
+        // From here on, a t of the walk is one of the ray times this power of two: the frame scales the direction.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
         let (shortens, closest) = (C::SHORTENS, C::SHORTENS);

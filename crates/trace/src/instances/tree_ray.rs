@@ -35,6 +35,8 @@ impl TreeSlabs {
         let exponent = length.to_bits() >> 52;
         let (unit, over) =
             (f64::from_bits(exponent << 52), f64::from_bits((2046 - exponent) << 52));
+        // Scaled to a length between 1 and 2, because the bounds of the slab test assume neither very long nor very short
+        // directions. A power of two rounds nothing.
         let (origin, dir) = (ray.origin.map(|x| x as f32), ray.dir.map(|x| (x * over) as f32));
         let scaled = Ray::new(origin, dir);
         let room = (ray.room as f32).next_up();

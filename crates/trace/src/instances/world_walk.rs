@@ -31,6 +31,7 @@ impl WorldWalk<'_> {
         &self,
         leaves: &mut VisitLeaves<'_, S, X, C>,
     ) {
+        // Triangles too thin for the boxes of f32 have a root of their own.
         let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
         while let Some((near, child)) = stack.pop() {
             if child == EMPTY || near > leaves.collect.far() {
@@ -54,6 +55,7 @@ impl WorldWalk<'_> {
                     stack.push((near, child));
                 }
             }
+            // The nearest comes last, because a stack gives back its last first.
             stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
         }
     }
@@ -71,6 +73,7 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
             }
             continue;
         }
+        // The side that the ray meets first.
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());
