@@ -124,7 +124,7 @@ fn faces_of_fewer_than_three_corners_are_left_out() {
     notes("m.obj", model, "0,1,", &format!("{said}3 (the first in line 5)"));
     let faces = "4 0 1 2 3\n0\n2 0 1\n";
     notes("m.ply", ply("ascii", 3, faces), "0,1,", &format!("{said}2 (the first in line 15)"));
-    refuses("m.obj", format!("{SQUARE}f 1 2\n"), &["m.obj: there is no triangle"]);
+    refuses("m.obj", format!("{SQUARE}f 1 2\n"), &["m.obj: it has no triangle"]);
 }
 
 #[test]

@@ -46,5 +46,5 @@ impl<A: Copy> Part<A> {
 
 /// Memory ran out for the answers.
 fn too_many(answers: usize) -> PyErr {
-    PyMemoryError::new_err(format!("{answers} answers need more memory than there is"))
+    PyMemoryError::new_err(format!("{answers} answers need more memory than is available"))
 }

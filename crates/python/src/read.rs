@@ -18,7 +18,7 @@ pub(crate) fn read_model(py: Python<'_>, path: PathBuf) -> PyResult<Model<'_>> {
     let loaded = run_apart(py, move || load_model::<f64>(&path))?;
     let LoadedModel { mesh, notes, .. } = loaded.map_err(|error| {
         // The loaders say it in words alone.
-        if error.cause.contains("more memory than there is") {
+        if error.cause.contains("more memory than is available") {
             no_memory(error)
         } else {
             wrong(error)

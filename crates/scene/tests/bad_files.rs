@@ -67,12 +67,12 @@ fn what_is_no_model() {
 
 #[test]
 fn models_without_triangles() {
-    says(&message("a.obj", V), "a.obj: there is no triangle", "");
-    says(&message("a.obj", format!("{V}l 1 2 3\np 1\n")), "a.obj: there is no triangle", "");
-    says(&message("a.stl", "solid x\nendsolid x\n"), "a.stl: there is no triangle", "");
-    says(&message("a.stl", [0; 84]), "a.stl: there is no triangle", "");
+    says(&message("a.obj", V), "a.obj: it has no triangle", "");
+    says(&message("a.obj", format!("{V}l 1 2 3\np 1\n")), "a.obj: it has no triangle", "");
+    says(&message("a.stl", "solid x\nendsolid x\n"), "a.stl: it has no triangle", "");
+    says(&message("a.stl", [0; 84]), "a.stl: it has no triangle", "");
     let ply = ply("ascii", 0, 0, "");
-    says(&message("a.ply", ply), "a.ply: there is no triangle", "");
+    says(&message("a.ply", ply), "a.ply: it has no triangle", "");
     let cloud = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
                  property float z\nend_header\n0 0 0\n";
     says(&message("a.ply", cloud), "a.ply: the PLY header has no element face", "point cloud");
@@ -210,7 +210,7 @@ fn ply_binary_faults() {
     says(&with(16, f32::NAN.to_bits()), "a.ply: the vertex (1, NaN, 0) is not finite", "");
     says(&with(0, f32::INFINITY.to_bits()), "a.ply: the vertex (inf, 0, 0)", "");
     says(&with(36, u32::MAX), "a.ply: face 0: the file is cut off", "");
-    says(&with(36, 2), "a.ply: there is no triangle", "");
+    says(&with(36, 2), "a.ply: it has no triangle", "");
     says(&with(48, 3), "a.ply: a face names vertex 3, but there are 3, from 0 on", "");
     says(&with(48, u32::MAX), "a.ply: face 0: a face has an index that is negative", "");
 

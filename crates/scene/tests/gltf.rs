@@ -67,7 +67,7 @@ fn triangles_strips_and_fans_and_nothing_of_points_and_lines() {
     assert_eq!(of(r#"{"attributes":{"POSITION":0},"indices":2}"#), [[0, 1, 2]]);
     for mode in 0..4 {
         let lines = format!(r#"{{"attributes":{{"POSITION":0}},"mode":{mode}}}"#);
-        says(&file(&lines, NODE), "there is no triangle");
+        says(&file(&lines, NODE), "it has no triangle");
         assert_eq!(of(&format!("{lines},{SQUARE}")), [[0, 1, 2], [2, 1, 3]]);
     }
     says(&file(r#"{"attributes":{"POSITION":0},"mode":9}"#, NODE), "mode");
