@@ -31,7 +31,7 @@ use crate::{Hit, Hit32};
 ///     fn run<S: Simd>(self) -> Hit {
 ///         let (mut coefficients, mut hit) = ([HitCoefficients::default(); 8], Hit::MISS);
 ///         let (corners, origin) = (self.0.corners(), self.1.origin);
-///         HitCoefficients::eight_in::<S>(corners, &[0; 8], origin, &mut coefficients);
+///         <HitCoefficients as SharedOriginHit<Hit>>::eight_in::<S>(corners, &[0; 8], origin, &mut coefficients);
 ///         coefficients[3].hit_in::<S>(self.1.dir, &mut hit);
 ///         hit
 ///     }
