@@ -70,7 +70,10 @@ pub(crate) fn gather<S: Scalar>(
     let faces: &[[u32; 3]] = faces.as_chunks().0;
     let mut triangles = Vec::new();
     triangles.try_reserve_exact(faces.len()).map_err(|_| {
-        PyMemoryError::new_err(format!("{} triangles need more memory than is available", faces.len()))
+        PyMemoryError::new_err(format!(
+            "{} triangles need more memory than is available",
+            faces.len()
+        ))
     })?;
     for faces in faces.chunks(STEP).take_while(|_| !stop.is_set()) {
         for face in faces {
