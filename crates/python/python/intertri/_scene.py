@@ -36,7 +36,7 @@ class Scene:
     >>> mesh = intertri.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> scene, moved = intertri.Scene(), np.eye(4)
     >>> moved[:3, 3] = [0, 0, 5]
-    >>> near, far = scene.add(mesh, moved), scene.add(mesh, moved + moved)
+    >>> near, far = scene.add(mesh, moved), scene.add(mesh, moved @ moved)
     >>> scene.commit()
     >>> hit = scene.closest([0.2, 0.2, 0], [0, 0, 1])
     >>> int(hit["instance"]) == near, float(hit["t"])
