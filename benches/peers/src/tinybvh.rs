@@ -29,7 +29,7 @@ struct Padded {
 
 impl Padded {
     fn new(ray: &Ray) -> Self {
-        // As its own constructor inverts, but for the length of the direction, which stays.
+        // Inverts as its own constructor does. Unlike it, this keeps the length of the direction.
         let inverse = |x: f32| if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE };
         let hit = tinybvh_rs::Intersection {
             t: tinybvh_rs::INFINITE.min(ray.t_max),

@@ -40,7 +40,7 @@ pub(crate) trait LanePairs {
     /// t of the lane's ray and the triangle in a slot, which it is known to hit.
     #[inline(always)]
     fn t_in(&self, lane: usize, slot: LeafSlot) -> f64 {
-        // Of the best hit so far only the slot is kept, so its triangle has to be found first.
+        // The best hit so far keeps only its slot, so find its triangle first.
         let (ray, _) = self.ids(lane);
         self.resolver().t(&self.ray(lane), &self.find(slot), (ray, slot))
     }

@@ -198,7 +198,7 @@ def _matrices(matrix: ArrayLike, count: int) -> NDArray[np.float64]:
     if numbers.ndim != 3 or numbers.shape[1:] not in ((4, 4), (3, 4)) or len(numbers) != count:
         raise ValueError(f"matrix has shape {np.shape(matrix)}; it must be (4, 4) or (3, 4), one for each instance")
     if numbers.shape[1] == 4 and (numbers[:, 3] != [0, 0, 0, 1]).any():
-        raise ValueError("matrix must have 0, 0, 0, 1 in its fourth row: others are no placement")
+        raise ValueError("matrix must have 0, 0, 0, 1 in its fourth row")
     if not np.isfinite(numbers).all():
         raise ValueError("matrix must be finite")
     return np.ascontiguousarray(numbers[:, :3].reshape(-1, 12))
