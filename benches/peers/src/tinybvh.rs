@@ -1,7 +1,7 @@
 //! `BVH8_CPU` of tinybvh, its fastest layout for one ray a call, through the crate `tinybvh-rs`.
 //!
-//! It needs AVX2, compiles itself for the machine that it is built on, and the crate offers it only to programs that are
-//! compiled so, too. It has no query for any hit here: shadow rays ask for the closest hit before their end.
+//! It needs AVX2, compiles itself for the machine that it is built on, and the crate offers it only to programs that
+//! are compiled so, too. It has no query for any hit here: shadow rays ask for the closest hit before their end.
 
 use std::ops::Range;
 
@@ -18,8 +18,8 @@ pub struct TinyBvh {
     rays: Singles<Padded>,
 }
 
-/// A ray as the C++ code has it: of 128 bytes, aligned to 64. The crate's type is half as large, and its `Ray::new` writes
-/// beyond the end, so rays are made here.
+/// A ray as the C++ code has it: of 128 bytes, aligned to 64. The crate's type is half as large, and its `Ray::new`
+/// writes beyond the end, so rays are made here.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Padded {

@@ -25,8 +25,8 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
             let index = (child & !LEAF) as usize;
             if child & LEAF == 0 {
                 match depths.get_mut(index) {
-                    // Each child comes after its parent and has only one parent, which rules out cycles. This also refuses
-                    // nodes without a parent.
+                    // Each child comes after its parent and has only one parent, which rules out cycles. This also
+                    // refuses nodes without a parent.
                     Some(below) if index > i && *below == 0 && depth > 0 => *below = depth + 1,
                     _ => return wrong,
                 }
