@@ -1,9 +1,9 @@
-//! The mode `fixed` against the scalar reference: the same snapped triangles and rays, every answer
+//! The mode `fixed` against the scalar reference, on the same snapped triangles and rays. Every answer is
 //! verified.
 //!
-//! t is an exact ratio here. The reference gets the integers as f32, which hold them exactly, and
-//! must find the same triangles; all exact forms must find the numerators and denominators of the scalar
-//! test in i128.
+//! Here t is an exact ratio. The reference gets the integers as f32, which represents them exactly, and must
+//! find the same triangles. All exact forms must find the numerators and denominators of the scalar test in
+//! i128.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use intertri::fixed::{
@@ -51,7 +51,7 @@ where
     }
 }
 
-/// The same for rays that share their origin, with the triangles as seen from there.
+/// Packets of rays that share their origin, against triangles prepared for that origin.
 struct Shared<'a, const N: usize, const FILTER: bool> {
     packets: &'a [Packet<N>],
     triangles: &'a [Triangle],
@@ -123,7 +123,7 @@ struct Data {
     scene: reference::Scene,
     lines: Vec<reference::Ray>,
     truth: Answer,
-    /// The sum of the indices of the closest triangles.
+    /// The sum of the closest triangles' indices.
     nearest: u64,
 }
 
@@ -182,7 +182,7 @@ impl Data {
         answer
     }
 
-    /// A contender that must find the crossings of the scalar test in i128.
+    /// A contender that must find the same crossings as the scalar test in i128.
     fn exact<'a>(&'a self, name: String, run: impl Fn() -> Answer + 'a) -> Contender<'a> {
         let run = move || {
             assert_eq!(run(), self.truth);
@@ -232,7 +232,7 @@ impl Data {
 }
 
 fn bench(criterion: &mut Criterion) {
-    // `cargo test` runs every benchmark once: then a turn suffices to check the answers.
+    // `cargo test` runs every benchmark once; one turn is enough to check the answers.
     let turns = if std::env::args().any(|arg| arg == "--bench") { 100 } else { 1 };
     for (form, shared) in [("fixed", false), ("fixed, shared origin", true)] {
         let data = Data::new(shared);

@@ -1,5 +1,5 @@
-//! A field of instances of one globe: primary, shadow and diffuse rays, beside the flattened scene where that fits, and
-//! commits of moved instances. On one thread.
+//! A field of instances of one globe, on one thread: primary, shadow and diffuse rays, compared with the
+//! flattened scene where that fits in memory, and commits of moved instances.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench instances
@@ -14,10 +14,10 @@ use intertri_lab::rng::Rng;
 use intertri_trace::internal::on_this_thread;
 use intertri_trace::{Bvh, InstanceId, Scene, SceneSnapshot};
 
-/// Pixels across and down.
+/// The width and height of the picture in pixels.
 const SIDE: usize = 400;
 
-/// A globe of some rings.
+/// A globe of `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % (2 * rings)) as f32 / (2 * rings) as f32);
@@ -34,7 +34,7 @@ fn globe(rings: usize) -> Vec<Triangle> {
     halves.collect()
 }
 
-/// One of a field of `side * side`: turned, and of a size of its own.
+/// The placement of one globe in a field of `side * side`, with its own rotation and size.
 fn placement(i: usize, side: usize, rng: &mut Rng) -> [f64; 12] {
     let ([a, b, _], [x, z]) = (rng.cube(), [i % side, i / side].map(|k| 2.5 * k as f64));
     let ((s, c), (p, q)) = ((3.0 * a).sin_cos(), (3.0 * b).sin_cos());
@@ -55,7 +55,7 @@ fn seconds(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Rays of a camera above the field, and from what they see to a light and anywhere.
+/// Camera rays from above the field, and from the points they hit, rays to a light and in random directions.
 fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     let width = 2.5 * side as f64;
     let eye = [0.5 * width, 8.0, -6.0];
@@ -77,7 +77,7 @@ fn rays(scene: &SceneSnapshot, side: usize, rng: &mut Rng) -> [Vec<Ray64>; 3] {
     [primary, shadow, diffuse]
 }
 
-/// A row of the table: million rays a second.
+/// Prints a row of the table, in million rays per second.
 fn row(name: &str, count: usize, seconds: [f64; 3], note: &str) {
     let [primary, shadow, diffuse] = seconds.map(|seconds| count as f64 / seconds * 1e-6);
     println!("{name:28} {primary:8.2} {shadow:8.2} {diffuse:8.2}   {note}");

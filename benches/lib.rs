@@ -7,10 +7,10 @@ use intertri_lab::rng::Rng;
 
 pub mod moller_trumbore;
 
-/// Rays and triangles of a benchmark.
+/// The rays and triangles of a benchmark.
 #[derive(Debug)]
 pub struct Workload {
-    /// Rays, of which neighbours are alike.
+    /// The rays; neighbours are similar.
     pub rays: Vec<Ray>,
     /// Triangles.
     pub triangles: Vec<Triangle>,
@@ -27,8 +27,8 @@ fn triangle(rng: &mut Rng, size: f64) -> Triangle {
 }
 
 impl Workload {
-    /// Rays from all over the cube in all directions, triangles strewn about it: no two rays of a
-    /// packet are alike, and about one test in fifty is a hit.
+    /// Rays from all over the cube in all directions, and triangles strewn about it: no two rays of a packet
+    /// are alike, and about one test in fifty is a hit.
     pub fn strewn(rays: usize, triangles: usize) -> Self {
         let mut rng = Rng::new(8);
         let f32s = |v: [f64; 3]| v.map(|x| x as f32);
@@ -37,11 +37,11 @@ impl Workload {
         Self { rays, triangles: (0..triangles).map(|_| triangle(&mut rng, 0.4)).collect() }
     }
 
-    /// A camera's view of triangles strewn about a cube, 4 × 2 pixels a packet; about one test in
-    /// fifty is a hit. With `shared` all rays start at one point, else each at its own.
+    /// A camera's view of triangles strewn about a cube, 4 × 2 pixels per packet; about one test in fifty is
+    /// a hit. With `shared` all rays start at one point, else each at its own.
     ///
     /// # Panics
-    /// If `rays` is not a multiple of 8 or `triangles` is 0.
+    /// Panics if `rays` is not a multiple of 8 or `triangles` is 0.
     pub fn view(rays: usize, triangles: usize, shared: bool) -> Self {
         assert!(rays.is_multiple_of(8) && triangles > 0);
         let mut rng = Rng::new(7);
@@ -75,7 +75,7 @@ impl Workload {
 pub struct Answer {
     /// The number of rays that hit.
     pub hits: u64,
-    /// The sum of the triangles' indices and of the bits of t.
+    /// The sum of the triangles' indices and the bits of t.
     pub mixed: u64,
 }
 
@@ -92,19 +92,19 @@ impl Answer {
 pub struct Contender<'a> {
     /// The name in the table.
     pub name: String,
-    /// Does all the tests of the workload once.
+    /// Runs all tests of the workload once.
     pub run: Box<dyn FnMut() -> Answer + 'a>,
-    /// Whether its answer must be the first contender's.
+    /// Whether its answer must equal the first contender's.
     pub exact: bool,
 }
 
 /// Runs all contenders alternately, and prints the ratio of each one's time to the first's.
 ///
-/// The turns are short, so that a dip of the clock hits all alike; the ratio is the median of the
-/// ratios within a turn, with the tenth and ninetieth percentile.
+/// The turns are short, so that a dip of the clock slows all contenders alike. The ratio is the median of the
+/// ratios within a turn, with the tenth and ninetieth percentiles.
 ///
 /// # Panics
-/// If an answer is wrong.
+/// Panics if an answer is wrong.
 pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Contender<'_>]) {
     let truth = (contenders[0].run)();
     let mut times = vec![vec![]; contenders.len()];
@@ -118,7 +118,7 @@ pub fn compare(title: &str, tests: usize, turns: usize, contenders: &mut [Conten
                 "{}: {answer:?} {truth:?}",
                 contender.name
             );
-            // The first turns warm up.
+            // The first two turns are a warm-up.
             if turn >= 2 {
                 times.push(time);
             }

@@ -73,7 +73,7 @@ impl WithSimd for MollerTrumbore<'_, 16> {
     }
 }
 
-/// t of one hit, in plain f32 numbers, with a branch as soon as a weight shows a miss: the loop that one would write.
+/// t of one hit, in plain scalar f32, with a branch as soon as a weight shows a miss: the obvious loop.
 #[inline(always)]
 fn hit(ray: &Ray, TriangleOf([a, b, c]): &Triangle, t_max: f32) -> Option<f32> {
     let sub = |p: &[f32; 3], q: &[f32; 3]| [p[0] - q[0], p[1] - q[1], p[2] - q[2]];
@@ -119,7 +119,7 @@ pub fn scalar_closest(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     answer
 }
 
-/// How many rays hit a triangle of a slice.
+/// The number of rays that hit a triangle of the slice.
 pub fn scalar_any(rays: &[Ray], triangles: &[Triangle]) -> Answer {
     let any = |ray: &&Ray| triangles.iter().any(|t| hit(ray, t, ray.t_max).is_some());
     Answer { hits: rays.iter().filter(any).count() as u64, mixed: 0 }

@@ -1,4 +1,5 @@
-//! Scalar against lanes: packets of rays against one triangle after another, one ray against blocks.
+//! Scalar code against SIMD lanes: packets of rays against one triangle after another, one ray against
+//! blocks.
 //!
 //! `cargo bench -p intertri-benches --bench packets` first prints, for each form, a table of all contenders measured in
 //! alternation, after comparing every answer with the scalar reference's; then criterion measures each one alone.
@@ -88,7 +89,7 @@ impl WithSimd for BlockLoop<'_> {
     }
 }
 
-/// All that the contenders run over.
+/// The inputs of all contenders.
 struct Data {
     scene: reference::Scene,
     rays: Vec<Ray>,
@@ -185,7 +186,8 @@ impl Data {
     }
 }
 
-/// Queries over a slice, a ray a call, each contender beside a plain loop in f32: first closest hits, then any.
+/// Queries over a slice, one ray per call, each next to a plain loop in f32: closest hits first, then any
+/// hits.
 fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     let (rays, triangles) = (&data.rays[..], &data.triangles[..]);
     let plain = |run: fn(&[Ray], &[Triangle]) -> Answer| Contender {
@@ -209,7 +211,7 @@ fn slices(data: &Data) -> [Vec<Contender<'_>>; 2] {
     [closest, any]
 }
 
-/// Adds the queries of a mode over the slice, or over blocks made of it before.
+/// Adds a mode's queries over the slice, or over blocks built from it beforehand.
 fn queries<'a>(
     mode: Mode,
     data: &'a Data,
@@ -240,7 +242,7 @@ fn queries<'a>(
     any.push(Contender { name, run: Box::new(run), exact: false });
 }
 
-/// A contender whose answer must be the reference's.
+/// A contender whose answer must equal the reference's.
 fn exact<'a>(name: impl Into<String>, run: impl FnMut() -> Answer + 'a) -> Contender<'a> {
     Contender { name: name.into(), run: Box::new(run), exact: true }
 }
@@ -250,7 +252,7 @@ fn bench(criterion: &mut Criterion) {
     let each = Data::new(Workload::view(2048, 256, false));
     let one = Data::new(Workload::view(2048, 256, true));
     let tests = each.rays.len() * each.triangles.len();
-    // `cargo test` runs every benchmark once: then one turn suffices to check the answers.
+    // `cargo test` runs every benchmark once; one turn is enough to check the answers.
     let turns = if std::env::args().any(|arg| arg == "--bench") { 60 } else { 1 };
     compare("packets of rays in all directions", tests, turns, &mut strewn.packets());
     compare("packets, alike, each ray its own origin", tests, turns, &mut each.packets());

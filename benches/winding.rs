@@ -1,5 +1,6 @@
-//! Points against a globe: closed, and with holes that leave a hundred and a thousand open edges. Prints how many million
-//! points a second are classified on one thread, and how many winding numbers there are.
+//! Points against a globe: closed, and with holes that leave a hundred or a thousand open edges. Prints how
+//! many million points are classified, and how many million winding numbers computed, per second on one
+//! thread.
 //!
 //! ```sh
 //! cargo bench -p intertri-benches --bench winding
@@ -12,11 +13,11 @@ use intertri_lab::rng::Rng;
 use intertri_trace::Solid;
 use intertri_trace::internal::on_this_thread;
 
-/// Points that are classified, and of which there are winding numbers.
+/// The number of points to classify, and of winding numbers to compute.
 const POINTS: usize = 1_000_000;
 const NUMBERS: usize = 20_000;
 
-/// A globe of some rings.
+/// A globe of `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % (2 * rings)) as f32 / (2 * rings) as f32);
@@ -34,7 +35,7 @@ fn globe(rings: usize) -> Vec<Triangle> {
     squares.flat_map(halves).filter(has_area).collect()
 }
 
-/// The globe without what is above a height, or without some of its faces.
+/// The globe, and the globe without its top or without some of its faces.
 fn meshes(rng: &mut Rng) -> Vec<(&'static str, Vec<Triangle>)> {
     let without_lid = |rings: usize| {
         let mut mesh = globe(rings);

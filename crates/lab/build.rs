@@ -1,4 +1,4 @@
-//! Tells the laboratory which compiler built it, for the captions of its charts.
+//! Records which compiler built the laboratory, for the captions of its charts.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! The mode `fixed` against its i128 scalar: every form, width and level.
+//! The mode `fixed` against its scalar reference in i128: every form, width and level.
 
 use intertri::fixed::{
     Block, Crossing, IntWidth, Packet, Prepared, Ray, RayLanes, SeenTriangle, Triangle, scalar,
@@ -6,14 +6,14 @@ use intertri::fixed::{
 use intertri::simd::Lane;
 use intertri::simd::{Level, Simd, WithSimd};
 
-/// Eight rays, eight triangles, and what the scalar says of each pair.
+/// Eight rays, eight triangles, and the scalar reference's answer for each pair.
 struct Pairs<'a> {
     rays: &'a [Ray; 8],
     triangles: &'a [Triangle; 8],
     answers: [[Option<Crossing>; 8]; 8],
 }
 
-/// Every pair, the ratio's numerator and denominator included; how many cross.
+/// Compares every pair, including the numerator and denominator of t. Returns how many cross.
 ///
 /// # Errors
 /// The first difference.
@@ -106,7 +106,7 @@ impl Pairs<'_> {
     }
 }
 
-/// The same crossings, each told once.
+/// Compares crossings, each of which must be reported once.
 fn same(
     found: &[Option<Crossing>],
     answers: &[Option<Crossing>],

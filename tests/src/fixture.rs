@@ -1,4 +1,4 @@
-//! Scenes as text: what a failing test prints, and what is kept as a fixture.
+//! Scenes as text: printed by failing tests, and kept as fixtures.
 //!
 //! ```text
 //! # A line of words, to be skipped.
@@ -7,13 +7,13 @@
 //! ray 0x00000000,...                               eight f32: origin, t_min, dir, t_max
 //! ```
 //!
-//! Bits and not decimals, for a NaN has bits, too, and nothing is lost on the way.
+//! Numbers are written as bits, because a decimal would lose the bits of a NaN.
 
 use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// A scene as text with every bit, to be kept as a fixture.
+/// A scene as text with every bit, to keep as a fixture.
 pub fn as_source(scene: &Scene) -> String {
     let bits = |x: &f32| format!("{:#010x}", x.to_bits());
     let list = |xs: Vec<String>| xs.join(",");
@@ -28,10 +28,10 @@ pub fn as_source(scene: &Scene) -> String {
     lines.join("\n")
 }
 
-/// The scene of a text that [`as_source`] made, with any `#` lines and empty lines between.
+/// Reads a scene that [`as_source`] wrote; lines that begin with `#` and empty lines are skipped.
 ///
 /// # Errors
-/// The number of the line, and what is wrong there.
+/// The number of the bad line, and what is wrong with it.
 pub fn parse(text: &str) -> Result<Scene, String> {
     let (mut triangles, mut rays, mut threshold) = (Vec::new(), Vec::new(), None);
     for (number, line) in (1..).zip(text.lines().map(str::trim)) {

@@ -1,4 +1,4 @@
-//! The runner of the differential tests: one question, every way to answer it.
+//! The runner of the differential tests: one query, computed in every possible way.
 //!
 //! The truth is the scalar f64 reference, triangle by triangle; for the modes `exact` and `once`, integers. The runner
 //! compares whether there is a hit, which triangle it is, and every bit of t: the epsilon is 0.
@@ -40,10 +40,11 @@ use intertri::{
 /// A mode, its name in messages, and its expected answers.
 type TrueMode<'a> = (Mode, &'static str, &'a Truth);
 
-/// Every pair of a scene through every mode, level, width and form of the kernel; how many pairs hit by the reference.
+/// Tests every pair of a scene in every mode, level, width and form of the kernel. Returns the number of
+/// pairs that hit, according to the reference.
 ///
 /// # Errors
-/// The first difference, with all that is needed to see it again.
+/// The first difference, with everything needed to reproduce it.
 pub fn check_kernel(scene: &Scene) -> Result<usize, String> {
     let threshold = Threshold::new(scene.threshold).map_err(|e| e.to_string())?;
     let truths = [Truth::of(scene), Truth::exact(scene), Truth::once(scene)];
@@ -70,8 +71,8 @@ fn at((mode, name, truth): TrueMode<'_>, level: Level) -> TrueMode<'_> {
     (mode.at(level), name, truth)
 }
 
-/// The closest hits of packets, and of their rays one by one: packets of a single ray, of neighbours, and of neighbours
-/// that are moved to one origin.
+/// The closest hits of packets and of their single rays: packets of one ray, of neighbours, and of neighbours
+/// moved to a common origin.
 fn check_packets<const N: usize>(
     scene: &Scene,
     (mode, name, truth): TrueMode<'_>,
@@ -105,8 +106,8 @@ where
     Ok(())
 }
 
-/// The closest hits of a packet of rays: a triangle at a time for all rays, and eight triangles at a time for each ray.
-/// Triangles are stored in the reverse of their order, so that slots are not indices.
+/// The closest hits of a packet: for each triangle all rays, and for each ray eight triangles at a time.
+/// Triangles are stored in reverse order, so that slots differ from indices.
 struct PacketClosest<'a, const N: usize> {
     filter: Filter<'a>,
     packet: &'a RayPacket<N>,
@@ -127,7 +128,7 @@ where
         let find = |LeafSlot(slot)| stored[slot as usize];
         let index = |slot: usize| (triangles.len() - 1).wrapping_sub(slot) as u32;
 
-        // Plain loops, which stay in wide registers; closures of iterators would be called.
+        // Plain loops stay in wide registers; iterator closures would become calls.
         let rays = filter.prepare_packet_in::<S, N>(packet);
         let mut closest = ClosestHits::new(&packet.t_max);
         for (slot, triangle) in stored.iter().enumerate() {
@@ -142,7 +143,7 @@ where
             Some((index as usize, hits.t[lane]))
         });
 
-        // All triangles in one call, in their order, so that slots are indices.
+        // All triangles in one call, in their own order, so that slots equal indices.
         let prepared: Vec<_> = triangles.iter().map(PreparedTriangle::new).collect();
         let mut closest = ClosestHits::new(&packet.t_max);
         filter.packet_closest_of_in(&rays, &prepared, live, &mut closest, counts);
@@ -178,7 +179,7 @@ where
     }
 }
 
-/// Packets of N rays and blocks of N triangles, made once and given to all modes at every level.
+/// Packets of N rays and blocks of N triangles, built once and tested in all modes at every level.
 fn check_width<const N: usize>(scene: &Scene, modes: &[TrueMode<'_>]) -> Result<(), String>
 where
     Lane<N>: Width,
@@ -255,7 +256,7 @@ where
     }
 }
 
-/// Compares the live lanes with what they should be, and that no other lane is a hit.
+/// Checks that the live lanes are as expected, and that no other lane is a hit.
 fn same<const N: usize>(
     hits: &PacketHits<N>,
     live: usize,
@@ -303,7 +304,7 @@ fn check_slices(scene: &Scene, (mode, name, truth): TrueMode<'_>) -> Result<(), 
         if all != answers.all {
             return Err(of("all", format!("{all:x?} is not {:x?}", answers.all)));
         }
-        // Weights may be NaN: their bits count.
+        // Weights may be NaN, so compare their bits.
         let all_bits = |hits: Vec<Hit>| hits.into_iter().map(bits).collect::<Vec<_>>();
         let prepared = (
             blocks.closest(mode, ray).map(bits),
@@ -331,7 +332,7 @@ pub fn same_closest(want: Option<(usize, f64)>, hit: Option<Hit>) -> Result<(), 
     Err(format!("(triangle, t) is {got:?}, the truth {want:?}"))
 }
 
-/// All of a hit; its weights may be NaN.
+/// All fields of a hit as bits; its weights may be NaN.
 pub(crate) fn bits(hit: Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]

@@ -1,5 +1,6 @@
-//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for `c1 + u (c2 - c1) + v (c3 - c1)`
-//! where the kernel has three volumes, and by a direction that is moved in fact where it has a tie rule.
+//! The truth about a ray and a triangle, in integers of any size: by Cramer's rule for `c1 + u (c2 - c1) + v
+//! (c3 - c1)` where the kernel uses three volumes, and by really moving the direction where the kernel has a
+//! tie rule.
 
 use std::cmp::Ordering;
 
@@ -25,7 +26,7 @@ struct Ratio {
     exponent: i64,
 }
 
-/// m and e of a finite number `m * 2^e`.
+/// The integers m and e of a finite number `m * 2^e`.
 fn parts(x: f64) -> (i64, i64) {
     let (bits, size) = (x.to_bits(), x.abs().to_bits());
     let (field, fraction) = ((size >> 52) as i64, (size & ((1 << 52) - 1)) as i64);
@@ -33,7 +34,7 @@ fn parts(x: f64) -> (i64, i64) {
     (if bits >> 63 == 0 { m } else { -m }, field.max(1) - 1075)
 }
 
-/// Vectors as multiples of one power of two.
+/// Vectors as multiples of a common power of two.
 fn integers<S: Scalar>(vectors: &[[S; 3]]) -> (Vec<Vector<IBig>>, i64) {
     let low = Scale::of(vectors).low;
     (vectors.iter().map(|&v| vector(v, low)).collect(), low)
@@ -72,7 +73,7 @@ fn shifted(x: IBig, by: i64) -> IBig {
     if by < 0 { x >> by.unsigned_abs() as usize } else { x << by as usize }
 }
 
-/// Whether a point lies on a triangle that has an area; of one without, never.
+/// Whether a point lies on a triangle. A triangle without area contains no points.
 pub fn is_on<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> bool {
     let [c1, c2, c3] = triangle.0;
     let (points, _) = integers(&[point, c1, c2, c3]);
@@ -113,7 +114,7 @@ struct IntegerPair<I> {
     n: Vector<I>,
 }
 
-/// By Cramer's rule: t, u and v times a determinant, and that.
+/// The solution by Cramer's rule: t, u and v times the determinant, and the determinant.
 struct Cramer<I> {
     t: I,
     u: I,
@@ -129,7 +130,7 @@ impl<I: Integer> IntegerPair<I> {
         Self { p, q, s, n }
     }
 
-    /// Along a direction.
+    /// For a given direction.
     fn along(&self, dir: &Vector<I>) -> Cramer<I> {
         let (Self { p, q, s, n }, zero) = (self, I::of(0, 0));
         let across = cross(dir, s);
@@ -139,7 +140,7 @@ impl<I: Integer> IntegerPair<I> {
 }
 
 impl<I: Integer> Cramer<I> {
-    /// Where t is a multiple of `2^exponent`.
+    /// The intersection, if t is a multiple of `2^exponent`.
     fn truth(self, exponent: i64) -> Option<Truth> {
         let [t, u, v, det] = [self.t, self.u, self.v, self.det].map(Integer::big);
         if det == IBig::ZERO {
@@ -155,19 +156,20 @@ impl<I: Integer> Cramer<I> {
     }
 }
 
-/// The scales of a pair.
+/// The scales of a ray and a triangle.
 fn scales<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> (Scale, Scale) {
     let [c1, c2, c3] = triangle.0;
     (Scale::of(&[ray.origin, c1, c2, c3]), Scale::of(&[ray.dir]))
 }
 
-/// Whether 128 bits hold all that [`IntegerPair`] computes: with points below `2^b` differences are below `2^(b + 1)`,
-/// t below `2^(3b + 6)`, and of a direction below `2^d` all the rest below `2^(2b + d + 7)`.
+/// Whether 128 bits hold everything that [`IntegerPair`] computes: with points below `2^b`, differences are
+/// below `2^(b + 1)` and t below `2^(3b + 6)`; with a direction below `2^d`, all the rest is below `2^(2b + d
+/// + 7)`.
 fn are_small(points: &Scale, dir: &Scale) -> bool {
     points.bits <= 40 && dir.bits <= 39
 }
 
-/// Where the line meets the plane in one point.
+/// The point where the line meets the plane, if there is exactly one.
 pub fn truth<S: Scalar>(ray: &RayOf<S>, triangle: &TriangleOf<S>) -> Option<Truth> {
     if !is_finite(ray, triangle) {
         return None;
@@ -189,27 +191,27 @@ fn truth_in<S: Scalar, I: Integer>(
 }
 
 impl Truth {
-    /// The weights times the denominator, which is positive.
+    /// The weights times the positive denominator.
     fn weights(&self) -> [IBig; 3] {
         let (u, v) = (&self.u.num, &self.v.num);
         [&self.u.den - u - v, u.clone(), v.clone()]
     }
 
-    /// Whether the point is in the closed triangle and before the origin.
+    /// Whether the point is in the closed triangle and not behind the origin.
     pub fn is_closed_hit(&self) -> bool {
         self.t.num > IBig::ZERO && self.weights().iter().all(|weight| *weight >= IBig::ZERO)
     }
 
-    /// Whether t is in the interval of a ray.
+    /// Whether t is within the ray's interval.
     pub fn is_within<S: Scalar>(&self, ray: &RayOf<S>) -> bool {
-        // Both ends are compared as they are given, those below 0, too: t is not.
+        // Both ends are compared as given, even if negative: t is not negative.
         let (near, far): (f64, f64) = (ray.t_min.into(), ray.t_max.into());
         let from = !near.is_finite() || self.t.cmp(near).is_ge();
         let to = !far.is_finite() || self.t.cmp(far).is_lt();
         near < far && from && to
     }
 
-    /// Whether one t is below another's, of the same ray.
+    /// Compares t with that of another triangle on the same ray.
     pub fn order(&self, other: &Self) -> Ordering {
         let (a, b) = (&self.t, &other.t);
         let low = a.exponent.min(b.exponent);
@@ -217,7 +219,7 @@ impl Truth {
         over(a, b).cmp(&over(b, a))
     }
 
-    /// Whether three f64 are t, u and v, each rounded to nearest, ties to even.
+    /// Whether three f64 are t, u and v, each correctly rounded to nearest, ties to even.
     pub fn are_rounded(&self, [t, u, v]: [f64; 3]) -> bool {
         let numbers = [(&self.t, t), (&self.u, u), (&self.v, v)];
         numbers.iter().all(|(exact, x)| exact.is_rounded(*x, &F64))
@@ -231,7 +233,7 @@ impl Truth {
 
     /// An f64 near t.
     pub fn t_f64(&self) -> f64 {
-        // Twice the digits that are asked for, then a power of two that may be beyond any f32.
+        // Twice the needed digits, then a power of two that may be beyond any f32.
         let up = self.t.den.bit_len() as i64 - self.t.num.bit_len() as i64 + 60;
         let q = shifted(self.t.num.clone(), up.max(0)) / shifted(self.t.den.clone(), (-up).max(0));
         let (q, e) = (i64::try_from(q).unwrap() as f64, (self.t.exponent - up) as i32);
@@ -242,9 +244,9 @@ impl Truth {
 /// A binary floating-point format.
 struct Format {
     digits: u32,
-    /// The exponent of the last place of subnormal numbers.
+    /// The exponent of the last digit of subnormal numbers.
     last: i64,
-    /// That of the first number that is too large.
+    /// The exponent of the first number that is too large.
     top: i64,
 }
 
@@ -252,23 +254,23 @@ const F64: Format = Format { digits: 53, last: -1074, top: 1024 };
 const F32: Format = Format { digits: 24, last: -149, top: 128 };
 
 impl Ratio {
-    /// Compared with a finite number.
+    /// Compares the ratio with a finite number.
     fn cmp(&self, x: f64) -> Ordering {
         let (m, e) = parts(x);
         self.cmp_parts(m, e)
     }
 
-    /// Compared with `m * 2^e`.
+    /// Compares the ratio with `m * 2^e`.
     fn cmp_parts(&self, m: i64, e: i64) -> Ordering {
         let low = self.exponent.min(e);
         let (left, right) = (shifted(self.num.clone(), self.exponent - low), &self.den * m);
         left.cmp(&shifted(right, e - low))
     }
 
-    /// Whether a number of a format is the nearest, the even one of two.
+    /// Whether `x` is the nearest number of the format, the even one if two are equally near.
     fn is_rounded(&self, x: f64, &Format { digits, last, top }: &Format) -> bool {
         let (m, e) = parts(x);
-        // Up to half the least, and from half a unit above the largest on.
+        // Zero: up to half the smallest number. Infinity: from half a unit above the largest.
         if m == 0 {
             return self.cmp_parts(1, last - 1).is_le() && self.cmp_parts(-1, last - 1).is_ge();
         }
@@ -280,7 +282,7 @@ impl Ratio {
         if x.is_nan() {
             return false;
         }
-        // Half-way to the next ones, toward 0 and away from it; a power of two is nearer to the first.
+        // Halfway to the neighbours, toward 0 and away from it; below a power of two the spacing is halved.
         let length = i64::from(64 - m.abs().leading_zeros());
         let exponent = (e + length - i64::from(digits)).max(last);
         let (sign, size) = (m.signum(), m.abs() >> (exponent - e));
@@ -295,13 +297,13 @@ impl Ratio {
     }
 }
 
-/// A step from one power of ε to the next, in bits: more than any N is longer than any X.
+/// The step from one power of ε to the next, in bits: more than the difference in length of any N and X.
 const STEP: usize = 600;
-/// The same in f64.
+/// The same for f64.
 const STEP_64: usize = 6500;
 
-/// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is
-/// moved by (ε, ε², ε³), with an ε below what any two terms can differ by.
+/// Whether a ray crosses a triangle by the once rule: leaves it, enters it or neither. The direction is moved
+/// by (ε, ε², ε³), with an ε smaller than any difference of two terms.
 pub fn once<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -310,7 +312,7 @@ pub fn once<S: Scalar>(
     if !is_finite(ray, triangle) || ray.dir == [S::ZERO; 3] {
         return None;
     }
-    // A ray that is strictly inside or outside stays so.
+    // A ray that is strictly inside or outside stays there.
     if let Some(truth) = truth {
         let weights = truth.weights();
         if weights.iter().any(|weight| *weight < IBig::ZERO) {
@@ -327,7 +329,7 @@ pub fn once<S: Scalar>(
     once_moved(ray, triangle, (points, dir))
 }
 
-/// By a direction that is moved in fact.
+/// The same, with a direction that is really moved.
 fn once_moved<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -344,12 +346,13 @@ fn once_moved<S: Scalar>(
     if weights.iter().any(|weight| *weight < IBig::ZERO) || moved.t.num <= IBig::ZERO {
         return None;
     }
-    // Nothing is on an edge still.
+    // After the move, nothing lies on an edge.
     assert!(weights.iter().all(|weight| *weight > IBig::ZERO));
     Some(moved.leaves)
 }
 
-/// All that is linear in the direction is a polynomial in ε, and the first power with a coefficient has its sign.
+/// Everything linear in the direction is a polynomial in ε; its sign is that of the first nonzero
+/// coefficient.
 fn once_by_powers<S: Scalar>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -364,7 +367,7 @@ fn once_by_powers<S: Scalar>(
     (leaves.is_ne() && inside == [leaves; 4]).then(|| leaves.is_gt())
 }
 
-/// What the rule is computed in.
+/// The integers that the rule is computed in.
 trait Integer: Sized {
     /// `m * 2^by`, which is an integer.
     fn of(m: i64, by: i64) -> Self;
@@ -418,12 +421,12 @@ mod tests {
 
     use super::*;
 
-    /// In 128 bits and in integers of any size, and by powers of ε and a direction that is moved.
+    /// Compares 128 bits with integers of any size, and powers of ε with a direction that is moved.
     #[test]
     fn both_routes_agree() {
         let (mut rng, mut small, mut crossed) = (Rng::new(5), 0, 0);
         for i in 0..200_000 {
-            // From many zeros to as many bits as 128 hold.
+            // From numbers with many trailing zeros to numbers that fill 128 bits.
             let (size, scale) = (1 << (1 + i % 23), 2.0_f32.powi(i % 19));
             let mut number = || rng.within(size) as f32 * if rng.one_in(3) { scale } else { 1.0 };
             let mut vector = || [number(), number(), number()];

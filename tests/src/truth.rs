@@ -9,9 +9,9 @@ use crate::scene::Scene;
 /// The answers of a plain loop over a scene.
 pub(crate) struct Truth {
     plain: Plain,
-    /// By ray and triangle, NaN for a miss.
+    /// The t of each ray and triangle, NaN for a miss.
     pub(crate) t: Vec<Vec<f64>>,
-    /// By ray, found once for all that are compared with them.
+    /// The answers for each ray, computed once and compared with all others.
     pub(crate) answers: Vec<Answers>,
 }
 
@@ -19,9 +19,9 @@ pub(crate) struct Truth {
 pub(crate) struct Answers {
     /// The triangle of the closest hit, and t.
     pub(crate) closest: Option<(usize, f64)>,
-    /// The weights of its second and third corner.
+    /// The weights of the triangle's second and third corner.
     pub(crate) weights: Option<(f64, f64)>,
-    /// The number and bits of t of every hit: in order of t, exact or not, then of the numbers.
+    /// The index and the bits of t of every hit, sorted by t (exact or not), then by index.
     pub(crate) all: Vec<(usize, u64)>,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Answers {
 enum Plain {
     /// The document's tables.
     Reference(reference::Scene),
-    /// Integers, which neither a filter nor f64 precedes.
+    /// Integers, without a filter or f64 in front.
     Exact(Rule, Vec<Triangle>),
 }
 
@@ -39,19 +39,19 @@ pub fn reference_ray(ray: &Ray) -> reference::Ray {
 }
 
 impl Truth {
-    /// Asks the reference about every ray and triangle.
+    /// Computes the truth with the reference, for every ray and triangle.
     pub(crate) fn of(scene: &Scene) -> Self {
         let tables = reference::Scene::from_triangles(scene.triangles.iter().map(|t| t.0))
             .with_threshold(scene.threshold);
         Self::by(Plain::Reference(tables), scene)
     }
 
-    /// Asks integers.
+    /// Computes the truth with integers.
     pub(crate) fn exact(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Closed, scene.triangles.clone()), scene)
     }
 
-    /// Asks integers, with each edge and corner belonging to one triangle.
+    /// Computes the truth with integers, with each edge and corner belonging to one triangle.
     pub(crate) fn once(scene: &Scene) -> Self {
         Self::by(Plain::Exact(Rule::Once, scene.triangles.clone()), scene)
     }
@@ -66,7 +66,7 @@ impl Truth {
         Self { plain, t, answers }
     }
 
-    /// How many hits there are among all pairs.
+    /// The number of hits among all pairs.
     pub(crate) fn hits(&self) -> usize {
         self.t.iter().flatten().filter(|t| !t.is_nan()).count()
     }
@@ -92,14 +92,14 @@ impl Plain {
         }
     }
 
-    /// All about a ray, by its t of every triangle.
+    /// All answers for a ray, from its t of every triangle.
     fn answers(&self, ray: &Ray, t: &[f64]) -> Answers {
         let closest = self.closest(ray, |obj| !t[obj].is_nan());
         let weights = closest.map(|(obj, _)| self.weights(obj, ray));
         Answers { closest, weights, all: self.all(ray, t) }
     }
 
-    /// The first of the hits, the lowest number among equals.
+    /// The first hit; among equals, the lowest index.
     fn closest(&self, ray: &Ray, is_hit: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         match self {
             Self::Reference(scene) => {
@@ -114,7 +114,7 @@ impl Plain {
         }
     }
 
-    /// Every hit in order.
+    /// Every hit, sorted.
     fn all(&self, ray: &Ray, t: &[f64]) -> Vec<(usize, u64)> {
         let mut all: Vec<_> = (0..t.len()).filter(|&obj| !t[obj].is_nan()).collect();
         all.sort_by(|&a, &b| match self {
@@ -124,7 +124,7 @@ impl Plain {
         all.into_iter().map(|obj| (obj, t[obj].to_bits())).collect()
     }
 
-    /// The weights of the second and the third corner where a ray meets a triangle.
+    /// The weights of the second and third corner at the point where a ray meets a triangle.
     fn weights(&self, obj: usize, ray: &Ray) -> (f64, f64) {
         match self {
             Self::Reference(scene) => scene.barycentric(obj, &reference_ray(ray)),

@@ -1,8 +1,8 @@
-//! How much of each bound of the mode `certified` is used: the filter's numbers compared with exact arithmetic, over
-//! every family and under a search that climbs towards the largest error.
+//! Measures how much of each bound of the mode `certified` is used: the filter's numbers are compared with
+//! exact arithmetic, over every family and during a search that climbs toward the largest error.
 //!
-//! `docs/numerics/certified.md` derives what is measured here. A share above 1 refutes the
-//! derivation; a constant whose share stays small is larger than it need be.
+//! `docs/numerics/certified.md` derives the bounds. A share above 1 refutes the derivation; a constant whose
+//! share stays small is larger than necessary.
 
 use dashu_ratio::Relaxed;
 use intertri::internal::Evidence;
@@ -38,7 +38,7 @@ fn float(x: &Relaxed) -> f64 {
     x.to_f64().value()
 }
 
-/// The shares of the bounds that one test uses; 0 where a bound does not apply.
+/// The share of each bound that a test uses; 0 where a bound does not apply.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shares([f64; 14]);
 
@@ -108,13 +108,13 @@ fn off(hat: f32, exact: &Relaxed) -> f64 {
     float(&(real(hat) - exact)).abs()
 }
 
-/// The error of a sum over its bound. The rounding of the last addition changes no sign and does not
+/// The error of a sum as a share of its bound. The rounding of the last addition changes no sign and does not
 /// count.
 fn share(hat: f32, exact: &Relaxed, bound: f32) -> f64 {
     (off(hat, exact) - U * f64::from(hat.abs())).max(0.0) / f64::from(bound)
 }
 
-/// The reference's tables of one triangle, its ray, and the t that it finds.
+/// The reference's tables for a triangle, its ray, and the t that it computes.
 struct Reference {
     tables: reference::Scene,
     line: reference::Ray,
@@ -130,8 +130,8 @@ impl Reference {
         Self { tables, line, t }
     }
 
-    /// The largest term whose sign the reference gets wrong, over its bound: how far from an edge it
-    /// takes the wrong side. The document's three values, in its operations.
+    /// The largest term whose sign the reference gets wrong, over its bound: how far from an edge it chooses
+    /// the wrong side. Computes the document's three values with its operations.
     fn noise(&self, exact: &Terms, sharp: [f32; 3]) -> f64 {
         let Self { tables, line, t } = self;
         let tri = &tables.trian[0];
@@ -152,8 +152,8 @@ impl Reference {
     }
 }
 
-/// How much of the enclosure of t is used: by the reference's t, by the quotients that the bounds of D
-/// and T leave possible, and by the reference's t in the enclosure of the last try.
+/// How much of the enclosure of t is used: by the reference's t, by the quotients that the bounds of D and T
+/// allow, and by the reference's t in the enclosure of the last attempt.
 fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     let [lo, hi] = [seen.t_lo, seen.t_hi].map(f64::from);
     if !(hi.is_finite() && lo.is_finite()) {
@@ -169,7 +169,7 @@ fn enclosure(seen: &Evidence, t: f64) -> [f64; 3] {
     [enclosure, quotients, sharp_t]
 }
 
-/// An interval that just holds the reference's t is not surely left.
+/// An interval that barely contains the reference's t must not be rejected.
 fn interval_holds(case: &Case, t: f64, level: Level) {
     let near = t as f32;
     if t > 0.0 && near.is_finite() {
@@ -184,8 +184,8 @@ fn interval_holds(case: &Case, t: f64, level: Level) {
 }
 
 impl Shares {
-    /// What a test uses, at one level. `None` where an input is not finite or f32 overflows, for
-    /// then nothing is decided.
+    /// The shares that a test uses at one level. `None` if an input is not finite or f32 overflows, because
+    /// nothing is decided then.
     fn of(case: &Case, level: Level) -> Option<Self> {
         let Case { ray, triangle, threshold } = case;
         let seen = Evidence::of(ray, triangle, Threshold::new(*threshold).ok()?, level);
@@ -209,7 +209,7 @@ impl Shares {
         Some(shares)
     }
 
-    /// The errors of the terms over their bounds: in the precheck, in the filter, and at the last try.
+    /// The errors of the terms over their bounds: in the precheck, in the filter, and at the last attempt.
     fn of_terms(seen: &Evidence, exact: &Terms) -> Self {
         let &Evidence { v, w, u, edge, u_edge, den, den_err, num, num_err, .. } = seen;
         let share_vw = share(v, &exact.v, edge).max(share(w, &exact.w, edge));
@@ -281,7 +281,7 @@ fn case(x: &[f32; 15]) -> Case {
     Case { ray: Ray::new(p(0), p(3)), triangle: Triangle::new(p(6), p(9), p(12)), threshold: 0.0 }
 }
 
-/// Climbs from a start, one to three numbers at a time, and gives the largest share and where it is.
+/// Climbs from a start, changing one to three numbers at a time. Returns the largest share and its input.
 fn climb(
     rng: &mut Rng,
     level: Level,
@@ -321,8 +321,8 @@ fn climb(
     (most, best)
 }
 
-/// Where to start: the two edges, the way to the first corner and the direction along axes, but for
-/// little, so that every product is nearly the product of the lengths and every sum rounds.
+/// A starting point: the two edges, the vector to the first corner and the direction are almost along axes,
+/// so that every product is nearly the product of the lengths and every sum rounds.
 fn start(rng: &mut Rng) -> [f32; 15] {
     let mut near_axis = || {
         let mut x = [0; 3].map(|_| rng.signed() * rng.log(1e-6, 1e-1));
@@ -337,7 +337,7 @@ fn start(rng: &mut Rng) -> [f32; 15] {
     std::array::from_fn(|i| all[i / 3][i % 3] as f32)
 }
 
-/// Where earlier searches ended: the column, the constants that it is there for, and the numbers.
+/// Where earlier searches ended: the column, the constants that this input needs, and its numbers.
 #[rustfmt::skip]
 #[expect(clippy::unreadable_literal, reason = "nobody reads them")]
 const FOUND: [(usize, &str, [f32; 15]); 11] = [
@@ -398,7 +398,7 @@ const FOUND: [(usize, &str, [f32; 15]); 11] = [
     ]),
 ];
 
-/// Every constant is needed: with half of it, some input would be outside of the bound.
+/// Every constant is needed: if it were halved, some input would exceed the bound.
 #[test]
 fn half_of_a_constant_would_not_do() {
     print_names();
@@ -414,7 +414,7 @@ fn half_of_a_constant_would_not_do() {
     }
 }
 
-/// No start of many leads beyond a bound.
+/// No search from any of many starting points exceeds the bound.
 #[test]
 fn no_search_gets_beyond_the_bound() {
     let search = |what: usize| {

@@ -1,7 +1,9 @@
-//! Boxes as the traversal widens them: scenes of every size at once, origins far out, rays along the sides of boxes.
+//! Boxes as the traversal widens them: scenes with very different sizes, far origins, rays along the sides of
+//! boxes.
 //!
-//! What a walk loses by a box that is too small it loses by the last digits, so every ray here is aimed at something whose
-//! box it only just meets: a corner, an edge, a triangle in a plane of its box, a hit at the end of the ray.
+//! If a box is too small, traversal loses hits in the last digits. So every ray here is aimed at something
+//! that barely touches its box: a corner, an edge, a triangle in a face of its box, a hit at the end of the
+//! ray.
 
 use intertri::simd::Level;
 use intertri::{Ray, Ray64, Triangle, Triangle64, TriangleOf};
@@ -16,7 +18,7 @@ fn sized(rng: &mut Rng, exponents: [i32; 2]) -> f32 {
     if rng.one_in(2) { size as f32 } else { -size as f32 }
 }
 
-/// Triangles about a point, of one size, a third of them in a plane across an axis.
+/// Triangles of one size around a point, a third of them in a plane perpendicular to an axis.
 fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle> {
     let triangle = |_| {
         let mut point = || [0, 1, 2].map(|k| at[k] + size * (rng.unit() as f32 - 0.5));
@@ -31,7 +33,7 @@ fn cluster(rng: &mut Rng, count: usize, at: [f32; 3], size: f32) -> Vec<Triangle
     (0..count).map(triangle).collect()
 }
 
-/// A point of a triangle that its box only just contains: a corner, the middle of an edge, or one inside.
+/// A point of a triangle that its box barely contains: a corner, the middle of an edge, or one inside.
 fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     let middle = |p: &[f32; 3], q: &[f32; 3]| [0, 1, 2].map(|k| 0.5 * p[k] + 0.5 * q[k]);
     match rng.below(6) {
@@ -44,11 +46,12 @@ fn place(rng: &mut Rng, TriangleOf([a, b, c]): &Triangle) -> [f32; 3] {
     }
 }
 
-/// A ray to a point of a triangle: from far or near, along axes or not, of any length, ending about there or not.
+/// A ray to a point of a triangle: from near or far, along axes or not, of any length, ending near the point
+/// or not.
 fn toward(rng: &mut Rng, triangle: &Triangle, origins: [i32; 2]) -> Ray {
     let to = place(rng, triangle);
     let mut origin = [(); 3].map(|()| sized(rng, origins));
-    // Level with the point along one axis or two: the direction is 0 there, or nearly.
+    // Aligned with the point along one or two axes: the direction is 0 there, or nearly.
     for axis in 0..3 {
         if rng.one_in(4) {
             origin[axis] = to[axis];
@@ -88,7 +91,7 @@ fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, V
         let (count, size) = (1 + rng.below(60), sized(rng, sizes).abs());
         triangles.extend(cluster(rng, count, at, size));
     }
-    // A share of the rays has the origin of others, so that bundles are formed.
+    // Some rays share the origin of others, so that bundles form.
     let mut rays: Vec<Ray> = Vec::new();
     for _ in 0..80 {
         let triangle = rng.pick(&triangles);
@@ -102,7 +105,7 @@ fn scene(rng: &mut Rng, sizes: [i32; 2], origins: [i32; 2]) -> (Vec<Triangle>, V
     (triangles, rays)
 }
 
-/// All levels in turn.
+/// Checks scenes, alternating between all levels.
 fn scenes(seed: u64, count: usize, sizes: [i32; 2], origins: [i32; 2]) -> usize {
     let levels: Vec<Level> = Level::all().collect();
     let (mut rng, mut hits) = (Rng::new(seed), 0);
@@ -132,8 +135,8 @@ fn sizes_from_one_end_of_f32_to_the_other() {
     assert!(hits > 500, "{hits}");
 }
 
-/// Many rays of one origin in rows, at a small mesh beside a ground and a stray triangle: bundles, whose frusta meet
-/// corners of the mesh only just.
+/// Many rays from one origin in rows, toward a small mesh next to a ground and a stray triangle: bundles
+/// whose frusta barely meet the mesh's corners.
 #[test]
 fn bundles_in_wide_scenes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -158,7 +161,7 @@ fn bundles_in_wide_scenes() {
     assert!(hits > 1000, "{hits}");
 }
 
-/// Needles of every thinness, the thinnest with no normal in f64: rays in packets and alone.
+/// Needles of every thinness, the thinnest without a normal in f64; rays in packets and alone.
 #[test]
 fn needles_have_boxes() {
     let levels: Vec<Level> = Level::all().collect();
@@ -187,7 +190,7 @@ fn needles_have_boxes() {
     assert!(hits > 1500, "{hits}");
 }
 
-/// The same in f64, also where f32 keeps no digit of the detail.
+/// The same in f64, also where f32 loses all digits of the detail.
 #[test]
 fn wide_scenes_in_f64() {
     let mut rng = Rng::new(6);

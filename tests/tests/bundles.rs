@@ -6,8 +6,8 @@ use intertri::{Ray, Triangle};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_hierarchy};
 
-/// Rays that start where `ray` does and go about where it goes: spread, on a raster, or aimed at
-/// corners and at edges, where some of them end.
+/// Rays with the origin of `ray` and similar directions: scattered, on a raster, or aimed at corners and
+/// edges, where some of them end.
 fn coherent(ray: &Ray, triangles: &[Triangle], rng: &mut Rng, count: usize) -> Vec<Ray> {
     let size = ray.dir.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
     let (spread, kind) = (rng.log(1e-7, 1.0) as f32 * size, rng.below(3));
@@ -55,7 +55,7 @@ fn scenes(each: usize, seed: u64) {
     });
 }
 
-/// From one triangle to some hundreds.
+/// The number of triangles, from one to a few hundred.
 fn size(i: usize) -> usize {
     [1, 3, 8, 20, 60, 150, 400][i % 7]
 }

@@ -1,10 +1,10 @@
-//! What the fuzzers begin with and what they found, through the same entries, without a fuzzer.
+//! Runs the fuzzers' seeds and findings through the same entries, without a fuzzer.
 
 use std::path::{Path, PathBuf};
 
 use intertri_tests::fuzz::{ENTRIES, Entry};
 
-/// All files of a folder; none where there is no folder.
+/// All files of a folder; none if it does not exist.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -22,7 +22,7 @@ fn replay(name: &str, entry: Entry) {
         println!("{}", path.display());
         entry(&std::fs::read(&path).unwrap());
     }
-    // No bytes at all, and bytes without end.
+    // No bytes at all, and more bytes than any entry reads.
     entry(&[]);
     for byte in [0, 1, 0x7f, 0x80, 0xff] {
         entry(&[byte; 1000]);

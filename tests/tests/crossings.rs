@@ -1,4 +1,4 @@
-//! Crossings: each point of a mesh belongs to one triangle, however a query asks for it.
+//! Crossings: each point of a mesh belongs to one triangle, whichever query is used.
 //!
 //! Slices in the mode `once`, a hierarchy's `query().once()`, `crossings`, `next_crossing` and the batches must agree, bit
 //! for bit, on rays aimed at edges and corners of closed meshes. Through such a mesh every ray crosses as often as the
@@ -12,22 +12,22 @@ use intertri_trace::{Bvh, BvhScalar};
 
 use crate::exact::solids::meshes;
 
-/// The limits of lists: all, none, one, some, and more than there can be.
+/// The limits of lists: none, 0, 1, a few, and more than the number of hits.
 const LIMITS: [Option<usize>; 5] = [None, Some(0), Some(1), Some(3), Some(usize::MAX)];
 
-/// All of a hit.
+/// All fields of a hit as bits.
 fn bits(hit: &Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = *hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
 }
 
-/// All of some crossings.
+/// All fields of crossings as bits.
 fn all_bits(crossings: &[Crossing]) -> Vec<([u64; 5], bool)> {
     crossings.iter().map(|crossing| (bits(&crossing.hit), crossing.leaves)).collect()
 }
 
-/// The crossings of rays by a plain loop over a slice, the truth of this page; `exact` and `f64` compare it with
-/// rationals. All queries of the mode `once` over the slice must agree with it.
+/// The crossings of rays by a plain loop over a slice, the truth in this file; `exact` and `f64` compare it
+/// with rationals. All queries of the mode `once` over the slice must agree with it.
 fn of_slice<S: SliceScalar>(
     triangles: &[TriangleOf<S>],
     rays: &[RayOf<S>],
@@ -50,7 +50,7 @@ fn of_slice<S: SliceScalar>(
     each.collect()
 }
 
-/// All queries of a hierarchy that have to do with crossings.
+/// All queries of a hierarchy that involve crossings.
 fn check<S: SliceScalar + BvhScalar>(
     what: &str,
     bvh: &Bvh<S>,
@@ -75,7 +75,7 @@ fn check<S: SliceScalar + BvhScalar>(
         let next = query.next_crossing(ray);
         assert_eq!(all_bits(next.as_slice()), all_bits(first.as_slice_of_one()), "{}", at());
 
-        // The mode `once` has the crossings' hits.
+        // Queries with the once rule return the hits of the crossings.
         assert!(once.all(ray).iter().map(bits).eq(want.iter().map(|c| bits(&c.hit))), "{}", at());
         assert_eq!(bits(&once.closest(ray).unwrap_or(Hit::MISS)), bits(&hit), "{}", at());
         assert_eq!(bits(&closest[i]), bits(&hit), "{}", at());
@@ -107,8 +107,9 @@ impl AsSliceOfOne for Option<&Crossing> {
     }
 }
 
-/// Rays from a point exactly at corners and at middles of edges, where these differences are numbers of the scalar; into
-/// triangles, along axes, and anywhere. Neighbours have this origin in common, so they go as a bundle.
+/// Rays from one point exactly at corners and at midpoints of edges, where the scalar represents the
+/// differences; into triangles, along axes, and anywhere. Neighbours share this origin, so they form a
+/// bundle.
 fn aimed<S: Scalar>(
     triangles: &[TriangleOf<S>],
     origin: [S; 3],
@@ -136,8 +137,8 @@ fn aimed<S: Scalar>(
     (0..count).map(&mut ray).filter(|ray| ray.dir != [S::ZERO; 3]).collect()
 }
 
-/// Rays around a mesh, from points that are not on it; the ray of each point that all others are compared with is its
-/// first.
+/// Rays around a mesh, from points that are not on it. The first ray from each point is the one that all
+/// others are compared with.
 fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec<RayOf<S>>> {
     let corners = || triangles.iter().flat_map(|triangle| triangle.0);
     let end = |k: usize, most: fn(f64, f64) -> f64| {
@@ -145,7 +146,7 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     };
     let ends = [0, 1, 2].map(|k| [end(k, f64::min), end(k, f64::max)]);
     let mut origin = || {
-        // On a grid of the mesh's own size, so that many differences are exact.
+        // On a grid of the mesh's size, so that many differences are exact.
         ends.map(|[low, high]| S::nearest(low + (rng.unit() * 64.0).round() / 48.0 * (high - low)))
     };
     let origins: Vec<[S; 3]> = (0..6)
@@ -155,7 +156,8 @@ fn rays_around<S: Scalar>(triangles: &[TriangleOf<S>], rng: &mut Rng) -> Vec<Vec
     origins.into_iter().map(|origin| aimed(triangles, origin, 48, rng)).collect()
 }
 
-/// Every ray from one point crosses a closed mesh as often, sides considered; so no crossing is lost or counted twice.
+/// Every ray from one point crosses a closed mesh equally often, counted with sign; so no crossing is lost or
+/// counted twice.
 fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     let signed = |crossings: &Vec<Crossing>| {
         crossings.iter().map(|c| if c.leaves { 1 } else { -1 }).sum::<i64>()
@@ -165,7 +167,7 @@ fn all_agree(what: &str, crossings: &[Vec<Crossing>]) -> i64 {
     winding
 }
 
-/// Closed meshes, each moved by a function.
+/// Closed meshes, each transformed by `place`.
 fn closed_meshes<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3], seed: u64) {
     let (mut rng, mut crossed, mut inside, mut ties) = (Rng::new(seed), 0, 0, 0);
     for mesh in meshes(1) {
@@ -196,15 +198,15 @@ fn closed_meshes_in_f64() {
     closed_meshes::<f64>(|p| p.map(f64::from), 2);
 }
 
-/// Where f32 has lost most digits of the mesh, and where coordinates have all of f64's.
+/// At coordinates where f32 loses most digits of the mesh, and at coordinates that use all digits of f64.
 #[test]
 fn closed_meshes_far_out_in_f64() {
     closed_meshes::<f64>(|p| p.map(|x| f64::from(x) + 1_048_576.0), 3);
     closed_meshes::<f64>(|p| p.map(|x| f64::from(x) / 3.0 - 5e5), 4);
 }
 
-/// A closed mesh twice, as two geometries: of two crossings at one t, the first is the lower geometry's, also where a
-/// limit cuts the list between them.
+/// A closed mesh twice, as two geometries: if two crossings have the same t, the lower geometry comes first,
+/// even if a limit cuts the list between them.
 fn two_geometries<S: SliceScalar + BvhScalar>(place: impl Fn([f32; 3]) -> [S; 3]) {
     let mut rng = Rng::new(5);
     let mut cut = 0;

@@ -1,4 +1,4 @@
-//! Numbers at the edge, through the public face: no panic, no hang, and no hit lost.
+//! Extreme numbers through the public interface: no panic, no hang, no lost hit.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -8,7 +8,7 @@ use intertri::{Mode, Ray, Triangle};
 use intertri_tests::{Scene, check_hierarchy, check_kernel};
 use intertri_trace::Bvh;
 
-/// The hits of a scene, which kernel and hierarchy find as the reference does.
+/// The number of hits in a scene, after checking the kernel and the hierarchy against the reference.
 fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     let scene = Scene { triangles, rays, threshold };
     let hits = check_kernel(&scene).unwrap_or_else(|why| panic!("{why}"));
@@ -17,7 +17,7 @@ fn hits(triangles: Vec<Triangle>, rays: Vec<Ray>, threshold: f64) -> usize {
     hits
 }
 
-/// Rays along z through the middles of the squares of a 4 by 4 board that has side `s` in all.
+/// Rays along z through the centres of the squares of a 4 by 4 board with side `s`.
 fn through_a_board(s: f32, from: f32, dir: f32) -> Vec<Ray> {
     let at = |i: i32| s * ((i as f32 + 0.5) / 4.0 - 0.5);
     let ray = |i| Ray::new([at(i % 4), at(i / 4), from], [0.0, 0.0, dir]);
@@ -37,12 +37,12 @@ fn board(s: f32) -> Vec<Triangle> {
 
 #[test]
 fn every_size_of_scene_that_f32_has() {
-    // The middle of a square lies on its diagonal, so both of its triangles have it.
+    // The centre of a square lies on its diagonal, so both of its triangles are hit.
     for exponent in [-140, -126, -100, -40, 0, 40, 100, 126] {
         let s = 2.0_f32.powi(exponent);
         assert_eq!(hits(board(s), through_a_board(s, -s, s), 0.0), 32, "2^{exponent}");
     }
-    // Three eighths of the largest are rounded: most rays have one of the two alone.
+    // Three eighths of the largest number are rounded, so most rays hit only one of the two.
     let max = f32::MAX;
     assert_eq!(hits(board(max), through_a_board(max, -max, max), 0.0), 22);
 }
@@ -82,7 +82,7 @@ fn the_grid_at_the_ends_of_f32() {
     let max = f32::MAX;
     for s in [f32::from_bits(1 << 12), 1.0, max] {
         let points = board(s).into_iter().flat_map(|t| t.0).chain([[0.0, 0.0, -s], [0.0, 0.0, s]]);
-        // A grid has steps of 2^-149 at the least, and half of the range to the side at the most.
+        // A grid's step is at least 2^-149, and its side at most half of the range.
         match Grid::around(points, Bits::FINE) {
             Ok(grid) => {
                 let triangles: Vec<_> =
@@ -106,7 +106,7 @@ fn a_panic_in_one_job_ends_the_build_and_hangs_nobody() {
     let triangles = board(1.0).repeat(2_000);
     let build = || Bvh::with_progress(&triangles, &|_, _| panic!("told to")).map(|_| ());
     assert!(catch_unwind(AssertUnwindSafe(build)).is_err());
-    // The threads are there for the next one.
+    // The thread pool still works for the next query.
     let bvh = Bvh::new(&triangles).unwrap();
     let ray = &through_a_board(1.0, -1.0, 1.0)[5];
     assert_eq!(bvh.query().mode(Mode::certified()).all(ray).len(), 4_000);

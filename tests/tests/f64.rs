@@ -1,5 +1,5 @@
-//! Given in f64: the arithmetic of each tier against rationals, meshes, hierarchies, and the coordinates that users
-//! of other tracers lose.
+//! Input in f64: the arithmetic of each tier against rationals, meshes, hierarchies, and coordinates at which
+//! other tracers lose hits.
 
 mod bound;
 mod cases;

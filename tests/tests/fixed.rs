@@ -13,7 +13,8 @@ mod rationals;
 mod scalar;
 mod solids;
 
-/// A hierarchy over a grid: that of the snapped triangles in f32, traced once a crossing, with t as [`Fixed`] has it.
+/// A hierarchy over a grid: the snapped triangles in f32, with each crossing counted once and t defined as in
+/// [`Fixed`].
 ///
 /// [`Fixed`]: intertri::fixed::Fixed
 struct GridBvh(Bvh);
@@ -29,7 +30,7 @@ impl GridBvh {
     }
 }
 
-/// A query of a hierarchy over a grid.
+/// A query of such a hierarchy.
 struct GridQuery<'a>(Query<'a>);
 
 impl GridQuery<'_> {
@@ -71,12 +72,12 @@ fn lines(rays: &[Ray]) -> Vec<Line> {
     rays.iter().map(|ray| *ray.to_f32()).collect()
 }
 
-/// A hit with t in multiples of the direction that was snapped.
+/// A hit with t in multiples of the direction before snapping.
 fn for_caller(ray: &Ray, hit: Hit) -> Hit {
     if hit.is_hit() { Hit { t: ray.t_of_caller(hit.t), ..hit } } else { hit }
 }
 
-/// A generator of numbers, the same on every machine.
+/// A generator of numbers that are the same on every machine.
 struct Numbers(u64);
 
 impl Numbers {

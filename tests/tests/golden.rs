@@ -1,4 +1,4 @@
-//! The golden answers, at every level of this CPU. What they are stands in the crate `intertri-golden`.
+//! The golden answers, at every level of this CPU. The crate `intertri-golden` defines them.
 
 use intertri::simd::Level;
 use intertri_golden::SECTIONS;

@@ -15,7 +15,7 @@ fn scenes(each: usize, seed: u64) {
         let mut rng = Rng::new(seed);
         let (mut rays, mut hits) = (0, 0);
         for i in 0..each {
-            // Sizes in equal ratios; the larger ones at one level only, which is much the time.
+            // Sizes are log-uniform; the larger scenes, which take most of the time, run at one level only.
             let size = rng.log(1.0, 5000.0) as usize;
             let some = if size > 300 { &levels[i % levels.len()..][..1] } else { &levels };
             let scene = common::scene(family, &mut rng, size, 40);
@@ -40,7 +40,7 @@ fn every_family_in_many_scenes_of_all_sizes() {
     scenes(2000, 4);
 }
 
-/// Few triangles, with every count at which a block or a node is full.
+/// Few triangles: every number at which a block or a node becomes full.
 #[test]
 fn small_scenes_of_every_size() {
     let levels: Vec<Level> = Level::all().collect();
@@ -76,7 +76,7 @@ fn no_triangles_and_triangles_at_one_point() {
     assert_eq!(bvh.query().mode(Mode::certified()).all(&ray).len(), 100_000);
 }
 
-/// Axis-parallel rays in the faces of boxes, from inside of boxes, and along their edges.
+/// Axis-parallel rays in the faces of boxes, from inside boxes, and along their edges.
 #[test]
 fn rays_in_the_faces_of_boxes() {
     let mut triangles = Vec::new();
@@ -99,7 +99,7 @@ fn rays_in_the_faces_of_boxes() {
     assert!(checked(triangles, rays) > 500);
 }
 
-/// A scene across the whole range of f32, and dust beside it.
+/// A scene that spans the range of f32, and tiny triangles next to it.
 #[test]
 fn the_whole_range_of_f32() {
     let max = f32::MAX;

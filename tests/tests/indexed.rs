@@ -1,4 +1,4 @@
-//! Meshes by vertices and indices: they are the hierarchies of their triangles, and a bad index is an error.
+//! Indexed meshes: their hierarchies are those of their triangles, and a bad index is an error.
 
 use intertri::{Ray, Scalar, TriangleOf};
 use intertri_lab::rng::Rng;
@@ -11,7 +11,7 @@ struct Indexed<S> {
 }
 
 impl<S: Scalar> Indexed<S> {
-    /// Some random ones, of which a few are not finite or have one vertex twice.
+    /// Random vertices and triangles; a few are not finite or use one vertex twice.
     fn random(vertices: usize, triangles: usize, rng: &mut Rng) -> Self {
         let vertex = |i: usize, rng: &mut Rng| {
             let mut p = rng.cube().map(S::nearest);
@@ -33,14 +33,14 @@ impl<S: Scalar> Indexed<S> {
         IndexedMesh { vertices: &self.vertices, indices: &self.indices }
     }
 
-    /// The triangles by their corners.
+    /// The triangles as corners.
     fn triangles(&self) -> Vec<TriangleOf<S>> {
         let corner = |i: u32| self.vertices[i as usize];
         self.indices.iter().map(|triangle| TriangleOf(triangle.map(corner))).collect()
     }
 }
 
-/// A saved hierarchy has all that it knows: two that save the same bytes are the same.
+/// A saved hierarchy contains its whole state: two that save the same bytes are the same.
 fn assert_same<S: BvhScalar>(one: &Bvh<S>, other: &Bvh<S>, what: &str) {
     assert!(one.to_bytes() == other.to_bytes(), "{what}");
 }
@@ -53,7 +53,7 @@ fn good_indices<S: BvhScalar>() {
         let mut bvh = Bvh::from_indexed(&first.vertices, &first.indices).unwrap();
         assert_same(&bvh, &Bvh::new(&first.triangles()).unwrap(), &what);
 
-        // Moved: other vertices, and other triangles over them.
+        // Other vertices, and other triangles over them.
         let mut other = Bvh::new(&first.triangles()).unwrap();
         for _ in 0..3 {
             let moved = Indexed::<S>::random(vertices, triangles, &mut rng);
@@ -106,7 +106,7 @@ fn several_meshes_in_f64() {
 
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0], [1.0, 1.0, 5.0]];
 
-/// The first bad index is named: by its triangle, and its mesh if there are several.
+/// The error names the first bad index: its triangle, and its mesh if there are several.
 #[test]
 fn a_bad_index_is_named() {
     let bad = |indices: &[[u32; 3]]| Bvh::from_indexed(&SQUARE, indices).unwrap_err();

@@ -5,8 +5,8 @@ use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 use intertri_tests::{as_source, check_kernel};
 
-/// Scenes of every shape: one triangle and many rays, many triangles and one ray, some of both, with
-/// every number of lanes in the last packet, none included.
+/// Scenes of every shape: one triangle and many rays, many triangles and one ray, several of both, with every
+/// number of lanes in the last packet, including none.
 fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
     let mut rng = Rng::new(seed);
     let (mut done, mut hits, mut least) = (0, 0, 0);
@@ -27,7 +27,7 @@ fn family(family: &Family, pairs: usize, seed: u64) -> (usize, usize) {
     (done, hits)
 }
 
-/// A line a family as soon as it is done: a long run that is cut off has still said what it saw.
+/// Prints a line when a family is done, so that a long run that is cut off leaves a record.
 fn all_families(pairs: usize, seed: u64) {
     let each = pairs.div_ceil(FAMILIES.len());
     let (mut tests, mut hits) = (0, 0);

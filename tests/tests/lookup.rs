@@ -1,11 +1,11 @@
-//! The triangle of a hit, its normal, and rays that leave it, by a hierarchy: over several meshes, after refits, with
-//! triangles that are not finite.
+//! Looking up the triangle of a hit and its normal, and spawning rays from it, with several meshes, after
+//! refits, and with triangles that are not finite.
 
 use intertri::{Hit, Mode, Ray, RayOf, Scalar, SliceScalar, TriangleOf, spawn_ray, spawn_ray_to};
 use intertri_lab::rng::Rng;
 use intertri_trace::{Bvh, BvhScalar};
 
-/// Triangles of all kinds: small ones, some with corners in common, without area, or not finite.
+/// Triangles of all kinds: small ones, some that share corners, have no area, or are not finite.
 fn mixed<S: Scalar>(count: usize, rng: &mut Rng) -> Vec<TriangleOf<S>> {
     let mut triangle = |i: usize| {
         let at = rng.cube();
@@ -30,12 +30,12 @@ fn is_finite<S: Scalar>(triangle: &TriangleOf<S>) -> bool {
     triangle.0.as_flattened().iter().all(|&x| Into::<f64>::into(x).is_finite())
 }
 
-/// The hit of a triangle, as queries name it.
+/// A hit of a triangle, with the ids that queries report.
 fn named(geometry: usize, triangle: usize) -> Hit {
     Hit { t: 1.0, u: 0.25, v: 0.25, triangle: triangle as u32, geometry: geometry as u32 }
 }
 
-/// Every triangle of some meshes is found by its name, and none by another.
+/// Every triangle of the meshes is found by its ids, and no other ids find one.
 fn check<S: BvhScalar>(what: &str, bvh: &Bvh<S>, meshes: &[&[TriangleOf<S>]]) {
     assert_eq!(bvh.geometries(), meshes.len(), "{what}");
     for (geometry, mesh) in meshes.iter().enumerate() {
@@ -78,7 +78,7 @@ fn triangles_are_found_by_their_names<S: BvhScalar>() {
         let loaded = Bvh::<S>::from_bytes(&bvh.to_bytes()).unwrap();
         check(&format!("{what}, saved and loaded"), &loaded, &all);
 
-        // Refitted some times: each time other triangles are not finite, and those that were come back.
+        // Refitted several times; each time different triangles are not finite.
         for turn in 0..4 {
             for mesh in &mut meshes {
                 *mesh = mixed(mesh.len(), &mut rng);
@@ -103,7 +103,7 @@ fn triangles_are_found_by_their_names_in_f64() {
     triangles_are_found_by_their_names::<f64>();
 }
 
-/// A refit that fails, after a lookup and before one.
+/// A refit that fails, after and before a lookup.
 #[test]
 fn a_refit_that_fails_loses_no_triangle() {
     let triangles = mixed::<f32>(50, &mut Rng::new(2));
@@ -113,7 +113,7 @@ fn a_refit_that_fails_loses_no_triangle() {
     check("after", &bvh, &[&triangles]);
 }
 
-/// Threads that look up at once, the first time too.
+/// Several threads look up at once, including the first lookup.
 #[test]
 fn many_threads_look_up_at_once() {
     let triangles = mixed::<f32>(5000, &mut Rng::new(3));
@@ -130,7 +130,7 @@ fn bits<S: Scalar>(ray: &RayOf<S>) -> [u64; 8] {
     [a, b, c, t_min, d, e, f, t_max].map(|x| Into::<f64>::into(x).to_bits())
 }
 
-/// Rays that leave a hit are those of the kernel, and hit no part of the triangle that they leave.
+/// Rays that leave a hit are the kernel's, and hit no part of the triangle that they leave.
 fn spawned_rays_leave_their_triangle<S: BvhScalar + SliceScalar>() {
     let (mut rng, mut left) = (Rng::new(4), 0);
     let (one, other) = (mixed::<S>(300, &mut rng), mixed::<S>(200, &mut rng));
@@ -220,7 +220,7 @@ fn rays_from_a_miss_stay_empty_in_f64() {
     rays_from_a_miss_stay_empty::<f64>();
 }
 
-/// By the document's operations a comparison with a NaN is false, so these rays need care there.
+/// In the document's operations a comparison with NaN is false, so these rays need care.
 #[test]
 fn rays_from_a_miss_are_empty_in_every_mode() {
     let wall = |z: f32| TriangleOf([[-9.0, -9.0, z], [9.0, -9.0, z], [0.0, 9.0, z]]);

@@ -1,4 +1,4 @@
-//! The differential tests, one program: it is linked once, and its tests run side by side.
+//! The differential tests as one program: it is linked once, and its tests run in parallel.
 
 mod bound;
 mod boxes;

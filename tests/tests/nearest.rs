@@ -1,4 +1,4 @@
-//! The closest point, compared with rationals by another route.
+//! The closest point, compared with rationals computed by another route.
 
 pub(crate) mod truth;
 
@@ -11,7 +11,7 @@ use intertri_trace::{Bvh, ClosestPoint};
 
 use truth::{is_rounded, is_within_one_ulp, truth};
 
-/// Numbers of many kinds: small grids, anywhere, beside each other, over the whole range, subnormal.
+/// Numbers of many kinds: small grids, anywhere, close together, over the whole range, subnormal.
 struct Numbers {
     rng: Rng,
     kind: usize,
@@ -39,7 +39,7 @@ impl Numbers {
         [self.number(), self.number(), self.number()]
     }
 
-    /// A needle or one without an area now and then.
+    /// A triangle, sometimes a needle or one without area.
     fn triangle(&mut self) -> Triangle {
         let mut t = Triangle([self.point(), self.point(), self.point()]);
         if self.unit() < 0.25 {
@@ -54,7 +54,7 @@ impl Numbers {
         t
     }
 
-    /// Anywhere, at a corner, on an edge, or about above a face.
+    /// A point anywhere, at a corner, on an edge, or above a face.
     fn point_near(&mut self, t: &Triangle) -> [f32; 3] {
         let [a, b, c] = t.0;
         let (u, v) = (self.unit() as f32, self.unit() as f32);
@@ -68,15 +68,15 @@ impl Numbers {
     }
 }
 
-/// Takes the area from a triangle: two corners alike, all of them, or all on a line in an order of their own. The line is
-/// exact where coordinates have bits to spare.
+/// Takes the area from a triangle: two equal corners, three equal corners, or all collinear in any order. The
+/// line is exact if the coordinates have bits to spare.
 pub(crate) fn flatten<S: Scalar>(corners: &mut [[S; 3]; 3], unit: f64) {
     let which = (unit * 12.0) as usize;
     let [i, j] = [[0, 1], [1, 2], [2, 0]][which % 3];
     match which / 3 {
         0 => corners[i] = corners[j],
         1 => *corners = [corners[which % 3]; 3],
-        // A third corner at the middle of the others, or as far beyond one of them.
+        // The third corner is at the midpoint of the others, or beyond one of them by the same distance.
         shape => {
             let (a, b, k) = (corners[i], corners[j], 3 - i - j);
             let [a, b] = [a, b].map(|corner| corner.map(Into::<f64>::into));

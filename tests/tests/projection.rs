@@ -1,5 +1,5 @@
-//! How much of the projection's bounds is used: the forms and the inverse depth of triangles against f64,
-//! whose own error is a billionth of them, and against the reference's t.
+//! Measures how much of the projection's bounds is used: the forms and the inverse depth of triangles are
+//! compared with f64, whose own error is a billionth of the bounds, and with the reference's t.
 
 use crate::common;
 use intertri::internal::{Frame, Windows};
@@ -30,7 +30,7 @@ struct Case {
     triangle: Triangle,
     ray: Ray,
     axes: [[f32; 3]; 3],
-    /// By how much the ray passes the origin of the projection.
+    /// How far the ray passes from the projection's origin.
     off: [f32; 3],
 }
 
@@ -40,7 +40,7 @@ impl Case {
     }
 }
 
-/// Axes at right angles but for rounding, the first about along `dir`.
+/// Axes that are orthogonal up to rounding, the first approximately along `dir`.
 fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     let unit = |v: V| v.map(|x| x / dot(v, v).sqrt());
     let depth = unit(unit(dir).map(|x| x + 0.1 * rng.signed()));
@@ -49,7 +49,7 @@ fn axes(dir: V, rng: &mut Rng) -> Option<[[f32; 3]; 3]> {
     axes.iter().flatten().all(|x| x.is_finite()).then_some(axes)
 }
 
-/// What the level computes: the forms, the error of the inverse depth, the unit of the edges.
+/// Computes, at a level, the forms, the error of the inverse depth, and the unit of the edges.
 struct Compute<'a>(&'a Case);
 
 impl WithSimd for Compute<'_> {
@@ -71,8 +71,8 @@ impl WithSimd for Compute<'_> {
     }
 }
 
-/// The shares of the bounds that are used: of the edges, and of the inverse depth. `None` where the
-/// projection decides nothing.
+/// The shares of the bounds that are used: of the edges, and of the inverse depth. `None` if the projection
+/// decides nothing.
 fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let (values, err, unit) = level.run(Compute(case))?;
     if values.iter().any(|x| !x.is_finite()) {
@@ -91,7 +91,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     let t = dot(n, a);
     let fu = sub(sub(n, fv), fw);
 
-    // The edges are turned by the sign of T.
+    // The edges' sign follows the sign of T.
     let unit = f64::from(unit) * t.signum();
     let edge = [fu, fv, fw]
         .iter()
@@ -99,7 +99,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
         .map(|(f, value)| (f64::from(value) - dot(*f, point) / unit).abs())
         .fold(0.0, f64::max);
 
-    // The reference's t, if it is one: elsewhere the plane's.
+    // The reference's t if it has one, else the plane's.
     let scene = reference::Scene::from_triangles([triangle.0]);
     let line = reference::Ray::new(ray.origin, ray.dir);
     let mut hit = 0.0;
@@ -110,7 +110,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 2]> {
     Some([edge, (f64::from(values[3]) - s).abs() / f64::from(err)])
 }
 
-/// Nothing uses more than its bound, in any family; and a search finds what uses most of it.
+/// No family exceeds a bound, and a search finds inputs that use most of it.
 #[test]
 fn the_bounds_hold_and_are_not_idle() {
     let levels: Vec<Level> = Level::all().collect();
@@ -135,7 +135,7 @@ fn the_bounds_hold_and_are_not_idle() {
         worst = [worst[0].max(most[0]), worst[1].max(most[1])];
     }
 
-    // A climb, number by number, towards the largest share of the edges' bound.
+    // Climbs toward the largest share of the edges' bound, one number at a time.
     for seed in 0..12 {
         let mut rng = Rng::new(100 + seed);
         let corner = |rng: &mut Rng| rng.cube().map(|x| x as f32);
@@ -170,7 +170,7 @@ fn the_bounds_hold_and_are_not_idle() {
     assert!(worst[0] > 0.08 && worst[1] > 0.1, "bounds that nothing comes near: {worst:?}");
 }
 
-/// Which windows of no size, at the rays' points, a triangle's rectangle reaches.
+/// Which windows of size zero, at the rays' points, a triangle's rectangle reaches.
 struct Reached<'a>(&'a Case);
 
 impl WithSimd for Reached<'_> {
@@ -189,8 +189,8 @@ impl WithSimd for Reached<'_> {
     }
 }
 
-/// Rays that pass the origin: a climb towards what uses most of the room that is made for them, of the
-/// edges' bounds, of the depth's, and of the rectangle's. With half the room it would go beyond.
+/// Rays that pass the origin: a search for inputs that use most of the margins made for them, in the bounds
+/// of the edges, of the depth, and of the rectangle. Half of the margin would not suffice.
 #[test]
 fn rays_that_pass_the_origin_have_room_and_not_much_more() {
     let mut worst = [0.0_f64; 2];
@@ -226,7 +226,7 @@ fn rays_that_pass_the_origin_have_room_and_not_much_more() {
                 }
             }
 
-            // The ray, where it is, through a point of an edge or near it: is the triangle reached?
+            // For a ray through a point of an edge or near it, is the triangle reached?
             let [c1, c2, c3] = next.triangle.0.map(to_f64);
             let weight = rng.unit();
             let on_edge = [0, 1, 2].map(|k| c1[k] + weight * (c2[k] - c1[k]));

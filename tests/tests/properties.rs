@@ -1,7 +1,7 @@
-//! Scenes of any numbers, made smaller until only what fails is left.
+//! Scenes of arbitrary numbers, shrunk until only the failure is left.
 //!
-//! The families know where a ray/triangle test breaks; these scenes know nothing. A failure is printed
-//! as a fixture and its seed kept in `fixtures/proptest-regressions`.
+//! The families know where a ray/triangle test breaks; these scenes do not. A failure is printed as a
+//! fixture, and its seed is kept in `fixtures/proptest-regressions`.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -13,17 +13,17 @@ use std::cell::Cell;
 const KEPT: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/proptest-regressions/properties.txt");
 
-/// Any f32 at all: every bit pattern, NaN and infinities too.
+/// Any f32: every bit pattern, including NaN and infinities.
 fn any_bits() -> BoxedStrategy<f32> {
     any::<u32>().prop_map(f32::from_bits).boxed()
 }
 
-/// A small integer: edges are met exactly, triangles coincide, t is the end of an interval.
+/// A small integer: rays meet edges exactly, triangles coincide, hits fall on the end of an interval.
 fn grid() -> BoxedStrategy<f32> {
     (-2..=2_i8).prop_map(f32::from).boxed()
 }
 
-/// Full mantissas near 1, small integers, and now and then anything.
+/// Full mantissas near 1, small integers, and occasionally anything.
 fn mixed() -> BoxedStrategy<f32> {
     prop_oneof![8 => -2.0..2.0_f32, 8 => grid(), 1 => any_bits()].boxed()
 }
@@ -49,7 +49,7 @@ fn scenes(x: &BoxedStrategy<f32>) -> impl Strategy<Value = Scene> + use<> {
     })
 }
 
-/// 256 scenes, always the same ones, with at least `hits_at_least` hits.
+/// Checks 256 scenes, always the same ones, which must have at least `hits_at_least` hits.
 fn hold(x: &BoxedStrategy<f32>, hits_at_least: usize) {
     let mut runner = TestRunner::new(Config {
         cases: 256,

@@ -1,4 +1,4 @@
-//! Many rays toward one point, as to a light, against the reference's plain loop: all families.
+//! Many rays toward one point, such as a light, against the reference's plain loop, for all families.
 
 use crate::common;
 use intertri::simd::Level;
@@ -15,8 +15,8 @@ fn mix(a: V, b: V, s: f64) -> V {
     [0, 1, 2].map(|k| a[k] + s * (b[k] - a[k]))
 }
 
-/// Rays that end at `light`, or miss it by a share `scatter` of their length: from beyond corners and edges
-/// of triangles, from just before them, and from anywhere.
+/// Rays that end at `light`, or miss it by up to `scatter` times their length. They start beyond corners and
+/// edges of triangles, just before them, or anywhere.
 fn to_light(
     light: V,
     triangles: &[Triangle],
@@ -51,7 +51,7 @@ fn to_light(
         .collect()
 }
 
-/// Those triangles that a light sees in about the direction of one of them, so that rays make bundles.
+/// The triangles that the light sees in nearly the same direction as one of them, so that rays form bundles.
 fn seen_together(light: V, triangles: &[Triangle], rng: &mut Rng) -> Vec<Triangle> {
     let toward = |triangle: &Triangle| {
         let way = [0, 1, 2].map(|k| f64::from(triangle.0[0][k]) - light[k]);
@@ -83,7 +83,7 @@ fn scenes(each: usize, seed: u64) {
             let seen = seen_together(light, &scene.triangles, &mut rng);
             scene.rays = to_light(light, &seen, scatter, &mut rng, count);
 
-            // One that goes elsewhere, and one that looks beyond the light.
+            // Replace one ray by an unrelated one, and let another reach beyond the light.
             if rng.one_in(5) {
                 scene.rays[rng.below(count)] = ray;
             }
@@ -106,7 +106,7 @@ fn every_family_on_the_way_to_a_light() {
 }
 
 #[test]
-#[ignore = "the long test: some minutes"]
+#[ignore = "takes minutes"]
 fn every_family_on_the_way_to_a_light_at_length() {
     scenes(1000, 10);
 }

@@ -1,4 +1,5 @@
-//! Several meshes, masks, culled faces and skipped triangles against a plain loop over the triangles that count.
+//! Several meshes, masks, culled faces and skipped triangles against a plain loop over the selected
+//! triangles.
 
 use crate::common;
 use dashu_ratio::RBig;
@@ -9,14 +10,14 @@ use intertri_lab::rng::Rng;
 use intertri_tests::Scene;
 use intertri_trace::{Bvh, Faces, MeshTriangle, Query};
 
-/// A scene in three meshes, the second of which is empty.
+/// A scene as three meshes, the second of which is empty.
 struct Meshes {
     scene: Scene,
     first: usize,
     bvh: Bvh,
 }
 
-/// Which triangles count.
+/// The settings that select triangles.
 #[derive(Clone, Copy, Debug)]
 struct Selection<'a> {
     mask: u32,
@@ -27,17 +28,17 @@ struct Selection<'a> {
 impl<'a> Selection<'a> {
     const ALL: Selection<'static> = Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
 
-    /// A query among these triangles.
+    /// A query with this selection.
     fn query(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().mode(mode).mask(self.mask).faces(self.faces).skip(self.skip)
     }
 
-    /// The same query, its settings made in another order.
+    /// The same query, with its settings made in another order.
     fn reordered(self, bvh: &'a Bvh, mode: Mode) -> Query<'a> {
         bvh.query().skip(self.skip).faces(self.faces).mask(self.mask).mode(mode)
     }
 
-    /// For the i-th ray alone, which is the first ray of its query.
+    /// The selection for the i-th ray alone, which is the first ray of its query.
     fn alone(self, i: usize) -> Self {
         Self { skip: self.skip.get(i..i + 1).unwrap_or(&[]), ..self }
     }
@@ -56,7 +57,7 @@ impl Meshes {
         Self { scene, first, bvh }
     }
 
-    /// A hit of a triangle by its position in the whole, renamed as answers are.
+    /// Converts a hit with a position among all triangles to the ids that queries report.
     fn renamed(&self, hit: Hit) -> Hit {
         let (geometry, triangle) = match hit.triangle {
             Hit::NO_TRIANGLE => (0, Hit::NO_TRIANGLE),
@@ -66,7 +67,7 @@ impl Meshes {
         Hit { geometry, triangle, ..hit }
     }
 
-    /// The positions of the triangles that count for a ray.
+    /// The positions of the triangles that are selected for a ray.
     fn counting(&self, selection: &Selection<'_>, number: usize, ray: &Ray) -> Vec<u32> {
         let skipped = selection.skip.get(number).copied().unwrap_or(&[]);
         let counts = |i: &u32| {
@@ -84,17 +85,17 @@ impl Meshes {
         (0..self.scene.triangles.len() as u32).filter(counts).collect()
     }
 
-    /// A hit among the triangles that count, as it is named among all.
+    /// Converts a hit among the selected triangles to the ids among all.
     fn of_counting(&self, counting: &[u32], hit: Hit) -> Hit {
         self.renamed(Hit { triangle: counting[hit.triangle as usize], ..hit })
     }
 
-    /// Those triangles.
+    /// The selected triangles.
     fn triangles(&self, counting: &[u32]) -> Vec<Triangle> {
         counting.iter().map(|&i| self.scene.triangles[i as usize]).collect()
     }
 
-    /// Every query by every ray.
+    /// Runs every query for every ray.
     fn check(&self, mode: Mode, selection: &Selection<'_>) -> usize {
         let (rays, query) = (&self.scene.rays[..], selection.query(&self.bvh, mode));
         let (closest, any) = (query.closest_batch(rays), query.any_batch(rays));
@@ -130,7 +131,7 @@ impl Meshes {
         lists.items.len()
     }
 
-    /// Crossings of the triangles that count.
+    /// Checks the crossings of the selected triangles.
     fn check_crossings(&self, mode: Mode, selection: &Selection<'_>) {
         let (rays, query) = (&self.scene.rays[..], selection.query(&self.bvh, mode));
         let mut counts = vec![Crossings { signed: 7, unsigned: 7 }; rays.len()];
@@ -160,7 +161,7 @@ impl Meshes {
     }
 }
 
-/// All of a hit; its weights may be NaN.
+/// All fields of a hit as bits; its weights may be NaN.
 fn bits(hit: &Hit) -> [u64; 5] {
     let Hit { t, u, v, triangle, geometry } = *hit;
     [t.to_bits(), u.to_bits(), v.to_bits(), triangle.into(), geometry.into()]
@@ -189,11 +190,11 @@ fn along_normal(ray: &Ray, triangle: &Triangle) -> i32 {
     }
 }
 
-/// All kinds of selections, and how many hits they leave, in all.
+/// Runs all kinds of selections. Returns the total number of hits.
 fn selections(meshes: &Meshes, level: Level) -> usize {
     let threshold = Threshold::new(meshes.scene.threshold).unwrap();
     let modes = [Mode::certified_with(threshold), Mode::exact(), Mode::once()];
-    // What each ray skips: its first hits, a hit of another, or nothing.
+    // Each ray skips its first hits, another ray's hit, or nothing.
     let all = meshes.bvh.query().at(level).all_batch(&meshes.scene.rays, None).unwrap();
     let other = [Hit { triangle: 1, geometry: 2, ..Hit::MISS }, Hit::MISS];
     let skips: Vec<&[Hit]> = (all.iter().enumerate())
@@ -236,7 +237,8 @@ fn every_family_in_meshes_by_every_selection() {
     assert!(hits > 10_000);
 }
 
-/// The same triangles in both meshes: of equal t the lower geometry is closer, then the lower triangle.
+/// The same triangles in both meshes: if two hits have the same t, the lower geometry wins, then the lower
+/// triangle.
 #[test]
 fn ties_go_by_the_position_in_the_whole() {
     let mut rng = Rng::new(40);
@@ -252,7 +254,7 @@ fn ties_go_by_the_position_in_the_whole() {
     }
 }
 
-/// A bundle of rays from one origin, and one that a mask keeps from being one.
+/// A bundle of rays from one origin, and one that differing masks prevent.
 #[test]
 fn rays_of_one_origin_go_by_the_selection() {
     let at = |x: i32, y: i32, z: f32| {
@@ -290,7 +292,7 @@ fn a_single_ray_has_one_list_or_none() {
     bvh.query().skip(&[&[], &[]]).closest(&Ray::new([0.0; 3], [0.0, 0.0, 1.0]));
 }
 
-/// One that is hidden from every mask is hidden from queries without one.
+/// A geometry whose mask is 0 is also hidden from queries without a mask.
 #[test]
 fn a_geometry_without_a_mask_never_counts() {
     let wall = [Triangle::new([0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0])];

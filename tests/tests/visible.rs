@@ -1,4 +1,4 @@
-//! Which points see each other, against a plain loop in rationals; and surfaces that do not shade themselves.
+//! Mutual visibility of points, against a plain loop in rationals; and surfaces that do not shade themselves.
 
 use dashu_ratio::RBig;
 use intertri::{Hit, RayOf, TriangleOf};
@@ -10,7 +10,7 @@ use crate::nearest::truth::truth;
 
 /// f32 or f64.
 trait Float: BvhScalar + From<f32> {
-    /// 16 units of rounding.
+    /// 16 rounding units.
     const REACH: f64;
     fn of(x: f64) -> Self;
 }
@@ -29,7 +29,7 @@ impl Float for f64 {
     }
 }
 
-/// Whether an end lies on a triangle, by the definition, in rationals.
+/// Whether an end lies on a triangle, by definition, in rationals.
 fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>) -> bool {
     let largest = |p: &[S; 3]| p.iter().fold(0.0, |most: f64, &x| most.max(x.into().abs()));
     let most = triangle.0.iter().chain([a, b]).map(largest).fold(0.0, f64::max);
@@ -37,7 +37,7 @@ fn lies_on<S: Float>(end: [S; 3], [a, b]: &[[S; 3]; 2], triangle: &TriangleOf<S>
     truth(end, triangle).0 <= &reach * &reach
 }
 
-/// Whether no triangle of a plain loop hides the ends of a segment from each other.
+/// Whether a plain loop finds no triangle between the ends of a segment.
 fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32]) -> bool {
     let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
     let ray = RayOf::new(*a, dir).between(S::ZERO, S::ONE);
@@ -50,7 +50,7 @@ fn sees<S: Float>([a, b]: &[[S; 3]; 2], triangles: &[TriangleOf<S>], skip: &[u32
     !triangles.iter().enumerate().any(hides)
 }
 
-/// A mesh of triangles that share corners on a small grid, or anywhere, and points on, beside and off them.
+/// A mesh of triangles that share corners, on a small grid or anywhere, and points on, next to and off them.
 struct Scene<S: Float> {
     rng: Rng,
     triangles: Vec<TriangleOf<S>>,
@@ -71,7 +71,7 @@ impl<S: Float> Scene<S> {
         Self { rng, triangles, size: size * (1.0 + off) }
     }
 
-    /// On a corner, an edge or a face but for rounding; a few units beside it; or anywhere.
+    /// A point on a corner, an edge or a face up to rounding; a few units away from it; or anywhere.
     fn point(&mut self) -> [S; 3] {
         let triangle = self.triangles[(self.rng.unit() * 30.0) as usize];
         let (mut u, mut v) = (self.rng.unit(), self.rng.unit());
@@ -108,7 +108,7 @@ fn agrees_with_a_plain_loop<S: Float>() {
             saved += u32::from(visible && bvh.any(&ray));
         }
 
-        // What segments skip: the first that they hit, and another.
+        // The triangles that segments skip: the first one that they hit, and another.
         let named = |&[a, b]: &[[S; 3]; 2]| {
             let dir = [0, 1, 2].map(|k| S::of(b[k].into() - a[k].into()));
             let first = bvh.closest(&RayOf::new(a, dir)).unwrap_or(Hit::MISS);
@@ -154,8 +154,8 @@ fn sphere<S: Float>(rings: usize) -> Vec<TriangleOf<S>> {
     triangles
 }
 
-/// Every face of a convex body that looks at the light is lit, at its centre, its corners and the middles of its edges;
-/// every face that looks away is dark. A ray without care calls many lit ones dark.
+/// Every face of a convex body that faces the light is lit at its centre, its corners and the midpoints of
+/// its edges; every other face is dark. A naive ray finds many lit points dark.
 fn lit_faces_are_lit<S: Float>() {
     let triangles = sphere::<S>(24);
     let bvh = Bvh::new(&triangles).unwrap();
@@ -202,7 +202,8 @@ fn lit_faces_of_a_sphere_are_lit_in_f64() {
     lit_faces_are_lit::<f64>();
 }
 
-/// Ends that are not finite see nothing, a point sees itself, and segments beyond the largest number are segments.
+/// Ends that are not finite see nothing, a point sees itself, and segments longer than the largest number are
+/// valid.
 #[test]
 fn segments_of_all_sizes() {
     let far = f32::MAX;

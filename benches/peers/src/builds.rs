@@ -1,4 +1,4 @@
-//! How long the hierarchies take to build.
+//! Measures how long the hierarchies take to build.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,7 +14,7 @@ use crate::embree::{Api, Build, Scene};
 use crate::obvhs::Obvhs;
 use crate::parry::Parry;
 
-/// A builder, and its median time in milliseconds.
+/// The name of each builder, and its median time in milliseconds.
 pub fn builds(
     mesh: &Mesh,
     triangles: &[Triangle],
@@ -22,7 +22,7 @@ pub fn builds(
     pool: &ThreadPool,
 ) -> Vec<(&'static str, f64)> {
     let repeats = if triangles.len() > 300_000 { 3 } else { 9 };
-    // The input is prepared, and the result dropped, outside of the timed part.
+    // The input is prepared, and the result dropped, outside the timed part.
     fn middle<T, R>(repeats: usize, ready: impl Fn() -> T, build: impl Fn(&T) -> R) -> f64 {
         let once = |_| {
             let given = ready();

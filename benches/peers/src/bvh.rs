@@ -1,5 +1,5 @@
-//! The crate `bvh`: boxes are its business, triangles the caller's, who gets a plain
-//! Möller-Trumbore here, in f32 or in f64.
+//! The crate `bvh`. It handles boxes and leaves triangles to the caller; here that is a plain Möller-Trumbore
+//! test, in f32 or f64.
 
 use std::ops::Range;
 
@@ -39,7 +39,7 @@ impl<S: Real> BHShape<S, 3> for Shape<S> {
 }
 
 impl<S: Real> Shape<S> {
-    /// How far the triangle is, within `0..far`.
+    /// The distance to the triangle, if it is within `0..far`.
     #[inline(always)]
     fn hit(&self, ray: &::bvh::ray::Ray<S, 3>, far: S) -> Option<S> {
         let [a, b, c] = &self.corners;
@@ -58,7 +58,7 @@ impl<S: Real> Shape<S> {
 pub struct TwoWay<S: Real = f32> {
     bvh: Bvh<S, 3>,
     shapes: Vec<Shape<S>>,
-    /// With the end of the interval.
+    /// Each ray with the end of its interval.
     rays: Singles<(::bvh::ray::Ray<S, 3>, S)>,
 }
 
@@ -93,7 +93,7 @@ impl<S: Real> Engine<RayOf<S>> for TwoWay<S> {
             |(ray, far)| {
                 let (mut best, mut far) = (Answer::MISS, *far);
                 for shape in bvh.nearest_traverse_iterator(ray, shapes) {
-                    // They come in the order of their boxes.
+                    // Candidates arrive in the order of their boxes.
                     let from = ray.intersection_slice_for_aabb(&shape.aabb());
                     if from.is_some_and(|(from, _)| from > far) {
                         break;

@@ -1,5 +1,5 @@
-//! The charts: speed against wrong answers, bars for each scene and kind of ray, and speed against the number of
-//! triangles.
+//! The charts: speed against wrong answers, bars for each scene and kind of ray, and speed against the number
+//! of triangles.
 
 use std::collections::BTreeSet;
 
@@ -12,8 +12,8 @@ const INK: &str = "#222222";
 const GREY: &str = "#666666";
 const FAINT: &str = "#dddddd";
 
-/// The groups that are drawn: the prefix of engine names, of which the fastest counts, the label, and a colour from the
-/// palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
+/// The groups in the charts: a prefix of engine names, of which the fastest is drawn, a label, and a colour
+/// from the palette of M. Okabe and K. Ito, which colour-blind people can tell apart.
 const GROUPS: [(&str, &str, &str); 9] = [
     ("certified", "certified", "#D55E00"),
     ("exact", "exact", "#E69F00"),
@@ -26,12 +26,12 @@ const GROUPS: [(&str, &str, &str); 9] = [
     ("bvh", "bvh", "#CC79A7"),
 ];
 
-/// The row of a group in a cell.
+/// The row that stands for a group in a cell.
 fn fastest<'a>(rows: &[&'a Row], group: &str) -> Option<&'a Row> {
     let of = |row: &&&Row| match row.engine.strip_prefix(group) {
-        // The single calls and lower levels of our own are not the group's best way.
+        // Our single calls and lower instruction sets are not the group's fastest form.
         Some(rest) => group != "certified" || rest.is_empty(),
-        // A better build is the fast mode, too.
+        // A better build still counts as the fast mode.
         None => group == "embree-fast" && row.engine.starts_with("embree-high"),
     };
     rows.iter().filter(of).max_by(|a, b| a.speed[1].total_cmp(&b.speed[1])).copied()
@@ -52,17 +52,17 @@ fn distinct<'a, T: PartialEq>(
     keys
 }
 
-/// Where a group stands in a panel.
+/// The position of a group in a panel.
 struct Point {
     name: &'static str,
     fill: &'static str,
-    /// The geometric mean over the scenes of its speed as a multiple of Embree's.
+    /// The geometric mean over the scenes of the speed as a multiple of Embree's.
     speed: f64,
     /// The share of rays with a wrong answer, over all scenes.
     wrong: f64,
 }
 
-/// The point of each group: those that are wrong most often first, then by speed.
+/// The point of each group, ordered by the share of wrong answers, largest first, then by speed.
 fn points(rows: &[&Row]) -> Vec<Point> {
     let scenes = distinct(rows.iter().copied(), |row| row.scene.as_str());
     let point = |(group, name, fill): (&'static str, &'static str, &'static str)| {
@@ -79,7 +79,7 @@ fn points(rows: &[&Row]) -> Vec<Point> {
         let speed = (logs.iter().sum::<f64>() / logs.len() as f64).exp();
         Some(Point { name, fill, speed, wrong: wrong as f64 / rays.max(1) as f64 })
     };
-    // Answers on a grid belong to another scene, and those of `certified` to the document.
+    // `fixed` answers for another scene, on its grid, and `certified` as the document does.
     let geometry = GROUPS.into_iter().filter(|(group, ..)| !["fixed", "certified"].contains(group));
     let single = ("exact-query", "exact, a ray a call", "#E69F00");
     let mut points: Vec<Point> = geometry.chain([single]).filter_map(point).collect();
@@ -87,7 +87,7 @@ fn points(rows: &[&Row]) -> Vec<Point> {
     points
 }
 
-/// Speed against wrong answers: a panel for each kind and order of rays, a point for each tracer.
+/// Speed against wrong answers: one panel for each kind and order of rays, one point for each tracer.
 pub fn scatter(rows: &[Row], caption: &str) -> Svg {
     const ACROSS: usize = 3;
     const PANEL: [f64; 2] = [400.0, 430.0];
@@ -118,9 +118,9 @@ pub fn scatter(rows: &[Row], caption: &str) -> Svg {
     svg
 }
 
-/// A panel of [`scatter`]. Tracers that were never wrong stand below its axis, one under the other.
+/// A panel of [`scatter`]. Tracers that were never wrong are listed below its axis, one under the other.
 fn scatter_panel(svg: &mut Svg, [x, y]: [f64; 2], [w, h]: [f64; 2], name: &str, points: &[Point]) {
-    // Room for all of them.
+    // Leave enough height for all of them.
     const NEVER: f64 = 13.0 * GROUPS.len() as f64;
     let (left, right, top, bottom) = (x + 44.0, x + w - 24.0, y + 34.0, y + h - 46.0);
     let border = bottom - NEVER;
@@ -150,7 +150,7 @@ fn scatter_panel(svg: &mut Svg, [x, y]: [f64; 2], [w, h]: [f64; 2], name: &str, 
         } else {
             label = height.max(label + 12.5);
         }
-        // Its name stands on the side that has room, below the names above it.
+        // The label goes on the side with more space, below the labels above it.
         let crowded = (0.3..0.8).contains(&point.speed);
         let (side, anchor) = if crowded { (-12.0, Anchor::End) } else { (12.0, Anchor::Start) };
         svg.line([at, height], [at + side, label], point.fill, 0.8);
@@ -159,7 +159,7 @@ fn scatter_panel(svg: &mut Svg, [x, y]: [f64; 2], [w, h]: [f64; 2], name: &str, 
         let font = if point.name.starts_with("exact") { font.bold() } else { font };
         svg.text([at + 1.2 * side, label + 4.0], point.name, font);
     }
-    // No name hides a point.
+    // Draw points last, so that no label hides one.
     for (at, point) in circles {
         let hollow = if point.wrong == 0.0 { "white" } else { point.fill };
         svg.circle(at, 4.2, hollow, point.fill);
@@ -168,7 +168,7 @@ fn scatter_panel(svg: &mut Svg, [x, y]: [f64; 2], [w, h]: [f64; 2], name: &str, 
     svg.line([left, bottom], [right, bottom], INK, 1.2);
 }
 
-/// Bars: a row of panels for each scene, a panel for each kind of ray.
+/// Bars: one row of panels for each scene, one panel for each kind of ray.
 pub fn bars(rows: &[Row], caption: &str) -> Svg {
     const PANEL: [f64; 2] = [330.0, 175.0];
     let scenes = distinct(rows, |row| (row.scene.as_str(), row.triangles));
@@ -217,7 +217,7 @@ fn panel(
         let center = top + (ROW - 4.0) / 2.0;
         svg.line([low, center], [high, center], INK, 1.0);
         let wrong = row.wrong_hits + row.wrong_triangles;
-        // Answers on a grid belong to another scene.
+        // Answers on a grid are for another scene.
         let how = if row.engine == "fixed" { "by the grid" } else { "wrong" };
         let wrong = match wrong as f64 * 1e6 / row.rays.max(1) as f64 {
             0.0 => format!("none {how}"),
@@ -231,7 +231,7 @@ fn panel(
     }
 }
 
-/// Speed against triangles, both axes logarithmic: a panel for each kind.
+/// Speed against triangles, both axes logarithmic: one panel for each kind.
 pub fn growth(rows: &[Row], caption: &str) -> Svg {
     let kinds = distinct(rows, |row| row.kind.as_str());
     let (w, h) = (430.0, 380.0);

@@ -1,7 +1,7 @@
-//! Cliffs: how many times as long the same rays take where a scene has something that makes tracers slow.
+//! Cliffs: how many times longer the same rays take if a scene contains something that slows tracers down.
 //!
-//! A stray triangle far away, an origin far away, needles at the poles of a sphere: each beside its plain neighbour, by every
-//! engine. A tracer whose time depends on what the rays meet has ratios near 1.
+//! A stray triangle far away, a far origin, needles at the poles of a sphere: each engine traces each case
+//! and its plain counterpart. A tracer whose time depends on what the rays meet has ratios near 1.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -76,7 +76,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Plain cases, each followed by its hostile neighbours.
+/// Plain cases, each followed by its hostile variants.
 fn groups(options: &Options) -> Result<Vec<Vec<Case>>, String> {
     let mut groups = Vec::new();
     for name in &options.scene {
@@ -105,7 +105,7 @@ fn groups(options: &Options) -> Result<Vec<Vec<Case>>, String> {
     Ok(groups)
 }
 
-/// The scene with one triangle more, a million times its size away.
+/// The scene with one more triangle, a million times its size away.
 fn strayed(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let first = scene.mesh.positions.len() as u32;
@@ -121,7 +121,7 @@ fn size(mesh: &Mesh) -> f32 {
     mesh.bounds().map_or(1.0, |b| (0..3).map(|k| b.max[k] - b.min[k]).fold(0.0, f32::max))
 }
 
-/// Rays at what the camera sees, from far behind it.
+/// Rays toward what the camera sees, from far behind the camera.
 fn from_afar(scene: &Scene, bvh: &Bvh, rays: &[Ray], far: f32) -> Vec<Ray> {
     let mut hits = vec![Hit::MISS; rays.len()];
     bvh.query().closest_batch_into(rays, &mut hits);
@@ -151,7 +151,7 @@ fn poles(options: &Options) -> Result<Vec<Case>, String> {
     Ok(cases)
 }
 
-/// A sphere of meridians and parallels, computed in f32 as most programs do.
+/// A sphere of meridians and parallels, computed in f32 as most programs do it.
 fn globe(meridians: u32, parallels: u32, quads: bool) -> Mesh {
     let mut mesh = Mesh::default();
     for j in 0..=parallels {

@@ -13,22 +13,22 @@ use rayon::prelude::*;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Scenes, as for `rays`; the sign means something where they are closed.
+    /// Scenes, as for `rays`; the sign is only meaningful for closed ones.
     #[arg(long, value_delimiter = ',', default_value = "bunny,torus")]
     scene: Vec<String>,
-    /// Points, from a box half as large again as the mesh.
+    /// The number of points, in a box half as large again as the mesh.
     #[arg(long, default_value_t = 1_000_000)]
     points: usize,
     /// Threads; 0 for all.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Where to write the mesh and the points, and intertri's answers to them, for other programs: NAME.obj,
+    /// Folder for the mesh, the points and intertri's answers, for use by other programs: NAME.obj,
     /// NAME.points (f32) and NAME.distances (f64), little-endian.
     #[arg(long, value_name = "FOLDER")]
     dump: Option<PathBuf>,
 }
 
-/// Numbers below 1, the same each time.
+/// Numbers in `0..1`, the same on every run.
 fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u64;
     move || {
@@ -53,7 +53,7 @@ pub fn run(options: &Options) -> Result<(), String> {
         println!("{name}: {} triangles, {} points anywhere", mesh.triangles.len(), points.len());
         compare(&mesh, &points, &pool, options.dump.as_deref().map(|folder| folder.join(name)))?;
 
-        // Neighbours in the slice are neighbours in space: a grid.
+        // A grid: neighbours in the slice are neighbours in space.
         let side = (options.points as f64).cbrt() as usize;
         let at = |k: usize, i: usize| {
             let (lo, hi) = (bounds.min[k], bounds.max[k]);
@@ -68,7 +68,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// Microseconds a point of the fastest of three.
+/// Microseconds per point, the fastest of three runs.
 fn fastest<R>(count: usize, mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();

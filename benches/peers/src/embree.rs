@@ -1,9 +1,9 @@
-//! Embree, version 3 or 4, by its C interface: the shared library is loaded while running, so that
-//! nothing need be installed to build this.
+//! Embree, version 3 or 4, through its C interface. The shared library is loaded at run time, so nothing has
+//! to be installed to build this.
 //!
-//! Rays stand in groups of the width of a call, one number of all of them after the other. A group is
-//! copied into the structure that Embree reads and writes, and what it found is copied out: no more
-//! than a renderer would do that makes its rays in place.
+//! Rays are stored in groups as wide as a call, as a structure of arrays. A group is copied into the
+//! structure that Embree reads and writes, and the result is copied out, no more than a renderer would do
+//! that fills the structure directly.
 
 use std::ffi::{CString, c_char, c_void};
 use std::mem::ManuallyDrop;
@@ -28,7 +28,7 @@ macro_rules! api {
     ($($field:ident = $name:literal: fn($($arg:ty),*) $(-> $ret:ty)?;)*) => {
         pub struct Api {
             $($field: unsafe extern "C" fn($($arg),*) $(-> $ret)?,)*
-            /// Loaded for good: the threads that have built a scene linger in it.
+            /// Never unloaded: the threads that built a scene may outlive it.
             _library: ManuallyDrop<libloading::Library>,
         }
 
@@ -72,7 +72,7 @@ api! {
     occluded_16 = "rtcOccluded16": fn(*const i32, Ptr, Ptr, Ptr);
 }
 
-// Numbers of the interface, the same in versions 3 and 4 but where said.
+// Constants of the interface, the same in versions 3 and 4 unless a comment says otherwise.
 const TRIANGLES: i32 = 0;
 const INDEX_BUFFER: i32 = 0;
 const VERTEX_BUFFER: i32 = 1;
@@ -86,7 +86,7 @@ const REFIT: i32 = 3;
 const DYNAMIC: i32 = 1;
 
 impl Api {
-    /// The library at a path or, without one, wherever the system has it, the newer version first.
+    /// Loads the library at `path` or, without a path, from where the system finds it, newer versions first.
     pub fn open(path: Option<PathBuf>) -> Result<Arc<Self>, String> {
         let known = ["libembree4.so.4", "libembree4.so", "libembree3.so.3", "libembree4.dylib"];
         let paths = path.map_or_else(|| known.map(PathBuf::from).to_vec(), |path| vec![path]);
@@ -103,7 +103,7 @@ impl Api {
 
     /// The library's version, as in "Embree 4.4.0".
     pub fn version(&self) -> String {
-        // SAFETY: a device with the default configuration, released after one question.
+        // SAFETY: the device has the default configuration, is queried once and released.
         let version = unsafe {
             let device = (self.new_device)(std::ptr::null());
             let version = (self.device_property)(device, VERSION);
@@ -114,25 +114,25 @@ impl Api {
     }
 }
 
-/// How a scene is made.
+/// How to build a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Build {
     pub robust: bool,
     pub high: bool,
-    /// Hold the library to AVX2, whatever the CPU has.
+    /// Limit the library to AVX2, whatever the CPU supports.
     pub avx2: bool,
-    /// Threads of the build; 0 for all.
+    /// Threads for the build; 0 for all.
     pub threads: u32,
-    /// With a filter that collects every hit.
+    /// Install a filter that collects every hit.
     pub collect: bool,
 }
 
-/// A mesh as Embree holds it.
+/// A mesh as an Embree scene.
 pub struct Scene {
     api: Arc<Api>,
     device: Ptr,
     scene: Ptr,
-    /// 4 or 3, with minor and patch, as in 40400.
+    /// The version with minor and patch numbers, as in 40400.
     pub version: isize,
 }
 
@@ -143,7 +143,7 @@ unsafe impl Sync for Scene {}
 
 impl Scene {
     pub fn new(api: &Arc<Api>, mesh: &Mesh, build: Build) -> Result<Self, String> {
-        // On server CPUs it would else choose a narrow hierarchy.
+        // On server CPUs it would otherwise choose a narrow hierarchy.
         let isa = if build.avx2 { "isa=avx2," } else { "" };
         let config = format!("{isa}frequency_level=simd256,threads={}", build.threads);
         let config = CString::new(config).map_err(|e| e.to_string())?;
@@ -181,7 +181,7 @@ impl Scene {
         }
     }
 
-    /// The same, to be refitted when its vertices move.
+    /// Prepares the scene for refits, to be called before its vertices move.
     pub fn for_refits(self) -> Self {
         // SAFETY: the scene has this one geometry, and is not committed.
         unsafe {
@@ -193,7 +193,7 @@ impl Scene {
         self
     }
 
-    /// Moves all vertices, of which there are as many as at the beginning.
+    /// Moves all vertices; their number must not change.
     pub fn refit(&self, vertices: &[[f32; 3]]) {
         // SAFETY: the buffer has as many rows as the mesh, and nothing queries the scene meanwhile.
         unsafe {
@@ -210,7 +210,7 @@ impl Scene {
 
     /// Builds the hierarchy.
     pub fn commit(&self) {
-        // SAFETY: the scene is whole.
+        // SAFETY: the scene is fully set up.
         unsafe { (self.api.commit_scene)(self.scene) }
     }
 }
@@ -258,7 +258,7 @@ pub struct RayHit<const N: usize> {
     uv: [[f32; N]; 2],
     triangle: [u32; N],
     geometry: [u32; N],
-    /// The second is there in some builds only.
+    /// The second element exists in some builds only.
     instance: [[u32; N]; 2],
 }
 
@@ -281,7 +281,7 @@ impl<const N: usize> RayHit<N> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Each ray with the number of its lane.
+    /// Numbers each ray by its lane.
     pub fn numbered() -> Self {
         Self { id: std::array::from_fn(|lane| lane as u32), ..Self::NONE }
     }
@@ -309,7 +309,7 @@ struct FilterArguments {
     count: u32,
 }
 
-/// Collects hits and turns them down.
+/// Collects hits and rejects them.
 unsafe extern "C" fn collect(arguments: *const FilterArguments) {
     // SAFETY: the structures are those of Embree's manual, rows of `count` numbers each; the context is
     // the caller's, whose collector lives as long as the call.
@@ -347,7 +347,8 @@ struct Context {
     flags: u32,
     filter: Ptr,
     instance: [u32; 2],
-    /// The caller's own: where hits are collected. Version 4 has fewer numbers before it, none of which is read.
+    /// The caller's field: where hits are collected. Version 4 has fewer fields before it, none of which is
+    /// read.
     collector: Ptr,
 }
 
@@ -403,7 +404,7 @@ impl<const N: usize> Engine for Embree<N> {
     fn answers(&self) -> Vec<Answer> {
         let found = self.triangles.as_flattened().iter().zip(self.t.as_flattened());
         let answer = |(&triangle, &t): (&u32, &f32)| match self.question.any {
-            // An occluded ray ends at minus infinity.
+            // Embree sets the far end of an occluded ray to minus infinity.
             true if t == f32::NEG_INFINITY => Answer::ANY,
             false if triangle != u32::MAX => Answer { triangle, t: t.into() },
             _ => Answer::MISS,
@@ -412,7 +413,7 @@ impl<const N: usize> Engine for Embree<N> {
     }
 }
 
-/// The call, ready to be made.
+/// A prepared call.
 pub struct Caller<'a> {
     scene: &'a Scene,
     any: bool,
@@ -423,7 +424,7 @@ pub struct Caller<'a> {
 impl<'a> Caller<'a> {
     fn new(scene: &'a Scene, question: Question) -> Self {
         let pointers = [null_mut(); 3];
-        // The flag of coherent rays is another bit in each version.
+        // The flag for coherent rays is a different bit in each version.
         let flag = |bit: u32| if question.coherent { 1 << bit } else { 0 };
         Self {
             scene,
@@ -438,7 +439,7 @@ impl<'a> Caller<'a> {
         }
     }
 
-    /// The call that collects every hit. The collector must live as long.
+    /// A call that collects every hit. The collector must outlive it.
     pub fn collecting(scene: &'a Scene, collector: *mut Collector) -> Self {
         let mut caller = Self::new(scene, Question { any: false, coherent: false });
         caller.context.collector = collector.cast();
@@ -454,7 +455,7 @@ impl<'a> Caller<'a> {
         let ray = (&raw mut *hit).cast();
         let api = &self.scene.api;
         let scene = self.scene.scene;
-        // Both take two pointers behind the scene, in their own order.
+        // Both structures are passed by pointer after the scene, in an order that depends on the version.
         let mut arguments = self.arguments;
         arguments.pointers[0] = if self.context.collector.is_null() {
             null_mut()
@@ -466,8 +467,8 @@ impl<'a> Caller<'a> {
         } else {
             ((&raw const self.context).cast_mut().cast(), ray)
         };
-        // SAFETY: the structures have the layout of the library's version, and the lanes of a mask
-        // are as many as those of its call. Neither context nor arguments are written.
+        // SAFETY: the structures have the layout of the library's version, and the mask has as many lanes as
+        // the call. Neither context nor arguments are written.
         unsafe {
             if N == 1 {
                 let call = if self.any { api.occluded_1 } else { api.intersect_1 };

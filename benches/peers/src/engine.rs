@@ -1,4 +1,4 @@
-//! The interface of a tracer that is measured.
+//! The interface of a measured tracer.
 
 use std::ops::Range;
 
@@ -8,13 +8,13 @@ use rayon::prelude::*;
 /// The query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// Whether any hit will do; else the closest is wanted.
+    /// Whether any hit will do; otherwise the closest is wanted.
     pub any: bool,
-    /// Whether neighbouring rays go the same way.
+    /// Whether neighbouring rays are coherent.
     pub coherent: bool,
 }
 
-/// The answer to a ray: a triangle and its t; for any-hit queries, only whether there is a hit.
+/// The answer for a ray: a triangle and its t; for any-hit queries, only whether there is a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub triangle: u32,
@@ -30,12 +30,12 @@ impl Answer {
     }
 }
 
-/// A tracer over one scene, which takes rays of this type.
+/// A tracer over one scene that takes rays of type `R`.
 pub trait Engine<R = Ray>: Send + Sync {
-    /// Takes rays into the layout that it likes best. Not timed.
+    /// Stores rays in the layout that suits the tracer. Not timed.
     fn load(&mut self, rays: &[R], question: Question);
-    /// Traces those of a part that begins with a multiple of [`CHUNK`] and ends with another or the last, on the
-    /// threads of the pool it is called in. Timed.
+    /// Traces a part of the rays, whose start is a multiple of [`CHUNK`] and whose end is one too or the last
+    /// ray, on the threads of the current pool. Timed.
     fn trace(&mut self, part: Range<usize>);
     /// The hits, in the order of the rays.
     fn answers(&self) -> Vec<Answer>;
@@ -45,10 +45,10 @@ pub trait Engine<R = Ray>: Send + Sync {
     }
 }
 
-/// Rays that a thread takes at a time.
+/// The number of rays that a thread takes at a time.
 pub const CHUNK: usize = 1024;
 
-/// The rays of a tracer that takes one at a time.
+/// The rays of a tracer that takes one ray per call.
 pub struct Singles<R> {
     rays: Vec<R>,
     any: bool,
@@ -78,7 +78,7 @@ impl<R: Send + Sync> Singles<R> {
         self.trace_with(part, || (), |(), ray| closest(ray), |(), ray| any(ray));
     }
 
-    /// The same by what each chunk makes for itself.
+    /// As [`Singles::trace`], with a value that each chunk creates for itself.
     #[inline(always)]
     pub fn trace_with<K>(
         &mut self,

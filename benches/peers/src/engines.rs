@@ -1,4 +1,4 @@
-//! The engines by name, and how to build each for a scene.
+//! The engines by name, and how to build each of them for a scene.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::obvhs::Obvhs;
 use crate::ours::{Batch, InF32, Kept, Single, Triangles};
 use crate::parry::Parry;
 
-/// All engines, each with a line of description.
+/// All engines, with a one-line description.
 pub const ENGINES: [(&str, &str); 40] = [
     ("certified", "batch calls, the CPU's best instructions"),
     ("certified-f32", "batch calls with t, u, v in f32"),
@@ -61,13 +61,13 @@ pub const ENGINES: [(&str, &str); 40] = [
     ("parry", "triangle mesh"),
 ];
 
-/// Whether a name is meant by one of the filters: the name itself, or its beginning up to a dash. No
-/// filter means all.
+/// Whether one of the filters selects a name: it is the name itself, or its beginning up to a dash. No
+/// filters select all names.
 pub fn wanted(name: &str, filters: &[String]) -> bool {
     wanted_of(name, filters, ENGINES.iter().map(|(name, _)| *name))
 }
 
-/// The same among names of another list.
+/// The same for names of another list.
 pub fn wanted_of<'a>(
     name: &str,
     filters: &[String],
@@ -77,12 +77,12 @@ pub fn wanted_of<'a>(
         Some(rest) => rest.is_empty() || rest.starts_with('-'),
         None => false,
     };
-    // A name that is also a prefix of others means itself.
+    // A name that is also a prefix of others selects only itself.
     let whole = |filter: &String| names.clone().any(|name| name == filter) && filter != name;
     filters.is_empty() || filters.iter().any(|filter| meant(filter) && !whole(filter))
 }
 
-/// An engine, or the reason why there is none.
+/// An engine; on an error, prints the reason and returns nothing.
 fn made<E: Engine + 'static>(name: &str, engine: Result<E, String>) -> Option<Box<dyn Engine>> {
     let engine = engine.inspect_err(|error| eprintln!("{name}: {error}")).ok()?;
     Some(Box::new(engine))
@@ -98,7 +98,7 @@ fn tinybvh(_: &str, _: &[Triangle]) -> Option<Box<dyn Engine>> {
     None
 }
 
-/// A mode of intertri, through the calls that a name specifies.
+/// A mode of intertri, through the calls that the name specifies.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     let has = |word| name.split('-').any(|part| part == word);
@@ -111,12 +111,12 @@ fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode) -> Box<dyn Engine> {
     }
 }
 
-/// The level of instructions that a name specifies, if this CPU has it.
+/// The instruction level that a name specifies, if this CPU supports it.
 fn level(name: &str) -> Option<Level> {
     if name.ends_with("avx2") { Level::avx2() } else { Some(Level::best()) }
 }
 
-/// The engines over a scene. Those that cannot be built are reported and left out.
+/// The engines for a scene. Those that cannot be built are reported and left out.
 pub fn engines(
     filters: &[String],
     scene: &intertri_scene::Scene,

@@ -1,5 +1,5 @@
-//! The mode `fixed`, through a hierarchy: triangles and rays are snapped to a grid first and traced once a crossing, so
-//! that the answers are exact on the grid and differ from the others' by the snapping.
+//! The mode `fixed`, through a hierarchy. Triangles and rays are snapped to a grid first, and each crossing
+//! is counted once, so answers are exact on the grid and differ from the others' only by the snapping.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use intertri_trace::Bvh;
 
 use crate::engine::{Answer, Engine, Question};
 
-/// Rays that are snapped and traced at a time.
+/// The number of rays that are snapped and traced at a time.
 const CHUNK: usize = 1 << 14;
 
 pub struct Fixed {
@@ -25,7 +25,7 @@ pub struct Fixed {
 
 impl Fixed {
     pub fn new(scene: &Scene) -> Result<Self, String> {
-        // With room for rays that start a little off a surface.
+        // Leaves a margin for rays that start a little off a surface.
         let room = |p: [f32; 3]| [0.99, 1.01].map(|scale| p.map(|x| x * scale));
         let ends = scene.mesh.bounds().map_or([[0.0; 3]; 2], |bounds| [bounds.min, bounds.max]);
         let looks = [scene.camera.eye(), scene.light.origin([0.0; 3])];

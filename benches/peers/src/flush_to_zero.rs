@@ -1,11 +1,11 @@
-//! Subnormal numbers are taken for zero while a peer runs that requires it.
+//! Treats subnormal numbers as zero while a peer that requires it runs.
 
-/// Runs with subnormal numbers taken for zero, as Embree's manual recommends.
+/// Runs a function with subnormal numbers treated as zero, as Embree's manual recommends.
 #[cfg(target_arch = "x86_64")]
 pub fn with_flush_to_zero(run: impl FnOnce()) {
     const FLUSH: u32 = 0x8040;
     let mut before = 0_u32;
-    // SAFETY: the control word is read, two bits of it are set, and it is put back.
+    // SAFETY: reads the control word, sets two bits of it, and restores it.
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &mut before, options(nostack));
         let flush = before | FLUSH;

@@ -1,4 +1,4 @@
-//! The same rays through intertri and other tracers, in one process, one after the other and again.
+//! Traces the same rays with intertri and other tracers, alternating in one process.
 
 mod builds;
 mod bvh;
@@ -62,7 +62,7 @@ enum Command {
     Leaks(leaks::Options),
     /// Measure every hit of each ray.
     Lists(lists::Options),
-    /// Measure scenes in f64 beside the same in f32, and beside others in f64.
+    /// Compare scenes in f64 with the same in f32, and with other tracers in f64.
     F64(in_f64::Options),
     #[cfg(feature = "chart")]
     /// Draw what `rays --json` wrote: NAME.svg and NAME.png.
@@ -71,7 +71,7 @@ enum Command {
     Distances(distances::Options),
     /// Measure saving, loading and refitting.
     Moves(moves::Options),
-    /// Measure how many times as long the same rays take where a scene has something hostile.
+    /// Measure how many times longer the same rays take in hostile scenes.
     Cliffs(cliffs::Options),
     /// List the engines and the scenes.
     List,
@@ -86,7 +86,7 @@ struct Options {
     /// Kinds of rays.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse")]
     kind: Vec<Kind>,
-    /// Engines, or what their names begin with up to a dash; all unless given.
+    /// Engines, or the beginning of their names up to a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
     /// Threads; 0 for all.
@@ -101,18 +101,17 @@ struct Options {
     /// The order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Rays held against the plain loop of the f64 reference; fewer on large scenes, where that is
-    /// slow, unless given.
+    /// Rays to compare with the plain loop of the f64 reference; by default fewer on large scenes, where that
+    /// is slow.
     #[arg(long)]
     reference: Option<usize>,
-    /// A short look: certified and Embree's fast and robust calls unless others are given, 0.3
-    /// seconds, no reference.
+    /// A quick run: by default certified and Embree's fast and robust calls, 0.3 seconds, no reference.
     #[arg(long)]
     quick: bool,
-    /// Where to write the figures for programs and for the chart.
+    /// Where to write the figures as JSON, for the chart among others.
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Embree's shared library, of version 3 or 4, where it is not installed.
+    /// Embree's shared library, version 3 or 4, if it is not installed.
     #[arg(long, env = "EMBREE")]
     embree: Option<PathBuf>,
 }
@@ -133,7 +132,7 @@ struct BuildOptions {
 #[cfg(feature = "chart")]
 #[derive(Args)]
 struct ChartOptions {
-    /// What `rays --json` wrote.
+    /// The files that `rays --json` wrote.
     files: Vec<PathBuf>,
     /// Speed against triangles instead of bars.
     #[arg(long)]
@@ -141,7 +140,7 @@ struct ChartOptions {
     /// Speed against wrong answers, all scenes together, instead of bars.
     #[arg(long, conflicts_with = "growth")]
     scatter: bool,
-    /// The name of the pictures, without an ending.
+    /// The name of the pictures, without extension.
     #[arg(short, long)]
     output: PathBuf,
 }
@@ -216,7 +215,7 @@ fn rays_of_all(mut options: Options) -> Result<(), String> {
             let (held, wrong) = reference::differences(&scene.mesh, &rays, question, &truth, some);
 
             let seconds = options.seconds;
-            // `certified` promises the document's answers, all others those of geometry.
+            // `certified` promises the document's answers, all other modes those of geometry.
             let of = |name: &str| if name.starts_with("certified") { &truth[..] } else { &exact };
             let (truth, beside): (Truth<'_>, Beside) = (&of, measure::embree);
             let measured =
@@ -302,7 +301,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     std::fs::write(path, bytes).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-/// The answers of a mode at the portable level, a call a ray: no code for bundles or streams has a part in them.
+/// The answers of a mode at the portable level, one ray per call: this runs no code for bundles or streams.
 fn truth(bvh: &Arc<Bvh>, rays: &[Ray], question: Question, mode: Mode) -> Vec<Answer> {
     let mut single = Single::new(bvh.clone(), mode.at(Level::PORTABLE));
     single.load(rays, question);

@@ -1,7 +1,7 @@
-//! One cell of the table: some engines, the same rays, one after the other and again.
+//! One cell of the table: several engines trace the same rays, alternating.
 //!
-//! On one thread the rays of a repeat are timed in parts, each between two looks at the clock, so that a
-//! part in a dip is thrown out and not the repeat.
+//! On one thread the rays of a repeat are timed in parts, with the clock rate sampled before and after each,
+//! so that a dip costs one part and not the whole repeat.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -23,20 +23,20 @@ pub struct Row {
     pub threads: usize,
     pub engine: String,
     pub rays: usize,
-    /// Million rays a second: by the slow times of each part of the rays, the middle ones, the fast.
+    /// Million rays per second, from the slow, the middle and the fast times of each part of the rays.
     pub speed: [f64; 3],
-    /// Times of parts that count, and those thrown out because the clock was another than usual.
+    /// The number of parts that count, and of those discarded because of an unusual clock rate.
     pub repeats: usize,
     pub dips: usize,
-    /// The engine that the ratio refers to, and how many times as fast this one was in the same round: the lowest, the
-    /// middle, the highest. None where no part counts in the same round of both.
+    /// The engine that the ratio refers to, and how many times as fast this one was in the same round: low,
+    /// median, high. None if no part counts for both in the same round.
     pub base: String,
     pub ratio: Option<[f64; 3]>,
-    /// Rays with hit and miss mistaken, and with a hit on another triangle (or, where every bit of t
-    /// is promised, of another t).
+    /// Rays with hit and miss confused, and rays with a hit on another triangle (or with another t, if every
+    /// bit of it is promised).
     pub wrong_hits: usize,
     pub wrong_triangles: usize,
-    /// Rays whose truth was held against the plain loop of the reference, and how many differed.
+    /// Rays whose truth was compared with the plain loop of the reference, and how many differed.
     pub reference: usize,
     pub reference_wrong: usize,
 }
@@ -44,32 +44,33 @@ pub struct Row {
 /// The true answers for an engine, by its name.
 pub type Truth<'a> = &'a dyn Fn(&str) -> &'a [Answer];
 
-/// The row that a row is compared with.
+/// Chooses the row that a row is compared with.
 pub type Beside = fn(&[Row], usize) -> Option<usize>;
 
 /// An engine and its name.
 pub type Named = (String, Box<dyn Engine>);
 
-/// Rays that are timed together on one thread: if the clock rate dips for milliseconds, few are affected.
+/// Rays that are timed together on one thread. If the clock rate dips for milliseconds, few parts are
+/// affected.
 const PART: usize = 1 << 16;
 
-/// The number of times in a part that counts.
+/// The times that each part needs.
 const TIMES: usize = 3;
 
-/// The seconds of each part of each repeat; `None` where the clock was another than usual.
+/// The seconds of each part of each repeat; `None` if the clock rate was unusual.
 type Rounds = Vec<Vec<Option<f64>>>;
 
-/// Seconds of each part of each repeat of an engine, and the clock meanwhile.
+/// The seconds of each part of each repeat of an engine, and the clock rates.
 #[derive(Default)]
 struct Times {
     rounds: Vec<Vec<(f64, f64)>>,
     spent: f64,
-    /// Each engine has a usual clock of its own: some CPUs lower it for wide instructions.
+    /// Each engine has its own usual clock rate: some CPUs lower it for wide instructions.
     clock: Clock,
 }
 
 impl Times {
-    /// Takes the parts of one more repeat.
+    /// Adds the parts of another repeat.
     fn add(&mut self, round: Vec<(f64, f64)>) {
         for &(seconds, at) in &round {
             self.clock.add(at);
@@ -78,13 +79,14 @@ impl Times {
         self.rounds.push(round);
     }
 
-    /// The seconds of what counts.
+    /// The seconds of the parts that count.
     fn kept(&self) -> Rounds {
         let counts = |&(seconds, at): &(f64, f64)| self.clock.is_steady(at).then_some(seconds);
         self.rounds.iter().map(|round| round.iter().map(counts).collect()).collect()
     }
 
-    /// Whether there is enough: the time spent and some times of each part, or no hope for a steady clock.
+    /// Whether to stop: the time is spent and each part has enough times, or a steady clock rate is not to be
+    /// expected.
     fn enough(&self, budget: f64) -> bool {
         if self.spent < budget {
             return false;
@@ -96,14 +98,14 @@ impl Times {
     }
 }
 
-/// The rays of a round, by what is timed at once.
+/// The rays of a round, split into the parts that are timed.
 fn parts(rays: usize, threads: usize) -> impl Iterator<Item = Range<usize>> + Clone {
     let size = if threads == 1 { PART } else { rays };
     (0..rays).step_by(size).map(move |from| from..rays.min(from + size))
 }
 
-/// Million rays a second by times of their parts: the slow times of each, the middle ones, the fast. Parts
-/// without any do not count.
+/// Million rays per second, from the slow, the middle and the fast times of each part. Parts without times
+/// are left out.
 fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>) -> [f64; 3] {
     let (mut rays, mut seconds) = (0, [0.0; 3]);
     for (i, part) in parts.enumerate() {
@@ -117,7 +119,7 @@ fn speed(rounds: &[Vec<Option<f64>>], parts: impl Iterator<Item = Range<usize>>)
     [slow, middle, fast].map(|seconds| if rays > 0 { rays as f64 * 1e-6 / seconds } else { 0.0 })
 }
 
-/// How many times as long as `a` `b` took in a round, over the parts that count in both.
+/// How many times longer `b` took than `a` in a round, over the parts that count for both.
 fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     let (mut of_a, mut of_b) = (0.0, 0.0);
     for (a, b) in a.iter().zip(b).filter_map(|(a, b)| Some(((*a)?, (*b)?))) {
@@ -127,8 +129,8 @@ fn ratio(a: &[Option<f64>], b: &[Option<f64>]) -> Option<f64> {
     (of_a > 0.0).then(|| of_b / of_a)
 }
 
-/// Runs all engines in turn until each has had its seconds. Returns the rows, complete except for what describes the
-/// scene.
+/// Runs all engines in turn until each has had its seconds. Returns the rows, except for the fields that
+/// describe the scene.
 pub fn measure(
     engines: &mut [Named],
     rays: &[Ray],
@@ -162,7 +164,7 @@ pub fn measure(
     rows
 }
 
-/// One repeat of an engine: the seconds of each part, and the clock meanwhile.
+/// One repeat of an engine: the seconds of each part, and the clock rate.
 fn time_parts(
     engine: &mut dyn Engine,
     parts: impl Iterator<Item = Range<usize>>,
@@ -178,7 +180,7 @@ fn time_parts(
     parts.map(part).collect()
 }
 
-/// The row of an engine, without the comparison with another.
+/// An engine's row, without the comparison.
 fn row(
     (name, engine): &Named,
     rounds: &Rounds,
@@ -208,7 +210,7 @@ fn row(
     }
 }
 
-/// The fastest of Embree's fast calls; for engines limited to AVX2, of those limited to AVX2.
+/// The fastest of Embree's fast calls; for an engine limited to AVX2, the fastest of those limited to AVX2.
 pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     let avx2 = rows[engine].engine.contains("avx2");
     let group = if avx2 { "embree-avx2" } else { "embree-fast" };
@@ -219,7 +221,7 @@ pub fn embree(rows: &[Row], engine: usize) -> Option<usize> {
     (0..rows.len()).filter(of).max_by(|&a, &b| speed(a).total_cmp(&speed(b)))
 }
 
-/// Holds each engine against another.
+/// Compares each engine with another one.
 fn compare(rows: &mut [Row], kept: &[Rounds], beside: Beside) {
     for i in 0..rows.len() {
         let Some(base) = beside(rows, i) else { continue };
@@ -230,7 +232,7 @@ fn compare(rows: &mut [Row], kept: &[Rounds], beside: Beside) {
     }
 }
 
-/// The tenth, the fiftieth and the ninetieth of a hundred; zeros of none.
+/// The 10th, 50th and 90th percentiles; zeros if there are no values.
 fn spread(mut x: Vec<f64>) -> [f64; 3] {
     x.sort_by(f64::total_cmp);
     let at = |share: f64| x.get((share * (x.len().max(1) - 1) as f64).round() as usize);

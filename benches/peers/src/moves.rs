@@ -1,5 +1,4 @@
-//! Hierarchies that are saved and loaded, and refitted to triangles that have moved; beside building them anew, and
-//! beside Embree's refit.
+//! Measures saving, loading and refitting hierarchies, compared with building them and with Embree's refit.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -43,7 +42,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// The fastest of twenty.
+/// The fastest of twenty runs.
 fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     let mut once = || {
         let start = Instant::now();
@@ -53,7 +52,7 @@ fn fastest<R>(mut work: impl FnMut() -> R) -> f64 {
     (0..20).map(|_| once()).fold(f64::INFINITY, f64::min)
 }
 
-/// A little of everything: twisted about y.
+/// Moves every point a little: a twist about y.
 fn twisted(p: [f32; 3], by: f32) -> [f32; 3] {
     let (s, c) = (by * p[1]).sin_cos();
     [p[0] * c - p[2] * s, p[1], p[0] * s + p[2] * c]

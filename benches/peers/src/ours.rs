@@ -8,7 +8,7 @@ use intertri_trace::{Bvh, BvhScalar, MeshTriangle, Query};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// f32 in any mode, or f64, which has the mode `exact` alone.
+/// f32 in any mode, or f64 in the mode `exact` only.
 pub trait PeerScalar: BvhScalar {
     /// A query in a mode.
     fn query(bvh: &Bvh<Self>, mode: Mode) -> Query<'_, Self>;
@@ -75,7 +75,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Batch<S> {
     }
 }
 
-/// The batch call with t, u and v in f32; for any hits, the batch call.
+/// The batch call with t, u and v in f32; for any hits, the ordinary batch call.
 pub struct InF32<S: PeerScalar = f32> {
     batch: Batch<S>,
     hits: Vec<Hit32>,
@@ -112,7 +112,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for InF32<S> {
     }
 }
 
-/// The batch call that returns the triangle alone; for any hits, the batch call.
+/// The batch call that returns only the triangle; for any hits, the ordinary batch call.
 pub struct Triangles<S: PeerScalar = f32> {
     batch: Batch<S>,
     triangles: Vec<MeshTriangle>,
@@ -185,7 +185,7 @@ impl<S: PeerScalar> Engine<RayOf<S>> for Single<S> {
     }
 }
 
-/// The calls for one ray after another, by a query that each chunk of rays makes and keeps.
+/// Single-ray calls through a query that each chunk of rays creates and reuses.
 pub struct Kept {
     single: Single,
     /// Whether only the triangle is returned.
@@ -227,7 +227,7 @@ impl Engine for Kept {
     }
 }
 
-/// Whether every bit of t is that of document A.
+/// Whether every bit of t equals that of document A.
 fn as_document(mode: Mode) -> bool {
     mode.rule().is_none()
 }

@@ -1,4 +1,4 @@
-//! The crates `parry3d` and `parry3d-f64`: a triangle mesh with its own hierarchy.
+//! The crates `parry3d` and `parry3d-f64`: triangle meshes with their own hierarchy.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use intertri::{Ray, Ray64};
 
 use crate::engine::{Answer, Engine, Question, Singles};
 
-/// The engine over one of the two crates, which have the same types, each in its own scalar.
+/// The engine for one of the two crates, whose types differ only in the scalar.
 macro_rules! parry {
     ($name:ident, $parry:ident, $scalar:ty, $ray:ty) => {
         pub struct $name {
             mesh: $parry::shape::TriMesh,
-            /// With the end of the interval.
+            /// Each ray with the end of its interval.
             rays: Singles<($parry::query::Ray, $scalar)>,
         }
 
@@ -38,7 +38,8 @@ macro_rules! parry {
                 let cast = |(ray, far): &(_, $scalar)| {
                     $parry::shape::CompositeShapeRef(mesh).cast_local_ray(ray, *far, true)
                 };
-                // For any hit, too, its closest is quickest: only that walk tests boxes in lanes.
+                // The closest-hit query is also the fastest for any hit: only that traversal tests boxes in
+                // lanes.
                 rays.trace(
                     part,
                     |ray| match cast(ray) {

@@ -1,4 +1,4 @@
-//! The rays: those of a camera, those to a light, those that bounce, those that aim at edges and vertices.
+//! The rays: from a camera, toward a light, diffuse, and aimed at edges and vertices.
 
 use intertri::{Mode, Ray, Ray64};
 use intertri_scene::{Scene, hit_point};
@@ -12,17 +12,17 @@ use crate::scenes::random;
 pub enum Kind {
     /// From the camera: the closest hit.
     Primary,
-    /// From what the camera sees toward a point light: any hit before it.
+    /// From the points that the camera sees toward a point light: any hit before it.
     Shadow,
-    /// The same parts of the same lines, from the light.
+    /// The same segments in the opposite direction, from the light.
     Light,
-    /// From what the camera sees, cosine-distributed about the normal: the closest hit.
+    /// From the points that the camera sees, cosine-distributed about the normal: the closest hit.
     Diffuse,
-    /// The same from the points themselves, rounded to f32, which lie on the surface or beside it.
+    /// Like `Diffuse`, but from the points themselves rounded to f32, which lie on the surface or next to it.
     Surface,
-    /// From the camera at the middle of an edge of what it sees: the closest hit.
+    /// From the camera toward the midpoint of an edge of each triangle that it sees: the closest hit.
     Edges,
-    /// From the camera at a corner of what it sees.
+    /// From the camera toward a corner of each triangle that it sees.
     Vertices,
 }
 
@@ -47,10 +47,10 @@ impl Kind {
     }
 }
 
-/// In which order the pixels come.
+/// The order of the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Order {
-    /// Tiles of tiles: any 4, 16, 64 and so on that follow each other are a square.
+    /// Nested tiles: any 4, 16, 64 and so on consecutive pixels form a square.
     Tiles,
     /// Row by row.
     Rows,
@@ -83,7 +83,8 @@ pub fn widened(ray: &Ray) -> Ray64 {
     Ray64::new(ray.origin.map(f64::from), ray.dir.map(f64::from)).between(t_min, t_max)
 }
 
-/// The same before their directions are rounded to f32: those at edges and vertices go nearer to them.
+/// The same rays before their directions are rounded to f32; those aimed at edges and vertices pass closer to
+/// them.
 pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> Vec<Ray64> {
     let pixel = |i: u32| match order {
         Order::Tiles => (every_other_bit(i), every_other_bit(i >> 1)),
@@ -99,8 +100,8 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
     }
     let hits = bvh.query().mode(Mode::certified()).closest_batch(&primary);
 
-    // Away from the surface by a hundred thousandth of the scene, so that a ray does not meet at
-    // once what it leaves.
+    // Start a hundred-thousandth of the scene's size off the surface, so that a ray does not hit the triangle
+    // it starts from.
     let bounds = scene.mesh.bounds().map_or([0.0; 3], |b| [0, 1, 2].map(|k| b.max[k] - b.min[k]));
     let away = 1e-5 * length(bounds.map(f64::from));
     let seen = primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit());
@@ -108,7 +109,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .map(|(i, (ray, hit))| {
             let [c1, c2, c3] = scene.mesh.corners(hit.triangle as usize).map(|p| p.map(f64::from));
             let normal = unit(cross(sub(c2, c1), sub(c3, c1)));
-            // On the side from which it is seen.
+            // On the side that the camera sees.
             let normal =
                 normal.map(|x| if dot(normal, ray.dir.map(f64::from)) > 0.0 { -x } else { x });
             let point = hit_point(ray, hit);
@@ -127,7 +128,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
                 }
                 Kind::Vertices => at(corner),
                 Kind::Primary | Kind::Diffuse | Kind::Surface => {
-                    // A point of the unit sphere on top of the normal.
+                    // A point on the unit sphere around the tip of the normal.
                     let d = direction(i as u64);
                     let dir = unit([0, 1, 2].map(|k| normal[k] + (1.0 - 1e-9) * d[k]));
                     widened(&Ray::new(origin, dir.map(|x| x as f32)))
@@ -145,7 +146,7 @@ pub fn lines(kind: Kind, scene: &Scene, bvh: &Bvh, size: u32, order: Order) -> V
         .collect()
 }
 
-/// A random direction of length 1, the same for the same number: a point of the unit ball, pushed out.
+/// A random direction of length 1, the same for the same `i`: a point of the unit ball, normalized.
 fn direction(i: u64) -> [f64; 3] {
     for k in 0.. {
         let p = [0, 1, 2].map(|axis| random([i, k, axis]));
@@ -156,7 +157,7 @@ fn direction(i: u64) -> [f64; 3] {
     unreachable!("a point of the cube lies in the ball, sooner or later")
 }
 
-/// The bits 0, 2, 4, ... side by side.
+/// Collects the bits 0, 2, 4, ... into adjacent positions.
 fn every_other_bit(i: u32) -> u32 {
     (0..16).fold(0, |sum, k| sum | (i >> (2 * k) & 1) << k)
 }

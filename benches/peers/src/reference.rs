@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::engine::{Answer, Question};
 
-/// How many of about `some` rays, spread over all, were compared, and how many of them differ in hit
-/// or miss, index, or a bit of t.
+/// Compares about `some` rays, spread over all of them. Returns how many were compared, and how many of those
+/// differ in hit or miss, index, or a bit of t.
 pub fn differences(
     mesh: &Mesh,
     rays: &[Ray],

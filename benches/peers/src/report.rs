@@ -1,4 +1,4 @@
-//! The tables on the terminal.
+//! Prints tables to the terminal.
 
 use intertri::simd::Level;
 
@@ -7,7 +7,7 @@ use crate::leaks::Row as Leaks;
 use crate::measure::Row;
 use crate::scenes::{CLOSED, SCENES};
 
-/// The CPU as the system calls it, and the level of instructions that intertri uses.
+/// The name of the CPU, and the instruction level that intertri uses.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
@@ -22,7 +22,7 @@ pub fn grouped(number: usize) -> String {
     groups.join(",")
 }
 
-/// The machine.
+/// Prints the machine and the settings.
 pub fn header(fastest: f64, threads: usize, size: u32) {
     let native = if cfg!(target_feature = "avx2") { ", all compiled for AVX2 or more" } else { "" };
     println!(
@@ -33,11 +33,11 @@ pub fn header(fastest: f64, threads: usize, size: u32) {
     );
 }
 
-/// A cell: one scene, one kind, all engines.
+/// Prints one cell: one scene, one kind of ray, all engines.
 pub fn table(rows: &[Row]) {
     let Some(first) = rows.first() else { return };
     println!(
-        "\n{} ({} triangles), {}: {} rays; {} held against the reference, {} differ",
+        "\n{} ({} triangles), {}: {} rays; {} compared with the reference, {} differ",
         first.scene,
         grouped(first.triangles),
         first.kind,
@@ -74,7 +74,7 @@ pub fn table(rows: &[Row]) {
     }
 }
 
-/// The builds of a scene.
+/// Prints the build times of a scene.
 pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64)]) {
     let s = if threads == 1 { "" } else { "s" };
     println!("\n{scene} ({} triangles), built by {threads} thread{s}", grouped(triangles));
@@ -83,7 +83,7 @@ pub fn builds(scene: &str, triangles: usize, threads: usize, times: &[(&str, f64
     }
 }
 
-/// The leaks at vertices or at edges: engines by meshes, in Markdown.
+/// Prints the leaks at vertices or edges as a Markdown table: a row per engine, a column per mesh.
 pub fn leaks(rows: &[&Leaks]) {
     let Some(first) = rows.first() else { return };
     let mut meshes: Vec<&Leaks> = Vec::new();
@@ -111,7 +111,7 @@ pub fn leaks(rows: &[&Leaks]) {
     }
 }
 
-/// The names that the options take.
+/// Prints the names that the options accept.
 pub fn list() {
     println!("scenes: {}, sphere-N, growth, or a path", SCENES.join(", "));
     println!("closed ones: {}", CLOSED.join(", "));
@@ -121,7 +121,7 @@ pub fn list() {
     }
 }
 
-/// A scene and rays by all engines, and how many times as long they take as in its plain neighbour.
+/// Prints one hostile case for all engines, with the ratio of each time to that of the plain case.
 pub fn cliff(what: &str, rows: &[Row], plain: &[Row]) {
     println!("\n{what}");
     println!(

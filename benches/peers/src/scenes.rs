@@ -1,4 +1,4 @@
-//! The scenes: shared models, and some made by code.
+//! The scenes: shared models, and generated ones.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,19 @@ pub const SCENES: [&str; 10] = [
     "terrain",
 ];
 
-/// Closed scenes, made by code.
+/// Closed generated scenes.
 pub const CLOSED: [&str; 5] = ["cube", "icosahedron", "torus", "sphere-1000", "sphere"];
 
-/// Triangles of the spheres that show the growth.
+/// The numbers of triangles of the spheres for the growth chart.
 pub const GROWTH: [u32; 6] = [100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
 
-/// Edges along a side of an octahedron's face: 8 times its square triangles, 1,312,200.
+/// Subdivisions of an octahedron's edge; 8 times the square of this is the number of triangles, 1,312,200.
 const SPHERE: u32 = 405;
-/// Squares along a side of the terrain: twice its square triangles, 9,999,392.
+/// Squares along a side of the terrain; twice the square of this is the number of triangles, 9,999,392.
 const TERRAIN: u32 = 2236;
 
-/// A scene by its name: one of [`SCENES`], `sphere-` with about how many triangles, or the path of a
-/// model.
+/// A scene by its name: one of [`SCENES`], `sphere-` and the approximate number of triangles, or the path of
+/// a model.
 pub fn scene(name: &str) -> Result<Scene, String> {
     let of = |mesh| Scene::of(mesh, 1.0).map_err(|e| format!("{name}: {e}"));
     if let Some(mesh) = solid(name) {
@@ -80,7 +80,7 @@ pub fn short(name: &str) -> String {
     Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The kitchen from within, under a lamp.
+/// The kitchen seen from inside, under a lamp.
 fn kitchen() -> Result<Scene, String> {
     let mesh = model("kitchen.obj")?;
     let camera = Camera::new([3.0, 1.7, 2.0], [-0.6, 0.9, -1.2], Camera::UP, 60.0);
@@ -88,7 +88,7 @@ fn kitchen() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.6, 2.3, 0.3] }, texture: None })
 }
 
-/// A room of 36 triangles, open to the viewer: five walls, a lamp, two blocks.
+/// A Cornell box of 36 triangles, open to the viewer: five walls, a lamp, two blocks.
 fn cornell_box() -> Result<Scene, String> {
     let mut mesh = Mesh::default();
     let mut quad = |corners: [[f32; 3]; 4]| {
@@ -96,7 +96,7 @@ fn cornell_box() -> Result<Scene, String> {
         mesh.positions.extend(corners);
         mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     };
-    // A wall at one end of an axis, of the room from -1 to 1.
+    // The wall at one end of an axis, for a room from -1 to 1.
     let wall = |axis: usize, end: f32, half: f32| {
         [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| {
             let mut p = [end; 3];
@@ -126,8 +126,8 @@ fn cornell_box() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [0.0, 0.9, 0.0] }, texture: None })
 }
 
-/// A sphere with bumps: each face of an octahedron in `n * n` triangles, `8 * n * n` in all. Faces side
-/// by side have the same bits along their edge.
+/// A sphere with bumps: each face of an octahedron is divided into `n * n` triangles, `8 * n * n` in all.
+/// Adjacent faces have the same bits along their common edge.
 fn displaced_sphere(n: u32) -> Mesh {
     let row = |i: u32| i * (i + 1) / 2;
     let mut mesh = Mesh::default();
@@ -158,7 +158,7 @@ fn displaced_sphere(n: u32) -> Mesh {
     mesh
 }
 
-/// A land of hills, seen from one of them toward the horizon.
+/// A hilly landscape, seen from one of its hills toward the horizon.
 fn terrain() -> Result<Scene, String> {
     let n = TERRAIN;
     let height = |x: f64, z: f64| 0.25 * mountains([4.0 * x + 50.0, 20.0, 4.0 * z + 50.0], 9);
@@ -182,7 +182,7 @@ fn terrain() -> Result<Scene, String> {
     Ok(Scene { mesh, camera, light: Light::Point { position: [-3.0, 2.5, 1.0] }, texture: None })
 }
 
-/// Noise of some octaves, about -1 to 1, by `+ - *` alone: the same bits everywhere.
+/// Noise of several octaves, about -1 to 1, computed with `+ - *` only: the same bits everywhere.
 fn mountains(p: [f64; 3], octaves: u32) -> f64 {
     let octave = |k: u32| {
         let scale = f64::from(1_u32 << k);
@@ -206,7 +206,7 @@ fn noise(p: [f64; 3]) -> f64 {
     mix(along_y(0), along_y(4), s[2])
 }
 
-/// A random number in `-1..1`, the same for the same three.
+/// A random number in `-1..1`, the same for the same arguments.
 pub fn random([x, y, z]: [u64; 3]) -> f64 {
     let mut h = x.wrapping_mul(0x9E37_79B9_7F4A_7C15)
         ^ y.wrapping_mul(0xC2B2_AE3D_27D4_EB4F)

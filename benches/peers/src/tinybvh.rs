@@ -1,7 +1,7 @@
-//! `BVH8_CPU` of tinybvh, its fastest layout for one ray a call, through the crate `tinybvh-rs`.
+//! `BVH8_CPU` of tinybvh, its fastest layout for single-ray calls, through the crate `tinybvh-rs`.
 //!
-//! It needs AVX2, compiles itself for the machine that it is built on, and the crate offers it only to programs that
-//! are compiled so, too. It has no query for any hit here: shadow rays ask for the closest hit before their end.
+//! It needs AVX2 and compiles itself for the machine it is built on, and the crate only offers it to programs
+//! compiled that way. It has no any-hit query here; shadow rays ask for the closest hit before their end.
 
 use std::ops::Range;
 
@@ -18,8 +18,8 @@ pub struct TinyBvh {
     rays: Singles<Padded>,
 }
 
-/// A ray as the C++ code has it: of 128 bytes, aligned to 64. The crate's type is half as large, and its `Ray::new`
-/// writes beyond the end, so rays are made here.
+/// A ray as the C++ code expects it: 128 bytes, aligned to 64. The crate's type is half as large and its
+/// `Ray::new` writes beyond the end, so rays are built here.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Padded {
@@ -29,14 +29,14 @@ struct Padded {
 
 impl Padded {
     fn new(ray: &Ray) -> Self {
-        // Inverts as its own constructor does. Unlike it, this keeps the length of the direction.
+        // Inverts the direction as tinybvh's constructor does, but keeps its length.
         let inverse = |x: f32| if x.abs() > 1e-12 { 1.0 / x } else { tinybvh_rs::INFINITE };
         let hit = tinybvh_rs::Intersection {
             t: tinybvh_rs::INFINITE.min(ray.t_max),
             ..Default::default()
         };
         let (origin, dir) = (ray.origin, ray.dir);
-        // All of the mask's bits: every instance counts.
+        // Set all bits of the mask, so that every instance counts.
         let (padding_0, padding_1, padding_2) = (0xffff, 0, 0);
         let r_d = dir.map(inverse);
         let ray = tinybvh_rs::Ray { origin, padding_0, dir, padding_1, r_d, padding_2, hit };
@@ -44,16 +44,16 @@ impl Padded {
     }
 }
 
-/// The hierarchy, which has its own copy of the triangles.
+/// The hierarchy, which owns a copy of the triangles.
 struct Tree(bvh8_cpu::BVH);
 
-// SAFETY: it is built once and never changed; `intersect` only reads it and writes to the ray alone.
+// SAFETY: the tree never changes once built; `intersect` reads it and writes only to the ray.
 unsafe impl Send for Tree {}
 // SAFETY: see above.
 unsafe impl Sync for Tree {}
 
 impl Tree {
-    /// The closest hit: the one that shortens the ray.
+    /// The closest hit: tinybvh shortens the ray to it.
     fn closest(&self, mut own: Padded) -> Answer {
         let end = own.ray.hit.t;
         self.0.intersect(&mut own.ray);
@@ -63,7 +63,7 @@ impl Tree {
 }
 
 impl TinyBvh {
-    /// Builds it with spatial splits, its build of high quality.
+    /// Builds the tree with spatial splits, tinybvh's high-quality build.
     pub fn new(triangles: &[Triangle]) -> Result<Self, String> {
         let corner = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
         let corners: Vec<[f32; 4]> =

@@ -9,11 +9,11 @@ use crate::methods::METHODS;
 use crate::oracle::{self, OracleAnswer};
 use crate::test_batch::Answer;
 
-/// The answers, a case each.
+/// The answers, one entry per case.
 pub(crate) struct CaseAnswers {
     /// The exact answers.
     pub(crate) oracle: Vec<OracleAnswer>,
-    /// Whether the scalar f64 reference sees a hit; one at infinity is none.
+    /// Whether the scalar f64 reference reports a hit; a hit at infinity does not count.
     pub(crate) reference: Vec<bool>,
     /// The answers of each method of the table.
     pub(crate) answers: Vec<Vec<Answer>>,

@@ -1,4 +1,4 @@
-//! Very many rays at shared edges and vertices, counted against the promises of the kernel.
+//! Checks the promises of the kernel on very many rays toward shared edges and vertices.
 
 use intertri::fixed::{self, Bits, Fixed, Grid};
 use intertri::{Mode, TriangleBlock};
@@ -13,12 +13,12 @@ use crate::workloads::closed_mesh;
 /// The counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct EdgeCount {
-    /// Rays of each mode: half of them exactly at a vertex or a point of an edge of a closed mesh,
-    /// half up to rounding.
+    /// The number of rays for each mode: half of them exactly at a vertex or a point of an edge of a closed
+    /// mesh, half up to rounding.
     pub rays: u64,
     /// Pairs of a ray and a triangle that `certified` tested.
     pub pairs: u64,
-    /// Pairs among these where hit or miss, or a bit of `t`, is not the reference's.
+    /// Pairs among these where hit or miss, or a bit of `t`, differs from the reference's.
     pub not_reference: u64,
     /// Rays for which `fixed` finds no crossing.
     pub leaks: u64,
@@ -28,7 +28,7 @@ pub struct EdgeCount {
 
 const PIECE: u64 = 4096;
 
-/// Counts on at least this many rays. The counts depend on the seed and the number alone.
+/// Counts on at least this many rays. The counts depend only on the seed and the number.
 pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCount {
     let piece = |piece: u64| {
         let mut rng = Rng::new(seed ^ piece << 16);
@@ -49,7 +49,7 @@ pub fn edge_count(seed: u64, rays: u64, step: &(impl Fn(u64) + Sync)) -> EdgeCou
     (0..rays.div_ceil(PIECE)).into_par_iter().map(piece).reduce(EdgeCount::default, sum)
 }
 
-/// Rays exactly at edges and vertices; or the same scaled, so that all is rounded.
+/// Rays exactly at edges and vertices; or the same scaled, so that everything is rounded.
 fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
     let mut batch = closed_mesh(rng, bits, PIECE as usize);
     if near {
@@ -65,7 +65,7 @@ fn batch(rng: &mut Rng, bits: u32, near: bool) -> TestBatch {
     batch
 }
 
-/// `certified` against the reference, bit for bit.
+/// Compares `certified` with the reference, bit for bit.
 fn certified(batch: &TestBatch, count: &mut EdgeCount) {
     let mode = Mode::certified();
     let scene = reference::Scene::from_triangles(batch.triangles.iter().map(|t| t.0));
@@ -86,7 +86,7 @@ fn certified(batch: &TestBatch, count: &mut EdgeCount) {
     }
 }
 
-/// `fixed` against the number of times that a ray leaves a closed convex mesh.
+/// Compares `fixed` with the number of times that a ray leaves a closed convex mesh.
 fn fixed(batch: &TestBatch, count: &mut EdgeCount) {
     let origins = batch.rays.iter().map(|ray| ray.origin);
     let points = batch.triangles.iter().flat_map(|t| t.0).chain(origins);
@@ -133,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_rays_are_where_they_are_said_to_be() {
-        // Each ray meets exactly the triangles around one edge or vertex, for the oracle too.
+        // Each ray meets exactly the triangles around one edge or vertex, according to the oracle too.
         for bits in [15, 18] {
             let batch = batch(&mut Rng::new(9), bits, false);
             for ray in &batch.rays {

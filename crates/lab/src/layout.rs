@@ -1,6 +1,6 @@
-//! How rays and triangles lie in the lanes.
+//! The arrangement of rays and triangles in SIMD lanes.
 
-/// The elements that fill the lanes.
+/// Which elements fill the lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// N rays against one triangle after another.
@@ -10,7 +10,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// `packets` or `packs`, as the published tables have it; packs are triangle blocks.
+    /// `packets` or `packs`, as in the published tables; packs are blocks of triangles.
     pub fn name(self) -> &'static str {
         match self {
             Self::Packets => "packets",
@@ -27,7 +27,7 @@ impl Form {
     }
 }
 
-/// Which form, and how many lanes.
+/// A form and a number of lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// The elements in the lanes.

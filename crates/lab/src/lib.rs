@@ -1,26 +1,26 @@
-//! The laboratory: the known ray/triangle tests, inputs that are built to break them, and an exact
-//! oracle to hold their answers against.
+//! The laboratory: the known ray/triangle tests, inputs designed to break them, and an exact oracle that
+//! judges their answers.
 //!
 //! | module | what it has |
 //! | --- | --- |
 //! | [`rng`] | random numbers with the same bits on every CPU |
 //! | [`meshes`] | small closed meshes whose neighbours share their vertices bit for bit |
 //! | [`families`] | named generators of rays and triangles, ordinary and adversarial |
-//! | [`test_batch`], [`layout`] | the input and answers of a method, and how they lie in the lanes |
+//! | [`test_batch`], [`layout`] | the input and answers of a method, and their arrangement in lanes |
 //! | [`methods`] | the known tests, each written once for any lanes |
-//! | [`oracle`] | where a line meets a triangle, without any rounding |
-//! | [`workloads`] | what is measured: camera, secondary, edge-and-vertex rays, the mix |
+//! | [`oracle`] | where a line meets a triangle, without rounding |
+//! | [`workloads`] | the inputs: camera, secondary, edge-and-vertex rays, the mix |
 //! | [`timing`] | how long the methods take, side by side |
 //! | [`accuracy`] | how often they are wrong on a workload |
-//! | [`pareto`] | which methods none beats in both |
-//! | [`metrics`] | how they fare on each family |
+//! | [`pareto`] | the methods that no other beats in both |
+//! | [`metrics`] | their results on each family |
 //! | [`stress`] | where they begin to fail |
 //! | [`edge_count`] | the kernel's promises, on very many rays |
-//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and does |
-//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), text, and what was measured on |
+//! | [`advise`] | how many pixels of a frame an arithmetic can get wrong, and how many it does |
+//! | `draw`, [`tables`], [`machine`] | pictures (feature `draw`), tables, and the machine |
 //!
-//! Without the feature `measure` there are [`rng`], [`meshes`], [`families`] and the generic tests of [`methods`]
-//! alone: what compiles in seconds, everywhere.
+//! Without the feature `measure` there are only [`rng`], [`meshes`], [`families`] and the generic tests of
+//! [`methods`], which compile everywhere in seconds.
 //!
 //! A seed yields the same counts on every run and every CPU; only times differ.
 

@@ -4,7 +4,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use intertri::simd::Level;
 
-/// The day in Greenwich, such as 2026-01-31.
+/// The date in UTC, such as 2026-01-31.
 pub fn date() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let [year, month, day] = civil(now.as_secs() / 86_400);
@@ -33,7 +33,7 @@ fn civil(mut days: u64) -> [u64; 3] {
     [year, month, days + 1]
 }
 
-/// The CPU as the system calls it, and the level of instructions that was used.
+/// The name of the CPU, and the instruction level that was used.
 pub fn cpu() -> String {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let named = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));

@@ -1,22 +1,22 @@
-//! Small closed meshes, made with `+ - * /` and roots alone, so that they have the same bits
-//! everywhere. Neighbours share their vertices bit for bit.
+//! Small closed meshes, made with only `+ - * /` and roots, so that they have the same bits everywhere.
+//! Neighbours share their vertices bit for bit.
 
 use std::collections::BTreeMap;
 
 use intertri::Triangle;
 
-/// Vertices and the faces over them.
+/// Vertices, and faces that refer to them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// The vertices, in f64 so that they can be moved and scaled before they are rounded.
     pub vertices: Vec<[f64; 3]>,
-    /// Three vertices a face, counter-clockwise from outside.
+    /// Three vertices per face, counter-clockwise as seen from outside.
     pub faces: Vec<[usize; 3]>,
 }
 
 impl Mesh {
-    /// A sphere of radius 1: an icosahedron with every face split in four some times over, so
-    /// `20 * 4^splits` faces.
+    /// A sphere of radius 1: an icosahedron with every face split in four `splits` times, so it has `20 *
+    /// 4^splits` faces.
     pub fn icosphere(splits: u32) -> Self {
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
         let (s, g) = (1.0, golden);
@@ -63,7 +63,7 @@ impl Mesh {
         mesh
     }
 
-    /// Each face becomes four; the new vertices are pushed out to the sphere.
+    /// Splits each face into four; the new vertices are moved out to the sphere.
     fn split(&mut self) {
         let mut middles = BTreeMap::new();
         let vertices = &mut self.vertices;
@@ -137,7 +137,7 @@ impl Mesh {
         mesh
     }
 
-    /// Every vertex moved by a function.
+    /// The mesh with a function applied to every vertex.
     pub fn map(mut self, f: impl FnMut([f64; 3]) -> [f64; 3]) -> Self {
         self.vertices = self.vertices.into_iter().map(f).collect();
         self
@@ -150,14 +150,14 @@ impl Mesh {
     }
 }
 
-/// Length 1 in the same direction.
+/// A vector of length 1 in the same direction.
 fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
     let length = (x * x + y * y + z * z).sqrt();
     [x / length, y / length, z / length]
 }
 
-/// Point `i` of `n` on the unit circle: a walk around a square, pushed out. No sine has the same bits
-/// everywhere; a root has.
+/// Point `i` of `n` on the unit circle: a point of a square, normalized. A sine does not have the same bits
+/// everywhere; a root does.
 fn circle(i: usize, n: usize) -> [f64; 2] {
     let walk = 4.0 * i as f64 / n as f64;
     let (side, along) = (walk as usize, 2.0 * (walk - (walk as usize) as f64) - 1.0);
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn faces_look_outward() {
-        // The signed volume of a closed mesh that looks outward is positive.
+        // The signed volume of a closed mesh whose faces point outward is positive.
         for (mesh, ..) in meshes() {
             let volume: f64 = (mesh.faces.iter())
                 .map(|face| {

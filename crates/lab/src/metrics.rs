@@ -1,4 +1,4 @@
-//! The table: how each method fares on each family.
+//! The table of each method's results on each family.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::quantile::quantile;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// How a method fares on a family.
+/// A method's results on a family.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// The family.
@@ -21,50 +21,50 @@ pub struct Row {
     pub method: &'static str,
     /// Pairs of a ray and a triangle.
     pub trials: u64,
-    /// Pairs that the oracle calls a hit.
+    /// Pairs that are hits according to the oracle.
     pub true_hits: u64,
-    /// True hits that the method calls a miss.
+    /// True hits that the method reports as misses.
     pub false_misses: u64,
-    /// True misses that the method calls a hit.
+    /// True misses that the method reports as hits.
     pub false_hits: u64,
     /// Hits whose `t` is NaN or infinite.
     pub t_not_finite: u64,
-    /// Pairs where it disagrees with the oracle: the two kinds together.
+    /// Pairs where it disagrees with the oracle: the sum of both kinds.
     #[serde(rename = "not_truth")]
     pub not_oracle: u64,
     /// Pairs where it disagrees with the scalar f64 reference.
     pub not_reference: u64,
-    /// Rays from within a closed convex mesh; 0 where the family has none.
+    /// Rays from inside a closed convex mesh; 0 if the family has none.
     pub closed_trials: u64,
     /// Rays among these that hit nothing.
     pub leaks: u64,
     /// Rays among these that hit two or more triangles, although they leave the mesh once.
     pub doubles: u64,
-    /// True hits, whose `t` was compared with the exact one.
+    /// True hits whose `t` was compared with the exact one.
     pub t_trials: u64,
     /// The median of the relative error of `t`.
     pub t_median: f64,
-    /// 999 of 1,000 have less.
+    /// 999 of 1,000 errors are smaller.
     pub t_p999: f64,
-    /// The worst.
+    /// The largest error.
     pub t_worst: f64,
     /// The median of the error of `t` in units of the last place of the method's own precision.
     pub t_ulps_median: f64,
-    /// 999 of 1,000 have less.
+    /// 999 of 1,000 errors are smaller.
     pub t_ulps_p999: f64,
-    /// The worst.
+    /// The largest error.
     pub t_ulps_worst: f64,
 }
 
-/// Cases in one piece of work; each piece has its own seed.
+/// Cases in one unit of work; each unit has its own seed.
 const PIECE: u64 = 500;
-/// The most true hits of a piece for which the exact `t` is computed.
+/// The most true hits of a unit for which the exact `t` is computed.
 const EXACT: usize = 50;
 /// The families whose scenes are closed convex meshes, and how many triangles they have.
 const CLOSED: [(&str, usize); 3] =
     [("icosphere", 80), ("icosphere-exact", 80), ("cube-exact", 192)];
 
-/// The result of one piece of work for one method.
+/// The result of one unit of work for one method.
 #[derive(Clone, Default)]
 struct Found {
     true_hits: u64,
@@ -72,12 +72,12 @@ struct Found {
     false_hits: u64,
     t_not_finite: u64,
     not_reference: u64,
-    /// Relative, and in units of the last place.
+    /// The relative error, and the error in units of the last place.
     errors: Vec<[f64; 2]>,
 }
 
-/// Runs every method on at least `cases` cases of a family. The counts depend only on the seed and that number. `step`
-/// is called with the number of cases just done.
+/// Runs every method on at least `cases` cases of a family. The counts depend only on the seed and that
+/// number. Calls `step` with the number of cases just done.
 pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sync)) -> Vec<Row> {
     let pieces: Vec<(Vec<Found>, Vec<ErrorCounts>)> = (0..cases.div_ceil(PIECE))
         .into_par_iter()
@@ -125,7 +125,7 @@ pub fn metrics(family: &Family, seed: u64, cases: u64, step: &(impl Fn(u64) + Sy
     METHODS.iter().enumerate().map(row).collect()
 }
 
-/// All methods on some cases.
+/// Runs all methods on some cases.
 fn ask(cases: &[Case]) -> Vec<Found> {
     let asked = CaseAnswers::of(cases);
     // The exact t of the first true hits.
@@ -156,7 +156,7 @@ fn ask(cases: &[Case]) -> Vec<Found> {
     METHODS.iter().zip(&asked.answers).map(of_method).collect()
 }
 
-/// Leaks and double counts of a family of closed convex meshes, by the rays that start within.
+/// Leaks and double counts on a family of closed convex meshes, for the rays that start inside.
 fn closed(family: &Family, rng: &mut Rng) -> Vec<ErrorCounts> {
     let Some(&(_, triangles)) = CLOSED.iter().find(|(name, _)| *name == family.name) else {
         return Vec::new();
@@ -189,7 +189,7 @@ mod tests {
             for row in &rows {
                 assert_eq!(row.not_oracle, row.false_misses + row.false_hits);
                 if OF_THE_REFERENCE.contains(&row.method) {
-                    // The listing's own t may be infinite; the kernel's interval excludes it.
+                    // The listing's own t may be infinite; the kernel's interval excludes that.
                     assert!(row.not_reference <= row.t_not_finite, "{row:?}");
                 }
             }
@@ -218,7 +218,7 @@ mod tests {
             }
             assert_eq!((row.trials, row.true_hits), (1000, hits), "{}", row.method);
             assert_eq!((row.false_misses, row.false_hits), (misses, wrong), "{}", row.method);
-            // Methods in f32 err both ways here.
+            // Methods in f32 make both kinds of errors here.
             let single = method.bits == 24;
             assert!(!single || misses > 0 || wrong > 0, "{}", row.method);
         }

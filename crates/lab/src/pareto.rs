@@ -4,17 +4,17 @@ use crate::accuracy::{ErrorCounts, ON_GRID};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// The truth that a method is compared with.
+/// The truth to compare a method with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
-    /// The exact oracle; of [`Workload::Edges`] only leaks count, double counts stand beside them.
+    /// The exact oracle; for [`Workload::Edges`] only leaks count, and double counts are listed next to them.
     Oracle,
     /// The scalar f64 reference.
     Reference,
 }
 
 impl Baseline {
-    /// How many answers of a method were wrong.
+    /// The number of a method's wrong answers.
     pub fn wrong(self, errors: &ErrorCounts) -> u64 {
         match self {
             Self::Reference => errors.not_reference,
@@ -24,8 +24,8 @@ impl Baseline {
     }
 }
 
-/// The time of a errors's method where it is fastest, in the form of the workload. [`ON_GRID`] has
-/// the time of `fixed`, which works alike on what it need not snap.
+/// The time of a method where it is fastest, in the form of the workload. [`ON_GRID`] has the time of
+/// `fixed`, which does the same work on inputs that it need not snap.
 pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> {
     let method = if errors.method == ON_GRID { "fixed" } else { errors.method };
     let form = Workload::ALL.into_iter().find(|w| w.name() == errors.workload)?.form().name();
@@ -34,9 +34,9 @@ pub fn fastest<'a>(errors: &ErrorCounts, times: &'a [Time]) -> Option<&'a Time> 
     times.iter().filter(own).max_by(|a, b| a.times_faster.total_cmp(&b.times_faster))
 }
 
-/// The Pareto front on a workload, the fastest first: each is more often right than all faster ones. Of
-/// equals the first in the table. `fixed` takes part by [`ON_GRID`], on what it promises to be right
-/// for.
+/// The Pareto front on a workload, the fastest first: each method is right more often than all faster ones.
+/// If two are equal, the first in the table wins. `fixed` takes part as [`ON_GRID`], on the inputs for which
+/// it promises to be right.
 pub fn pareto_front(
     workload: Workload,
     baseline: Baseline,

@@ -1,6 +1,6 @@
 //! Quantiles: the numbers below which given shares lie.
 
-/// The number below which a share of all lies; NaN of none. Sorts them.
+/// The number below which a given share lies; NaN if there are none. Sorts the numbers.
 pub(crate) fn quantile(numbers: &mut [f64], share: f64) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let last = numbers.len().saturating_sub(1);

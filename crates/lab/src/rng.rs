@@ -1,14 +1,14 @@
-//! Random numbers with the same bits on every CPU: integers, and f64 made by `+ - * /` and roots.
+//! Random numbers with the same bits on every CPU: integers, and f64 computed with `+ - * /` and roots.
 //!
 //! The generator is `SplitMix64` (Steele, Lea and Flood, "Fast splittable pseudorandom number
 //! generators", OOPSLA 2014): a counter in steps of the golden ratio, its bits mixed twice.
 
-/// A stream of random numbers, fixed by its seed.
+/// A stream of random numbers, determined by its seed.
 #[derive(Clone, Debug)]
 pub struct Rng(u64);
 
 impl Rng {
-    /// The stream of a seed. Every seed is good, 0 too.
+    /// The stream for a seed. Every seed is good, including 0.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -22,7 +22,7 @@ impl Rng {
         z ^ (z >> 31)
     }
 
-    /// An integer in `0..n`, by the high half of a product; 0 if `n` is 0.
+    /// An integer in `0..n`, from the high half of a product; 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
@@ -32,15 +32,15 @@ impl Rng {
         self.below(2 * n.unsigned_abs() as usize + 1) as i32 - n
     }
 
-    /// True once in `n` times.
+    /// True with probability `1 / n`.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
 
-    /// One of a list.
+    /// An element of a list.
     ///
     /// # Panics
-    /// If the list is empty.
+    /// Panics if the list is empty.
     pub fn pick<T: Copy>(&mut self, list: &[T]) -> T {
         list[self.below(list.len())]
     }
@@ -60,7 +60,7 @@ impl Rng {
         [self.signed(), self.signed(), self.signed()]
     }
 
-    /// A direction of length 1: a point of the ball, pushed out.
+    /// A unit vector: a point of the ball, normalized.
     pub fn direction(&mut self) -> [f64; 3] {
         loop {
             let [x, y, z] = self.cube();
@@ -72,9 +72,9 @@ impl Rng {
         }
     }
 
-    /// A positive number between two, every power of two as likely as another.
+    /// A positive number between two others, log-uniform.
     ///
-    /// The ends come in any order and are normal, positive and finite.
+    /// The ends may be in either order, and must be normal, positive and finite.
     pub fn log(&mut self, a: f64, b: f64) -> f64 {
         const FRACTION: u64 = (1 << 52) - 1;
         let (low, high) = if a < b { (a, b) } else { (b, a) };
@@ -89,7 +89,7 @@ impl Rng {
     }
 }
 
-/// `x` moved by some f32 steps, up or down through 0; stops at the infinities, keeps a NaN.
+/// `x` moved by some f32 steps, up or down across 0; stops at the infinities, keeps a NaN.
 ///
 /// ```
 /// assert_eq!(intertri_lab::rng::step(1.0, 1), 1.0_f32.next_up());
@@ -99,7 +99,7 @@ pub fn step(x: f32, steps: i32) -> f32 {
     if x.is_nan() {
         return x;
     }
-    // The integers in the order of the numbers: the sign bit turned into a sign.
+    // Integers in the order of the numbers: sign and magnitude converted to a signed integer.
     let bits = x.to_bits();
     let magnitude = i64::from(bits & 0x7FFF_FFFF);
     let place = if bits >> 31 == 0 { magnitude } else { -magnitude };

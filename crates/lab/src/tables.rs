@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-/// Rows as CSV with a header.
+/// Formats rows as CSV with a header.
 ///
 /// # Errors
-/// If a row cannot be written as fields of text.
+/// Fails if a row cannot be written as text fields.
 pub fn csv<T: Serialize>(rows: &[T]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -33,8 +33,8 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A count of errors among trials. None is no proof of perfection: then with the largest share that
-/// would still have shown itself 19 times of 20.
+/// A count of errors among trials. For none, which does not prove perfection, adds the largest share that
+/// would still have shown an error with a probability of 95 %.
 ///
 /// ```
 /// use intertri_lab::tables::count;

@@ -1,18 +1,18 @@
-//! The input of a method, rays and triangles tested all with all, and its answers.
+//! The input of a method, rays and triangles that are all tested against each other, and its answers.
 
 use intertri::{Ray, Triangle};
 
-/// Rays and triangles that are tested all with all, as at a leaf of a hierarchy.
+/// Rays and triangles that are all tested against each other, as in a leaf of a hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TestBatch {
     /// The rays.
     pub rays: Vec<Ray>,
-    /// The triangles; not none.
+    /// The triangles; at least one.
     pub triangles: Vec<Triangle>,
 }
 
 impl TestBatch {
-    /// How many triangles each ray hits, all pairs being tested by `pairs`.
+    /// How many triangles each ray hits, with every pair tested by `pairs`.
     pub(crate) fn counts(
         &self,
         mut pairs: impl FnMut(&[Triangle], &[Ray], &mut [Answer]),
@@ -26,12 +26,12 @@ impl TestBatch {
     }
 }
 
-/// What a method says of a ray and a triangle.
+/// A method's answer for a ray and a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Answer {
     /// Whether there is a hit.
     pub hit: bool,
-    /// The `t` of the hit; for a miss, whatever the method left there.
+    /// The `t` of the hit; for a miss, any number.
     pub t: f64,
 }
 
@@ -40,7 +40,7 @@ pub struct Answer {
 pub struct ClosestHit {
     /// Infinity for a miss.
     pub t: f64,
-    /// The number of the triangle in the batch, [`ClosestHit::MISS`]'s for a miss.
+    /// The index of the triangle in the batch; that of [`ClosestHit::MISS`] for a miss.
     pub triangle: u32,
 }
 

@@ -1,9 +1,8 @@
-//! How long the methods take, side by side.
+//! Measures how long the methods take, side by side.
 //!
-//! All methods in all their layouts run in turn, again and again, each for a fraction of a
-//! millisecond, so that whatever the machine does meanwhile hits all alike. A time is relative to the
-//! scalar f64 reference's in the same turn; of these ratios the median is given, with the
-//! quartiles.
+//! All methods in all their layouts run in turn, again and again, each for a fraction of a millisecond, so
+//! that disturbances affect all alike. A time is relative to the scalar f64 reference's time in the same
+//! turn; the tables show the median of these ratios, with the quartiles.
 
 use intertri::simd::Level;
 use serde::Serialize;
@@ -15,10 +14,10 @@ use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 use crate::workloads::{Model, Workload};
 
-/// What one method took in one layout.
+/// The time that a method took in one layout.
 #[derive(Clone, Debug, Serialize)]
 pub struct Time {
-    /// What was measured.
+    /// The workload.
     pub workload: &'static str,
     /// The method.
     pub method: &'static str,
@@ -26,9 +25,9 @@ pub struct Time {
     pub form: &'static str,
     /// The number of lanes.
     pub lanes: usize,
-    /// Nanoseconds a ray/triangle test, the median of the turns.
+    /// Nanoseconds per ray/triangle test, the median of the turns.
     pub ns_per_test: f64,
-    /// The reference's time over this one: the median of the turns.
+    /// The reference's time divided by this one: the median of the turns.
     pub times_faster: f64,
     /// A quarter of the turns were slower.
     pub times_faster_p25: f64,
@@ -39,10 +38,10 @@ pub struct Time {
 /// The name of the scalar f64 reference in the tables.
 pub const REFERENCE: &str = "reference";
 
-/// Batches that are run in one turn.
+/// Batches per turn.
 const BUNDLES: usize = 12;
 
-/// Measures every method in every layout that it has. `step` is called after each turn.
+/// Measures every method in every layout that it has. Calls `step` after each turn.
 pub fn measure(
     workload: Workload,
     model: &Model,
@@ -65,7 +64,7 @@ pub fn measure(
     }
     let (level, mut nearest) = (Level::best(), Vec::new());
     let mut reference = Vec::new();
-    // The first turn warms up.
+    // The first turn is a warm-up.
     for turn in 0..=turns {
         let seconds = reference_closest(&batches, &mut nearest);
         reference.push(seconds);
@@ -117,7 +116,7 @@ mod tests {
         assert_eq!(times[0].times_faster, 1.0);
         for method in METHODS {
             let own = times.iter().filter(|time| time.method == method.name);
-            // With two forms each, 16 lanes apart, which not every CPU has.
+            // Two forms each, except for 16 lanes, which not every CPU has.
             let layouts = match method.name {
                 "certified, one origin" | "exact, one origin" => 0,
                 "certified" | "exact" | "exact, once" | "fixed" => 4,

@@ -1,6 +1,7 @@
-//! What the page calls. It writes numbers and bytes to [`buffer`], calls, and reads from [`output`].
+//! The functions that the page calls. It writes numbers and bytes to [`buffer`], calls one, and reads
+//! [`output`].
 
-// The names are what the outside calls.
+// Exported functions need `#[unsafe(no_mangle)]`.
 #![allow(unsafe_code)]
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -9,7 +10,7 @@ use crate::fan::{CLASSES, Fan};
 use crate::methods::METHODS;
 use crate::model::Model;
 
-/// What lasts from call to call.
+/// The state kept between calls.
 struct State {
     input: Vec<u8>,
     output: Vec<u8>,
@@ -25,13 +26,13 @@ fn state() -> MutexGuard<'static, State> {
 }
 
 impl State {
-    /// What was written, as numbers.
+    /// The input bytes as numbers.
     fn numbers(&self) -> Vec<f64> {
         let number = |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().expect("eight"));
         self.input.chunks_exact(8).map(number).collect()
     }
 
-    /// Counts, then a byte a pixel.
+    /// Writes counts as output, then one byte per pixel.
     fn put(&mut self, counts: [u32; CLASSES], pixels: &[u8]) {
         self.output.clear();
         for count in counts {
@@ -40,7 +41,7 @@ impl State {
         self.output.extend(pixels);
     }
 
-    /// A model, or why there is none.
+    /// Stores a model and returns its number of triangles. On an error, outputs the message and returns 0.
     fn take(&mut self, model: Result<Model, String>) -> u32 {
         match model {
             Ok(model) => {
@@ -56,7 +57,7 @@ impl State {
     }
 }
 
-/// Room for so many bytes of input.
+/// Resizes the input buffer to `len` bytes and returns its address.
 #[unsafe(no_mangle)]
 pub extern "C" fn buffer(len: usize) -> *mut u8 {
     let input = &mut state().input;
@@ -65,19 +66,19 @@ pub extern "C" fn buffer(len: usize) -> *mut u8 {
     input.as_mut_ptr()
 }
 
-/// Where the last output begins.
+/// The address of the last output.
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     state().output.as_ptr()
 }
 
-/// How many bytes it has.
+/// The length of the last output in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn output_len() -> usize {
     state().output.len()
 }
 
-/// Outputs the report of the golden answers; 1 where every answer is the committed one.
+/// Outputs the report of the golden answers. Returns 1 if every answer equals the committed one.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden() -> u32 {
     let (text, same) = intertri_golden::report();
@@ -85,14 +86,14 @@ pub extern "C" fn golden() -> u32 {
     same.into()
 }
 
-/// Outputs the names of the methods, a line each.
+/// Outputs the names of the methods, one per line.
 #[unsafe(no_mangle)]
 pub extern "C" fn method_names() {
     let names = METHODS.map(|method| method.name).join("\n");
     state().output = names.into_bytes();
 }
 
-/// Takes the numbers of a fan; 1 where they are one.
+/// Reads a fan from the numbers of the input. Returns 1 if they describe one.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_set() -> u32 {
     let mut state = state();
@@ -100,7 +101,7 @@ pub extern "C" fn fan_set() -> u32 {
     state.fan.is_some().into()
 }
 
-/// Outputs counts and pixels of the fan by a method; 1 where there is such a thing.
+/// Outputs a method's counts and pixels for the fan. Returns 0 if there is no fan or no such method.
 #[unsafe(no_mangle)]
 pub extern "C" fn fan_picture(method: usize) -> u32 {
     let mut state = state();
@@ -110,8 +111,8 @@ pub extern "C" fn fan_picture(method: usize) -> u32 {
     1
 }
 
-/// Takes a model from the input: a name of so many bytes, then the file. How many triangles it has; 0 with a
-/// message as output where it is none.
+/// Loads a model from the input: a name of `name_len` bytes, then the file. Returns the number of triangles;
+/// on an error, outputs the message and returns 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_load(name_len: usize) -> u32 {
     let mut state = state();
@@ -121,13 +122,13 @@ pub extern "C" fn model_load(name_len: usize) -> u32 {
     state.take(model)
 }
 
-/// Takes the scene that comes with the library. How many triangles it has.
+/// Loads the built-in scene. Returns the number of triangles.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_built_in() -> u32 {
     state().take(Model::built_in())
 }
 
-/// Looks at the model by the numbers of the input; 1 where they are a view.
+/// Sets the view from the numbers of the input. Returns 1 if they describe one.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_look() -> u32 {
     let mut state = state();
@@ -135,7 +136,7 @@ pub extern "C" fn model_look() -> u32 {
     state.model.as_mut().is_some_and(|model| model.look(&numbers)).into()
 }
 
-/// Traces rows of the picture; outputs a byte a pixel.
+/// Traces rows of the picture and outputs one byte per pixel.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_trace(first: usize, end: usize) {
     let mut state = state();
@@ -143,7 +144,8 @@ pub extern "C" fn model_trace(first: usize, end: usize) {
     state.output = model.trace(first..end);
 }
 
-/// Compares rows of tiles by a method; outputs counts and a byte a pixel. 1 where there is such a method.
+/// Compares rows of tiles with a method; outputs counts and one byte per pixel. Returns 0 if there is no such
+/// method.
 #[unsafe(no_mangle)]
 pub extern "C" fn model_compare(method: usize, first: usize, end: usize) -> u32 {
     let mut state = state();

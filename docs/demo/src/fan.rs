@@ -1,51 +1,51 @@
-//! A vertex where triangles meet, seen through a square of pixels that may be as small as f32 has steps.
+//! A vertex where triangles meet, seen through a square of pixels that may be as small as one step of f32.
 
 use intertri::{Ray, RayPacket, Triangle};
 
 use crate::input::{Numbers, double, single};
 use crate::methods::{METHODS, Pairs, Sink};
 
-/// Pixels of a side, at most.
+/// The most pixels along a side.
 const MAX_SIZE: usize = 1024;
-/// Triangles of a fan, at most: what fits the bits of a pixel.
+/// The most triangles of a fan: as many as a pixel's bits can name.
 const MAX_CORNERS: usize = 8;
 
-/// What a pixel is, against the truth.
+/// How a pixel compares with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
-    /// Rightly no triangle.
+    /// Correctly a miss.
     Background,
-    /// Rightly hit: the same triangles as in truth.
+    /// Correctly a hit, of the same triangles.
     Right,
-    /// Nothing is hit where something is.
+    /// A miss where there is a triangle.
     Leak,
-    /// More triangles are hit than in truth, those of the truth among them.
+    /// More triangles than there are, the right ones among them.
     Double,
-    /// Other triangles are hit.
+    /// Wrong triangles.
     Wrong,
 }
 
-/// How many classes there are.
+/// The number of classes.
 pub const CLASSES: usize = 5;
 
 /// The fan and its rays.
 #[derive(Clone, Debug)]
 pub struct Fan {
     triangles: Vec<Triangle>,
-    /// Rays that differ, and which of them each pixel has: pixels smaller than a step of f32 share some.
+    /// The distinct rays, and which of them each pixel uses: pixels smaller than a step of f32 share rays.
     packets: Vec<RayPacket<8>>,
     ray_of: Vec<u32>,
-    /// A bit a triangle, for each ray.
+    /// For each ray, one bit per triangle.
     truth: Vec<u8>,
 }
 
 impl Fan {
-    /// A fan from its numbers: pixels of a side, a pixel's width, two shifts of the picture's middle, the
-    /// offset from the origin (3), right, up and forward (9), the distance of the eye, how many corners lie
-    /// around, the vertex (3), the corners (3 each). `None` where they are none.
+    /// Reads a fan from numbers: pixels per side, width of a pixel, two shifts of the picture's middle, the
+    /// offset from the origin (3), right, up and forward (9), the distance of the eye, the number of corners
+    /// around the vertex, the vertex (3), the corners (3 each). Returns `None` if they do not describe a fan.
     ///
-    /// Only `+ - * /` is done on them, so that they are the same rays everywhere.
+    /// Uses only `+ - * /`, so that the rays have the same bits everywhere.
     pub fn new(numbers: &[f64]) -> Option<Self> {
         let mut numbers = Numbers::new(numbers);
         let size = numbers.count(MAX_SIZE)?;
@@ -65,7 +65,7 @@ impl Fan {
         let eye = single([0, 1, 2].map(|k| middle[k] - distance * forward[k]));
         let from = double(eye);
         let half = (size / 2) as f64;
-        // Along a row nothing changes but the first product, along a column the second.
+        // Along a row only the first product changes, along a column only the second.
         let column = |x: usize| {
             let x = shift[0] + (x as f64 - half) * pixel;
             [0, 1, 2].map(|k| middle[k] + x * right[k])
@@ -90,9 +90,9 @@ impl Fan {
         Some(fan)
     }
 
-    /// Which triangles each ray hits by a method, as bits.
+    /// The triangles that each ray hits according to a method, as bits.
     fn hit_by(&self, method: usize) -> Vec<u8> {
-        /// For each packet a byte a triangle, which has a bit a ray.
+        /// For each packet, one byte per triangle with one bit per ray.
         struct Bits(Vec<u64>);
         impl Sink for Bits {
             #[inline]
@@ -107,11 +107,11 @@ impl Fan {
         hit.0.into_iter().flat_map(|bits| transposed(bits).to_le_bytes()).collect()
     }
 
-    /// How many pixels of each class a method has, and what each pixel is: the class in the low four bits,
-    /// the first triangle of the truth above them.
+    /// The number of pixels in each class according to a method, and the pixels: the class is in the low four
+    /// bits, the first true triangle above them.
     ///
     /// # Panics
-    /// If there is no such method.
+    /// Panics if there is no such method.
     pub fn picture(&self, method: usize) -> ([u32; CLASSES], Vec<u8>) {
         let other = (method != METHODS.len() - 1).then(|| self.hit_by(method));
         let hit = other.as_ref().unwrap_or(&self.truth);
@@ -128,8 +128,8 @@ impl Fan {
     }
 }
 
-/// The directions of a square of pixels that differ from those to the left and above, and which of them each
-/// pixel has.
+/// The directions of a square of pixels that differ from the ones to the left and above, and which of them
+/// each pixel uses.
 fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 3]>, Vec<u32>) {
     let (mut dirs, mut ray_of) = (Vec::with_capacity(size * size), Vec::with_capacity(size * size));
     let same = |a: [f32; 3], b: [f32; 3]| a.map(f32::to_bits) == b.map(f32::to_bits);
@@ -150,7 +150,7 @@ fn differing(size: usize, dir: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<[f32; 
     (dirs, ray_of)
 }
 
-/// Eight bytes of eight bits, rows as columns.
+/// Transposes eight bytes of eight bits.
 fn transposed(bits: u64) -> u64 {
     let swap = |x: u64, by: u32, mask: u64| {
         let differ = (x ^ x >> by) & mask;
@@ -161,7 +161,7 @@ fn transposed(bits: u64) -> u64 {
     swap(x, 28, 0x0000_0000_f0f0_f0f0)
 }
 
-/// What a pixel is whose triangles are these.
+/// The class of a pixel that shows the triangles `hit`.
 fn classify(hit: u8, truth: u8) -> Class {
     match (hit, truth) {
         (0, 0) => Class::Background,
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn each_pixel_has_its_own_ray() {
-        // The zeros of two signs are two directions.
+        // A negative and a positive zero are different directions.
         let dir =
             |x: usize, y: usize| [(x / 2) as f32, y.min(2) as f32, if x < 6 { 0.0 } else { -0.0 }];
         let (dirs, ray_of) = differing(8, dir);

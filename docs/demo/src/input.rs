@@ -1,6 +1,6 @@
-//! Numbers from the page, one after another.
+//! Reads the numbers that the page sends.
 
-/// Reads f64 in their order.
+/// Reads f64 numbers in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers<'a>(std::slice::Iter<'a, f64>);
 
@@ -9,7 +9,7 @@ impl<'a> Numbers<'a> {
         Self(numbers.iter())
     }
 
-    /// The next number; `None` at the end, or where it is not finite.
+    /// The next number; `None` at the end, or if it is not finite.
     pub(crate) fn next(&mut self) -> Option<f64> {
         self.0.next().copied().filter(|x| x.is_finite())
     }
@@ -18,7 +18,7 @@ impl<'a> Numbers<'a> {
         Some([self.next()?, self.next()?, self.next()?])
     }
 
-    /// A whole number from 1 to a limit.
+    /// An integer from 1 to `limit`.
     pub(crate) fn count(&mut self, limit: usize) -> Option<usize> {
         let x = self.next()?;
         (x.fract() == 0.0 && x >= 1.0 && x <= limit as f64).then_some(x as usize)

@@ -1,8 +1,8 @@
-//! What `docs/demo/index.html` computes: pictures of a vertex by the known methods, a model traced by `exact`,
-//! and the golden answers.
+//! The computations of `docs/demo/index.html`: pictures of a vertex by the known methods, a model traced by
+//! `exact`, and the golden answers.
 //!
-//! [`exports`] is what the page calls. There is no `unsafe` here: the page writes into a buffer of this module
-//! and reads from another.
+//! The page calls the functions of [`exports`]. They need no `unsafe` blocks, because the page writes to one
+//! buffer of this module and reads from another.
 
 pub mod exports;
 pub mod fan;

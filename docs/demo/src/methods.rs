@@ -15,17 +15,17 @@ pub(crate) trait Sink {
     fn hits(&mut self, packet: usize, bits: u32, triangle: usize, t: &[f64; 8]);
 }
 
-/// Packets of rays, and triangles: every pair is tested, triangle by triangle within a packet.
+/// Packets of rays, and triangles. Every pair is tested, one triangle after another within a packet.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a> {
     pub(crate) packets: &'a [RayPacket<8>],
     pub(crate) triangles: &'a [Triangle],
-    /// Whether to find each ray's closest hit, with t, or only which pairs hit. For closest hits a method may report
-    /// all hits, in the order of the triangles.
+    /// Whether to find each ray's closest hit with its t, or only the pairs that hit. A method asked for
+    /// closest hits may report all hits, in the order of the triangles.
     pub(crate) closest: bool,
 }
 
-/// A method: its name, its significant bits, and what it answers.
+/// A method: its name, its significant bits, and its answers.
 #[derive(Clone, Copy)]
 pub struct Method {
     /// The name, as the page shows it.
@@ -57,7 +57,7 @@ macro_rules! mode {
     };
 }
 
-/// Every method, in the order of the page. The last is the truth.
+/// All methods, in the order of the page. The last one is taken as the truth.
 pub static METHODS: [Method; 8] = [
     published!("Möller–Trumbore f32", MollerTrumbore { epsilon: 0.0 }, false),
     published!("Baldwin–Weber f32", BaldwinWeber, false),

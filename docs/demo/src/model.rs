@@ -11,14 +11,14 @@ use crate::input::{Numbers, along, single};
 use crate::methods::{METHODS, Pairs, Sink};
 use crate::tiles::{SIDE, View, ball, by_tile};
 
-/// Pixels of a side, at most.
+/// The most pixels along a side.
 const MAX_SIZE: usize = 2048;
 
-/// A model and how it is seen.
+/// A model and its view.
 pub struct Model {
-    /// As they were read.
+    /// The triangles as read from the file.
     original: Vec<Triangle>,
-    /// Moved by the offset, and rounded.
+    /// The same, moved by the offset and rounded.
     triangles: Vec<Triangle>,
     offset: [f64; 3],
     bvh: Bvh,
@@ -27,7 +27,7 @@ pub struct Model {
     look: Option<Look>,
 }
 
-/// A view, and what is known of its pixels.
+/// A view, and what is known about its pixels.
 struct Look {
     view: View,
     hits: Vec<Hit>,
@@ -35,19 +35,19 @@ struct Look {
 }
 
 impl Model {
-    /// A model from a file of that name: OBJ, PLY, STL, glTF or GLB, also in gzip.
+    /// Reads a model file: OBJ, PLY, STL, glTF or GLB, also compressed with gzip.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Says in one line what is wrong with the file.
     pub fn from_file(name: &str, bytes: &[u8]) -> Result<Self, String> {
         let mesh = read(Path::new(name), bytes).map_err(|e| e.to_string())?;
         Self::new(mesh.to_triangles())
     }
 
-    /// The scene that comes with the library.
+    /// The built-in scene.
     ///
     /// # Errors
-    /// If there is no memory for it.
+    /// Fails if there is not enough memory.
     pub fn built_in() -> Result<Self, String> {
         Self::new(Scene::built_in().mesh.to_triangles())
     }
@@ -59,19 +59,19 @@ impl Model {
         Ok(Self { original, triangles, offset: [0.0; 3], bvh, middle, radius, look: None })
     }
 
-    /// How many triangles it has.
+    /// The number of triangles.
     pub fn len(&self) -> usize {
         self.original.len()
     }
 
-    /// Whether it has none.
+    /// Whether there are no triangles.
     pub fn is_empty(&self) -> bool {
         self.original.is_empty()
     }
 
-    /// Looks at the model by numbers: width, height, a pixel's width at distance 1, two shifts of the picture's
-    /// middle, how far the model is moved in units of its radius (3), right, up and forward (9), the eye's
-    /// distance in units of the radius. Whether they are a view.
+    /// Sets the view from numbers: width, height, width of a pixel at distance 1, two shifts of the picture's
+    /// middle, the model's offset in units of its radius (3), right, up and forward (9), the distance of the
+    /// eye in units of the radius. Returns false if they do not describe a view.
     pub fn look(&mut self, numbers: &[f64]) -> bool {
         self.try_look(numbers).is_some()
     }
@@ -99,8 +99,8 @@ impl Model {
         Some(())
     }
 
-    /// Traces some rows of the picture by `exact`. For each pixel 0 where nothing is hit, else 1 to 255: how
-    /// much the triangle faces the eye.
+    /// Traces rows of the picture with `exact`. A pixel is 0 where nothing is hit, else 1 to 255: how much
+    /// the triangle faces the eye.
     pub fn trace(&mut self, rows: std::ops::Range<usize>) -> Vec<u8> {
         let Some(look) = &mut self.look else { return vec![] };
         let [width, height] = look.view.size;
@@ -117,11 +117,12 @@ impl Model {
         rays.iter().zip(&*hits).map(shade).collect()
     }
 
-    /// Runs a method on some rows of tiles (of eight rows of pixels), and compares with what [`Model::trace`]
-    /// found: the class of each pixel, tile row by tile row, and how many there are of each.
+    /// Runs a method on rows of tiles (eight rows of pixels each) and compares it with the result of
+    /// [`Model::trace`]. Returns the number of pixels in each class, and the class of each pixel, tile row by
+    /// tile row.
     ///
     /// # Panics
-    /// If there is no such method.
+    /// Panics if there is no such method.
     pub fn compare(
         &mut self,
         method: usize,
@@ -164,7 +165,7 @@ impl Model {
     }
 }
 
-/// What a pixel is that shows these triangles. `Double` is for what is hit where nothing is.
+/// The class of a pixel. `Double` stands for a hit where there is no triangle.
 fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     match (found, truth) {
         (None, None) => Class::Background,
@@ -175,7 +176,7 @@ fn classify(found: Option<u32>, truth: Option<u32>) -> Class {
     }
 }
 
-/// The closest hits of packets; if two have the same t, the first.
+/// The closest hits of packets; if two have the same t, the first wins.
 struct Closest {
     t: Vec<[f64; 8]>,
     triangle: Vec<[Option<u32>; 8]>,
@@ -199,7 +200,7 @@ impl Sink for Closest {
     }
 }
 
-/// The ray of a pixel.
+/// The ray through a pixel.
 fn ray(view: &View, column: usize, row: usize) -> Ray {
     let [x, y] = view.at(column, row);
     let [right, up, forward] = view.axes;
@@ -223,8 +224,8 @@ mod tests {
     use super::Model;
     use crate::methods::METHODS;
 
-    /// The lists of the tiles lose no hit: by them, `exact` answers as through the hierarchy, from afar and near,
-    /// at home and far from the origin; and other methods do not, so that this can fail.
+    /// The tiles' lists lose no hit: with them, `exact` answers as with the hierarchy, from near and far,
+    /// close to the origin and far from it. Other methods answer differently, so this test can fail.
     #[test]
     fn tiles_show_what_the_hierarchy_shows() {
         let mut model = Model::built_in().unwrap();

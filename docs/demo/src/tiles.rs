@@ -1,15 +1,17 @@
-//! Which triangles a square of pixels can see: every triangle of a model, thrown onto the picture with a margin.
+//! Lists the triangles that a square of pixels may see: every triangle of a model is projected onto the
+//! picture with a margin.
 //!
-//! The methods of the laboratory have no hierarchy. By these lists they answer as by a loop over all triangles.
+//! The laboratory's methods have no hierarchy. With these lists they answer as a loop over all triangles
+//! would.
 
 use intertri::Triangle;
 
 use crate::input::double;
 
-/// Pixels of a tile's side: a packet is a row of a tile.
+/// Pixels along the side of a tile: a packet is one row of a tile.
 pub(crate) const SIDE: usize = 8;
 
-/// The view as numbers: `at = forward + x right + y up`, and what a pixel is of x and y.
+/// The view as numbers: `at = forward + x right + y up`, with the x and y of each pixel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) size: [usize; 2],
@@ -29,7 +31,7 @@ impl View {
         ]
     }
 
-    /// Where a point is seen, in pixels; `None` where it is not in front of the eye.
+    /// Where a point appears, in pixels; `None` if it is not in front of the eye.
     fn project(&self, point: [f32; 3]) -> Option<[f64; 2]> {
         let [right, up, forward] = self.axes;
         let seen = [0, 1, 2].map(|k| f64::from(point[k]) - f64::from(self.eye[k]));
@@ -43,21 +45,21 @@ impl View {
         })
     }
 
-    /// By how many pixels a ray may miss its pixel because it was rounded to f32, and the errors of the methods.
+    /// How many pixels a ray may be off because of rounding to f32 and the errors of the methods.
     fn margin(&self) -> f64 {
         let longest = self.axes.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
         2.0 + longest * f64::from(f32::EPSILON) * 16.0 / self.pixel
     }
 }
 
-/// For every tile, row by row, the numbers of its triangles in ascending order.
+/// For each tile, row by row, the indices of its triangles in ascending order.
 pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     let [columns, rows] = view.size.map(|n| n.div_ceil(SIDE));
     let mut tiles = vec![vec![]; columns * rows];
     let margin = view.margin();
     for (index, triangle) in triangles.iter().enumerate() {
         let seen = triangle.0.map(|corner| view.project(corner));
-        // Whatever is partly behind the eye may be anywhere.
+        // A triangle that is partly behind the eye may appear anywhere.
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for corner in seen {
             let corner = corner.map_or([[f64::NEG_INFINITY; 2], [f64::INFINITY; 2]], |p| [p, p]);
@@ -69,7 +71,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
         if seen.iter().all(Option::is_none) {
             continue;
         }
-        // Casts of what is out of range end at the nearest number.
+        // Casts saturate, so numbers out of range become the nearest one in range.
         let first = |k: usize| ((low[k] - margin).max(0.0) / SIDE as f64) as usize;
         let end = |k: usize, n: usize| {
             let last = (high[k] + margin) / SIDE as f64;
@@ -84,7 +86,7 @@ pub(crate) fn by_tile(view: &View, triangles: &[Triangle]) -> Vec<Vec<u32>> {
     tiles
 }
 
-/// The middle and the radius of a ball around all corners.
+/// The centre and radius of a ball around all corners.
 pub(crate) fn ball(triangles: &[Triangle]) -> ([f64; 3], f64) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in triangles.iter().flat_map(|triangle| triangle.0) {

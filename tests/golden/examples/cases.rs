@@ -2,7 +2,7 @@
 //!
 //!     cases NAME TIMES
 //!
-//! The difference of two counts is what the queries cost. Without a name it prints all names.
+//! The difference of two counts is the cost of the queries. Without arguments it prints all names.
 
 use std::hint::black_box;
 
@@ -98,7 +98,7 @@ fn slice(times: u64, query: fn(Mode, &[Triangle], &Ray) -> bool) {
     }
 }
 
-/// One ray after another, the closest hit by a hierarchy.
+/// Closest hits through a hierarchy, one ray after another.
 fn single(bvh: &Bvh, rays: &[Ray], times: u64) {
     for _ in 0..times {
         for ray in rays {
@@ -133,7 +133,7 @@ fn scattered() -> Vec<Ray> {
     (0..256).map(|_| ray()).collect()
 }
 
-/// A ball of rings of quads, also at its poles, where half of their triangles are thin.
+/// A ball of quads in rings; at the poles, half of their triangles are needles.
 fn ball() -> Bvh {
     let (around, rings) = (64, 32);
     let point = |i: usize, j: usize| {
@@ -152,7 +152,7 @@ fn ball() -> Bvh {
     Bvh::new(&triangles).expect("few triangles")
 }
 
-/// Rays from outside of that ball to its inside.
+/// Rays from outside that ball to points inside it.
 fn around() -> Vec<Ray> {
     let mut rng = Rng::new(9);
     let mut ray = || {

@@ -2,7 +2,7 @@
 //!
 //!     steps NAME TIMES
 //!
-//! The difference of two counts is what the steps cost; `docs/targets.md` has a table of them.
+//! The difference of two counts is the cost of the steps; `docs/targets.md` lists them.
 
 use std::hint::black_box;
 
@@ -37,7 +37,7 @@ fn main() {
     }
 }
 
-/// Points and rays without end.
+/// An endless supply of points and rays.
 struct Inputs(Rng);
 
 impl Inputs {
@@ -50,7 +50,7 @@ impl Inputs {
     fn rays(&mut self) -> Vec<Ray> {
         (0..64).map(|_| Ray::new(self.point(), self.point())).collect()
     }
-    /// Rays within a sphere that go everywhere.
+    /// Rays inside a sphere in all directions.
     fn scattered(&mut self) -> Vec<Ray> {
         (0..4096).map(|_| Ray::new(self.point().map(|x| 0.3 * x), self.point())).collect()
     }
@@ -119,7 +119,7 @@ fn batches(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// The same, a ray a call.
+/// The same, one ray per call.
 fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {
@@ -129,7 +129,7 @@ fn one_by_one(mode: Mode, rays: &[Ray], times: u64) {
     }
 }
 
-/// The same: whether there is a hit.
+/// The same, but only whether there is a hit.
 fn any(mode: Mode, rays: &[Ray], times: u64) {
     let bvh = sphere();
     for _ in 0..times {

@@ -1,9 +1,9 @@
-//! How answers become one number.
+//! Hashes answers.
 
 use intertri::Hit;
 use intertri_trace::{ClosestPoint, Containment};
 
-/// FNV-1a over 64-bit words, and how many answers are no miss.
+/// FNV-1a over 64-bit words, and the number of answers that are not a miss.
 pub(crate) struct Digest {
     pub(crate) hash: u64,
     pub(crate) hits: u64,
@@ -18,7 +18,7 @@ impl Digest {
         self.hash = (self.hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
     }
 
-    /// A number; of a NaN nothing but that it is one is promised.
+    /// Adds a number. All NaNs count as equal.
     pub(crate) fn number(&mut self, x: f64) {
         self.word(if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() });
     }
@@ -31,13 +31,13 @@ impl Digest {
         }
     }
 
-    /// A truth, which counts as a hit.
+    /// Adds a truth value; true counts as a hit.
     pub(crate) fn truth(&mut self, truth: bool) {
         self.hits += u64::from(truth);
         self.word(truth.into());
     }
 
-    /// A closest point.
+    /// Adds a closest point.
     pub(crate) fn closest_point(&mut self, found: &ClosestPoint) {
         self.hits += u64::from(found.some().is_some());
         self.word(found.triangle.into());
@@ -46,7 +46,7 @@ impl Digest {
         }
     }
 
-    /// Where a point lies; outside is no hit.
+    /// Adds a containment; outside counts as a miss.
     pub(crate) fn containment(&mut self, containment: Containment) {
         self.hits += u64::from(containment != Containment::Outside);
         self.word(match containment {

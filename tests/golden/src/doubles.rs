@@ -8,11 +8,11 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// Where the scenes stand: at home, and as far away as UTM coordinates are.
+/// The positions of the scenes: at the origin, and at UTM coordinates.
 const PLACES: [(&str, [f64; 3]); 2] =
     [("at home", [0.0; 3]), ("far away", [448_262.118, 5_411_932.678, 113.4])];
 
-/// The lines of all scenes, a third as large, so that f32 does not hold their coordinates.
+/// The lines of all scenes, scaled by a third so that their coordinates are not exact in f32.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {

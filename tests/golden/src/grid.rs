@@ -8,7 +8,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// The lines of all scenes; one whose points no grid takes has none.
+/// The lines of all scenes. A scene whose points fit no grid has none.
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let fixed = Fixed::at(level);
     let mut lines = vec![];
@@ -26,7 +26,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
     lines
 }
 
-/// What of a scene a grid around its points takes.
+/// The triangles and rays of a scene that fit a grid around its points.
 fn snapped(scene: &Scene, bits: Bits) -> Option<(Vec<Triangle>, Vec<Ray>)> {
     let corners = scene.triangles.iter().flat_map(|triangle| triangle.0);
     let points = corners.chain(scene.rays.iter().map(|ray| ray.origin));
@@ -37,7 +37,7 @@ fn snapped(scene: &Scene, bits: Bits) -> Option<(Vec<Triangle>, Vec<Ray>)> {
     Some((triangles, rays))
 }
 
-/// The lines of a grid: by packets of rays, by blocks of triangles, and by count.
+/// The lines of a grid: for packets of rays, for blocks of triangles, and for counts.
 fn of_grid(
     scene: &str,
     name: &str,

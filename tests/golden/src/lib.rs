@@ -1,7 +1,7 @@
-//! The golden answers: what every mode answers on fixed scenes, bit for bit, on any machine.
+//! The golden answers: the answers of every mode on fixed scenes, bit for bit, on any machine.
 //!
-//! A line is a scene, a mode and a query, how many answers are no miss, and a hash of all their bits. A
-//! [`Section`] has its lines in a file of its own, so that sections are added without a change to others.
+//! A line has a scene, a mode, a query, the number of answers that are not a miss, and a hash of all their
+//! bits. Each [`Section`] keeps its lines in a file of its own, so that a new section changes no other.
 //! CONTRIBUTING.md says when a line may change.
 //!
 //! ```
@@ -34,18 +34,18 @@ use intertri::simd::Level;
 use digest::Digest;
 pub use report::{Row, report};
 
-/// Answers of one kind, and what they must be.
+/// One kind of answers, computed here and committed.
 #[derive(Clone, Copy, Debug)]
 pub struct Section {
-    /// What it is about, in a word.
+    /// Its name, one word.
     pub name: &'static str,
-    /// The file of its lines, in the folder of this crate.
+    /// The file of its lines, relative to this crate.
     pub file: &'static str,
     golden: &'static str,
     answers: fn(Level) -> Vec<Line>,
 }
 
-/// A section from its name, its file and what computes its lines.
+/// Defines a section from its name, its file and the function that computes its lines.
 macro_rules! section {
     ($name:literal, $file:literal, $answers:expr) => {
         Section {
@@ -57,7 +57,8 @@ macro_rules! section {
     };
 }
 
-/// Every section. A new one is a file of answers (empty at first), a function that computes them, and a row.
+/// Every section. A new one needs a file of answers (empty at first), a function that computes them, and a
+/// row.
 pub const SECTIONS: &[Section] = &[
     section!("modes", "answers.txt", modes::answers),
     section!("fixed", "fixed.txt", grid::answers),
@@ -69,7 +70,7 @@ pub const SECTIONS: &[Section] = &[
 ];
 
 impl Section {
-    /// The lines as this machine computes them at a level.
+    /// Computes the lines at a level.
     pub fn answers(&self, level: Level) -> Vec<Line> {
         (self.answers)(level)
     }
@@ -79,18 +80,18 @@ impl Section {
         self.golden.lines()
     }
 
-    /// One number for all committed lines.
+    /// A hash of all committed lines.
     pub fn golden_hash(&self) -> u64 {
         hash(self.golden())
     }
 
-    /// Where what this machine computes is not what is committed: the line here, and the committed one.
+    /// The lines that differ: computed here, and committed.
     pub fn differences(&self, level: Level) -> Vec<(String, String)> {
         differences(&self.answers(level), self.golden())
     }
 }
 
-/// Where lines differ from committed ones; where one side has no more, it is empty.
+/// The lines that differ from committed ones. If one side has fewer lines, its missing ones are empty.
 pub fn differences<'a>(
     lines: &[Line],
     golden: impl Iterator<Item = &'a str>,
@@ -104,7 +105,7 @@ pub fn differences<'a>(
     pairs.filter(|(here, golden)| here != golden).collect()
 }
 
-/// One number for lines as they stand in a file.
+/// A hash of lines as they appear in a file.
 pub fn hash(lines: impl Iterator<Item = impl AsRef<str>>) -> u64 {
     let mut digest = Digest::new();
     for line in lines {

@@ -1,4 +1,5 @@
-//! The section `lists`: every hit of many rays, among all triangles and among some, in one mesh and in several.
+//! The section `lists`: every hit of many rays, among all triangles and among a selection, in one mesh and in
+//! several.
 
 use intertri::simd::Level;
 use intertri::{Mode, Ray};
@@ -12,7 +13,7 @@ use crate::scenes::{Scene, scenes};
 pub(crate) fn answers(level: Level) -> Vec<Line> {
     let mut lines = vec![];
     for scene in &scenes() {
-        // Two meshes, the second of which has another mask.
+        // Two meshes with different masks.
         let (first, second) = scene.triangles.split_at(scene.triangles.len() / 3);
         let whole = Bvh::new(&scene.triangles).expect("small");
         let mut parts = Bvh::from_meshes(&[first, second]).expect("small");
@@ -52,7 +53,7 @@ fn of_mode(
     put("all, masked", &query(parts).mask(0b10).all_batch(rays, None).expect("small"));
     let front = query(whole).faces(Faces::Front);
     put("all, front faces", &front.all_batch(rays, None).expect("small"));
-    // All but the first that each ray hit.
+    // Skip the first hit of each ray.
     let firsts: Vec<_> = all.iter().map(|hits| &hits[..hits.len().min(1)]).collect();
     let others = query(whole).skip(&firsts);
     put("all, but the first", &others.all_batch(rays, None).expect("small"));

@@ -1,7 +1,7 @@
-//! Tells whether this machine answers as every other: the golden answers computed here, beside the committed ones.
+//! Shows whether this machine computes the committed golden answers.
 //!
 //!     cargo run --release -p intertri-golden             every section at every level of this CPU
-//!     cargo run --release -p intertri-golden -- write    writes the committed files anew
+//!     cargo run --release -p intertri-golden -- write    rewrites the committed files
 
 use std::process::ExitCode;
 
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes what the narrowest level answers to the files.
+/// Writes the answers of the narrowest level to the files.
 fn write() -> ExitCode {
     for section in SECTIONS {
         let lines = section.answers(Level::PORTABLE);

@@ -67,7 +67,7 @@ fn of_mode(scene: &Scene, bvh: &Bvh, mode: Mode, name: &str, lines: &mut Vec<Lin
     put("all", digest);
 }
 
-/// The line of crossings, by `exact`.
+/// The line for crossings, by `exact`.
 fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
     let Scene { name, rays, .. } = scene;
     let mut digest = Digest::new();
@@ -83,7 +83,7 @@ fn of_crossings(scene: &Scene, bvh: &Bvh, mode: Mode, lines: &mut Vec<Line>) {
     lines.push(Line::new(name, "exact", "crossings", &digest));
 }
 
-/// The line of what is inside of a closed mesh, by `exact`.
+/// The line for containment in a closed mesh, by `exact`.
 fn contains(Scene { name, triangles, rays, .. }: &Scene) -> Line {
     let solid = Solid::new(triangles).expect("closed");
     let points = rays.iter().map(|ray| [0, 1, 2].map(|k| ray.origin[k] + 0.9 * ray.dir[k]));

@@ -1,4 +1,4 @@
-//! The report: a machine's answers and the committed ones.
+//! The report: computed and committed answers side by side.
 
 use std::fmt::{self, Write};
 
@@ -6,23 +6,23 @@ use intertri::simd::Level;
 
 use crate::{SECTIONS, Section, differences, hash};
 
-/// How many of the lines that differ are printed.
+/// The most differing lines to print.
 const SHOWN: usize = 5;
 
-/// A section at a level: what this machine computes, and what is committed.
+/// A section at one level: the answers computed here, and the committed ones.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The section's name.
     pub section: &'static str,
     /// The level's name.
     pub level: &'static str,
-    /// How many lines this machine computes.
+    /// The number of lines computed here.
     pub lines: usize,
-    /// One number for all of them.
+    /// The hash of the lines computed here.
     pub here: u64,
-    /// One number for all committed ones.
+    /// The hash of the committed lines.
     pub committed: u64,
-    /// The lines that differ: here, and committed.
+    /// The lines that differ: computed here, and committed.
     pub differences: Vec<(String, String)>,
 }
 
@@ -40,13 +40,13 @@ impl Row {
         }
     }
 
-    /// Whether every line is the committed one.
+    /// Whether every computed line equals the committed one.
     pub fn is_same(&self) -> bool {
         self.differences.is_empty()
     }
 }
 
-/// A line of a table, and some of what differs.
+/// A row of the table, followed by some of the differences.
 impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { section, level, lines, here, committed, differences } = self;
@@ -62,7 +62,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// Every section at every level of this machine, as a table; and whether all is the same.
+/// Every section at every level of this machine, as a table, and whether all lines are as committed.
 pub fn report() -> (String, bool) {
     let (arch, os) = (std::env::consts::ARCH, std::env::consts::OS);
     let mut text = format!(

@@ -1,4 +1,4 @@
-//! The section `saved`: the answers of hierarchies that were saved and loaded, and of those that were moved.
+//! The section `saved`: the answers of hierarchies that were saved and loaded, or refitted.
 
 use intertri::simd::Level;
 use intertri::{Hit, Mode, Triangle};
@@ -25,7 +25,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
             lines.push(Line::new(&scene.name, "exact", query, &digest));
         };
         put(&bvh, "closest, loaded");
-        // Every corner elsewhere, by sums and products that are the same everywhere.
+        // Moves every corner, with sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f32; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = scene.triangles.iter().map(|t| Triangle(t.0.map(moved))).collect();
         bvh.refit(&moved).expect("as many");

@@ -5,7 +5,7 @@ use intertri_lab::families::FAMILIES;
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
-/// Triangles and rays by a name.
+/// Named triangles and rays.
 pub(crate) struct Scene {
     pub(crate) name: String,
     pub(crate) triangles: Vec<Triangle>,
@@ -15,8 +15,8 @@ pub(crate) struct Scene {
     pub(crate) closed: bool,
 }
 
-/// Some triangles and rays of every family, and closed meshes with rays of one origin, to vertices and edges
-/// among others.
+/// Triangles and rays of every family, and closed meshes with rays from one origin, some of them toward
+/// vertices and edges.
 pub(crate) fn scenes() -> Vec<Scene> {
     let mut scenes = vec![];
     for family in FAMILIES {

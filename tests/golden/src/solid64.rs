@@ -1,4 +1,5 @@
-//! The section `solid64`: hierarchies over f64 that were saved and loaded, or moved; closest points and signed distances.
+//! The section `solid64`: hierarchies over f64 that were saved and loaded, or refitted; closest points and
+//! signed distances.
 
 use intertri::simd::Level;
 use intertri::{Hit, Ray64, Triangle64, TriangleOf};
@@ -8,7 +9,7 @@ use crate::Line;
 use crate::digest::Digest;
 use crate::scenes::{Scene, scenes};
 
-/// A number of f32 with more digits, far out.
+/// Moves an f32 number far out and gives it more digits.
 fn place(x: f32) -> f64 {
     f64::from(x) / 3.0 + 528_980.0
 }
@@ -37,7 +38,7 @@ pub(crate) fn answers(level: Level) -> Vec<Line> {
             lines.push(Line::new(&scene.name, "exact", "signed distance", &digest));
         }
 
-        // Every corner elsewhere, by sums and products that are the same everywhere.
+        // Moves every corner, with sums and products that are the same everywhere.
         let moved = |[x, y, z]: [f64; 3]| [0.75 * x - 0.25 * y, y + 0.125 * z, z - 0.5 * x];
         let moved: Vec<_> = triangles.iter().map(|t| TriangleOf(t.0.map(moved))).collect();
         bvh.refit(&moved).expect("as many");
@@ -52,7 +53,7 @@ fn ray(ray: &intertri::Ray) -> Ray64 {
     Ray64::new(ray.origin.map(place), ray.dir.map(f64::from)).between(ends[0], ends[1])
 }
 
-/// A point on the way of a ray.
+/// A point along a ray.
 fn near(ray: &Ray64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + 0.25 * ray.dir[k])
 }

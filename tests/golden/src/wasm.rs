@@ -1,6 +1,6 @@
-//! The report for the host that runs this WebAssembly: a text in the module's memory.
+//! The report for the host that runs this WebAssembly module: a text in the module's memory.
 
-// The names are what the outside calls.
+// Exported functions need `#[unsafe(no_mangle)]`.
 #![allow(unsafe_code)]
 
 use std::sync::{Mutex, PoisonError};
@@ -9,7 +9,7 @@ use crate::report;
 
 static TEXT: Mutex<String> = Mutex::new(String::new());
 
-/// Computes the report; 1 where every answer is the committed one, else 0.
+/// Computes the report. Returns 1 if every answer equals the committed one, else 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_report() -> u32 {
     let (text, same) = report();
@@ -17,13 +17,13 @@ pub extern "C" fn golden_report() -> u32 {
     u32::from(same)
 }
 
-/// Where the last report begins.
+/// The address of the last report.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_text() -> *const u8 {
     TEXT.lock().unwrap_or_else(PoisonError::into_inner).as_ptr()
 }
 
-/// How many bytes it has.
+/// The length of the last report in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_text_len() -> usize {
     TEXT.lock().unwrap_or_else(PoisonError::into_inner).len()

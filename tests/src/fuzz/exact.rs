@@ -1,4 +1,4 @@
-//! The mode `exact` against integers of any size: pairs at every tier, scenes by every way to ask, and closed
+//! The mode `exact` against integers of any size: pairs at every tier, scenes through every query, and closed
 //! fans around points.
 
 use intertri::internal::exact::{self, Side, Tier};
@@ -18,7 +18,7 @@ pub fn exact(bytes: &[u8]) {
         1 => fan(&mut input),
         2 => queries(&input.scene(24, 10)),
         _ => {
-            // All from one origin, to where they went: a bundle.
+            // Move all rays to one origin, toward the same targets: a bundle.
             let mut scene = input.scene(24, 20);
             let origin = scene.rays[0].origin;
             for ray in &mut scene.rays {
@@ -37,11 +37,11 @@ macro_rules! same {
     };
 }
 
-/// The truth about a ray: the triangles that it hits within its interval, in order, and those among them that it
-/// crosses.
+/// The truth about a ray: the triangles that it hits within its interval, in order, and those among them that
+/// it crosses.
 struct Hits {
     closed: Vec<(usize, Truth)>,
-    /// The numbers, and whether the ray leaves there.
+    /// The triangles' indices, and whether the ray leaves there.
     once: Vec<(usize, bool)>,
 }
 
@@ -50,7 +50,7 @@ impl Hits {
         let truth = |i: usize| oracle::truth(ray, &triangles[i]).filter(|t| t.is_within(ray));
         let hits = (0..triangles.len()).filter_map(|i| truth(i).map(|truth| (i, truth)));
         let mut hits: Vec<_> = hits.filter(|(_, truth)| truth.is_closed_hit()).collect();
-        // Stable: of equal t the lower number stays first.
+        // A stable sort: if two hits have the same t, the lower index stays first.
         hits.sort_by(|(_, a), (_, b)| a.order(b));
         let once = |(i, truth): &(usize, Truth)| {
             oracle::once(ray, &triangles[*i], Some(truth)).map(|leaves| (*i, leaves))
@@ -60,7 +60,7 @@ impl Hits {
     }
 }
 
-/// Each single pair, at every tier: both rules, t, u, v, and the order of two.
+/// Checks each pair at every tier: both rules, t, u, v, and the order of two hits.
 fn pairs(scene: &Scene) {
     for ray in &scene.rays {
         let mut met: Vec<(&Triangle, Truth)> = vec![];
@@ -111,8 +111,8 @@ fn is_right(hit: Hit, want: Option<&(usize, Truth)>) -> bool {
     }
 }
 
-/// A scene by the plain loops and by the hierarchy: closest, any, all, crossings; one by one and in batches; by the
-/// closed rule, and by the rule that gives each point to one triangle.
+/// Compares plain loops and the hierarchy on a scene: closest, any, all, crossings; one by one and in
+/// batches; by the closed rule, and by the rule that assigns each point to one triangle.
 fn queries(scene: &Scene) {
     let (triangles, rays) = (&scene.triangles[..], &scene.rays[..]);
     let truth: Vec<Hits> = rays.iter().map(|ray| Hits::of(ray, triangles)).collect();
@@ -154,7 +154,7 @@ fn queries(scene: &Scene) {
     }
 }
 
-/// The crossings of a scene, however they are asked for.
+/// Compares the crossings of a scene through every query.
 fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     let (triangles, rays, once) = (&scene.triangles[..], &scene.rays[..], Mode::once().at(level));
     let lists = bvh.query().at(level).crossings_batch(rays, None).unwrap();
@@ -179,7 +179,7 @@ fn crossings(scene: &Scene, bvh: &Bvh, truth: &[Hits], level: Level) {
     }
 }
 
-/// Two fans from two tips to one rim, which close whatever their corners are: from a point off the surface the
+/// Two fans from two tips to one rim, closed whatever their corners are. From a point off the surface, the
 /// signed crossings are the same in every direction, and where they are not 0 no ray leaks.
 fn fan(input: &mut Input<'_>) {
     let (tip, other) = (input.point(), input.point());
@@ -220,7 +220,7 @@ fn fan(input: &mut Input<'_>) {
         same!(&scene, count.signed, i64::from(winding), format!("{ray:?}"));
         same!(&scene, any || winding == 0, true, format!("{ray:?} leaks"));
     }
-    // The crossings of one of the rays, by integers.
+    // The crossings of one of the rays, in integers.
     let crossing =
         |triangle| oracle::once(&rays[0], triangle, oracle::truth(&rays[0], triangle).as_ref());
     let sides = triangles.iter().filter_map(crossing).map(|leaves| if leaves { 1 } else { -1 });

@@ -1,4 +1,4 @@
-//! Files: whatever is in them, a model or one line that says why not.
+//! Files: whatever they contain, reading returns a model or a one-line error.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -8,7 +8,7 @@ use intertri_scene::{LoadError, Mesh, read};
 
 use super::input::Input;
 
-/// The first byte chooses the format, or a mesh to be written and read; the rest is the file.
+/// The first byte chooses a format, or a mesh to write and read back; the rest is the file.
 pub fn models(bytes: &[u8]) {
     let Some((&first, file)) = bytes.split_first() else { return };
     if first >= 0x80 {
@@ -17,10 +17,10 @@ pub fn models(bytes: &[u8]) {
     let name = ["a.obj", "a.ply", "a.stl", "a", "a.gltf", "a.glb"][first as usize % 6];
     let result = model(name, file);
     if name == "a.obj" {
-        // Neither the kind of line ends nor the last of them matters.
+        // Line endings do not matter, nor whether the last line has one.
         if !file.contains(&b'\r') {
             let lines = file.split(|&b| b == b'\n').collect::<Vec<_>>();
-            // As text, in which a NaN is a NaN: vertices that no triangle has may be any.
+            // Compared as text, in which all NaNs are equal: unused vertices may have any coordinates.
             let result = format!("{result:?}");
             for end in [&b"\r\n"[..], b"\r"] {
                 assert_eq!(format!("{:?}", model(name, &lines.join(end))), result);
@@ -30,12 +30,13 @@ pub fn models(bytes: &[u8]) {
     }
 }
 
-/// Reads a model, which must be sound and the same again when it is written down, or fails in a line.
+/// Reads a model. The result must be sound and survive being written and read again; an error must be one
+/// line.
 fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     let result = read(Path::new(name), bytes);
     match &result {
         Ok(mesh) => {
-            // What a glTF has, it may show often.
+            // A glTF file may use its data many times.
             let most = bytes.len() + if name.starts_with("a.gl") { 1 << 24 } else { 0 };
             assert!(!mesh.triangles.is_empty() && mesh.triangles.len() <= most);
             assert!(mesh.positions.len() <= most);
@@ -59,7 +60,7 @@ fn model(name: &str, bytes: &[u8]) -> Result<Mesh, LoadError> {
     result
 }
 
-/// A mesh of finite numbers in every format.
+/// Writes a mesh of finite numbers in every format.
 fn written(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let count = 1 + input.below(8);
@@ -70,7 +71,7 @@ fn written(bytes: &[u8]) {
     again(&Mesh { positions, triangles, ..Mesh::default() });
 }
 
-/// Writes a mesh in every format, and reads the same one.
+/// Writes a mesh in every format, and reads it back unchanged.
 fn again(mesh: &Mesh) {
     let Mesh { positions, triangles, .. } = mesh;
     let mut obj = String::new();
@@ -107,7 +108,7 @@ fn again(mesh: &Mesh) {
         assert_eq!((&found.positions, &found.triangles), (positions, triangles), "{name}");
     }
 
-    // In STL, triangles have corners of their own.
+    // In STL, triangles do not share corners.
     let mut stl = vec![b' '; 80];
     let mut ascii = String::from("solid a b\n");
     stl.extend((triangles.len() as u32).to_le_bytes());

@@ -1,11 +1,11 @@
-//! From bytes to scenes that are degenerate more often than not.
+//! Makes scenes from bytes, degenerate more often than not.
 
 use arbitrary::Unstructured;
 use intertri::{Ray, Triangle};
 
 use crate::Scene;
 
-/// Numbers, all of one kind.
+/// A source of numbers, all of one kind.
 pub(super) struct Input<'a> {
     bytes: Unstructured<'a>,
     kind: Kind,
@@ -15,14 +15,14 @@ pub(super) struct Input<'a> {
 enum Kind {
     /// Small integers times a scale, so that edges, corners and planes coincide.
     Grid(f32),
-    /// The same, moved by a few ulps.
+    /// Small integers times a scale, moved by a few ulps.
     Ulps(f32),
-    /// Any bits, NaN and denormals included.
+    /// Any bits, including NaN and denormals.
     Bits,
 }
 
 impl<'a> Input<'a> {
-    /// The first bytes say which kind.
+    /// Chooses the kind of numbers by the first bytes.
     pub(super) fn new(bytes: &'a [u8]) -> Self {
         let mut input = Self { bytes: Unstructured::new(bytes), kind: Kind::Bits };
         let kind = input.below(8);
@@ -35,12 +35,12 @@ impl<'a> Input<'a> {
         input
     }
 
-    /// The same bytes for small integers alone, which every exact answer can be had of.
+    /// The same bytes as small integers only, for which every exact answer is available.
     pub(super) fn on_a_grid(bytes: &'a [u8]) -> Self {
         Self { bytes: Unstructured::new(bytes), kind: Kind::Grid(1.0) }
     }
 
-    /// Mostly 1, else a power of two or any number.
+    /// A scale: mostly 1, else a power of two or any number.
     fn scale(&mut self) -> f32 {
         match self.below(4) {
             0 | 1 => 1.0,
@@ -49,7 +49,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// A number below `end`; 0 where the bytes have ended.
+    /// A number below `end`; 0 once the bytes are used up.
     pub(super) fn below(&mut self, end: usize) -> usize {
         self.bytes.int_in_range(0..=end - 1).unwrap_or(0)
     }
@@ -59,7 +59,7 @@ impl<'a> Input<'a> {
         self.bytes.int_in_range(-limit..=limit).unwrap_or(0)
     }
 
-    /// One of some things.
+    /// Picks one element.
     pub(super) fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.below(of.len())]
     }
@@ -74,7 +74,7 @@ impl<'a> Input<'a> {
         f64::from_bits(self.bytes.arbitrary().unwrap_or(0))
     }
 
-    /// A number of the kind; one in sixteen of those with ulps has any bits.
+    /// A number of the kind; in the kind with ulps, one in sixteen has any bits.
     pub(super) fn number(&mut self) -> f32 {
         match self.kind {
             Kind::Grid(scale) => self.within(4) as f32 * scale,
@@ -91,14 +91,14 @@ impl<'a> Input<'a> {
         [self.number(), self.number(), self.number()]
     }
 
-    /// Triangles over a few points, so that they share corners and edges, and repeat some.
+    /// Triangles over a few points, so that they share corners and edges, and some repeat.
     pub(super) fn triangles(&mut self, at_most: usize) -> Vec<Triangle> {
         let points: Vec<[f32; 3]> = (0..3 + self.below(6)).map(|_| self.point()).collect();
         let count = 1 + self.below(at_most);
         (0..count).map(|_| Triangle([(); 3].map(|()| self.one_of(&points)))).collect()
     }
 
-    /// A ray: anyhow, or from somewhere to a corner, the middle of an edge, or along an edge.
+    /// A ray: arbitrary, or from anywhere to a corner or the middle of an edge, or along an edge.
     pub(super) fn ray(&mut self, triangles: &[Triangle]) -> Ray {
         let [c1, c2, c3] = self.one_of(triangles).0;
         let origin = if self.below(8) == 0 { c3 } else { self.point() };
@@ -115,7 +115,7 @@ impl<'a> Input<'a> {
             }
             _ => self.point(),
         };
-        // A ray to a point has its t at 1, so these ends are met exactly.
+        // The target point has t = 1, so these ends are met exactly.
         let ray = Ray::new(origin, dir);
         match self.below(6) {
             0 => ray.between(0.0, 1.0),

@@ -1,4 +1,4 @@
-//! Scenes of instances, moved between two commits, beside a plain loop over the triangles that they stand for.
+//! Scenes of instances, moved between two commits, compared with a plain loop over the flattened triangles.
 
 use std::sync::Arc;
 
@@ -7,10 +7,10 @@ use intertri_trace::{Bvh, InstanceId, Scene, SceneHit, SceneSnapshot};
 
 use super::input::Input;
 
-/// A mesh, an instance of it, and the matrix, if it is shown.
+/// A mesh, an instance of it, and the matrix if the instance is visible.
 type Instance<'a> = (&'a [Triangle], InstanceId, [f64; 12]);
 
-/// Two meshes, in either scalar, a few instances, and rays at what they stand for.
+/// Two meshes in either scalar, a few instances, and rays toward the placed triangles.
 pub fn instances(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let meshes = [input.triangles(20), input.triangles(20)];
@@ -45,7 +45,7 @@ pub fn instances(bytes: &[u8]) {
     check(&mut input, &scene.commit().expect("few instances"), &placed);
 }
 
-/// The numbers of a matrix: of the input's kind, some of any bits, often on the axes.
+/// The numbers of a matrix: of the input's kind, some with any bits, often axis-aligned.
 fn matrix(input: &mut Input<'_>) -> [f64; 12] {
     let mut matrix = [0.0; 12];
     let kind = input.below(4);
@@ -65,7 +65,7 @@ fn widened(Triangle(corners): Triangle) -> Triangle64 {
     Triangle64(corners.map(|corner| corner.map(f64::from)))
 }
 
-/// The definition.
+/// A placed triangle, by definition.
 fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     let at = |[x, y, z]: [f64; 3]| {
         [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
@@ -73,7 +73,7 @@ fn flattened(m: &[f64; 12], triangle: Triangle) -> Triangle64 {
     Triangle64(widened(triangle).0.map(at))
 }
 
-/// Compares every verb for some rays.
+/// Compares every query for several rays.
 fn check(input: &mut Input<'_>, snapshot: &SceneSnapshot, placed: &[Instance<'_>]) {
     let (mut all, mut names) = (Vec::new(), Vec::new());
     for (triangles, id, matrix) in placed {

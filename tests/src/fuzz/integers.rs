@@ -1,4 +1,4 @@
-//! The mode `fixed`: against its scalar, and around closed fans.
+//! The mode `fixed`: against its scalar reference, and around closed fans.
 
 use std::array::from_fn;
 
@@ -7,7 +7,7 @@ use intertri::fixed::{Bits, Fixed, Grid, Ray, Triangle, blocks, scalar};
 use super::input::Input;
 use crate::{check_crossings, is_on};
 
-/// Eight rays and eight triangles at the limits of the budgets, every form and level.
+/// Eight rays and eight triangles at the limits of the bit budgets, in every form and at every level.
 pub fn fixed(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let (b, q) = input.one_of(&[(20, 18), (19, 20), (17, 24), (16, 16), (3, 2), (1, 1)]);
@@ -43,8 +43,8 @@ pub fn fixed(bytes: &[u8]) {
     check_crossings(&rays, &triangles).unwrap_or_else(|why| panic!("{why}"));
 }
 
-/// Two fans from two tips to one rim, which close whatever their corners are: from a point off the
-/// surface, every ray must leave as many times more than it enters as every other one.
+/// Two fans from two tips to one rim, closed whatever their corners are. From a point off the surface, exits
+/// minus entries must be the same for every ray.
 ///
 /// ```text
 ///        tip
@@ -74,7 +74,7 @@ pub fn fans(bytes: &[u8]) {
     if corners.iter().any(|&corners| is_on(origin, corners)) {
         return;
     }
-    // At every corner, at the middle of every edge, along the axes, and anywhere.
+    // Toward every corner and the middle of every edge, along the axes, and anywhere.
     let to = |p: [i32; 3]| [0, 1, 2].map(|i| p[i] - origin[i]);
     let mut dirs = vec![[1, 0, 0], [0, -1, 0], [0, 0, 1], point(&mut input)];
     for [a, b, _] in &corners {
@@ -89,7 +89,7 @@ pub fn fans(bytes: &[u8]) {
         let expected = *winding.get_or_insert(count.signed);
         assert_eq!(count.signed, expected, "{origin:?} {dir:?} {count:?}\n{corners:?}");
 
-        // The closest is the scalar's, compared as ratios; all are as many as were counted.
+        // The closest hit is the scalar one's, compared as a ratio; the number of hits equals the count.
         let (mut best, mut all) = (intertri::fixed::Best::default(), 0);
         for (triangle, index) in triangles.iter().zip(0..) {
             if let Some(crossing) = scalar::crossing(&ray, triangle) {

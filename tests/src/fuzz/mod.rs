@@ -1,7 +1,7 @@
-//! What the fuzzers call: from bytes to a question, and from two answers to a panic where they differ.
+//! The functions that the fuzzers call. Each makes a query from bytes and panics if two answers differ.
 //!
-//! Fuzzers (`fuzz/`) find the bytes; on stable, the ordinary tests replay those that were kept
-//! (`fuzz/corpus`, `tests/fixtures`) through the same functions.
+//! Fuzzers (`fuzz/`) find the bytes. The ordinary tests replay the ones that were kept (`fuzz/corpus`,
+//! `tests/fixtures`) through the same functions, on stable Rust.
 
 mod exact;
 mod files;
@@ -22,7 +22,7 @@ pub use saved::saved;
 pub use scenes::{hierarchy, kernel};
 pub use text::{numbers, rays};
 
-/// What takes any bytes and panics where an answer is wrong.
+/// A function that takes any bytes and panics if an answer is wrong.
 pub type Entry = fn(&[u8]);
 
 /// All entries by name.

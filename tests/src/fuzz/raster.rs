@@ -14,8 +14,8 @@ use intertri_scene::Camera;
 
 use super::input::Input;
 
-/// An edge as the reference cuts it, and the same from both ends; a facet the same from both sides,
-/// inside of the walls, and there where its edges are.
+/// Clipping: an edge is cut as the reference cuts it, and the same from both ends; a facet is the same from
+/// both sides, inside the walls, and present wherever its edges are.
 pub fn clip(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let any_double = input.below(4) == 0;
@@ -55,13 +55,13 @@ pub fn clip(bytes: &[u8]) {
     }
 }
 
-/// What rounding may do to points made of these.
+/// A bound on the rounding errors of points computed from these.
 fn rounding(points: &[Point4]) -> f64 {
     let all = points.iter().flat_map(|p| [p.x, p.y, p.z, p.w]);
     all.fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())) * 1e-12 + f64::MIN_POSITIVE
 }
 
-/// One edge; whether more than rounding of it is seen, clear of the walls.
+/// Checks one edge. Returns whether more of it is visible than rounding explains, clear of the walls.
 fn edge(a: Point4, c: Point4) -> bool {
     let there = |p: Point4| reference::Point4::new(p.x, p.y, p.z, p.w);
     let back = |p: reference::Point4| Point4::new(p.x, p.y, p.z, p.w);
@@ -85,7 +85,7 @@ fn edge(a: Point4, c: Point4) -> bool {
                 assert!(outcode(old.boundaries()) != 0 || old == new, "{old:?} {new:?}");
             }
         }
-        // Where an edge touches the volume's own edge, rounding may decide.
+        // If an edge touches an edge of the volume, rounding may decide.
         (Some((from, to)), None) | (None, Some((from, to))) => {
             assert!(apart(from, to) <= room, "{a:?} {c:?}: {found:?} {expected:?}");
         }
@@ -118,8 +118,9 @@ const SIDE: u32 = 16;
 /// A corner in the image: x and y in quarters of pixels, and its depth.
 type Corner = (i32, i32, f32);
 
-/// Triangles whose corners are at quarters of pixels, where snapping moves nothing: the nearest that
-/// covers a centre by document B's reference has it, and three that fill a fourth share its pixels.
+/// Triangles whose corners are at quarters of pixels, so that snapping moves nothing. The nearest one that
+/// covers a pixel's centre by document B's reference must own it, and three triangles that partition a fourth
+/// must share its pixels.
 pub fn z_buffer(bytes: &[u8]) {
     let mut input = Input::on_a_grid(bytes);
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
@@ -140,17 +141,17 @@ fn corner(input: &mut Input<'_>) -> Corner {
     (input.below(65) as i32, input.below(65) as i32, input.one_of(&[1.0_f32, 2.0, 4.0]))
 }
 
-/// The corner in space.
+/// The corner as a point in space.
 fn unproject((x, y, depth): Corner) -> [f32; 3] {
     [(x - 32) as f32 / 32.0 * depth, (32 - y) as f32 / 32.0 * depth, -depth]
 }
 
-/// The corner in raster space, as document B's z-buffer takes it.
+/// The corner in raster space, as document B's z-buffer expects it.
 fn project((x, y, depth): Corner) -> Vector {
     Vector::new(f64::from(x) / 4.0, f64::from(y) / 4.0, -1.0 / f64::from(depth))
 }
 
-/// Each pixel shows one of the nearest triangles that the reference, drawing each alone, has there.
+/// Each pixel must show one of the nearest triangles that the reference finds there when it draws each alone.
 fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     let soup: Vec<Triangle> = outlines.iter().map(|o| Triangle(o.map(unproject))).collect();
     let drawn = triangles(view, &soup, 1e-9);
@@ -187,14 +188,14 @@ fn nearest_is_drawn(view: &View, outlines: &[[Corner; 3]]) {
     }
 }
 
-/// One triangle in an image of its own, by the reference.
+/// Draws one triangle into its own image, with the reference.
 fn drawn_alone(outline: &[Corner; 3]) -> z_buffer::ZBuffer {
     let mut picture = z_buffer::ZBuffer::new(SIDE as usize, SIDE as usize);
     picture.draw(0, &outline.map(project));
     picture
 }
 
-/// A triangle, and the three around a point in it: they cover each of its pixels once.
+/// The three triangles around an inner point must cover each pixel of the outer one once.
 fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     let turn = |a: Corner, b: Corner| (b.0 - a.0) * (inner.1 - a.1) - (b.1 - a.1) * (inner.0 - a.0);
     let turns = [turn(a, b), turn(b, c), turn(c, a)];
@@ -214,8 +215,8 @@ fn partition_covers_once(view: &View, [a, b, c]: [Corner; 3], inner: Corner) {
     }
 }
 
-/// A picture by the z-buffer and by rays, and its shadows by volumes and by rays: no difference but
-/// what the proofs of `docs/raster.md` excuse. Caps and silhouette close up, exactly.
+/// Compares pictures by z-buffer and by rays, and shadows by volumes and by rays: only the differences that
+/// `docs/raster.md` proves possible are allowed. Caps and silhouettes must close exactly.
 pub fn shadows(bytes: &[u8]) {
     const SIZE: (u32, u32) = (20, 15);
     let mut input = Input::new(bytes);
@@ -228,7 +229,8 @@ pub fn shadows(bytes: &[u8]) {
     let adjacency = Adjacency::new(&soup);
     let Ok(volume) = Volume::new(&adjacency, light) else { return };
 
-    // Every edge of the turned faces is run through both ways, or the silhouette says how often not.
+    // Every edge of the oriented faces is traversed equally often both ways, or the silhouette counts the
+    // difference.
     let mut open = HashMap::new();
     let facing = intertri_raster::facing(&adjacency, &light);
     for (&[a, b, c], facing) in adjacency.faces().iter().zip(facing) {
@@ -244,7 +246,7 @@ pub fn shadows(bytes: &[u8]) {
     }
     assert!(open.values().all(|&count| count == 0), "{light:?} {soup:?}");
 
-    // The same camera, rasterized and traced.
+    // The same camera, rasterized and ray traced.
     let (eye, target) = (input.point(), input.point());
     let Ok(camera) = Camera::new(eye, target, Camera::UP, 70.0) else { return };
     let Ok(view) = View::new(camera.eye(), camera.axes(), camera.half_height(), SIZE.0, SIZE.1)
@@ -273,7 +275,7 @@ pub fn shadows(bytes: &[u8]) {
     }
 }
 
-/// Whether the light reaches what a pixel shows; the shown triangle does not shadow itself.
+/// Whether light reaches the point that a pixel shows; the triangle there does not shadow itself.
 fn sees(view: &View, pixel: u32, hit: &Hit, soup: &[Triangle], light: Light) -> bool {
     if !hit.is_hit() {
         return true;

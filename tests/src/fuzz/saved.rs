@@ -1,4 +1,5 @@
-//! Saved hierarchies, over f32 and f64: whatever the bytes are, an error or a hierarchy that answers rightly.
+//! Saved hierarchies, over f32 and f64: any bytes load with an error, or as a hierarchy that answers
+//! correctly.
 
 use intertri::{Hit, Mode, RayOf, TriangleOf};
 use intertri_trace::internal::seal;
@@ -6,8 +7,8 @@ use intertri_trace::{Bvh, BvhScalar, LoadError, SAVED_MAGIC};
 
 use super::input::Input;
 
-/// The first byte chooses: a file as it is, the same with its checksums mended, or a scene of one mesh or of several
-/// that is saved, damaged here and there, and mended; its highest bit says whether a scene is in f64.
+/// The first byte chooses: a file as it is, the same with repaired checksums, or a scene of one or several
+/// meshes that is saved, damaged at some words, and repaired. Its highest bit chooses f64.
 pub fn saved(bytes: &[u8]) {
     let Some((&first, rest)) = bytes.split_first() else { return };
     match (first % 4, first >> 7) {
@@ -22,17 +23,17 @@ pub fn saved(bytes: &[u8]) {
     }
 }
 
-/// A file of either scalar.
+/// Loads a file in either scalar.
 fn loaded(file: &[u8], more: &[u8]) {
     let scalar = |found: &Result<(), LoadError>| matches!(found, Err(LoadError::Scalar { .. }));
     let (one, other) = (answers::<f32>(file, more), answers::<f64>(file, more));
-    // If a header is sound, one of them reports that the file is the other's.
+    // If the header is sound, one of the two reports the wrong scalar.
     assert!(!(scalar(&one) && scalar(&other)));
     assert!(!(one.is_ok() && other.is_ok()));
     assert!(scalar(&one) || scalar(&other) || (one.is_err() && other.is_err()));
 }
 
-/// A scene that is saved, damaged at some words, and mended.
+/// Saves a scene, damages some words, and repairs the checksums.
 fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     let mut input = Input::new(bytes);
     let triangles = S::triangles(&mut input, 60);
@@ -45,7 +46,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
         Bvh::new(&triangles).unwrap()
     };
     if input.below(2) == 1 {
-        // The triangles of another order are in no tree that was built.
+        // Triangles in another order match no tree that was built.
         let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(&triangles)).collect();
         bvh.refit(&moved).unwrap();
     }
@@ -68,7 +69,7 @@ fn damaged<S: FuzzScalar>(bytes: &[u8], in_meshes: bool) {
     loaded(&file[..end], bytes);
 }
 
-/// Loads a file; what it holds must answer as a hierarchy that is built over the same triangles.
+/// Loads a file; the result must answer like a hierarchy built over the same triangles.
 fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     let mut bvh = match Bvh::<S>::from_bytes(file) {
         Ok(bvh) => bvh,
@@ -88,22 +89,22 @@ fn answers<S: FuzzScalar>(file: &[u8], more: &[u8]) -> Result<(), LoadError> {
     let all = if triangles.is_empty() { &nothing[..] } else { &triangles };
     let rays: Vec<RayOf<S>> = (0..8).map(|_| S::ray(&mut input, all)).collect();
 
-    // Every triangle belongs to one of the meshes; later queries see them as one.
+    // Every triangle belongs to one of the meshes; the queries below treat them as one mesh.
     assert!(Bvh::<S>::from_bytes(&bvh.to_bytes()).is_ok());
     let several = bvh.clone();
     bvh = bvh.into_one_mesh();
     names_are_sound(&several, &bvh, &rays);
     same(&bvh, &Bvh::new(&triangles).unwrap(), &rays);
 
-    // What was loaded can be moved.
+    // A loaded hierarchy can be refitted.
     let moved: Vec<_> = (0..triangles.len()).map(|_| input.one_of(all)).collect();
     bvh.refit(&moved).unwrap();
     same(&bvh, &Bvh::new(&moved).unwrap(), &rays);
     Ok(())
 }
 
-/// Hits among several meshes are some of the hits among the same triangles in one mesh, with other names for the
-/// triangles: in the same order, and each for the right triangle.
+/// Hits among several meshes are a subset of the hits among the same triangles in one mesh, under different
+/// ids, in the same order, and each for the right triangle.
 fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<S>]) {
     let mut names = Vec::new();
     for ray in rays {
@@ -117,7 +118,7 @@ fn names_are_sound<S: FuzzScalar>(several: &Bvh<S>, one: &Bvh<S>, rays: &[RayOf<
                 numbers(found) == numbers(&hit) && one.triangle(found) == triangle
             };
             let found = rest.find(is_same).expect("the hit is among all");
-            // Equal triangles at one t cannot be told apart.
+            // Identical triangles at the same t cannot be distinguished.
             let twins = all.iter().filter(is_same).count();
             if twins == 1 {
                 names.push((found.triangle, (hit.geometry, hit.triangle)));
@@ -140,13 +141,13 @@ fn same<S: FuzzScalar>(one: &Bvh<S>, other: &Bvh<S>, rays: &[RayOf<S>]) {
     assert_eq!(one.closest_batch(rays), other.closest_batch(rays));
 }
 
-/// A scalar in which scenes are made of bytes.
+/// A scalar whose scenes can be made from bytes.
 trait FuzzScalar: BvhScalar {
-    /// Some triangles.
+    /// A few triangles.
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>>;
-    /// A ray, often at one of the triangles.
+    /// A ray, often toward one of the triangles.
     fn ray(input: &mut Input<'_>, triangles: &[TriangleOf<Self>]) -> RayOf<Self>;
-    /// By the other modes that this scalar has.
+    /// Compares the other modes that this scalar supports.
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>);
 }
 
@@ -161,7 +162,7 @@ impl FuzzScalar for f32 {
 
     fn same_by_others(one: &Bvh<Self>, other: &Bvh<Self>, ray: &RayOf<Self>) {
         let mode = Mode::certified();
-        // The reference's weights may be no numbers.
+        // The reference's weights may be NaN.
         let bits = |bvh: &Bvh<Self>| {
             let number = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
             let hit = bvh.query().mode(mode).closest(ray);
@@ -171,7 +172,7 @@ impl FuzzScalar for f32 {
     }
 }
 
-/// Numbers of f32, moved and with more digits.
+/// Numbers of f32, moved and given more digits.
 impl FuzzScalar for f64 {
     fn triangles(input: &mut Input<'_>, at_most: usize) -> Vec<TriangleOf<Self>> {
         let triangles = input.triangles(at_most);

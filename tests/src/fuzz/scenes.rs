@@ -1,22 +1,22 @@
-//! Scenes of triangles and rays, by every way to ask, against the reference.
+//! Scenes of triangles and rays, through every query, against the reference.
 
 use intertri::simd::Level;
 
 use super::input::Input;
 use crate::{as_source, check_hierarchy, check_kernel};
 
-/// Packets and packs of every mode, width, form and level.
+/// Packets and blocks in every mode, width, form and level.
 pub fn kernel(bytes: &[u8]) {
     let scene = Input::new(bytes).scene(6, 6);
     check_kernel(&scene).unwrap_or_else(|why| panic!("{why}\n{}", as_source(&scene)));
 }
 
-/// The hierarchy, at the CPU's best level and in scalars.
+/// The hierarchy, at the CPU's best level and at the scalar level.
 pub fn hierarchy(bytes: &[u8]) {
     let mut input = Input::new(bytes);
     let mut scene = input.scene(40, 10);
 
-    // Every other time all from one origin, to where they went: a bundle.
+    // Every other time, all rays start at one origin and keep their targets: a bundle.
     if input.below(2) == 1 {
         let origin = scene.rays[0].origin;
         for ray in &mut scene.rays {

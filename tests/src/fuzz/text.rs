@@ -1,23 +1,23 @@
-//! Files of rays, and the numbers of the command line and the answers.
+//! Files of rays, and the numbers of the command line and of the answers.
 
 use intertri::Ray;
 use intertri_scene::{LoadError, MAX_PIXELS, Rays, RaysFormat};
 
 use super::input::Input;
 
-// The program is no library, but this file of it needs nothing else of it.
+// The program is not a library, but this file of it stands alone.
 #[path = "../../../crates/cli/src/io/numbers.rs"]
 mod numbers;
 
-/// A file of rays in every format: the same rays however many are asked for at a time, which are the same
-/// again when they are written in each format; or one line that says why not.
+/// Reads a file of rays in every format. The rays must be the same whatever the chunk size, and survive being
+/// written and read in each format; an error must be one line.
 pub fn rays(bytes: &[u8]) {
     let formats = [RaysFormat::Csv, RaysFormat::Raw, RaysFormat::Raw64].map(Some);
     for format in formats.into_iter().chain([None]) {
         let all = read(bytes, 1 << 30, None, format);
         assert_eq!(all, read(bytes, 1, None, format));
         assert_eq!(all, read(bytes, 7, None, format));
-        // A size that is not that of whole rays is an error before any number is.
+        // A wrong file size is reported before any number is read.
         let sized = read(bytes, 100, Some(bytes.len() as u64), format);
         assert!(sized == all || sized.1.is_some() && all.1.is_some(), "{sized:?} {all:?}");
         let (rays, error) = all;
@@ -31,20 +31,20 @@ pub fn rays(bytes: &[u8]) {
     }
 }
 
-/// Rays are the same in every format.
+/// Writes rays in every format and reads them back unchanged.
 fn written_again(rays: &[[u32; 8]]) {
     let raw: Vec<u8> = rays.iter().flatten().flat_map(|bits| bits.to_le_bytes()).collect();
     let again = read(&raw, 100, Some(raw.len() as u64), Some(RaysFormat::Raw));
     assert_eq!(again, (rays.to_vec(), None));
 
-    // Text keeps no more of a NaN than that it is one; nor need a wider number.
+    // Text keeps only the fact that a number is NaN; nor does a conversion to f64 keep more.
     let bits = |x: f32| if x.is_nan() { 0 } else { x.to_bits() };
     let plain = |ray: &[u32; 8]| ray.map(f32::from_bits).map(bits);
     let wide = rays.iter().flatten().map(|&bits| f64::from(f32::from_bits(bits)));
     let raw64: Vec<u8> = wide.flat_map(f64::to_le_bytes).collect();
     let mut csv = String::from("\u{feff}\n t_max, \"dz\",dy,dx,t_min,oz,oy,ox\r\n");
     for ray in rays {
-        // With all digits: a decimal is the f64 nearest to it.
+        // Written with all digits, a decimal is read as the nearest f64.
         let cells = ray.map(|bits| f64::from(f32::from_bits(bits)).to_string());
         csv += &cells.into_iter().rev().collect::<Vec<_>>().join(", ");
         csv += "\r\n";
@@ -56,7 +56,7 @@ fn written_again(rays: &[[u32; 8]]) {
     }
 }
 
-/// The bits of all rays in the order of a raw file, or an error and none.
+/// The bits of all rays in the order of a raw file, or an error.
 fn read(
     bytes: &[u8],
     count: usize,
@@ -85,8 +85,8 @@ fn read(
     }
 }
 
-/// The command line's numbers, each as it is judged in a few words here; and an answer's decimals, which
-/// read back to the same bits, and of which none can be spared.
+/// The numbers of the command line, checked against a short model of each; and the decimals of answers, which
+/// must read back to the same bits with no digit to spare.
 pub fn numbers(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes);
     let number = text.parse::<f64>().ok();

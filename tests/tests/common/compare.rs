@@ -1,4 +1,5 @@
-//! Pairs against rationals: both rules at every tier, the interval's ends, order, and the rounding of t, u, v.
+//! Compares pairs with rationals: both rules at every tier, the ends of the interval, order, and the rounding
+//! of t, u, v.
 
 use intertri::internal::exact::{
     self, Side, Tier, attributes, attributes_from, attributes32, crossing_from, order, order_from,
@@ -30,7 +31,7 @@ macro_rules! floats {
 
 floats!(f32, f64);
 
-/// How many of what were compared.
+/// Counts of what was compared.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     pairs: usize,
@@ -54,7 +55,7 @@ impl Counts {
     }
 }
 
-/// The exact answer for a pair, whatever the interval.
+/// The exact answer for a pair, for the unbounded ray.
 struct Case<S: Scalar> {
     triangle: TriangleOf<S>,
     truth: Option<Truth>,
@@ -62,7 +63,7 @@ struct Case<S: Scalar> {
     once: Option<bool>,
 }
 
-/// Queries a ray, which is the pair's except for its interval; at every tier if `all` is set.
+/// Checks a ray, which is the pair's except for its interval; at every tier if `all` is set.
 fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Counts) {
     let Case { triangle, truth, once: leaves } = case;
     let truth = truth.as_ref().filter(|truth| truth.is_within(ray));
@@ -81,7 +82,7 @@ fn check<S: Scalar>(ray: &RayOf<S>, case: &Case<S>, all: bool, counts: &mut Coun
     counts.crossings += usize::from(crossing.is_some());
 }
 
-/// The ends of the interval at t and beside it.
+/// Intervals that end at t and next to it.
 fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &mut Counts) {
     let near = S::nearest(truth.t_f64());
     for end in [near.below(), near, near.above()] {
@@ -98,7 +99,7 @@ fn check_ends<S: Float>(ray: &RayOf<S>, case: &Case<S>, truth: &Truth, counts: &
     }
 }
 
-/// t, u and v; at every tier, if all shall be.
+/// Checks t, u and v; at every tier if `all` is set.
 fn check_rounding<S: Scalar>(
     (ray, triangle): (&RayOf<S>, &TriangleOf<S>),
     truth: &Truth,
@@ -119,8 +120,8 @@ fn check_rounding<S: Scalar>(
     counts.rounded += 6;
 }
 
-/// One triangle before another, or both at one t: that of the same plane, one beside it, and neighbours at an
-/// edge and at a corner.
+/// Checks the order of two triangles: of the same one twice, and of neighbours in the same plane, next to it,
+/// at an edge and at a corner.
 fn check_order<S: Float>(
     ray: &RayOf<S>,
     triangle: &TriangleOf<S>,
@@ -150,7 +151,7 @@ fn check_order<S: Float>(
     }
 }
 
-/// A pair of a kind.
+/// Draws a pair of a kind.
 type Draw<S> = fn(usize, &mut Rng) -> (RayOf<S>, TriangleOf<S>);
 
 /// Pairs of several kinds.
@@ -174,7 +175,7 @@ impl<S: Float> Cases<S> {
             check(&ray, &case, round.is_multiple_of(4 * seldom), counts);
             counts.pairs += 1;
 
-            // What a hit is asked for is asked of some planes that are met beside their triangle, too.
+            // Hits are also computed for some planes that the ray meets outside the triangle.
             let Some(truth) = &case.truth else { continue };
             let is_hit = truth.is_closed_hit();
             if is_hit && round % (16 * seldom) == 1 || round % (64 * seldom) == 2 {
@@ -189,7 +190,7 @@ impl<S: Float> Cases<S> {
         all
     }
 
-    /// On all threads, of which each has its counts.
+    /// Runs on all threads, each with its own counts.
     fn run_on_all(self, pairs: usize, seed: u64, seldom: usize) -> Vec<Vec<Counts>> {
         let threads = std::thread::available_parallelism().map_or(1, Into::into);
         std::thread::scope(|scope| {
@@ -200,7 +201,7 @@ impl<S: Float> Cases<S> {
         })
     }
 
-    /// Compares pairs of each kind, and checks that there were enough to compare.
+    /// Compares pairs of each kind, and checks that enough were compared.
     pub(crate) fn agree(self, pairs: usize) {
         let all = self.run_on_all(pairs, 1, 1);
         println!("{all:#?}");
@@ -211,7 +212,7 @@ impl<S: Float> Cases<S> {
         }
     }
 
-    /// Compares as many pairs as `INTERTRI_EXACT_PAIRS` says, from the seed `INTERTRI_EXACT_SEED`.
+    /// Compares `INTERTRI_EXACT_PAIRS` pairs from the seed `INTERTRI_EXACT_SEED`.
     pub(crate) fn agree_for_hours(self) {
         let number = |name, default| std::env::var(name).map_or(default, |n| n.parse().unwrap());
         let pairs: usize = number("INTERTRI_EXACT_PAIRS", 100_000_000);
@@ -234,7 +235,7 @@ impl<S: Float> Cases<S> {
     }
 }
 
-/// Those of all kinds together.
+/// The sum over all kinds.
 fn sum(kinds: &[Counts]) -> Counts {
     let mut all = Counts::default();
     for kind in kinds {

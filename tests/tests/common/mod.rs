@@ -1,4 +1,4 @@
-//! What the tests share: the laboratory's families as scenes for the runner, on all threads.
+//! Shared by the tests: the laboratory's families as scenes for the runner, on all threads.
 
 pub(crate) mod compare;
 
@@ -14,8 +14,8 @@ pub(crate) fn scene(family: &Family, rng: &mut Rng, triangles: usize, rays: usiz
     Scene { triangles: scene.triangles, rays: scene.rays, threshold: scene.threshold }
 }
 
-/// Asks about every family and its number, each thread about the next that none has begun; what is said, in no
-/// order.
+/// Calls a function for every family and its index; each thread takes the next one that is left. Returns the
+/// results in any order.
 pub(crate) fn each_family<T: Send>(ask: impl Fn(usize, &Family) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let work = || {

@@ -37,10 +37,10 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f32) -> [f32; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// Any bits at all.
+/// Arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray, Triangle) {
     let mut bits = |rng: &mut Rng| {
-        // Now and then what is not finite.
+        // Sometimes a number that is not finite.
         let x = f32::from_bits(rng.bits() as u32);
         if x.is_finite() || rng.one_in(4) { x } else { rng.within(2) as f32 }
     };
@@ -93,7 +93,7 @@ fn in_plane(rng: &mut Rng) -> (Ray, Triangle) {
     (Ray::new(origin, dir), triangle)
 }
 
-/// Nearly on a line: corners that differ from one by a few units in the last place.
+/// Nearly collinear corners, which differ from a line by a few units in the last place.
 fn sliver(rng: &mut Rng) -> (Ray, Triangle) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {

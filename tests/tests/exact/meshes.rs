@@ -1,5 +1,5 @@
-//! The three theorems, on closed meshes: what counts once counts by the closed rule; the signed crossings of
-//! every ray are the winding number of its origin; where that is not 0, no ray leaks.
+//! The three theorems, on closed meshes: every crossing by the once rule is a hit by the closed rule; the
+//! signed crossings of every ray are the winding number of its origin; where that is not 0, no ray leaks.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use intertri_trace::{Containment, Solid};
 
 use super::solids::{Closed, meshes};
 
-/// The winding number of a mesh about a point, by the solid angles of its triangles; `None` for a point on the mesh or
-/// too near to decide.
+/// The winding number of a mesh around a point, by the solid angles of its triangles; `None` for a point on
+/// the mesh or too close to decide.
 fn winding(mesh: &[Triangle], origin: [f32; 3]) -> Option<i32> {
     let mut sum = 0.0;
     for TriangleOf(corners) in mesh {
@@ -99,7 +99,7 @@ fn signed_crossings_are_the_winding_number() {
     );
 }
 
-/// Traces rays through the hierarchy of a mesh; returns how many had each winding number.
+/// Traces rays through the hierarchy of a mesh. Returns how many had each winding number.
 fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i32, usize> {
     let Closed { name, triangles, .. } = mesh;
     let solid = Solid::new(triangles).unwrap();
@@ -111,7 +111,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             break;
         }
         let origin = origin(i, mesh, rng);
-        // Solid angles round, and on the surface there is no winding number.
+        // Solid angles are rounded, and a point on the surface has no winding number.
         if triangles.iter().any(|triangle| oracle::is_on(origin, triangle)) {
             assert_eq!(solid.classify(origin), Containment::Surface, "{name} {origin:?}");
             continue;
@@ -121,7 +121,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             if winding == 0 { Containment::Outside } else { Containment::Inside(winding) };
         assert_eq!(solid.classify(origin), containment, "{name} {origin:?}");
 
-        // From one origin, as a bundle, or each from its own side of it.
+        // From one origin, as a bundle, or each ray from its own side of it.
         let dirs = (0..3).flat_map(|_| directions(triangles, origin, rng));
         let rays: Vec<Ray> = dirs.map(|dir| Ray::new(origin, dir)).collect();
         let (counts, lists) = (query.count_crossings_batch(&rays), bvh.crossings_batch(&rays));
@@ -130,7 +130,7 @@ fn through_a_hierarchy(mesh: &Closed, rays: usize, rng: &mut Rng) -> BTreeMap<i3
             assert_eq!(counts[k].signed, i64::from(winding), "{name} {ray:?}");
             assert!(winding == 0 || any[k], "{name} {ray:?} leaks");
             assert_eq!(any[k], hits[k].is_hit(), "{name} {ray:?}");
-            // The plain loop: index and every bit.
+            // Compare with the plain loop: index and every bit.
             if k % 61 == i % 61 {
                 let bits = |hit: Hit| (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits));
                 let want = exact.closest(triangles, ray).unwrap_or(Hit::MISS);
@@ -170,7 +170,7 @@ fn hierarchies_count_the_winding_number() {
     through_hierarchies(1, 200_000);
 }
 
-/// By hand; more by `INTERTRI_EXACT_RAYS`.
+/// Run by hand; `INTERTRI_EXACT_RAYS` sets the number of rays.
 #[test]
 #[ignore = "takes minutes"]
 fn ten_million_rays_count_the_winding_number() {

@@ -1,10 +1,10 @@
-//! Closed meshes by code. All corners lie on a grid, so that the way from one to another is an f32.
+//! Generated closed meshes. All corners lie on a grid, so that differences between them are exact in f32.
 
 use intertri::{Triangle, TriangleOf};
 use intertri_lab::meshes::Mesh;
 use intertri_lab::rng::Rng;
 
-/// A mesh whose oriented boundary cancels, how large it is, and around which point.
+/// A mesh whose oriented boundary cancels, its size, and its centre.
 pub(crate) struct Closed {
     pub(crate) name: &'static str,
     pub(crate) triangles: Vec<Triangle>,
@@ -15,7 +15,7 @@ pub(crate) struct Closed {
 /// Far from the origin.
 const AFAR: [f64; 3] = [148_376.0, 1_234.0, -223_423.0];
 
-/// All kinds; the finer, the more triangles.
+/// All kinds; a larger `finer` means more triangles.
 pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     let mut rng = Rng::new(7);
     let sphere = Mesh::icosphere(1 + finer as u32);
@@ -56,7 +56,7 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
         ("soiled torus", soiled(of("torus"), &mut rng)),
         ("soiled hull", soiled(of("hull"), &mut rng)),
         ("soiled lattice", soiled(of("lattice"), &mut rng)),
-        // One in the other, turned inside out: a shell.
+        // A sphere inside another, turned inside out: a shell.
         ("shell", [of("sphere"), halved(of("sphere")).into_iter().map(turned).collect()].concat()),
     ];
     let plain = |(name, triangles)| Closed { name, triangles, scale: 1.0, center: [0.0; 3] };
@@ -66,7 +66,7 @@ pub(crate) fn meshes(finer: usize) -> Vec<Closed> {
     all
 }
 
-/// The corners on a grid.
+/// Snaps the corners to a grid.
 fn snapped(mesh: &Mesh, scale: f64, center: [f64; 3]) -> Vec<Triangle> {
     let on_grid = |p: [f64; 3]| p.map(|x| (x * 4096.0).round() / 4096.0);
     let moved = |p| [0, 1, 2].map(|k| f64::from((on_grid(p)[k] * scale + center[k]) as f32));
@@ -85,7 +85,7 @@ fn stuck() -> Vec<Triangle> {
     [[0.0; 3], [2.0, 2.0, 0.0], [0.0, 0.0, 2.0]].map(cube).concat()
 }
 
-/// With triangles that cancel, lie twice, or have no area.
+/// Adds triangles that cancel, are duplicates, or have no area.
 fn soiled(mut mesh: Vec<Triangle>, rng: &mut Rng) -> Vec<Triangle> {
     for _ in 0..mesh.len() / 4 {
         let TriangleOf([a, b, c]) = rng.pick(&mesh);
@@ -104,7 +104,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     };
     let mut vertices = vec![];
     for i in 0..around {
-        // Two ways across the tube: away from the axis of all, and at a right angle to that and to the tube.
+        // Two directions across the tube: away from the central axis, and perpendicular to both that and the
+        // tube.
         let (center, next) = (at(i), at(i + 1));
         let tangent = unit(minus(next, center));
         let aside = unit(cross(tangent, [0.0, 0.0, 1.0]));
@@ -124,8 +125,8 @@ fn knot(around: usize, across: usize) -> Mesh {
     Mesh { faces: faces.collect(), vertices }
 }
 
-/// The convex hull of random integer points, point by point. Some coplanar points are left out, and some
-/// faces may be without area: it is closed all the same.
+/// The convex hull of random integer points, added one by one. Some coplanar points are left out, and some
+/// faces may have no area; the mesh is closed anyway.
 fn hull(points: usize, rng: &mut Rng) -> Mesh {
     let point = |rng: &mut Rng| {
         let way = rng.direction();
@@ -153,7 +154,7 @@ fn hull(points: usize, rng: &mut Rng) -> Mesh {
     Mesh { vertices: vertices.into_iter().map(|p| p.map(|x| x / 16.0)).collect(), faces }
 }
 
-/// Cubes that touch along edges and at corners alone, as the squares of one colour of a chessboard do.
+/// Cubes that touch only along edges and at corners, like the squares of one colour on a chessboard.
 fn lattice(side: i32) -> Mesh {
     let mut all = Mesh { vertices: vec![], faces: vec![] };
     let places = (0..side.pow(3)).map(|i| [i % side, i / side % side, i / side / side]);

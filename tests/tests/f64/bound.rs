@@ -1,5 +1,6 @@
-//! How much of the room for copies is used: the filter's numbers over copies against exact ones of the originals, by
-//! family and by a search that climbs towards the largest share. A share above 1 would refute `docs/numerics/f64.md`.
+//! Measures how much of the allowance for rounded copies is used: the filter's numbers for the copies are
+//! compared with exact ones for the originals, by family and during a search that climbs toward the largest
+//! share. A share above 1 would refute `docs/numerics/f64.md`.
 
 use dashu_ratio::RBig;
 use intertri::internal::{Evidence, LocalFrame};
@@ -8,14 +9,15 @@ use intertri::{Ray64, Triangle64};
 use intertri_lab::families::{FAMILIES, Family};
 use intertri_lab::rng::Rng;
 
-/// The errors of V, W, U, D and T over their bounds; of V, W, U and T over the sharp ones; and how far from the middle
-/// of its enclosures t lies. The rounding of the last sum is left out where only the sign is asked for.
+/// The errors of V, W, U, D and T over their bounds; of V, W, U and T over the sharp bounds; and how far t
+/// lies from the middle of its enclosures. The rounding of the last sum is left out where only the sign
+/// matters.
 const NAMES: [&str; 7] = ["V", "W", "U", "D", "T", "sharp", "t"];
 
 /// Half an ulp of 1 in f32.
 const U: f64 = 1.0 / (1 << 24) as f64;
 
-/// A ray, a triangle, and where their copies are.
+/// A ray, a triangle, and the frame of their copies.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     ray: Ray64,
@@ -46,7 +48,8 @@ fn power(e: i32) -> RBig {
     RBig::try_from(2.0_f64.powi(e)).unwrap()
 }
 
-/// The shares of the bounds that a case uses, at one level; none where nothing is finite, for then nothing is decided.
+/// The share of each bound that a case uses at one level; none if something is not finite, because nothing is
+/// decided then.
 fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     let Case { ray, triangle, frame } = case;
     let (copy, copied) = (frame.triangle(triangle), frame.ray(ray));
@@ -56,7 +59,7 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
         return None;
     }
 
-    // In units of the walk.
+    // In the units of the traversal.
     let (_, up) = frame.centre_and_exponent();
     let scaled = |v: Vector, by: i32| v.map(|x| x * power(by));
     let [c1, c2, c3] = triangle.0.map(|corner| scaled(rational(corner), up));
@@ -97,13 +100,13 @@ fn shares(case: &Case, level: Level) -> Option<[f64; 7]> {
     ])
 }
 
-/// The larger of both, for each number.
+/// The larger share for each bound.
 fn larger(a: [f64; 7], b: [f64; 7]) -> [f64; 7] {
     [0, 1, 2, 3, 4, 5, 6].map(|i| a[i].max(b[i]))
 }
 
-/// A case of the laboratory's in f64: turned and moved, so that its numbers have all digits, in a scene that is as
-/// large as it is or larger.
+/// A case of the laboratory in f64, rotated and moved so that its numbers use all digits, in a scene at least
+/// as large as the case.
 fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
     let case = family.case(rng);
     let given = [case.ray.origin, case.ray.dir].into_iter().chain(case.triangle.0);
@@ -111,7 +114,7 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
         return None;
     }
     let (axis, third) = (rng.direction(), rng.direction());
-    // Twice mirrored.
+    // Mirrored twice, which is a rotation.
     let mirrored = |v: [f64; 3], n: [f64; 3]| {
         let along = 2.0 * (0..3).map(|k| v[k] * n[k]).sum::<f64>();
         [0, 1, 2].map(|k| v[k] - along * n[k])
@@ -138,7 +141,7 @@ fn in_scene(family: &Family, rng: &mut Rng) -> Option<Case> {
 /// How far the scene of a search reaches from the origin.
 const REACH: f64 = 1.9;
 
-/// A triangle of a size somewhere in a scene, and a ray to it or past it.
+/// A triangle of a given size somewhere in a scene, and a ray to it or past it.
 fn case(size: f64, rng: &mut Rng) -> Case {
     let at = rng.cube().map(|x| (REACH - 0.1) * x);
     let mut corner = || {
@@ -153,7 +156,7 @@ fn case(size: f64, rng: &mut Rng) -> Case {
     Case { ray: Ray64::new(origin, dir), triangle, frame }
 }
 
-/// The case with one number changed in some of its last digits, or a coordinate moved a little.
+/// The case with one number changed in a few of its last digits, or one coordinate moved a little.
 fn changed(case: &Case, rng: &mut Rng) -> Case {
     let mut next = *case;
     let number: &mut f64 = match rng.below(5) {
@@ -208,7 +211,7 @@ fn the_room_for_copies_is_enough() {
         most = larger(most, used);
         used
     };
-    // For each single number.
+    // For each number.
     for i in 0..5 {
         for size in [1.0, 1e-2, 1e-5] {
             for _ in 0..6 {
@@ -226,6 +229,6 @@ fn the_room_for_copies_is_enough() {
     }
     println!("| search | {} |", most.map(|x| format!("{x:.2}")).join(" | "));
     assert!(most.iter().all(|&share| share < 1.0), "{most:?}");
-    // And it climbs: a fifth of what is there would not do.
+    // The search does climb: a fifth of the bounds would not suffice.
     assert!(most[..2].iter().chain(&most[3..5]).all(|&share| share > 0.12), "{most:?}");
 }

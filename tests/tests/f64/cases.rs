@@ -36,7 +36,7 @@ fn vector(rng: &mut Rng, number: &mut impl FnMut(&mut Rng) -> f64) -> [f64; 3] {
     [number(rng), number(rng), number(rng)]
 }
 
-/// A pair of the laboratory's, moved and turned a little, so that its numbers have all digits.
+/// A pair of the laboratory's, moved and rotated a little so that its numbers use all digits.
 fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     let case = rng.pick(FAMILIES).case(rng);
     let moved = rng.pick(&[0.0, 1e3, 1e6, 1e9, 1e12]);
@@ -46,10 +46,10 @@ fn in_f32(rng: &mut Rng) -> (Ray64, Triangle64) {
     (ray, Triangle64(case.triangle.0.map(at)))
 }
 
-/// Any bits at all.
+/// Arbitrary bits.
 fn any(rng: &mut Rng) -> (Ray64, Triangle64) {
     let mut bits = |rng: &mut Rng| {
-        // Now and then what is not finite.
+        // Sometimes a number that is not finite.
         let x = f64::from_bits(rng.bits());
         if x.is_finite() || rng.one_in(4) { x } else { f64::from(rng.within(2)) }
     };
@@ -78,7 +78,7 @@ fn aimed(rng: &mut Rng, mut number: impl FnMut(&mut Rng) -> f64) -> (Ray64, Tria
         5 => (a, 1.0 - a),
         _ => (a, b * (1.0 - a)),
     };
-    // Halves, for sums may be beyond f64.
+    // Half of each, because the sum may overflow f64.
     let at = |k: usize| {
         let (x, y, z) = (0.25 * c1[k], 0.25 * c2[k], 0.25 * c3[k]);
         (x + p * (y - x) + q * (z - x)) - 0.25 * origin[k]
@@ -102,7 +102,7 @@ fn in_plane(rng: &mut Rng) -> (Ray64, Triangle64) {
     (Ray64::new(origin, dir), triangle)
 }
 
-/// Nearly on a line: corners that differ from one by a few units in the last place.
+/// Nearly collinear corners, which differ from a line by a few units in the last place.
 fn sliver(rng: &mut Rng) -> (Ray64, Triangle64) {
     let (from, to) = (rng.cube(), rng.cube());
     let on = |share: f64, rng: &mut Rng| {

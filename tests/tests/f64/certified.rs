@@ -8,19 +8,19 @@ use intertri_reference as reference;
 
 use super::cases::{KINDS, case};
 
-/// The reference over these triangles.
+/// The reference's tables for these triangles.
 fn tables(triangles: &[Triangle64], threshold: f64) -> reference::Scene {
     let corners = triangles.iter().flat_map(|triangle| triangle.0).map(Into::into);
     let indices = (0..triangles.len()).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
     reference::Scene::new(corners.collect(), indices).unwrap().with_threshold(threshold)
 }
 
-/// The bits of a number; those of any NaN alike.
+/// The bits of a number; all NaNs have the same.
 fn bits(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
 
-/// Every query over a slice about every ray; how many rays hit.
+/// Runs every query over a slice for every ray. Returns how many rays hit.
 fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -> usize {
     let scene = tables(triangles, threshold);
     let mode = Mode::certified_with(Threshold::new(threshold).unwrap());
@@ -53,17 +53,17 @@ fn check(what: &str, triangles: &[Triangle64], rays: &[Ray64], threshold: f64) -
     hits
 }
 
-/// Thresholds from none to one that turns most hits down.
+/// Thresholds from zero to one that rejects most hits.
 const THRESHOLDS: [f64; 4] = [1e-9, 0.0, 1e-30, 0.25];
 
-/// Pairs of every kind, each ray against the triangles of its neighbours, too.
+/// Pairs of every kind; each ray is also tested against its neighbours' triangles.
 #[test]
 fn pairs_of_every_kind() {
     let (mut rng, mut hits) = (Rng::new(1), 0);
     for i in 0..4000 {
         let pairs = [(); 5].map(|()| case(i % KINDS, &mut rng));
         let (rays, mut triangles) = (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1).to_vec());
-        // One of them twice: a tie.
+        // A duplicate makes a tie.
         triangles.push(triangles[i % 5]);
         let threshold = THRESHOLDS[i / KINDS % THRESHOLDS.len()];
         hits += check(&format!("kind {}", i % KINDS), &triangles, &rays, threshold);
@@ -71,7 +71,7 @@ fn pairs_of_every_kind() {
     assert!(hits > 4000, "{hits}");
 }
 
-/// The laboratory's families widened to f64: also what f32 slices answer.
+/// The laboratory's families converted to f64: the answers must equal those of f32 slices.
 #[test]
 fn families_answer_as_in_f32() {
     let (mut rng, mut hits) = (Rng::new(2), 0);
@@ -98,7 +98,7 @@ fn families_answer_as_in_f32() {
     assert!(hits > 500, "{hits}");
 }
 
-/// The interval's ends at t and beside it.
+/// Intervals that end at t and next to it.
 #[test]
 fn ends_of_the_interval() {
     let (mut rng, mut ends) = (Rng::new(3), 0);

@@ -1,11 +1,11 @@
-//! Closed meshes in f64, far from the origin: rays at their corners and edges cross them as often as they wind around
-//! the origin, through a hierarchy.
+//! Closed meshes in f64, far from the origin: rays toward their corners and edges cross them as often as they
+//! wind around the ray's origin, through a hierarchy.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
 use intertri_trace::Bvh;
 
-/// A closed mesh about a centre, and how far it is from there at least and at most.
+/// A closed mesh around a centre, and its smallest and largest distance from it.
 struct Ball {
     triangles: Vec<Triangle64>,
     centre: [f64; 3],
@@ -13,7 +13,8 @@ struct Ball {
     outer: f64,
 }
 
-/// A bumpy ball with this many rings; on a grid, every difference of corners is exact, and so are rays at them.
+/// A bumpy ball with this many rings. On a grid, every difference of corners is exact, and so are rays toward
+/// them.
 fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     let sectors = 2 * rings;
     let at = |ring: usize, sector: usize| {
@@ -47,7 +48,7 @@ fn ball(rings: usize, size: f64, centre: [f64; 3], on_grid: bool) -> Ball {
     Ball { triangles, centre, inner: 0.8 * size, outer: 1.2 * size }
 }
 
-/// Rays from a point exactly or nearly at corners and edges, into triangles, and anywhere.
+/// Rays from a point exactly or nearly toward corners and edges, into triangles, and anywhere.
 fn directions(ball: &Ball, origin: [f64; 3], rng: &mut Rng) -> Vec<[f64; 3]> {
     let to = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] - origin[k]);
     let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);

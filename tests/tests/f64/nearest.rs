@@ -14,7 +14,8 @@ use crate::nearest::truth::{is_rounded, is_within_one_ulp, truth};
 
 const KINDS: usize = 9;
 
-/// A number of a kind: small grids, all digits, far out beside small, over all exponents, subnormal, the largest.
+/// A number of a kind: small integers, all digits, far out and small together, all exponents, subnormal, the
+/// largest.
 fn number(kind: usize, rng: &mut Rng) -> f64 {
     let unit = rng.signed();
     match kind {
@@ -34,7 +35,7 @@ fn point(kind: usize, rng: &mut Rng) -> [f64; 3] {
     [(); 3].map(|()| number(kind, rng))
 }
 
-/// A needle or one without an area now and then.
+/// A triangle, sometimes a needle or one without area.
 fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     let mut t = TriangleOf([(); 3].map(|()| point(kind, rng)));
     if rng.unit() < 0.25 {
@@ -48,7 +49,7 @@ fn triangle(kind: usize, rng: &mut Rng) -> Triangle64 {
     t
 }
 
-/// Anywhere, at a corner, on an edge, about on a face, or beyond a corner.
+/// A point anywhere, at a corner, on an edge, near a face, or beyond a corner.
 fn point_near(kind: usize, t: &Triangle64, rng: &mut Rng) -> [f64; 3] {
     let [a, b, c] = t.0;
     let (u, v) = (rng.unit(), rng.unit());
@@ -94,10 +95,11 @@ fn every_tier_is_right_of_every_pair() {
             ends += usize::from(!(1e-300..1e300).contains(&found.distance));
             answers.push(found);
         }
-        // Whichever tier: the same bits.
+        // Every tier returns the same bits.
         assert!(answers.iter().all(|found| found == &answers[0]), "{answers:?}");
 
-        // The bounds of the lanes, where the search has such numbers: within 2^400 of triangles of about 1.
+        // The bounds of the lanes, for numbers as the search has them: within 2^400 of triangles of size
+        // about 1.
         if matches!(kind, 0..=2 | 6 | 8) {
             let bounds = squares(one.0.map(Vec3::<f64>::splat), Vec3::splat(point));
             let bound = |x: f64| RBig::try_from(x).unwrap();
@@ -110,7 +112,7 @@ fn every_tier_is_right_of_every_pair() {
     assert!(pairs > 6000 && ties > 600 && ends > 100 && flat > 1000, "{counts}");
 }
 
-/// Where it is, too: within `2^-50` of the largest coordinate and `2^-1073`, and in the box.
+/// Also checks the position: within `2^-50` of the largest coordinate plus `2^-1073`, and inside the box.
 fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, name: &str) {
     let exact = |x: f64| RBig::try_from(x).unwrap();
     let (_, [u, v]) = truth(point, triangle);
@@ -126,7 +128,7 @@ fn check_point(point: [f64; 3], triangle: &Triangle64, answer: &ClosestPoint, na
     }
 }
 
-/// Against the least of all, in rationals.
+/// Compares with the smallest distance to all triangles, in rationals.
 fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
     let bvh = Bvh::new(triangles).unwrap();
     let mut answers = vec![ClosestPoint::NONE; points.len()];
@@ -142,7 +144,7 @@ fn check(name: &str, triangles: &[Triangle64], points: &[[f64; 3]]) -> usize {
             check_point(point, &triangles[i], answer, name);
         }
         assert_eq!(bvh.closest_point(point, f64::INFINITY), answer.some());
-        // Within the distance itself, and not below.
+        // A search within that distance finds it, and one within less does not.
         let within = bvh.closest_point(point, answer.distance);
         assert_eq!(within, answer.some(), "{name}: within {}", answer.distance);
         if answer.distance > 0.0 && answer.distance < f64::INFINITY {
@@ -165,7 +167,7 @@ fn meshes_are_asked_as_a_plain_loop() {
     }
 }
 
-/// Scenes of every size, anywhere; points near and at the ends of the exponents.
+/// Scenes of every size, anywhere; points nearby and at the limits of the exponents.
 #[test]
 fn scenes_of_any_size_anywhere() {
     let mut rng = Rng::new(3);
@@ -182,7 +184,7 @@ fn scenes_of_any_size_anywhere() {
     }
 }
 
-/// A nanometre from a wall at UTM coordinates, on either side of it and on it.
+/// One nanometre from a wall at UTM coordinates, on either side of it and on it.
 #[test]
 fn a_nanometre_is_told_at_utm() {
     let [x, y] = [148_376.0, 528_980.0];

@@ -10,7 +10,7 @@ fn every_tier_agrees_with_rationals() {
     CASES.agree(12_000);
 }
 
-/// By hand: `cargo test --release -p intertri-tests f64::pairs -- --ignored --nocapture`.
+/// Run by hand: `cargo test --release -p intertri-tests f64::pairs -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes hours"]
 fn a_hundred_million_pairs_agree_with_rationals() {

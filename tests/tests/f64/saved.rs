@@ -1,4 +1,4 @@
-//! Hierarchies over f64 that were saved and loaded, or refitted: their answers are those of a new build.
+//! Hierarchies over f64 that were saved and loaded, or refitted, answer like newly built ones.
 
 use intertri::{Ray64, Triangle64};
 use intertri_lab::rng::Rng;
@@ -7,7 +7,7 @@ use intertri_trace::{Bvh, LoadError};
 
 use super::hierarchy::soup;
 
-/// Triangles that are lines, needles, duplicates, or not finite among others.
+/// Triangles, among them lines, needles, duplicates, and some that are not finite.
 fn mixed(count: usize, scale: f64, moved: f64, rng: &mut Rng) -> Vec<Triangle64> {
     let mut triangles = soup(count, 0.1, scale, moved, rng);
     for i in (0..count).step_by(5) {
@@ -58,7 +58,7 @@ fn what_is_saved_is_loaded() {
             let (one, other) = (bvh.to_triangles(), loaded.to_triangles());
             assert!(one.iter().map(bits).eq(other.iter().map(bits)), "{what}");
 
-            // A file of the other scalar is refused as such, before any other error.
+            // A file with the other scalar is rejected as such, before any other error.
             let error = Bvh::<f32>::from_bytes(&bytes).unwrap_err();
             assert!(matches!(error, LoadError::Scalar { found: "f64" }), "{error}");
         }
@@ -96,7 +96,7 @@ fn every_cut_and_every_damage_is_told() {
     }
 }
 
-/// Whatever one word is changed to, with all checksums mended: an error, or a hierarchy that is sound.
+/// If any word is changed and all checksums are repaired, the result is an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let mut rng = Rng::new(3);
@@ -120,7 +120,7 @@ fn no_word_makes_an_answer_wrong() {
     assert!(loaded > 500 && refused > 500, "{loaded} loaded, {refused} refused");
 }
 
-/// Moved, scaled, exploded, spoilt and back.
+/// Moved, scaled, exploded, made degenerate and back.
 #[test]
 fn refits_answer_as_new_builds() {
     let mut rng = Rng::new(4);

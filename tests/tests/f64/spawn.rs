@@ -1,4 +1,4 @@
-//! Rays that start on a triangle given in f64 never hit it.
+//! Rays that start on an f64 triangle never hit it.
 
 use intertri::{Hit, Ray64, RayOf, Rule, Triangle64, internal::exact, spawn_ray};
 use intertri_lab::rng::Rng;
@@ -6,7 +6,7 @@ use intertri_trace::Bvh;
 
 use super::cases::{KINDS, case};
 
-/// Every kind of pair that is a hit, in directions of all kinds, many of them nearly in the triangle's plane.
+/// Hits of every kind of pair, in directions of all kinds, many of them nearly in the triangle's plane.
 #[test]
 fn no_ray_meets_the_triangle_that_it_starts_on() {
     let (mut left, mut moved, mut rng) = (0, 0, Rng::new(64));
@@ -31,7 +31,8 @@ fn no_ray_meets_the_triangle_that_it_starts_on() {
     assert!(left > 40_000 && moved > left / 20, "{left}, {moved} moved");
 }
 
-/// A wall at UTM coordinates is left from within nanometres of it, and what stands a micrometre before it is met.
+/// Rays leave a wall at UTM coordinates from within nanometres of it, and hit an obstacle one micrometre in
+/// front of it.
 #[test]
 fn it_leaves_a_wall_by_nanometres() {
     let (x, y) = (148_376.213, 528_980.447);

@@ -3,21 +3,21 @@
 use intertri::{Ray64, Triangle64};
 use intertri_trace::Bvh;
 
-/// A room of walls that are not along the axes, at such coordinates.
+/// A room at UTM coordinates whose walls are not axis-aligned.
 fn room() -> Vec<Triangle64> {
     let corner = |i: usize| {
         let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f64);
         let (x, y) = (4.1 * x, 3.7 * y);
         [148_376.213 + 0.8 * x - 0.6 * y, 528_980.447 + 0.6 * x + 0.8 * y, 31.02 + 2.6 * z]
     };
-    // Each corner of a face after the other, counter-clockwise as seen from outside.
+    // The corners of each face in order, counter-clockwise as seen from outside.
     let faces =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
     faces.into_iter().flat_map(halves).map(|t| Triangle64(t.map(corner))).collect()
 }
 
-/// A point of a triangle, in f64, and its normal of length 1.
+/// A point of a triangle, in f64, and its unit normal.
 fn point(triangle: &Triangle64) -> ([f64; 3], [f64; 3]) {
     let [a, b, c] = triangle.0;
     let n = triangle.normal();
@@ -33,7 +33,7 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (i, wall) in walls.iter().enumerate() {
         let (on, n) = point(wall);
         for exponent in 1..=9 {
-            // Outside of the wall and inside of it, by 10 cm to 1 nm, out and in, and slanted.
+            // Starting 10 cm to 1 nm outside and inside the wall, going out and in, and slanted.
             for side in [1.0, -1.0] {
                 let off = side * 10.0_f64.powi(-exponent);
                 let origin = [0, 1, 2].map(|k| on[k] + off * n[k]);
@@ -49,16 +49,17 @@ fn a_ray_that_leaves_a_wall_does_not_hit_it() {
     for (&(wall, side, out, exponent, ray), hit) in rays.iter().zip(&hits) {
         let what = format!("wall {wall}, side {side}, out {out}, 1e-{exponent} m: {hit:?}");
         assert_eq!(bvh.closest(&ray), hit.some(), "{what}");
-        // From outside and out there is nothing. Toward the wall the first hit is it, as near as the origin is.
+        // From outside going out there is nothing. Toward the wall, the wall is the first hit, at the
+        // distance of the origin.
         let toward = side != out;
         assert_eq!(bvh.any(&ray), toward || side < 0.0, "{what}");
         if toward {
-            // The other half of its face, at most.
+            // At most the other half of its face.
             assert_eq!(hit.triangle as usize / 2, wall / 2, "{what}");
             let want = 10.0_f64.powi(-exponent);
             assert!((hit.t - want).abs() < 5e-10 + 1e-6 * want, "{what}");
         } else if side < 0.0 {
-            // Across the room.
+            // The opposite side of the room.
             assert!(hit.is_hit() && hit.triangle as usize / 2 != wall / 2, "{what}");
         } else {
             assert_eq!(hit.some(), None, "{what}");

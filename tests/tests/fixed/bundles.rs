@@ -1,4 +1,4 @@
-//! Many rays from one point of a grid at once: bundles, whose answers are those of the plain loop.
+//! Many rays from one grid point: bundles, whose answers must be those of the plain loop.
 
 use intertri::Hit;
 use intertri::Ray as Line;
@@ -9,8 +9,8 @@ use super::{GridBvh, Numbers, add, hierarchy, sub};
 
 type Corners = [[i32; 3]; 3];
 
-/// The scene of the hierarchy's test, and a sheet of squares with some triangles twice, turned, flipped,
-/// or under a larger one in their plane: equal t of unequal integers.
+/// The scene of the hierarchy's test, and a sheet of squares with some triangles duplicated, rotated,
+/// flipped, or under a larger one in their plane: equal t from different integers.
 fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     let mut all: Vec<Corners> =
         hierarchy::scene(n).iter().map(|t| t.map(|c| grid.snap(c).unwrap())).collect();
@@ -31,14 +31,14 @@ fn scene(n: &mut Numbers, grid: &Grid) -> Vec<Corners> {
     all
 }
 
-/// Rays from one origin in a narrow cone: exactly at corners and at middles of edges, beside each other
-/// on a raster, and scattered.
+/// Rays from one origin in a narrow cone: exactly toward corners and midpoints of edges, on a raster, and
+/// scattered.
 fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Option<Vec<Ray>> {
     let (b, q) = (1 << grid.bits().b(), 1 << grid.bits().q());
     let place = n.below(scene.len() as u64) as usize;
     let t = scene[place];
 
-    // From anywhere, from afar, from the plane of a triangle, from beside it, from a corner.
+    // From anywhere, from far away, from the plane of a triangle, from beside it, from a corner.
     let along = add(t[0], sub(t[1], t[2]));
     let origin = match kind % 5 {
         0 => add(t[0], n.vector(b.min(q))),
@@ -49,7 +49,7 @@ fn coherent(n: &mut Numbers, grid: &Grid, scene: &[Corners], kind: usize) -> Opt
     }
     .map(|x| x.clamp(-b, b));
 
-    // The middle of the cone has all bits that a direction may have.
+    // The axis of the cone uses all bits that a direction may have.
     let longest = |d: [i32; 3]| d[0].abs().max(d[1].abs()).max(d[2].abs());
     let mut middle = sub(t[1], origin);
     while longest(middle) > q {
@@ -105,13 +105,13 @@ fn bundles_answer_as_the_queries_over_all_triangles() {
         let blocks: Vec<_> = blocks.collect();
         for kind in 0..240 {
             let Some(mut rays) = coherent(&mut n, &grid, &corners, kind) else { continue };
-            // What follows from a kind repeats after 60 of them: all of it meets every level.
+            // The kinds repeat after 60, so all of them meet every level.
             let mode = &levels[kind / 60 % levels.len()];
             let closest = |rays: &[Ray]| -> Vec<Hit> {
                 rays.iter().map(|ray| mode.closest(&blocks, ray).unwrap_or(Hit::MISS)).collect()
             };
 
-            // The far end right before, at and behind a hit; a near end at and behind it; an empty one.
+            // Far ends just before, at and behind a hit; near ends at and behind it; an empty interval.
             let mut want = closest(&rays);
             if kind % 3 == 0 {
                 for (i, (ray, hit)) in rays.iter_mut().zip(&want).enumerate() {

@@ -6,7 +6,7 @@ use intertri::{Hit, Ray, Triangle};
 
 use super::{Numbers, solids};
 
-/// What every CPU must give.
+/// The hash that every CPU must compute.
 const GOLDEN: u64 = 0x092f_1c9c_c4a2_8321;
 
 /// FNV-1a over 64-bit words.
@@ -16,7 +16,7 @@ fn mix(hash: u64, word: u64) -> u64 {
 
 #[test]
 fn the_answers_hash_to_the_golden_number_at_every_level() {
-    // A sphere among loose triangles, on the fine and on a coarse grid.
+    // A sphere among loose triangles, on a fine and a coarse grid.
     let mut n = Numbers(42);
     let mut scene: Vec<Triangle> = solids::icosphere(3)
         .into_iter()
@@ -54,13 +54,13 @@ fn the_answers_hash_to_the_golden_number_at_every_level() {
                 assert_eq!(*hit, one, "packets and blocks agree");
                 let count = fixed.crossings(&blocks, ray);
                 assert_eq!(fixed.any(&blocks, ray), hit.is_hit());
-                // A miss is all ones, in the 64 bits that an index has here.
+                // A miss is all ones, in the 64 bits of an index here.
                 let triangle = hit.some().map_or(u64::MAX, |hit| hit.triangle.into());
                 for word in [hit.t.to_bits(), hit.u.to_bits(), hit.v.to_bits(), triangle] {
                     hash = mix(hash, word);
                 }
                 hash = mix(mix(hash, count.signed as u64), count.unsigned);
-                // They come in order of the exact t; what is hashed is in order of the triangles.
+                // The hits are in order of the exact t; hash them in order of the triangles.
                 let mut all = fixed.all(&blocks, ray);
                 let t = |i: u32| scalar::crossing(ray, &triangles[i as usize]).unwrap().t;
                 assert!(all.is_sorted_by_key(|hit| (t(hit.triangle), hit.triangle)), "{all:?}");

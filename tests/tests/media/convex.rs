@@ -1,4 +1,5 @@
-//! Convex solids with integer coordinates: their triangles, and where a ray is inside, in rationals.
+//! Convex solids with integer coordinates: their triangles, and the part of a ray that is inside, in
+//! rationals.
 
 use std::cmp::Ordering;
 
@@ -6,7 +7,7 @@ use intertri_lab::rng::Rng;
 
 pub(super) type Point = [i128; 3];
 
-/// A fraction whose denominator is above 0.
+/// A fraction with a positive denominator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rational(pub(super) i128, pub(super) i128);
 
@@ -15,7 +16,7 @@ impl Rational {
         (self.0 * other.1).cmp(&(other.0 * self.1))
     }
 
-    /// The nearest f64: both numbers are below 2^53, so the quotient is rounded once.
+    /// The nearest f64: both numbers are below 2^53, so the only rounding is that of the quotient.
     pub(super) fn to_f64(self) -> f64 {
         assert!(self.0.abs() < 1 << 53 && self.1 < 1 << 53, "{self:?}");
         self.0 as f64 / self.1 as f64
@@ -27,7 +28,7 @@ impl Rational {
 pub(super) struct Convex {
     sides: Vec<(Point, i128)>,
     pub(super) triangles: Vec<[Point; 3]>,
-    /// Whether the triangles are turned inside out.
+    /// Whether the triangles are inside out.
     pub(super) is_turned: bool,
 }
 
@@ -35,14 +36,15 @@ fn dot(a: Point, b: Point) -> i128 {
     (0..3).map(|k| a[k] * b[k]).sum()
 }
 
-/// The sign of `normal · d` for the direction that the rule once moves d to.
+/// The sign of `normal · d` for the direction d as the once rule moves it.
 fn slope(normal: Point, dir: Point) -> i128 {
     let all = [dot(normal, dir), normal[0], normal[1], normal[2]];
     all.into_iter().find(|x| *x != 0).unwrap_or(0).signum()
 }
 
 impl Convex {
-    /// From its corners: the sides are all planes through three of them that have the others on one side.
+    /// The solid with these corners: its sides are all planes through three of them that have the others on
+    /// one side.
     fn of(corners: &[Point], rng: &mut Rng) -> Self {
         let (mut sides, mut triangles) = (Vec::<(Point, i128)>::new(), Vec::new());
         let count = corners.len();
@@ -95,7 +97,7 @@ impl Convex {
         Self::of(&corners, rng)
     }
 
-    /// Where a ray is inside; `None` where it never is. No end is before `-2^40` or beyond `2^40`.
+    /// The part of a ray that is inside; `None` if it never is. All ends are between `-2^40` and `2^40`.
     pub(super) fn inside(&self, origin: Point, dir: Point) -> Option<[Rational; 2]> {
         const FAR: i128 = 1 << 40;
         let (mut from, mut to) = (Rational(-FAR, 1), Rational(FAR, 1));
@@ -105,7 +107,7 @@ impl Convex {
             match along.cmp(&0) {
                 Ordering::Greater if t.cmp(to).is_lt() => to = t,
                 Ordering::Less if t.cmp(from).is_gt() => from = t,
-                // Along the side: in front of it, behind it, or moved to one of both.
+                // Along the side: in front of it, behind it, or on it and moved to either.
                 Ordering::Equal if gap < 0 || gap == 0 && slope(normal, dir) > 0 => return None,
                 _ => {}
             }
@@ -113,7 +115,7 @@ impl Convex {
         from.cmp(to).is_lt().then_some([from, to])
     }
 
-    /// Whether a point is inside, or on a side and a step along a direction leads inside.
+    /// Whether a point is inside, or on a side with the direction leading inside.
     pub(super) fn holds(&self, point: Point, dir: Point) -> bool {
         self.sides.iter().all(|&(normal, most)| match dot(normal, point).cmp(&most) {
             Ordering::Less => true,
@@ -123,11 +125,11 @@ impl Convex {
     }
 }
 
-/// Triangles over the corners in a plane, from the first of them or from the middle of an edge's ends.
+/// Triangles over the corners in a plane, in a fan around the first corner or around the midpoint of an edge.
 fn fan(normal: Point, most: i128, corners: &[Point], rng: &mut Rng, to: &mut Vec<[Point; 3]>) {
     let mut ring: Vec<Point> =
         corners.iter().copied().filter(|p| dot(normal, *p) == most).collect();
-    // Each corner is followed by the one that has all others on its left.
+    // Each corner is followed by the one with all others on its left.
     for i in 1..ring.len() {
         let left = |a: Point, b: Point, c: Point| {
             let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));

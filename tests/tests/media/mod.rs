@@ -1,5 +1,5 @@
-//! Media along rays against rationals: convex solids with integer coordinates, nested, touching and overlapping, and rays at
-//! corners, at edges, along walls, and from all of these.
+//! Media along rays against rationals: convex solids with integer coordinates, nested, touching and
+//! overlapping, with rays toward corners and edges, along walls, and from all of these.
 
 mod convex;
 
@@ -10,7 +10,7 @@ use intertri_trace::{BvhScalar, Media, MediaError, Segment, SolidError};
 
 use convex::{Convex, Point, Rational};
 
-/// Solids of one or two parts and what they are filled with. Later ones decide where they overlap.
+/// Solids of one or two parts and the media inside them. Where solids overlap, the later one decides.
 struct Scene {
     solids: Vec<(u32, Vec<Convex>)>,
 }
@@ -44,7 +44,7 @@ impl Scene {
         Media::new(&meshes).unwrap()
     }
 
-    /// The medium where the winding number of each part is given.
+    /// The medium at a point with the given winding number for each part.
     fn medium(&self, winds: impl Fn(&Convex) -> bool) -> Option<u32> {
         let times = |part: &Convex| match (winds(part), part.is_turned) {
             (false, _) => 0,
@@ -55,7 +55,7 @@ impl Scene {
         self.solids.iter().rev().find(deciding).map(|(medium, _)| *medium)
     }
 
-    /// The segments of a ray between two t, as their ends and media.
+    /// The segments of a ray between two t, as ends and media.
     fn segments(
         &self,
         origin: Point,
@@ -91,7 +91,7 @@ fn number<S: Scalar>(point: Point, offset: Point) -> [S; 3] {
     [0, 1, 2].map(|k| S::nearest((point[k] + offset[k]) as f64))
 }
 
-/// Checks all queries of media by some rays.
+/// Checks all queries of media for several rays.
 fn check<S: BvhScalar>(
     scene: &Scene,
     offset: Point,
@@ -102,7 +102,7 @@ fn check<S: BvhScalar>(
         .iter()
         .map(|(origin, dir, [start, end])| {
             let ray = RayOf::new(number::<S>(*origin, offset), number::<S>(*dir, [0; 3]));
-            // Ends in halves.
+            // Ends in units of one half.
             let end = if *end == 0 { f64::INFINITY } else { 0.5 * *end as f64 };
             ray.between(S::nearest(0.5 * *start as f64), S::nearest(end))
         })
@@ -136,7 +136,7 @@ fn check<S: BvhScalar>(
     seen
 }
 
-/// A segment ends on a wall of a mesh that is filled with the medium on one of its sides.
+/// Each segment ends on a wall of a mesh that is filled with one of the two adjacent media.
 fn check_walls<S: BvhScalar>(media: &Media<S>, ray: &RayOf<S>, segments: &[Segment]) {
     let hits = media.bvh().crossings(&RayOf { t_max: S::INFINITY, ..*ray });
     for pair in segments.windows(2) {
@@ -174,13 +174,13 @@ fn media_along_rays_are_exact() {
             (0..3).for_each(|k| seen[k] += found[k]);
         }
     }
-    // Crossings, starts inside, and crossings between solids that touch or overlap.
+    // Enough crossings, starts inside, and crossings between solids that touch or overlap.
     assert!(seen[0] > 40_000 && seen[1] > 5000 && seen[2] > 2500, "{seen:?}");
 }
 
 #[test]
 fn each_point_has_one_medium() {
-    // The direction that decides on walls, in multiples of a power of two.
+    // The direction that decides on walls, as integers times a power of two.
     let dir = WINDING_DIR.map(|x| (f64::from(x) * f64::from(1 << 26)) as i128);
     let mut rng = Rng::new(91);
     let mut inside = 0;
@@ -210,7 +210,7 @@ fn each_point_has_one_medium() {
     assert_eq!(Media::<f32>::new(&[]).unwrap().medium_at([1.0; 3]), None);
 }
 
-/// A mesh that is not closed is named, and rays that are none have no segments or are outside.
+/// Open meshes are named in errors; invalid rays have no segments or count as outside.
 #[test]
 fn bad_input_is_refused_or_outside() {
     let mut rng = Rng::new(3);

@@ -1,5 +1,6 @@
-//! The closest point of a triangle in rationals: the plane and Cramer's rule for the face, a parameter that is cut off
-//! for each edge, and the least of all. Without an area the face is left out. Nothing of the kernel's is used.
+//! The closest point of a triangle in rationals: the plane and Cramer's rule for the face, a clamped
+//! parameter for each edge, and the smallest of all. A triangle without area has no face. Uses no code of the
+//! kernel.
 
 use dashu_ratio::RBig;
 use intertri::{Scalar, TriangleOf};
@@ -18,15 +19,15 @@ fn dot(a: &V, b: &V) -> RBig {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
-/// The exact square of the distance, and the weights of the second and third corner: of the first corner, else the first
-/// edge of ab, ca and bc, that holds the closest point.
+/// The exact squared distance, and the weights of the second and third corner. The point is at the first
+/// corner, else on the first of the edges ab, ca and bc, that contains the closest point.
 pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig, [RBig; 2]) {
     let [a, b, c] = triangle.0.map(rational);
     let p = rational(point);
     let (ab, ac, ap) = (minus(&b, &a), minus(&c, &a), minus(&p, &a));
     let [x, y, z] = [dot(&ab, &ab), dot(&ab, &ac), dot(&ac, &ac)];
     let det = &x * &z - &y * &y;
-    // The foot on the plane, by the normal equations.
+    // The projection onto the plane, by the normal equations.
     let (r, s) = (dot(&ab, &ap), dot(&ac, &ap));
     let square_at = |u: &RBig, v: &RBig| {
         let at = |k: usize| &ap[k] - &ab[k] * u - &ac[k] * v;
@@ -41,7 +42,8 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
         }
     }
 
-    // Else the nearest of the corners and edges, the corners first. The foot on an edge without a length is its end.
+    // Otherwise the nearest of corners and edges, corners first. The projection onto an edge without length
+    // is its end.
     let along = |product: RBig, square: RBig| {
         let share = if square == RBig::ZERO { RBig::ZERO } else { product / square };
         share.clamp(RBig::ZERO, RBig::ONE)
@@ -61,7 +63,7 @@ pub(crate) fn truth<S: Scalar>(point: [S; 3], triangle: &TriangleOf<S>) -> (RBig
     all.into_iter().min_by(|a, b| a.0.cmp(&b.0)).expect("six")
 }
 
-/// Whether a float is a number rounded once: nothing is nearer.
+/// Whether a float is a number correctly rounded: no other is nearer.
 pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     let off = |x: f64| {
         let d = RBig::try_from(x).unwrap() - exact;
@@ -71,7 +73,7 @@ pub(crate) fn is_rounded(x: f64, exact: &RBig) -> bool {
     here <= off(x.next_up()) && here <= off(x.next_down())
 }
 
-/// Whether a distance is within a unit in the last place of a square's root.
+/// Whether a distance is within one unit in the last place of a square root.
 pub(crate) fn is_within_one_ulp(distance: f64, square: &RBig) -> bool {
     let squared = |x: f64| {
         let x = RBig::try_from(x).unwrap();

@@ -1,14 +1,15 @@
-//! Meshes as people have them: boxes and globes with holes, faces turned and doubled, cracks, fins and T-junctions.
+//! Typical damaged meshes: boxes and globes with holes, faces flipped and duplicated, cracks, fins and
+//! T-junctions.
 
 use intertri::Triangle64;
 use intertri_lab::rng::Rng;
 
-/// A number on a grid of 1/1024, so that differences have few digits.
+/// A number rounded to a grid of 1/1024, so that differences have few digits.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
 
-/// A box of `cells` by `cells` squares a side, from -1/2 to 1/2.
+/// A box of `cells` by `cells` squares per side, from -1/2 to 1/2.
 fn cube(cells: usize) -> Vec<Triangle64> {
     let mut faces = Vec::new();
     for side in 0..6 {
@@ -30,7 +31,7 @@ fn cube(cells: usize) -> Vec<Triangle64> {
     faces
 }
 
-/// A globe of some rings.
+/// A globe of `rings` rings of triangles.
 fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % (2 * rings)) as f64 / (2 * rings) as f64);
@@ -54,24 +55,24 @@ fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
 }
 
-/// A way to damage a mesh.
+/// Ways to damage a mesh.
 const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     // A hole.
     |mesh, rng| {
         let at = rng.pick(mesh).0[0];
         mesh.retain(|triangle| !triangle.0.contains(&at));
     },
-    // Single faces are missing.
+    // Single missing faces.
     |mesh, rng| mesh.retain(|_| rng.unit() > 0.1),
     // No lid.
     |mesh, _| mesh.retain(|t| t.0.iter().any(|corner| corner[1] < 0.3)),
-    // Faces are turned.
+    // Flipped faces.
     |mesh, rng| {
         for triangle in mesh.iter_mut().filter(|_| rng.unit() < 0.2) {
             triangle.0.swap(0, 1);
         }
     },
-    // Faces are doubled, some of them turned.
+    // Duplicated faces, some of them flipped.
     |mesh, rng| {
         for i in 0..mesh.len() {
             let mut triangle = mesh[i];
@@ -81,7 +82,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             }
         }
     },
-    // Cracks: corners are moved for one face alone.
+    // Cracks: one face moves its corners alone.
     |mesh, rng| {
         for triangle in mesh.iter_mut() {
             triangle.0[0][1] += on_grid(0.02) * rng.pick(&[0.0, 0.0, 0.0, 0.0, 1.0, -1.0]);
@@ -94,8 +95,8 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
             mesh.push(Triangle64([b, a, a.map(|x| on_grid(1.4 * x + 0.05))]));
         }
     },
-    // T-junctions: faces are cut in two, their neighbours are not; here and there the gap is closed by a triangle that
-    // has no area.
+    // T-junctions: faces are cut in two, but not their neighbours; some gaps are closed by a triangle without
+    // area.
     |mesh, rng| {
         let count = mesh.len();
         for i in (0..count).filter(|i| i % 7 == 0) {
@@ -110,7 +111,7 @@ const DAMAGES: [fn(&mut Vec<Triangle64>, &mut Rng); 8] = [
     },
 ];
 
-/// A mesh of a number, with one to three damages, all on a grid of 1/2048 and between -1 and 1.
+/// The mesh with this number, with one to three kinds of damage, on a grid of 1/2048 and between -1 and 1.
 pub(super) fn mesh(number: usize, rng: &mut Rng) -> Vec<Triangle64> {
     let mut mesh =
         if number.is_multiple_of(2) { cube(1 + number / 2 % 5) } else { globe(4 + number / 2 % 5) };

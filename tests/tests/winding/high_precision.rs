@@ -1,5 +1,5 @@
-//! Winding numbers as sums of solid angles over all triangles, in pairs of f64: some 30 digits, and nothing shared with
-//! what is tested.
+//! Winding numbers as sums of solid angles over all triangles, in pairs of f64: about 30 digits, and no code
+//! in common with what is tested.
 
 use intertri::{Scalar, TriangleOf};
 
@@ -60,7 +60,7 @@ impl Wide {
         sums
     }
 
-    /// The angle of a point, by a step of Newton's from that in f64.
+    /// The angle of a point, by one Newton step from the angle in f64.
     fn angle(y: Self, x: Self) -> Self {
         if y.0 == 0.0 && x.0 == 0.0 {
             return Self::ZERO;
@@ -77,7 +77,8 @@ fn dot(a: [Wide; 3], b: [Wide; 3]) -> Wide {
     a[0].times(b[0]).plus(a[1].times(b[1])).plus(a[2].times(b[2]))
 }
 
-/// The winding number of triangles about a point that is on none of them, by van Oosterom and Strackee's formula.
+/// The winding number of triangles around a point that is on none of them, by van Oosterom and Strackee's
+/// formula.
 pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 3]) -> f64 {
     let mut sum = Wide::ZERO;
     for TriangleOf(corners) in triangles {
@@ -100,7 +101,7 @@ pub(super) fn winding_number<S: Scalar>(triangles: &[TriangleOf<S>], point: [S; 
 
 #[test]
 fn it_has_thirty_digits() {
-    // An eighth of all directions; and the angle whose tangent is 1/3, of which its sine and cosine are known.
+    // An eighth of all directions; and the angle with tangent 1/3, whose sine and cosine are known.
     let Wide(high, low) = Wide::angle(Wide(1.0, 0.0), Wide(3.0, 0.0));
     let [sin, cos] = Wide(high, low).sin_cos();
     let three = cos.over(sin).minus(Wide(3.0, 0.0));

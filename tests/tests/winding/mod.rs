@@ -12,13 +12,13 @@ use intertri_trace::{BvhScalar, Containment, Solid};
 use damaged::mesh;
 use high_precision::winding_number;
 
-/// Points of the ordinary run; by hand `INTERTRI_WINDING_POINTS` has more.
+/// Points of the ordinary run; `INTERTRI_WINDING_POINTS` sets more for a run by hand.
 const POINTS: usize = 12_000;
 
-/// Points of a mesh.
+/// Points per mesh.
 const EACH: usize = 100;
 
-/// What was seen of the winding numbers of some meshes.
+/// Statistics of the winding numbers of several meshes.
 #[derive(Debug, Default)]
 struct Seen {
     points: usize,
@@ -26,13 +26,13 @@ struct Seen {
     inside: usize,
     fractions: usize,
     edges: usize,
-    /// Where the bound allows less than 1e-10: not next to an open edge.
+    /// The largest error where the bound is below 1e-10, that is, not next to an open edge.
     largest_error: f64,
-    /// The largest share of the bound that an error takes.
+    /// The largest error as a share of the bound.
     largest_share: f64,
 }
 
-/// The edges that are run along more often one way, by counting.
+/// The edges that are traversed more often one way than the other, found by counting.
 fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
     let edges = mesh.iter().flat_map(|TriangleOf([a, b, c])| [[*a, *b], [*b, *c], [*c, *a]]);
     let mut left: Vec<([[S; 3]; 2], i32)> = Vec::new();
@@ -51,7 +51,8 @@ fn open_edges<S: Scalar>(mesh: &[TriangleOf<S>]) -> Vec<[[S; 3]; 2]> {
         .collect()
 }
 
-/// What the winding number may be off by: `2^-47` an edge, times its length over how far it is, if that is more.
+/// The bound on the error: `2^-47` per edge, times the ratio of its length to its distance if that is above
+/// 1.
 fn allowed<S: Scalar>(edges: &[[[S; 3]; 2]], point: [S; 3]) -> f64 {
     let each = |edge: &[[S; 3]; 2]| {
         let seen =
@@ -106,7 +107,7 @@ fn compare<S: BvhScalar>(mesh: &[TriangleOf<S>], points: &[[S; 3]], seen: &mut S
     }
 }
 
-/// Points around a mesh, and points from which the rays meet corners and edges, open ones first, exactly.
+/// Points around a mesh, and points from which the rays meet corners and edges exactly, open edges first.
 fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     let open = open_edges(mesh);
     let aimed = |at: [f64; 3], rng: &mut Rng| {
@@ -134,12 +135,13 @@ fn points(mesh: &[Triangle64], rng: &mut Rng) -> Vec<[f64; 3]> {
     points
 }
 
-/// A mesh and points in f32: each point becomes the origin, and the mesh is moved so that the ray meets it where it did.
+/// A mesh and points in f32: each point becomes the origin, and the mesh moves so that the ray meets it in
+/// the same place.
 fn in_f32(mesh: &[Triangle64], rng: &mut Rng) -> (Vec<Triangle>, [f32; 3]) {
     let open = open_edges(mesh);
     let [a, b] = if open.is_empty() { [mesh[0].0[0]; 2] } else { rng.pick(&open) };
     let at = if rng.unit() < 0.5 { a } else { [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])) };
-    // A sixteenth of the size: these sums have 24 digits.
+    // At a sixteenth of the size, these sums have 24 digits.
     let moved = |x: f64, k: usize| ((x - at[k]) / 16.0 + f64::from(WINDING_DIR[k])) as f32;
     let corner = |c: [f64; 3]| [0, 1, 2].map(|k| moved(c[k], k));
     (mesh.iter().map(|triangle| TriangleOf(triangle.0.map(corner))).collect(), [0.0; 3])
@@ -182,10 +184,10 @@ impl InF32 for Vec<Triangle64> {
     }
 }
 
-/// The direction of the rays is the one at which the test aims.
+/// The rays have the direction that the test aims along.
 #[test]
 fn rays_are_aimed_where_crossings_are_counted() {
-    // A fan around the direction: aimed at its middle, which all its triangles share.
+    // A fan around the direction, aimed at its middle, which all its triangles share.
     let d = WINDING_DIR.map(f64::from);
     let ring: [[f64; 3]; 4] =
         [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [-0.1, 0.0, 0.0], [0.0, -0.1, 0.0]];
@@ -196,7 +198,7 @@ fn rays_are_aimed_where_crossings_are_counted() {
     assert!((solid.winding_number([0.0; 3]).unwrap() - truth).abs() < 1e-14);
     let flat = Solid::from_soup(&fan.map_f32()).unwrap();
     assert_eq!(flat.bvh().query().once().all(&ray).len(), 1);
-    // Without any of the four it is aimed at the end of two open edges.
+    // Without any one of the four, the ray is aimed at the end of two open edges.
     for i in 0..4 {
         let open: Vec<_> = (0..4).filter(|&k| k != i).map(|k| fan[k]).collect();
         let (solid, truth) = (Solid::from_soup(&open).unwrap(), winding_number(&open, [0.0; 3]));
@@ -204,12 +206,12 @@ fn rays_are_aimed_where_crossings_are_counted() {
     }
 }
 
-/// Sizes at the ends of the exponents, coordinates that are not finite, corners upon each other.
+/// Sizes at the limits of the exponents, coordinates that are not finite, coincident corners.
 #[test]
 fn any_numbers_have_a_winding_number() {
     let mut rng = Rng::new(3);
     for exponent in [-1060, -700, -300, 0, 300, 700, 1021] {
-        // A power below the normal numbers is a product of two.
+        // A subnormal power is a product of two.
         let scale = 2.0_f64.powi(exponent / 2) * 2.0_f64.powi(exponent - exponent / 2);
         for number in [0, 4, 7] {
             let plain = mesh(number, &mut rng);

@@ -17,7 +17,7 @@ use crate::parry::Parry64;
 /// A scene in f64.
 pub struct Input {
     mesh: Mesh,
-    /// By how much it is moved from where the mesh is.
+    /// How far it is moved from the position of the mesh.
     by: [f64; 3],
     bvh: Arc<Bvh<f64>>,
     triangles: Vec<Triangle64>,
@@ -25,8 +25,8 @@ pub struct Input {
 }
 
 impl Input {
-    /// The mesh, moved; rounded to f32 where there is Embree. One small triangle more may be far away, in sizes of the
-    /// mesh.
+    /// The moved mesh, rounded to f32 for Embree. With `far`, adds one small triangle that many sizes of the
+    /// mesh away.
     pub fn new(
         mesh: &Mesh,
         by: [f64; 3],
@@ -61,17 +61,17 @@ impl Input {
         Ok(Self { mesh: mesh.clone(), by, bvh, triangles, embree })
     }
 
-    /// A ray, moved as the scene is.
+    /// A ray, moved like the scene.
     pub fn ray(&self, ray: &Ray64) -> Ray64 {
         Ray64 { origin: moved(ray.origin, self.by), ..*ray }
     }
 
-    /// How many tests a ray takes, and how many of them the resolver settles.
+    /// The number of tests per ray, and how many of them the resolver settles.
     pub fn counts(&self, rays: &[Ray64], question: Question) -> [f64; 2] {
         counts(&self.bvh, rays, question)
     }
 
-    /// The true answers, by a call a ray.
+    /// The true answers, one ray per call.
     pub fn truth(&self, rays: &[Ray64], question: Question) -> Vec<Answer> {
         let mut single = Single::new(self.bvh.clone(), Mode::exact());
         single.load(rays, question);
@@ -79,7 +79,7 @@ impl Input {
         Engine::<Ray64>::answers(&single)
     }
 
-    /// Ours, by a name of the input.
+    /// Our engines for this input, under its name.
     pub fn ours(&self, name: &str, rays: &Arc<[Ray64]>) -> Vec<Named> {
         let (bvh, mode) = (&self.bvh, Mode::exact());
         let engine =
@@ -91,7 +91,7 @@ impl Input {
         ]
     }
 
-    /// Other tracers in f64, and Embree over what f32 makes of it; those whose names are wanted.
+    /// Other tracers in f64, and Embree on the input rounded to f32, as far as their names are wanted.
     pub fn others(
         &self,
         name: &str,
@@ -119,7 +119,7 @@ impl Input {
     }
 }
 
-/// How many tests a ray takes, and how many of them the resolver settles.
+/// The number of tests per ray, and how many of them the resolver settles.
 pub fn counts<S: BvhScalar>(bvh: &Bvh<S>, rays: &[RayOf<S>], question: Question) -> [f64; 2] {
     let query = bvh.query();
     let counts = if question.any {

@@ -1,4 +1,4 @@
-//! Scenes in f64 beside the same in f32, where they are and far away; and beside other tracers in f64.
+//! Scenes in f64 compared with the same in f32, in place and moved far away, and with other tracers in f64.
 
 mod input;
 mod own;
@@ -28,13 +28,13 @@ pub struct Options {
     /// Kinds of rays.
     #[arg(long, value_delimiter = ',', default_value = "primary,shadow,light,diffuse,edges")]
     kind: Vec<Kind>,
-    /// Engines by name; all unless given.
+    /// Engines by name; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
     /// How far the scenes are moved.
     #[arg(long, default_value_t = 1e6)]
     moved: f64,
-    /// How far away one triangle more is, in sizes of the scene, where triangles are small beside it.
+    /// Adds one small triangle this far away, in sizes of the scene.
     #[arg(long, default_value_t = 1e3)]
     far: f64,
     /// Seconds for each engine, scene and kind.
@@ -46,7 +46,7 @@ pub struct Options {
     /// The order of the pixels.
     #[arg(long, value_enum, default_value_t = Order::Tiles)]
     order: Order,
-    /// Where to write the figures for programs.
+    /// Where to write the figures as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
     /// Embree's shared library, as for `rays`.
@@ -54,7 +54,7 @@ pub struct Options {
     embree: Option<PathBuf>,
 }
 
-/// A scene in f32, in f64, and moved.
+/// A scene in f32, in f64, and in f64 moved.
 struct Scenes {
     given: Scene,
     in_f32: Arc<Bvh>,
@@ -103,7 +103,7 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// One scene and one kind of rays.
+/// One scene and one kind of ray.
 fn cell(
     options: &Options,
     scene: &Scenes,
@@ -153,13 +153,13 @@ fn cell(
     Ok(measure::measure(&mut engines, &rays, question, truth, seconds, pool, in_f32))
 }
 
-/// What is right for an engine, by the end of the name of its input.
+/// The right answers for an engine, chosen by the end of the name of its input.
 fn truth_of<'a>(truths: &'a [(&str, Vec<Answer>)], engine: &str) -> &'a [Answer] {
     let of_it = |(input, _): &&(&str, Vec<Answer>)| engine.contains(input);
     truths.iter().find(of_it).map_or(&[], |(_, truth)| truth)
 }
 
-/// The row of `exact` over f32 that is asked for the same.
+/// The row of `exact` over f32 for the same query.
 fn in_f32(rows: &[Row], engine: usize) -> Option<usize> {
     let name = &rows[engine].engine;
     let form = ["-triangles", "-single"].into_iter().find(|form| name.ends_with(form));

@@ -1,4 +1,4 @@
-//! An engine that takes its own rays, whatever the others take.
+//! An engine that has its own rays and ignores the ones it is handed.
 
 use std::ops::Range;
 use std::sync::Arc;

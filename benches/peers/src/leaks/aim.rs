@@ -23,7 +23,7 @@ impl Target {
     }
 }
 
-/// An origin, and the two ends of what is aimed at the middle of: the same vertex twice, or an edge.
+/// An origin, and two points whose midpoint is the target: the same vertex twice, or the ends of an edge.
 #[derive(Clone, Copy, Debug)]
 pub struct Aim {
     pub origin: [f32; 3],
@@ -31,13 +31,13 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// The ray as a caller makes it: target minus origin, each rounded to f32.
+    /// The ray as a caller would make it: target minus origin, each rounded to f32.
     pub fn ray(&self) -> Ray {
         let [a, b] = self.ends;
         Ray::new(self.origin, [0, 1, 2].map(|k| f32::midpoint(a[k], b[k]) - self.origin[k]))
     }
 
-    /// Whether no rounding turned the ray.
+    /// Whether the direction is free of rounding.
     pub fn is_exact(&self) -> bool {
         let [a, b] = self.ends.map(|p| p.map(f64::from));
         let dir = self.ray().dir.map(f64::from);

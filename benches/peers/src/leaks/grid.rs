@@ -1,7 +1,7 @@
 //! Rays aimed exactly on the grid of the mode `fixed`.
 //!
-//! Its finest grid has longer differences than directions. Here the grid is coarser by three bits and
-//! directions are six bits longer: the difference of any two points of the grid is a direction.
+//! On the finest grid, differences of points are longer than directions may be. Here the grid is coarser by
+//! three bits and directions are six bits longer, so the difference of any two points is a direction.
 
 use intertri::Triangle;
 use intertri::fixed::{self, Bits, Grid, GridError, Ray};
@@ -9,13 +9,13 @@ use intertri_trace::Bvh;
 
 use super::aim::Aim;
 
-/// Its name among the engines.
+/// The engine's name.
 pub const NAME: &str = "fixed-aimed";
 
-/// Bits of a coordinate.
+/// Bits per coordinate.
 const BITS: u32 = 17;
 
-/// How many rays miss when the mesh, the origins and what is aimed at are snapped first.
+/// The number of rays that miss if the mesh, the origins and the targets are snapped first.
 pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     let snapped = || {
         let points = triangles.iter().flat_map(|t| t.0);
@@ -32,7 +32,7 @@ pub fn leaks(triangles: &[Triangle], aims: &[Aim]) -> Result<usize, String> {
     Ok(hits.iter().filter(|hit| !hit.is_hit()).count())
 }
 
-/// Twice the way to the middle of the two ends.
+/// Twice the vector to the midpoint of the two ends.
 fn ray(grid: &Grid, aim: &Aim) -> Result<Ray, GridError> {
     let origin = grid.snap(aim.origin)?;
     let [a, b] = [grid.snap(aim.ends[0])?, grid.snap(aim.ends[1])?];

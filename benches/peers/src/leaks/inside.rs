@@ -1,9 +1,8 @@
-//! Points inside a closed mesh, for certain.
+//! Points that are certainly inside a closed mesh.
 //!
-//! A ray along x from such a point crosses the surface an odd number of times. Which triangles it crosses
-//! the signs of exact areas in the plane of y and z tell. All points keep a margin from all triangles:
-//! wide enough to tell what lies ahead in plain f64, and to stay inside when `fixed` moves them and the
-//! mesh onto a grid.
+//! A ray along x from such a point crosses the surface an odd number of times. The signs of exact areas in
+//! the yz plane show which triangles it crosses. All points keep a margin from all triangles, wide enough to
+//! decide in plain f64 what lies ahead, and to stay inside when `fixed` snaps them and the mesh to a grid.
 
 use glam::DVec3;
 use intertri::{Triangle, TriangleOf};
@@ -12,13 +11,13 @@ use robust::{Coord, orient2d};
 
 use crate::scenes::random;
 
-/// Tests of a point and a triangle that are spent on points that are found; rays share points then.
+/// The most tests of a point against a triangle; after that, rays share points.
 const TESTS: usize = 1 << 31;
-/// The margin, as a part of the longest side of the bounds.
+/// The margin, as a fraction of the longest side of the bounds.
 const MARGIN: f32 = 1.0 / 1024.0;
-/// Origins are multiples of such a part of the longest side, so that f32 hold more of the differences.
+/// Origins are multiples of this fraction of the longest side, so that more differences are exact in f32.
 const STEP: f32 = 1.0 / 65536.0;
-/// Candidates in a round, and rounds without enough points.
+/// Candidates per round; after this many rounds with too few points, the search ends.
 const ROUND: usize = 1 << 12;
 const ROUNDS: usize = 4096;
 
@@ -38,7 +37,7 @@ impl Bounded {
         Self { corners, lo, hi, margin }
     }
 
-    /// Whether a ray along x crosses it; `None` if the point is within the margin or in doubt.
+    /// Whether a ray along x crosses it; `None` if the point is within the margin or undecided.
     fn crosses(&self, p: [f32; 3]) -> Option<bool> {
         let within = |k: usize| self.lo[k] <= p[k] && p[k] <= self.hi[k];
         if !within(1) || !within(2) || p[0] > self.hi[0] {
@@ -46,7 +45,7 @@ impl Bounded {
         }
         let height = if within(0) { Some(self.height(p)?) } else { None };
 
-        // The sides of the three edges, in the plane of y and z.
+        // On which side of each edge the point is, in the yz plane.
         let coord = |p: [f32; 3]| Coord { x: p[1], y: p[2] };
         let [a, b, c] = self.corners.map(coord);
         let p = coord(p);
@@ -58,11 +57,12 @@ impl Bounded {
         if areas.iter().any(|&x| (x > 0.0) != positive) {
             return Some(false);
         }
-        // These areas have the sign of the normal's x: ahead is the side that it points away from.
+        // The areas have the sign of the normal's x, so the triangle is ahead if the point is on the side
+        // that the normal points away from.
         Some(height.is_none_or(|height| (height < 0.0) == positive))
     }
 
-    /// How far a point is above the plane; `None` within the margin.
+    /// The height of a point above the plane; `None` within the margin.
     fn height(&self, p: [f32; 3]) -> Option<f64> {
         let [a, b, c] = self.corners.map(|p| DVec3::from_array(p.map(f64::from)));
         let p = DVec3::from_array(p.map(f64::from));
@@ -72,7 +72,7 @@ impl Bounded {
     }
 }
 
-/// Points inside: the requested number, or fewer where there are many triangles.
+/// Points inside: `count` of them, or fewer if there are many triangles.
 pub fn points(triangles: &[Triangle], count: usize) -> Result<Vec<[f32; 3]>, String> {
     let count = count.min(TESTS / triangles.len()).max(1);
     let corners = || triangles.iter().flat_map(|t| t.0);

@@ -1,6 +1,7 @@
 //! Leaks: rays from inside a closed mesh, aimed at its vertices and edges, that hit nothing.
 //!
-//! Such a ray always has a hit, wherever rounding has turned it: every miss is the tracer's.
+//! Such a ray always has a hit, whatever rounding did to its direction, so every miss is an error of the
+//! tracer.
 
 mod aim;
 mod grid;
@@ -22,11 +23,11 @@ use crate::{engines, report, scenes};
 
 #[derive(Args)]
 pub struct Options {
-    /// Meshes, as the scenes of `rays`; the closed ones made by code and all models of the folder
-    /// unless given. Open meshes are skipped.
+    /// Meshes, named like the scenes of `rays`; by default the generated closed ones and all models of the
+    /// folder. Open meshes are skipped.
     #[arg(long, value_delimiter = ',')]
     scene: Vec<String>,
-    /// Rays for each mesh and aim.
+    /// Rays for each mesh and target.
     #[arg(long, default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..))]
     rays: u32,
     /// Engines, as for `rays`, and `fixed-aimed`: the rays aimed exactly on the grid of `fixed`.
@@ -40,7 +41,7 @@ pub struct Options {
     /// Threads; 0 for all.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Where to write the figures for programs.
+    /// Where to write the figures as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
     /// Embree's shared library, as for `rays`.
@@ -48,7 +49,7 @@ pub struct Options {
     embree: Option<PathBuf>,
 }
 
-/// The leaks of an engine.
+/// An engine's leaks.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub mesh: String,
@@ -61,7 +62,7 @@ pub struct Row {
     pub leaks: usize,
 }
 
-/// All meshes: the table, and the figures where they are wanted.
+/// Measures all meshes, prints the table, and writes the figures if a file is given.
 pub fn run(options: &Options) -> Result<(), String> {
     let api = crate::embree(options.embree.clone());
     let pool = crate::pool(options.threads)?;
@@ -136,8 +137,8 @@ fn leaks(
     Ok(rows)
 }
 
-/// Why a mesh is open, if it is: a closed one has an even number of triangles at each edge. How they
-/// are wound does not matter, for all tracers take both sides.
+/// Why a mesh is open, if it is: in a closed one, each edge has an even number of triangles. The winding does
+/// not matter, because all tracers are two-sided.
 fn open(adjacency: &Adjacency) -> Option<String> {
     let odd = adjacency.edges().filter(|edge| edge.sides.len() % 2 == 1).count();
     match (adjacency.edges().count(), odd) {

@@ -1,4 +1,4 @@
-//! The lists of a peer: the hits of each ray in order of t, one after the other, by chunks of rays.
+//! The lists of a peer: the hits of each ray sorted by t, concatenated for each chunk of rays.
 
 use std::ops::Range;
 
@@ -13,14 +13,14 @@ use crate::engine::{Answer, CHUNK};
 pub struct Found {
     pub t: f32,
     pub triangle: u32,
-    // Written because intertri's hits have them too, so that lists cost the same.
+    // Stored because intertri's hits have them too, so that lists cost the same.
     #[expect(dead_code, reason = "only the time to write it counts")]
     pub u: f32,
     #[expect(dead_code, reason = "only the time to write it counts")]
     pub v: f32,
 }
 
-/// Puts the hits of a ray in order.
+/// Sorts the hits of a ray.
 #[inline(always)]
 pub fn sort(hits: &mut [Found]) {
     if hits.len() > 1 {
@@ -28,7 +28,7 @@ pub fn sort(hits: &mut [Found]) {
     }
 }
 
-/// The hits of a chunk of rays, and where those of each end.
+/// The hits of a chunk of rays, and the end of each ray's hits.
 #[derive(Default)]
 pub struct Lists {
     pub hits: Vec<Found>,
@@ -36,14 +36,14 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// How many hits each ray has.
+    /// The number of hits of each ray.
     pub fn answers(&self) -> Vec<Answer> {
         let begins = [0].into_iter().chain(self.ends.iter().copied());
         begins.zip(&self.ends).map(|(begin, end)| answer(end - begin)).collect()
     }
 }
 
-/// Rays, and what is collected of them by chunks. The memory stays from one repeat to the next.
+/// Rays, and their hits, collected by chunk. The memory is reused from one repeat to the next.
 pub struct Collected<R> {
     rays: Vec<R>,
     lists: Vec<Lists>,
@@ -61,7 +61,7 @@ impl<R: Send + Sync> Collected<R> {
         self.lists = (0..rays.len().div_ceil(CHUNK)).map(|_| Lists::default()).collect();
     }
 
-    /// The lists of each chunk of a part.
+    /// Traces a part, one list for each chunk.
     pub fn trace(&mut self, part: Range<usize>, each: impl Fn(&[R], &mut Lists) + Sync) {
         let chunks = part.start / CHUNK..part.end.div_ceil(CHUNK);
         let rays = self.rays[part].par_chunks(CHUNK);

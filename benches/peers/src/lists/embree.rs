@@ -1,4 +1,4 @@
-//! Embree: a filter collects each hit and turns it down, so that the walk goes on.
+//! Embree: a filter collects each hit and rejects it, so traversal continues.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl<const N: usize> Engine for Every<N> {
                 for (i, group) in groups.iter().enumerate() {
                     let live = N.min(count - (first + chunk) * CHUNK - i * N);
                     caller.ask(group, live, &mut hit);
-                    // SAFETY: it lives in this closure, and nothing else accesses it now.
+                    // SAFETY: the collector lives in this closure, and nothing else accesses it now.
                     for hits in unsafe { &mut *collector }.taken(live) {
                         sort(hits);
                         lists.hits.extend_from_slice(hits);

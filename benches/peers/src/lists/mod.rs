@@ -1,5 +1,5 @@
-//! Every hit of each ray, in order of t: intertri's batches and single calls beside Embree with a filter that
-//! collects and turns down every hit, and obvhs with a closure that does.
+//! Every hit of each ray, sorted by t: intertri's batches and single calls compared with Embree and a filter
+//! that collects and rejects every hit, and with obvhs and a closure that does the same.
 
 mod collected;
 mod embree;
@@ -41,7 +41,7 @@ pub const ENGINES: [&str; 11] = [
     "obvhs-8",
 ];
 
-/// A list is asked for, of rays that are not told to be coherent.
+/// The query: lists, for rays that are not declared coherent.
 const QUESTION: Question = Question { any: false, coherent: false };
 
 #[derive(Args)]
@@ -52,10 +52,10 @@ pub struct Options {
     /// Kinds of rays: primary or diffuse.
     #[arg(long, value_delimiter = ',', default_value = "primary,diffuse")]
     kind: Vec<Kind>,
-    /// Engines, or what their names begin with up to a dash; all unless given.
+    /// Engines, or the beginning of their names up to a dash; all by default.
     #[arg(long, value_delimiter = ',')]
     engine: Vec<String>,
-    /// The most hits to list for each ray; all by default. Peers always list all.
+    /// The most hits to list for each ray; no limit by default. Peers always list all.
     #[arg(long)]
     limit: Option<usize>,
     /// Threads; 0 for all.
@@ -67,7 +67,7 @@ pub struct Options {
     /// Pixels along a side of the picture, a power of two.
     #[arg(long, default_value_t = 1024)]
     size: u32,
-    /// Where to write the figures for programs.
+    /// Where to write the figures as JSON.
     #[arg(long)]
     json: Option<PathBuf>,
     /// Embree's shared library, as for `rays`.
@@ -125,14 +125,14 @@ pub fn run(options: &Options) -> Result<(), String> {
     Ok(())
 }
 
-/// How many hits each ray has, by `certified` at the portable level, a call a ray.
+/// The number of hits of each ray, by `certified` at the portable level, one ray per call.
 fn truth(bvh: &Bvh, rays: &[Ray], limit: Option<usize>) -> Vec<Answer> {
     let mode = Mode::certified().at(Level::PORTABLE);
     let count = |ray| bvh.query().mode(mode).all(ray).len().min(limit.unwrap_or(usize::MAX));
     rays.par_iter().map(|ray| answer(count(ray))).collect()
 }
 
-/// A number of hits as an answer: it takes the place of the triangle.
+/// Stores a number of hits in place of the triangle of an answer.
 fn answer(hits: usize) -> Answer {
     if hits == 0 { Answer::MISS } else { Answer { triangle: hits as u32, t: f64::NAN } }
 }
@@ -183,7 +183,7 @@ fn engines(
     engines
 }
 
-/// A mode of ours: a batch, or a call a ray.
+/// One of our modes: a batch, or one ray per call.
 fn ours(name: &str, bvh: &Arc<Bvh>, mode: Mode, limit: Option<usize>) -> Box<dyn Engine> {
     let bvh = bvh.clone();
     if name.ends_with("single") {

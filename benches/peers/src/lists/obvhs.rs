@@ -1,4 +1,4 @@
-//! obvhs: a closure collects each hit and says that there is none, so that the walk goes on.
+//! obvhs: a closure collects each hit and reports a miss, so traversal continues.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! intertri: all rays in a call, or a call a ray.
+//! intertri: all rays in one call, or one ray per call.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub struct Batch {
     mode: Mode,
     limit: Option<usize>,
     rays: Vec<Ray>,
-    /// By the part that was asked.
+    /// The lists of each part that was traced.
     lists: Vec<(usize, HitLists)>,
 }
 

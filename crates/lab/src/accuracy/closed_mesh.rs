@@ -18,8 +18,8 @@ pub(crate) fn is_within(triangles: &[Triangle], point: [f32; 3]) -> bool {
     })
 }
 
-/// Leaks and double counts of rays that leave a mesh in one point. There are as many counts as methods,
-/// or one more for [`ON_GRID`].
+/// Leaks and double counts of rays that leave a mesh in one point. There is one count per method, with
+/// optionally one more for [`ON_GRID`].
 pub(crate) fn leaks_and_doubles(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let reference = |batch: &TestBatch| -> Vec<u32> {

@@ -10,7 +10,7 @@ use crate::methods::{METHODS, Method, on_grid, reference_closest};
 use crate::oracle;
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// Closest hits.
+/// Counts errors of closest hits.
 pub(super) fn closest(batch: &TestBatch, error_counts: &mut [ErrorCounts]) -> u64 {
     let rays = batch.rays.len() as u64;
     let layout = Layout { form: Form::Packets, lanes: 8 };
@@ -55,7 +55,7 @@ fn one(batch: &TestBatch) -> &[TestBatch] {
     std::slice::from_ref(batch)
 }
 
-/// For each ray the triangles that are exactly closest; none where nothing is hit.
+/// For each ray, the triangles that are exactly closest; none for a miss.
 struct RightAnswers(Vec<Vec<u32>>);
 
 impl RightAnswers {
@@ -86,7 +86,7 @@ impl RightAnswers {
     }
 }
 
-/// `t` in f64, good to some 1e-12.
+/// `t` in f64, accurate to about 1e-12.
 fn t(triangle: &Triangle, ray: &Ray) -> f64 {
     let scene = reference::Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let mut t = f64::NAN;

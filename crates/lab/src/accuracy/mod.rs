@@ -1,4 +1,4 @@
-//! How often the methods are wrong on a workload: against the oracle, and against the reference.
+//! Counts how often the methods are wrong on a workload, compared with the oracle and with the reference.
 
 mod closed_mesh;
 mod closest;

@@ -10,11 +10,11 @@ use crate::methods::METHODS;
 use crate::rng::Rng;
 use crate::workloads::{Model, Workload};
 
-/// Rays in one piece of work; each piece has its own seed.
+/// Rays in one unit of work; each unit has its own seed.
 const PIECE: u64 = 256;
 
-/// Counts the errors of every method that such rays are for, on at least `rays` rays. Calls `step` with how
-/// many more are done. The counts depend on the seed, the number and the model alone.
+/// Counts the errors of every method that supports such rays, on at least `rays` rays. Calls `step` with the
+/// number of rays just done. The counts depend only on the seed, the number of rays and the model.
 pub fn count_errors(
     workload: Workload,
     model: &Model,

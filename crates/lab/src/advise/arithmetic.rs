@@ -1,4 +1,4 @@
-//! The arithmetics that are compared, and how far snapping to a grid moves points.
+//! The arithmetics to compare, and how far snapping to a grid moves points.
 
 /// An arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,18 +8,18 @@ pub enum Arithmetic {
         /// Document A's `Threshold`.
         threshold: f64,
     },
-    /// Möller and Trumbore's test in f32, products not fused, without an epsilon.
+    /// Möller and Trumbore's test in f32, without fused products or an epsilon.
     Single,
     /// Integers.
     Grid {
-        /// The distance of neighbouring points of the grid.
+        /// The distance between neighbouring grid points.
         step: f64,
         /// The bits of a direction.
         q: u32,
     },
 }
 
-/// How far a side and a ray, together, may move.
+/// How far a side and a ray may move relative to each other.
 pub(super) fn moves(arithmetic: Arithmetic, reach: f64) -> f64 {
     match arithmetic {
         Arithmetic::Grid { step, q } => snap(step) + turn(q) * reach,
@@ -32,12 +32,12 @@ pub(super) fn snap_of_one(step: f64) -> f64 {
     0.75_f64.sqrt() * step
 }
 
-/// How far a corner moves as seen from the eye, which moves, too.
+/// How far a corner moves relative to the eye, which moves too.
 pub(super) fn snap(step: f64) -> f64 {
     2.0 * snap_of_one(step)
 }
 
-/// The angle by which a direction turns when it is snapped.
+/// The angle by which snapping turns a direction.
 pub(super) fn turn(q: u32) -> f64 {
     1.01 * 3.0_f64.sqrt() / f64::from(1_u32 << q)
 }

@@ -7,13 +7,13 @@ use intertri::Ray;
 pub struct PinholeCamera<'a> {
     /// The origin of all rays.
     pub eye: [f32; 3],
-    /// To the right, up, and into the picture; of unit length, at right angles.
+    /// Right, up and forward: unit vectors, orthogonal.
     pub axes: [[f64; 3]; 3],
     /// Half of the picture's height at distance 1.
     pub half_height: f64,
-    /// Pixels in a row, and rows.
+    /// The number of pixels in a row, and of rows.
     pub size: (u32, u32),
-    /// The ray of a pixel: column and row from the top left.
+    /// The ray of a pixel, given its column and row from the top left.
     pub ray: &'a (dyn Fn(u32, u32) -> Ray + Sync),
 }
 

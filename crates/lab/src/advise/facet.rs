@@ -1,32 +1,32 @@
-//! A triangle relative to the eye, and where the ray of a pixel meets its plane.
+//! A triangle relative to the eye, and the point where a pixel's ray meets its plane.
 
 use intertri::{Triangle, TriangleOf};
 
 use super::pixel_ray::PixelRay;
 use super::vector::{Vec3d, distance, length, vector};
 
-/// Corners from the eye, and what follows from them.
+/// The corners relative to the eye, and values derived from them.
 pub(super) struct Facet {
     pub(super) corners: [Vec3d; 3],
     pub(super) normal: Vec3d,
-    /// `B × C`, `C × A`, `A × B`: the planes through the eye and a side, and their lengths.
+    /// `B × C`, `C × A`, `A × B`, the normals of the planes through the eye and a side; and their lengths.
     pub(super) planes: [Vec3d; 3],
     pub(super) lengths: [f64; 3],
-    /// How far the farthest end of each side is.
+    /// The distance of the farther end of each side.
     pub(super) reaches: [f64; 3],
-    /// No point of a side is nearer.
+    /// A lower bound on the distance of all sides.
     pub(super) near: f64,
     /// The first corner's distance, the longest side, the normal's length.
     pub(super) first: f64,
     pub(super) side: f64,
     pub(super) area: f64,
-    /// `h4 h5 / |n|`, document A's sensitivity.
+    /// `h4 h5 / |n|`, document A's condition number.
     pub(super) kappa: f64,
-    /// The distances in the view direction between which the triangle lies.
+    /// The range of distances in the view direction that the triangle spans.
     pub(super) depth: (f64, f64),
     /// `A · n`
     pub(super) height: f64,
-    /// How far the eye is from the origin of the axes.
+    /// The distance of the eye from the origin of the axes.
     pub(super) off: f64,
 }
 
@@ -35,9 +35,9 @@ pub(super) struct PlaneHit {
     pub(super) edges: [f64; 3],
     pub(super) slope: f64,
     pub(super) t: f64,
-    /// How far inside of the nearest side the ray passes, at least; negative outside.
+    /// A lower bound on how far inside the nearest side the ray passes; negative outside.
     pub(super) margin: f64,
-    /// The distance of the ray from each side, found where the margin does not decide.
+    /// The ray's distance from each side, computed only if the margin does not decide.
     pub(super) sides: Option<[f64; 3]>,
 }
 
@@ -72,17 +72,17 @@ impl Facet {
         }
     }
 
-    /// Whether all is finite.
+    /// Whether everything is finite.
     pub(super) fn is_finite(&self) -> bool {
         self.corners.iter().all(|c| c.dot(*c).is_finite())
     }
 
-    /// The farthest corner.
+    /// The distance of the farthest corner.
     pub(super) fn reach(&self) -> f64 {
         self.reaches[0].max(self.reaches[1])
     }
 
-    /// How the ray of a pixel passes.
+    /// How a pixel's ray passes the triangle.
     pub(super) fn plane_hit(&self, pixel_ray: &PixelRay) -> PlaneHit {
         let slope = self.normal.dot(pixel_ray.dir);
         let sign = if slope < 0.0 { -1.0 } else { 1.0 };
@@ -95,7 +95,7 @@ impl Facet {
         PlaneHit { edges, slope, t: self.height / slope, margin: margin * self.near, sides: None }
     }
 
-    /// Whether the ray surely passes outside, even of an exact test of these edge values.
+    /// Whether the ray certainly passes outside, even for an exact test of these edge values.
     pub(super) fn is_outside(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> bool {
         let own = 1e-10 * self.reach() * self.reach() * pixel_ray.length;
         let most = plane_hit.edges.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
@@ -103,7 +103,7 @@ impl Facet {
         most > own && least < -own
     }
 
-    /// How far the computed t can be from the exact one.
+    /// A bound on the error of the computed t.
     fn t_error_bound(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> f64 {
         let rho = self.side * self.side * pixel_ray.length / plane_hit.slope.abs();
         if rho < 1e10 {
@@ -113,20 +113,20 @@ impl Facet {
         }
     }
 
-    /// A t that is not less than the exact one.
+    /// An upper bound on the exact t.
     pub(super) fn latest(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay) -> f64 {
         let t = plane_hit.t + self.t_error_bound(plane_hit, pixel_ray);
         if t.is_nan() { f64::INFINITY } else { t }
     }
 
-    /// Whether the ray surely meets its plane after this t.
+    /// Whether the ray certainly meets the plane after this t.
     pub(super) fn is_behind(&self, plane_hit: &PlaneHit, pixel_ray: &PixelRay, t: f64) -> bool {
         plane_hit.t - self.t_error_bound(plane_hit, pixel_ray) > t
     }
 
     /// The distance of the ray's line from each side.
     pub(super) fn sides(&self, pixel_ray: &PixelRay) -> [f64; 3] {
-        // Seen along the ray the line is a point.
+        // Projected along the ray, its line is a point.
         let unit = pixel_ray.dir * (1.0 / pixel_ray.length);
         let [a, b, c] = self.corners.map(|p| p - unit * p.dot(unit));
         [(b, c), (c, a), (a, b)].map(|(p, q)| distance(p, q) * (1.0 - 1e-9))

@@ -23,7 +23,7 @@ pub(super) struct ScanInput<'a> {
 pub(super) struct Footprint {
     pub(super) columns: Range<u32>,
     pub(super) rows: Range<u32>,
-    /// It is seen so nearly edge-on that f32 can hit it outside of itself.
+    /// It is seen so nearly edge-on that f32 may report hits outside it.
     pub(super) strip: bool,
 }
 
@@ -32,7 +32,7 @@ impl ScanInput<'_> {
         Facet::new(&self.triangles[index], self.camera.eye, self.forward)
     }
 
-    /// The box around a triangle in the picture, widened by what the worst arithmetic moves.
+    /// The box around a triangle in the picture, widened by the largest error of any arithmetic.
     pub(super) fn footprint(&self, facet: &Facet) -> Footprint {
         let (width, height) = self.camera.size;
         let nothing = Footprint { columns: 0..0, rows: 0..0, strip: false };
@@ -51,7 +51,7 @@ impl ScanInput<'_> {
             moves += 2.0 * spill * facet.side;
         }
 
-        // Too near for a box: everywhere.
+        // Too close for a box, so it covers everything.
         let nearest = facet.depth.0;
         if !(moves < nearest / 4.0) {
             return Footprint { columns: 0..width, rows: 0..height, strip };

@@ -1,16 +1,14 @@
-//! The precision that a frame needs: how many pixels an arithmetic can get wrong at most, and how many it does.
+//! The precision that a frame needs: the most pixels that an arithmetic can get wrong, and the number that it
+//! does.
 //!
-//! Three arithmetics are asked about: the reference's f64 (whose answers `certified` and `double`
-//! give), a plain f32 test, and integers on a grid. For each pixel the exact answer is known to stay
-//! the answer wherever
+//! Compares three arithmetics: the reference's f64 (whose answers `certified` returns), a plain f32 test, and
+//! integers on a grid. For each pixel the exact answer is known to be the answer if
 //!
-//! - the ray passes every side of every triangle in front of what is seen farther away than rounding
-//!   or snapping can move it, and
-//! - no two triangles at the pixel are closer to each other than their errors of depth.
+//! - rounding or snapping cannot move the ray across a side of any triangle in front of the visible one, and
+//! - no two triangles at the pixel are closer to each other than their errors in depth.
 //!
-//! All other pixels count as doubtful: as many can be wrong, and no more. That is a prediction;
-//! on a sample of the pixels it is checked against the exact answer, and so is every engine.
-//! The bounds are derived in `docs/advise.md`.
+//! All other pixels are doubtful: only they can be wrong. That is a prediction; it is checked against the
+//! exact answer on a sample of the pixels, as is every engine. `docs/advise.md` derives the bounds.
 
 mod arithmetic;
 mod band;

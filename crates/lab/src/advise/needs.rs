@@ -6,36 +6,36 @@ use serde::Serialize;
 use super::camera::PinholeCamera;
 use super::vector::{Vec3d, length, vector};
 
-/// Lengths are in units of the scene. A number is 0 if nothing is measured by it.
+/// Lengths are in units of the scene. A number is 0 if it could not be measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Needs {
-    /// How many triangles there are, and how many of them have no area or are not finite.
+    /// The number of triangles, and how many of them have no area or are not finite.
     pub triangles: usize,
-    /// See there.
+    /// See [`Self::triangles`].
     pub degenerate: usize,
     /// The diagonal of the box around the scene.
     pub extent: f64,
     /// The largest coordinate.
     pub offset: f64,
-    /// The shortest side and altitude of triangles that have an area.
+    /// The shortest side and the smallest altitude of the triangles that have an area.
     pub shortest_edge: f64,
-    /// See there.
+    /// See [`Self::shortest_edge`].
     pub smallest_altitude: f64,
-    /// Pixels, and how many of them show something.
+    /// The number of pixels, and how many of them show something.
     pub pixels: u64,
-    /// See there.
+    /// See [`Self::pixels`].
     pub hits: u64,
-    /// The distance of the nearest and the farthest surface that is seen.
+    /// The distance of the nearest and the farthest visible surface.
     pub nearest: f64,
-    /// See there.
+    /// See [`Self::nearest`].
     pub farthest: f64,
-    /// How wide a pixel is at the nearest surface.
+    /// The width of a pixel at the nearest surface.
     pub pixel: f64,
     /// The share of hits at which ray and surface meet at less than six degrees.
     pub grazing: f64,
-    /// The smallest `|nrm · dir|` and t of a hit: `Threshold` must be below both.
+    /// The smallest `|nrm · dir|` and the smallest t of a hit: `Threshold` must be below both.
     pub smallest_slope: f64,
-    /// See there.
+    /// See [`Self::smallest_slope`].
     pub smallest_t: f64,
     /// How many hits the default `Threshold` loses.
     pub lost: u64,
@@ -44,11 +44,11 @@ pub struct Needs {
     pub threshold: f64,
 }
 
-/// Measures. `seen` is what the pixels show, row by row, by a threshold of 0; `threshold` is the
+/// Measures a scene. `seen` is what the pixels show, row by row, with a threshold of 0; `threshold` is the
 /// default one.
 ///
 /// # Panics
-/// If `seen` is larger than the picture.
+/// Panics if `seen` is larger than the picture.
 pub fn needs(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,
@@ -83,7 +83,7 @@ pub fn needs(
     needs
 }
 
-/// The triangles, seen or not.
+/// Measures the triangles, visible or not.
 fn measure_model(needs: &mut Needs, triangles: &[Triangle]) {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for TriangleOf(corners) in triangles {
@@ -142,7 +142,7 @@ fn measure_picture(
     }
 }
 
-/// The threshold to take where no slope and no t of a hit is smaller than this.
+/// The threshold to use if no slope and no t of a hit is smaller than this.
 fn threshold_below(smallest: f64, default: f64) -> f64 {
     match smallest / 1000.0 {
         most if most >= default => default,

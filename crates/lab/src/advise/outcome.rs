@@ -1,4 +1,4 @@
-//! How far each arithmetic can be from the exact answer about a facet, and so what it can make of it.
+//! How far each arithmetic can be from the exact answer for a facet, and the outcomes that this allows.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
 
@@ -6,7 +6,7 @@ use super::arithmetic::{Arithmetic, snap, snap_of_one, turn};
 use super::facet::{Facet, PlaneHit};
 use super::pixel_ray::PixelRay;
 
-/// The rounding of f32 and of f64.
+/// The rounding unit of f32 and of f64.
 const U: f64 = 1.0 / (1_u64 << 24) as f64;
 const W: f64 = 1.0 / (1_u64 << 53) as f64;
 
@@ -15,14 +15,14 @@ const W: f64 = 1.0 / (1_u64 << 53) as f64;
 pub(super) enum Outcome {
     /// No hit.
     Miss,
-    /// A hit, with its t between these.
+    /// A hit, with its t in this range.
     Hit(f64, f64),
-    /// A hit or not; if it is one, its t is between these.
+    /// A hit or a miss; a hit has its t in this range.
     Doubtful(f64, f64),
 }
 
 impl Facet {
-    /// The bound of an f32 test's error in an edge value, for directions of unit length.
+    /// A bound on an f32 test's error in an edge value, for directions of unit length.
     pub(super) fn single_bound(&self) -> f64 {
         let (small, large) = (2.0_f64.powi(-30), 2.0_f64.powi(30));
         if self.side.min(self.first) < small || self.side.max(self.reach()) > large {
@@ -31,10 +31,10 @@ impl Facet {
         U * self.side * (22.6 * self.first + 28.0 * self.side)
     }
 
-    /// What the reference can be off by in an edge value, for directions of unit length, where the
-    /// ray meets the plane at this `rho = h4 h5 |d| / |n · d|`.
+    /// A bound on the reference's error in an edge value, for directions of unit length, if the ray meets the
+    /// plane at this `rho = h4 h5 |d| / |n · d|`.
     fn double_bound(&self, rho: f64) -> f64 {
-        // Beyond, the roundings of the derivation are no longer small.
+        // Above this, the roundings in the derivation are no longer small.
         if rho > 2.0_f64.powi(40) {
             return f64::INFINITY;
         }
@@ -42,8 +42,7 @@ impl Facet {
         2.0 * W * side * ((30.0 * kappa + 68.0 * rho) * first + off + 34.0 * kappa * side)
     }
 
-    /// Where its plane is seen edge-on, so that rounding can put hits beside the triangle: how far, in
-    /// lengths of its side.
+    /// How far rounding can put hits beside a triangle whose plane is seen edge-on, in lengths of its side.
     pub(super) fn spill(&self) -> f64 {
         let slope = self.height.abs() / self.reach();
         let rho = self.side * self.side / slope;
@@ -89,7 +88,7 @@ impl Facet {
                 }
             }
         };
-        // Facets that begin behind the eye or at it.
+        // Facets that begin at the eye or behind it.
         match outcome {
             Outcome::Hit(_, hi) | Outcome::Doubtful(_, hi) if hi < 0.0 => Outcome::Miss,
             Outcome::Hit(lo, hi) if lo <= 0.0 => Outcome::Doubtful(lo, hi),
@@ -97,7 +96,7 @@ impl Facet {
         }
     }
 
-    /// Edge values off by up to `bound`, for a direction of unit length, and t by up to `off`.
+    /// Edge values with errors up to `bound`, for a direction of unit length, and t with errors up to `off`.
     fn by_edges(
         &self,
         bound: f64,
@@ -105,7 +104,7 @@ impl Facet {
         plane_hit: &PlaneHit,
         pixel_ray: &PixelRay,
     ) -> Outcome {
-        // This computation is itself rounded.
+        // Account for the rounding in this computation.
         let bound = (bound + 32.0 * W * self.reach() * self.reach()) * pixel_ray.length;
         let (lo, hi) = if (plane_hit.t - off).is_nan() {
             (f64::NEG_INFINITY, f64::INFINITY)
@@ -121,7 +120,7 @@ impl Facet {
         }
     }
 
-    /// Corners and ray moved by snapping. As long as no side crosses the ray on the way, the ray stays
+    /// Corners and ray moved by snapping. As long as no side crosses the ray during the move, the ray stays
     /// inside or outside.
     fn on_grid(
         &self,
@@ -133,7 +132,7 @@ impl Facet {
         let (snap, turn) = (snap(step), turn(q));
         let most = snap + turn * self.reach();
 
-        // The distances in the view direction stay within the triangle's.
+        // Distances in the view direction stay in the triangle's range.
         let (front, back) = (self.depth.0 - snap, self.depth.1 + snap);
         let off = turn * pixel_ray.length;
         let lo = front / (pixel_ray.depth + if front > 0.0 { off } else { -off });
@@ -155,7 +154,7 @@ impl Facet {
             }
         }
 
-        // Inside: the point moves with its corners, and the plane tilts.
+        // Inside: the point moves with the corners, and the plane tilts.
         let apart = 2.0 * snap_of_one(step);
         let tilt = apart * (2.0 * self.side + apart) / self.area;
         let cosine = plane_hit.slope.abs() / (self.area * pixel_ray.length);
@@ -168,7 +167,7 @@ impl Facet {
         }
     }
 
-    /// How far the seen triangle moves at this pixel, as an angle, at most.
+    /// A bound on how far the visible triangle moves at this pixel, as an angle.
     pub(super) fn shift(
         &self,
         arithmetic: Arithmetic,

@@ -1,4 +1,4 @@
-//! A pixel, and which triangles can be seen there.
+//! A pixel, and the triangles that may be visible there.
 
 #![expect(clippy::neg_cmp_op_on_partial_ord, reason = "what is NaN is in doubt")]
 
@@ -12,17 +12,17 @@ use crate::methods::moller_trumbore::MollerTrumbore;
 use crate::methods::{Intersector, PlainRay};
 use crate::oracle::{self, exact_t};
 
-/// A pixel, and what is known of it so far.
+/// A pixel, and what is known about it so far.
 pub(super) struct Pixel {
     pub(super) ray: Ray,
     pub(super) pixel_ray: PixelRay,
     pub(super) seen: Option<u32>,
-    /// A bit for each arithmetic.
+    /// One bit for each arithmetic.
     pub(super) doubtful: u32,
-    /// For each arithmetic, the farthest t at which what is seen may be found.
+    /// For each arithmetic, an upper bound on the t at which it may find the visible triangle.
     pub(super) far: Vec<f64>,
     pub(super) sampled: bool,
-    /// The exact closest hits, and a t that is not less than theirs.
+    /// The exact closest hits, and an upper bound on their t.
     pub(super) closest: (f64, Vec<u32>),
     pub(super) single: (f32, Option<u32>),
 }
@@ -48,7 +48,7 @@ impl Pixel {
                 Outcome::Hit(lo, _) => self.seen != Some(index) && !(lo > self.far[k]),
                 Outcome::Doubtful(lo, _) => !(lo > self.far[k]),
             };
-            // If two have the same t, either is right.
+            // If two triangles have the same t, either is right.
             let sure = matches!(outcome, Outcome::Hit(..));
             if doubt
                 && !(sure && *tied.get_or_insert_with(|| self.is_tied(index, plane_hit.t, input)))
@@ -93,7 +93,7 @@ impl Pixel {
         }
     }
 
-    /// Whether a triangle has the t of what is seen, exactly.
+    /// Whether a triangle has exactly the t of the visible one.
     fn is_tied(&self, index: u32, t: f64, input: &ScanInput<'_>) -> bool {
         let Some(seen) = self.seen else { return false };
         let other = input.facet(seen as usize).plane_hit(&self.pixel_ray).t;

@@ -1,7 +1,7 @@
-//! All pixels of a picture, and all triangles that may matter there.
+//! Scans all pixels of a picture and all triangles that may matter there.
 //!
-//! Bands of rows, on all threads. A band looks at the triangles whose footprint in the picture, widened
-//! by the largest error, reaches it; and of these only at the pixels that the footprint covers.
+//! Works in bands of rows, on all threads. A band visits the triangles whose footprint in the picture,
+//! widened by the largest error, reaches it, and of these only the pixels that the footprint covers.
 
 use intertri::{Hit, Triangle};
 use rayon::prelude::*;
@@ -13,16 +13,16 @@ use super::footprint::{Footprint, ScanInput};
 use super::scan_result::ScanResult;
 use super::vector::Vec3d;
 
-/// Rows a thread takes at a time.
+/// The number of rows that a thread takes at a time.
 const BAND: u32 = 16;
 
-/// Finds the doubtful pixels of a picture, and the exact answers of every `every`-th one.
+/// Finds the doubtful pixels of a picture, and the exact answers for every `every`-th pixel.
 ///
-/// `seen` is what the pixels show, row by row, by the reference's arithmetic with a threshold of 0: of
-/// several answers that are possible, any will do. There are at most 32 arithmetics.
+/// `seen` is what the pixels show, row by row, by the reference's arithmetic with a threshold of 0; if
+/// several answers are possible, any will do. There are at most 32 arithmetics.
 ///
 /// # Panics
-/// If there are more, if `seen` is not as large as the picture, or if `every` is 0.
+/// Panics if there are more, if `seen` does not have the size of the picture, or if `every` is 0.
 pub fn scan(
     triangles: &[Triangle],
     camera: &PinholeCamera<'_>,

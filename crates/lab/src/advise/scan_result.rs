@@ -3,11 +3,11 @@
 /// The result of a scan.
 #[derive(Clone, Debug)]
 pub struct ScanResult {
-    /// For each arithmetic, how many pixels are doubtful.
+    /// For each arithmetic, the number of doubtful pixels.
     pub doubtful: Vec<u64>,
     /// The same on the sample.
     pub doubtful_in_sample: Vec<u64>,
-    /// For each arithmetic, how far what is seen moves at most, in pixels.
+    /// For each arithmetic, a bound on how far the visible surface moves, in pixels.
     pub shift: Vec<f64>,
     /// The sample: pixels at a fixed stride, row by row.
     pub sample: Vec<SampledPixel>,
@@ -18,14 +18,14 @@ pub struct ScanResult {
 pub struct SampledPixel {
     /// Its column and row.
     pub pixel: (u32, u32),
-    /// The closest triangle, or several where they have the same t, exactly; none for a miss.
+    /// The closest triangle, or several if they have exactly the same t; none for a miss.
     pub triangles: Vec<u32>,
     /// The closest hit of the f32 test.
     pub single: Option<u32>,
 }
 
 impl SampledPixel {
-    /// Whether an answer is right.
+    /// Whether an answer is among the right ones.
     pub fn allows(&self, triangle: Option<u32>) -> bool {
         match triangle {
             None => self.triangles.is_empty(),

@@ -1,4 +1,4 @@
-//! The prediction is never optimistic: on no family, from no side, on no grid.
+//! The prediction must never be optimistic: for any family, view or grid.
 
 use intertri::fixed::{Bits, Fixed, Grid, blocks};
 use intertri::{Hit, Mode, Ray, Threshold, Triangle};
@@ -10,7 +10,7 @@ use crate::rng::Rng;
 
 const SIZE: (u32, u32) = (44, 33);
 
-/// A camera at `eye` that has `target` in the middle.
+/// A camera at `eye` with `target` in the centre of the picture.
 struct Camera {
     eye: [f32; 3],
     axes: [[f64; 3]; 3],
@@ -117,7 +117,7 @@ fn never_optimistic_on_any_family() {
             if triangles.is_empty() {
                 continue;
             }
-            // Half look along one of the family's rays, half along an axis.
+            // Half of the cameras look along one of the family's rays, half along an axis.
             let target = triangles[0].0[0];
             let mut eye = ray.origin;
             if seed % 2 == 0 {
@@ -151,7 +151,8 @@ fn a_closed_mesh_is_predicted_within_bounds_that_are_of_use() {
         println!("{arithmetic:?}: {counted} of {most}");
     }
     let most = |k: usize| rows[k].1;
-    // f64 and the finest grids are sure; the coarsest is wrong, and its bound is of use.
+    // f64 and the finest grids have no doubtful pixels; the coarsest grid gets pixels wrong, and its bound is
+    // useful.
     assert_eq!(most(0), 0);
     assert!(most(1) <= 3);
     assert!(rows[2].2 > 20 && most(2) < 40 * rows[2].2, "{rows:?}");

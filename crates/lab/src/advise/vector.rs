@@ -5,7 +5,7 @@ use intertri::simd::Vec3;
 /// A vector of one lane.
 pub(super) type Vec3d = Vec3<f64>;
 
-/// An f32 vector in f64.
+/// Converts an f32 vector to f64.
 pub(super) fn vector(p: [f32; 3]) -> Vec3d {
     Vec3d::splat(p.map(f64::from))
 }

@@ -9,7 +9,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// From a number at one position to a number at another, both positive.
+    /// Maps the numbers from `from` to `to`, both positive, to positions between `places`.
     pub fn new(from: f64, to: f64, places: [f64; 2]) -> Self {
         Self { from: from.log10(), to: to.log10(), places }
     }
@@ -28,7 +28,7 @@ impl Log {
     }
 }
 
-/// A power of ten in few characters.
+/// A short label for a power of ten.
 pub fn power(k: i32) -> String {
     match k {
         -2 => "0.01".into(),

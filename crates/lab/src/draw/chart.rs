@@ -1,4 +1,4 @@
-//! Speed against accuracy: a panel a workload.
+//! Speed against accuracy: one panel per workload.
 
 use super::marks::mark;
 use super::panel::{self, Point, panel};
@@ -8,16 +8,16 @@ use crate::pareto::{Baseline, fastest, pareto_front};
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// How wide a panel is, and where the upper ones begin.
+/// The width of a panel, and the top of the upper ones.
 const WIDTH: f64 = 704.0;
 const TOP: f64 = 66.0;
 
-/// Four panels of all methods, each as wide as it is fastest: how many times faster than the scalar
-/// f64 reference, and how often wrong. Methods in which no error was seen have a row each. `caption`
-/// stands below.
+/// Four panels with all methods, each at the width at which it is fastest: how many times faster than the
+/// scalar f64 reference, and how often wrong. Methods without a seen error have a row each. `caption` is
+/// printed below.
 pub fn chart(times: &[Time], error_counts: &[ErrorCounts], caption: &str) -> Svg {
     let points = Workload::ALL.map(|workload| points(workload, times, error_counts));
-    // Panels side by side are equally high.
+    // Adjacent panels have the same height.
     let rows = [0, 2].map(|k| panel::rows(&points[k]).max(panel::rows(&points[k + 1])));
     let tops = [TOP, TOP + panel::height(rows[0])];
     let bottom = tops[1] + panel::height(rows[1]);

@@ -1,4 +1,4 @@
-//! Two ways to the same picture against each other: rays, and the z-buffer with shadow volumes.
+//! Two ways to the same picture: rays, and the z-buffer with shadow volumes.
 
 use serde::Serialize;
 
@@ -11,25 +11,25 @@ use crate::tables::grouped;
 pub struct Race {
     /// Their task: one of [`Race::TASKS`].
     pub task: &'static str,
-    /// How many triangles there are.
+    /// The number of triangles.
     pub triangles: usize,
-    /// Pixels in a row.
+    /// The width in pixels.
     pub width: u32,
-    /// Rows.
+    /// The height in pixels.
     pub height: u32,
-    /// Seconds for one ray a pixel.
+    /// Seconds for one ray per pixel.
     pub rays: f64,
-    /// Seconds for the z-buffer or the volumes.
+    /// Seconds for the z-buffer or the shadow volumes.
     pub raster: f64,
 }
 
 impl Race {
-    /// The hit at each pixel, and whether it is lit.
+    /// `seen` finds the hit at each pixel, `lit` whether it is lit.
     pub const TASKS: [&str; 2] = ["seen", "lit"];
 }
 
 const PANEL: [f64; 2] = [560.0, 420.0];
-/// Within a panel: where its axes are.
+/// The axes' positions within a panel.
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 545.0;
 const TOP: f64 = 40.0;
@@ -38,9 +38,9 @@ const BOTTOM: f64 = 372.0;
 const COLOURS: [&str; 4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"];
 const RASTER: &str = "6 4";
 
-/// Two panels, what is seen and what is lit: milliseconds a picture over the number of triangles, solid
-/// for rays and in dashes for the other way, a colour for each size of picture, and a ring where they
-/// cross. `caption` stands below.
+/// Two panels, for `seen` and `lit`: milliseconds per picture over the number of triangles, solid for rays
+/// and dashed for the other way, one colour for each picture size, and a ring where the lines cross.
+/// `caption` is printed below.
 pub fn crossover(races: &[Race], caption: &str) -> Svg {
     let [w, h] = PANEL;
     let mut svg = Svg::new(2.0 * w + 24.0, h + 130.0);
@@ -161,7 +161,7 @@ mod tests {
             raster,
         };
         let circles = |races: &[Race]| crossover(races, "").to_string().matches("<circle").count();
-        // One is in the legend.
+        // One of the circles is in the legend.
         assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.04)]), 2);
         assert_eq!(circles(&[race(100, 0.02, 0.01), race(10_000, 0.03, 0.02)]), 1);
         assert_eq!(circles(&[]), 1);

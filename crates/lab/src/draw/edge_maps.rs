@@ -1,5 +1,5 @@
-//! Edge maps: rays in single steps of f32 around a shared edge and around a shared vertex, coloured
-//! by what was hit.
+//! Edge maps: rays in single steps of f32 around a shared edge and around a shared vertex, coloured by the
+//! triangles that they hit.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -24,7 +24,7 @@ struct Square {
     rays: Vec<Ray>,
 }
 
-/// How far neighbouring rays of a square are apart.
+/// The distance between neighbouring rays of a square.
 #[derive(Clone, Copy)]
 enum Step {
     /// One step of f32.
@@ -35,12 +35,12 @@ enum Step {
 
 impl Square {
     fn new(by: Step, triangles: Vec<Triangle>, target: [f32; 3]) -> Self {
-        // An origin without special bits, the direction of the length of the way.
+        // An origin without special bits; the direction is as long as the distance.
         let origin = [0.137_f32, -0.291, -2.713];
         let dir = [0, 1, 2].map(|k| target[k] - origin[k]);
         let moved = |x: f32, steps: i32| match by {
             Step::Single => step(x, steps),
-            // The longest component, between 2 and 4, has 18 bits there.
+            // On the grid, the longest component, between 2 and 4, has 18 bits.
             Step::Grid => x + steps as f32 / 65_536.0,
         };
         let at =
@@ -49,7 +49,7 @@ impl Square {
         Self { triangles, rays: square.map(at).collect() }
     }
 
-    /// An edge that runs askew.
+    /// A slanted edge.
     fn edge(by: Step) -> Self {
         let (a, b) = ([-0.731, -0.583, 0.217], [0.612, 0.877, 0.389]);
         let (left, right) = ([-0.893, 0.671, 0.118], [0.934, -0.428, 0.253]);
@@ -72,7 +72,7 @@ impl Square {
         Self::new(by, (0..6).map(triangle).collect(), middle)
     }
 
-    /// For each ray a set of triangles, as bits.
+    /// For each ray, the set of triangles that it hits, as bits.
     fn by_oracle(&self) -> Vec<u32> {
         let hit = |ray: &Ray| {
             let bit = |(k, t): (usize, &Triangle)| u32::from(oracle::answer(t, ray).is_hit()) << k;
@@ -81,7 +81,7 @@ impl Square {
         self.rays.iter().map(hit).collect()
     }
 
-    /// The same by a method. `fixed` snaps all of them to one grid.
+    /// The same according to a method. `fixed` snaps everything to one grid.
     fn by(&self, method: &Method) -> Vec<u32> {
         let mut sets = vec![0; self.rays.len()];
         for (k, triangle) in self.triangles.iter().enumerate() {
@@ -89,7 +89,7 @@ impl Square {
                 let batch =
                     TestBatch { rays: self.rays.clone(), triangles: self.triangles.clone() };
                 let on_grid = crate::methods::on_grid(&batch).unwrap_or(batch);
-                // For a snapped pair the finest grid is as good as the common one.
+                // A single pair snapped to its finest grid gives the same answer as on the common one.
                 let to = ask(method, on_grid.triangles[k], &on_grid.rays);
                 sets.iter_mut().zip(to).for_each(|(set, a)| *set |= u32::from(a.hit) << k);
             } else {
@@ -107,7 +107,7 @@ fn ask(method: &Method, triangle: Triangle, rays: &[Ray]) -> Vec<Answer> {
     to
 }
 
-/// The colour of a set of triangles: one of them, pale and by turns; none; two or more.
+/// The colour of a set of triangles: alternating pale colours for one, others for none and for two or more.
 fn colour(set: u32) -> &'static str {
     match set.count_ones() {
         0 => "#000000",
@@ -117,14 +117,14 @@ fn colour(set: u32) -> &'static str {
     }
 }
 
-/// A picture of the edge and one of the vertex for the oracle and each method.
+/// Draws a map of the edge and one of the vertex, for the oracle and each method.
 pub fn edge_maps(caption: &str) -> Svg {
     let (edge, vertex) = (Square::edge(Step::Single), Square::vertex(Step::Single));
     let mut columns = vec![("the oracle", edge.by_oracle(), vertex.by_oracle())];
     for method in in_order() {
         columns.push((method.name, edge.by(method), vertex.by(method)));
         if method.name == "fixed" {
-            // To which the rays above are all the same.
+            // On the grid, the rays above would all be the same.
             let (edge, vertex) = (Square::edge(Step::Grid), Square::vertex(Step::Grid));
             columns.push(("fixed, in grid steps", edge.by(method), vertex.by(method)));
         }
@@ -170,14 +170,14 @@ pub fn edge_maps(caption: &str) -> Svg {
     svg
 }
 
-/// The square, neighbours of one colour in one piece.
+/// Draws the square; neighbours of one colour form one rectangle.
 fn picture(svg: &mut Svg, [x, y]: [f64; 2], sets: &[u32]) {
     let side = (2 * REACH + 1) as usize;
     for (j, row) in sets.chunks(side).enumerate() {
         let mut start = 0;
         for run in row.chunk_by(|&a, &b| colour(a) == colour(b)) {
             let at = [x + PIXEL * start as f64, y + PIXEL * j as f64];
-            // Into the next row, so that no seam shows between rows.
+            // Overlap the next row, so that no seam shows between rows.
             let high = if j + 1 < side { 1.5 * PIXEL } else { PIXEL };
             svg.rect(at, [PIXEL * run.len() as f64, high], colour(run[0]));
             start += run.len();

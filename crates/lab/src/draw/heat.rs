@@ -8,8 +8,8 @@ const CELL: [f64; 2] = [64.0, 25.0];
 const LEFT: f64 = 186.0;
 const TOP: f64 = 236.0;
 
-/// For each method and sweep the parameter at which one answer in 1,000 is first wrong, the darker
-/// the sooner, or `none`. `caption` stands below.
+/// For each method and sweep, the parameter at which one answer in 1,000 is first wrong, darker if sooner, or
+/// `none`. `caption` is printed below.
 pub fn heat(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
     let methods = in_order();
@@ -77,8 +77,8 @@ fn cell(svg: &mut Svg, at: [f64; 2], sweep: &Sweep, method: &str, onsets: &[Onse
     svg.text([at[0] + CELL[0] / 2.0, at[1] + 16.5], &text, font);
 }
 
-/// A field's colour, from dark red (0) to pale yellow (1), and the ink that is read on it. No middling
-/// orange lies between, for no ink is read on that both by daylight and, turned over, at night.
+/// A field's colour, from dark red (0) to pale yellow (1), and the text colour that is legible on it. Medium
+/// orange is left out, because no text is legible on it in both light and inverted dark mode.
 fn shade(share: f64) -> (String, &'static str) {
     let share = share.clamp(0.0, 1.0);
     let (from, to, place, ink) = if share < 0.45 {
@@ -93,7 +93,7 @@ fn shade(share: f64) -> (String, &'static str) {
     (format!("#{:02x}{:02x}{:02x}", mix(0), mix(1), mix(2)), ink)
 }
 
-/// A number in two digits.
+/// A number with two significant digits.
 fn number(x: f64) -> String {
     if (0.01..1e4).contains(&x) {
         let digits = if x >= 10.0 {

@@ -1,9 +1,9 @@
-//! Labels beside their points: each is tried all around its point, nearer positions first, until labels lie over as
-//! little as possible. A label that had to go further gets a line to its point.
+//! Places labels next to their points. Each label is tried all around its point, nearer positions first,
+//! until overlaps are as small as possible. A label that had to move further away gets a line to its point.
 
 use super::svg::width;
 
-/// A point that wants a label.
+/// A point that needs a label.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     pub(super) text: String,
@@ -11,7 +11,7 @@ pub(super) struct Wanted {
     pub(super) bold: bool,
 }
 
-/// A label in its place: the left end of its base line, and where its line starts, if it needs one.
+/// A placed label: the left end of its base line, and the start of its line, if it needs one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     pub(super) left: [f64; 2],
@@ -30,13 +30,13 @@ impl Area {
         Self { lo: [x - r, y - r], hi: [x + r, y + r] }
     }
 
-    /// How much of two areas is the same.
+    /// The area that two rectangles have in common.
     fn overlap(&self, other: &Self) -> f64 {
         let side = |k: usize| self.hi[k].min(other.hi[k]) - self.lo[k].max(other.lo[k]);
         side(0).max(0.0) * side(1).max(0.0)
     }
 
-    /// How much of the area is outside of another.
+    /// The area outside another rectangle.
     fn outside(&self, of: &Self) -> f64 {
         let side = |k: usize| (of.lo[k] - self.lo[k]).max(0.0) + (self.hi[k] - of.hi[k]).max(0.0);
         side(0) + side(1)
@@ -56,7 +56,7 @@ pub(super) fn place(
 ) -> Vec<Placed> {
     let marks: Vec<Area> = obstacles.iter().map(|&p| Area::around(p, 3.5)).collect();
     let candidates: Vec<Vec<Area>> = wanted.iter().map(|label| around(label, size)).collect();
-    // All start at the right of their points.
+    // All labels start to the right of their points.
     let mut chosen = vec![0_usize; wanted.len()];
 
     for _ in 0..12 {
@@ -108,7 +108,7 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
         for step in 0..24 {
             let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
             let (cx, cy) = (x + reach * angle.cos(), y + reach * angle.sin());
-            // The end of the label that looks to the point, or its middle above and below.
+            // The end of the label that faces the point, or its middle if it is above or below.
             let left = match step {
                 0..=4 | 20.. => cx,
                 8..=16 => cx - w,
@@ -125,7 +125,7 @@ fn around(label: &Wanted, size: f64) -> Vec<Area> {
     places
 }
 
-/// The point of an area next to another point.
+/// The point of an area nearest to another point.
 fn nearest(area: &Area, p: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|k| p[k].clamp(area.lo[k], area.hi[k]))
 }
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn labels_of_a_crowd_stay_apart_and_inside() {
-        // Twelve points within a few units of each other, near the right end of a panel.
+        // Twelve points within a few units of each other, near the right edge of a panel.
         let wanted: Vec<_> = (0..12)
             .map(|k| {
                 let at = [440.0 + f64::from(k % 4) * 6.0, 150.0 + f64::from(k / 4) * 5.0];

@@ -1,10 +1,10 @@
-//! How a method looks in every picture: its colour, and the shape of its mark.
+//! The appearance of a method in every picture: its colour, and the shape of its mark.
 
 use super::svg::Svg;
 use crate::methods::{METHODS, Method};
 
-/// The colours of methods: those of M. Okabe and K. Ito, which are distinct for the colour-blind, and differ in
-/// brightness when printed in grey.
+/// The colours of methods, by M. Okabe and K. Ito: colour-blind people can tell them apart, and they differ
+/// in brightness when printed in grey.
 mod colour {
     pub(super) const KERNEL: &str = "#D55E00";
     pub(super) const DOUBLE: &str = "#009E73";
@@ -53,7 +53,7 @@ pub(super) fn pale_of(method: &str) -> &'static str {
     }
 }
 
-/// A shape for each of the three kinds: diamond, square, disc; hollow where nothing was seen.
+/// One shape for each of the three kinds: diamond, square, disc; hollow if no error was seen.
 pub(super) fn mark(svg: &mut Svg, method: &str, [x, y]: [f64; 2], r: f64, hollow: bool) {
     let colour = colour_of(method);
     let fill = if hollow { "#ffffff" } else { colour };

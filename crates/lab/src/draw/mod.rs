@@ -1,6 +1,5 @@
-//! The pictures: speed against accuracy, onset curves, the table of onsets, walls far from zero, edge
-//! maps; and what any
-//! picture is drawn with.
+//! Draws the pictures: speed against accuracy, onset curves, the table of onsets, walls far from zero, edge
+//! maps; and contains the drawing tools.
 
 mod axis;
 mod chart;

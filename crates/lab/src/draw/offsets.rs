@@ -1,4 +1,4 @@
-//! Walls moved away from zero: a row for each method and what it was given.
+//! Walls moved away from zero: one row for each method and precision of its input.
 
 use super::axis::{Log, power};
 use super::marks::{colour_of, is_kernel, pale_of};
@@ -9,17 +9,17 @@ const LEFT: f64 = 250.0;
 const WIDE: f64 = 560.0;
 const RIGHT: f64 = 112.0;
 const TOP: f64 = 108.0;
-/// A row with the space above it.
+/// The height of a row, including the space above it.
 const ROW: f64 = 46.0;
 const GAP: f64 = 9.0;
-/// Above a group of rows, for its heading.
+/// The space above a group of rows, for its heading.
 const HEADING: f64 = 34.0;
-/// A northing of UTM, in metres: that of the house in the program. The shares quoted are those at the distance nearest
-/// to it.
+/// A UTM northing in metres: that of the house in the program. The quoted shares are those at the nearest
+/// distance.
 const NORTHING: f64 = 528_980.0;
 
-/// For each method of [`ASKED`] the share of wrong answers against how far a wall stands from zero.
-/// `caption` stands below.
+/// For each method of [`ASKED`], the share of wrong answers against the distance of a wall from zero.
+/// `caption` is printed below.
 pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     let rows = ASKED.len() as f64;
     let bottom = TOP + 2.0 * HEADING + rows * ROW;
@@ -85,7 +85,7 @@ pub fn offsets(errors: &[OffsetErrors], caption: &str) -> Svg {
     svg
 }
 
-/// A method's curve over the area below it, and its share of wrong answers at the distance `near`.
+/// A method's curve above its shaded area, and its share of wrong answers at the distance `near`.
 fn row(
     svg: &mut Svg,
     method: &str,

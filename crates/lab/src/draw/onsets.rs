@@ -1,25 +1,25 @@
-//! Onset curves as small multiples: a row a method, a column a sweep, so that no curve hides another.
+//! Onset curves as small multiples: one row per method, one column per sweep, so that no curve hides another.
 
 use super::axis::{Log, power, superscript};
 use super::marks::{colour_of, in_order, is_kernel, pale_of};
 use super::svg::{Anchor, FAINT, Font, GREY, INK, Svg};
 use crate::stress::{Onset, SWEEPS, Sweep};
 
-/// Sweeps that are drawn side by side.
+/// The number of sweeps side by side.
 const COLUMNS: usize = 9;
-/// A cell with the space around it, and the space to its right and above it.
+/// The size of a cell with its margin, and the margin to its right and above it.
 const CELL: [f64; 2] = [140.0, 38.0];
 const GAP: [f64; 2] = [28.0, 7.0];
 const LEFT: f64 = 188.0;
-/// Above the first band; what stands over a band's cells, and under them.
+/// The heights above the first band, above a band's cells, and below them.
 const TOP: f64 = 74.0;
 const HEADING: f64 = 56.0;
 const FOOT: f64 = 52.0;
-/// Between the kernel's modes and the published methods.
+/// The gap between the kernel's modes and the published methods.
 const BETWEEN: f64 = 12.0;
 
-/// For each method and sweep the share of wrong answers against the parameter, from where it is
-/// harmless on the left. `caption` stands below.
+/// For each method and sweep, the share of wrong answers against the parameter, harmless values on the left.
+/// `caption` is printed below.
 pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     let [w, h] = CELL;
     let methods = in_order();
@@ -61,7 +61,7 @@ pub fn onsets(onsets: &[Onset], caption: &str) -> Svg {
     svg
 }
 
-/// The axis of shares in a row, down from all to the least.
+/// The axis of shares in a row, from 1 at the top down to the smallest.
 fn scale(top: f64, row: usize, least: f64) -> Log {
     let modes = in_order().iter().filter(|method| is_kernel(method.name)).count();
     let between = if row < modes { 0.0 } else { BETWEEN };
@@ -83,7 +83,7 @@ fn names(svg: &mut Svg, top: f64, least: f64) {
     }
 }
 
-/// What a column is, and its numbers above and below.
+/// A column's title, and the numbers above and below it.
 fn headings(svg: &mut Svg, top: f64, left: f64, sweep: &Sweep, x: &Log) {
     svg.text([left, top + 16.0], sweep.name, Font::new(10.5, Anchor::Start).bold());
     svg.text([left, top + 31.0], sweep.axis, Font::new(11.0, Anchor::Start));
@@ -98,14 +98,14 @@ fn headings(svg: &mut Svg, top: f64, left: f64, sweep: &Sweep, x: &Log) {
     svg.text([left, below + 29.0], sweep.axis, Font::new(11.0, Anchor::Start));
 }
 
-/// The powers of ten that are written, at most four.
+/// The powers of ten to label, at most four.
 fn ticks(sweep: &Sweep, x: &Log) -> Vec<i32> {
     let decades = (sweep.to / sweep.from).log10().abs();
     let every = [1, 2, 3, 4, 5, 10, 20].into_iter().find(|&k| decades / f64::from(k) < 4.0);
     x.decades(every.unwrap_or(20))
 }
 
-/// A method's curve in a sweep over the area below it, or `none`.
+/// A method's curve in a sweep above its shaded area, or `none`.
 fn cell(
     svg: &mut Svg,
     method: &str,

@@ -1,12 +1,12 @@
-//! Pictures and words on one page of HTML that needs nothing else: no script, no font, no file.
+//! Pictures and text on one self-contained page of HTML: no script, font or file is loaded.
 
 use std::fmt::Write as _;
 
 use super::svg::Svg;
 use crate::methods::METHODS;
 
-/// Paper and ink by daylight and at night. The pictures are drawn on white; at night their lightness
-/// is turned over, and their colours stay. On a narrow screen they keep their size and scroll.
+/// Background and text colours for light and dark mode. The pictures are drawn on white; in dark mode their
+/// lightness is inverted, and their colours stay. On a narrow screen they keep their size and scroll.
 const STYLE: &str = "\
 :root { color-scheme: light dark; --paper: #ffffff; --ink: #222222; --faint: #dddddd }
 @media (prefers-color-scheme: dark) {

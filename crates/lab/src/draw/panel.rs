@@ -8,16 +8,16 @@ use crate::methods::Method;
 use crate::tables::grouped;
 use crate::workloads::Workload;
 
-/// Within a panel: where the axes cross, where they end, and where the axis of errors breaks.
+/// Positions within a panel: where the axes cross, where they end, and where the axis of errors breaks.
 const LEFT: f64 = 72.0;
 const RIGHT: f64 = 692.0;
 const TOP: f64 = 46.0;
 const BREAK: f64 = 350.0;
-/// Right of the fastest method, for its name.
+/// The space to the right of the fastest method, for its name.
 const ROOM: f64 = 138.0;
-/// A row of a method in which no error was seen.
+/// The height of a row for a method without a seen error.
 const ROW: f64 = 15.0;
-/// The size of names.
+/// The font size of names.
 const SIZE: f64 = 11.5;
 
 /// A method in a panel.
@@ -26,7 +26,7 @@ pub(super) struct Point {
     pub(super) faster: [f64; 3],
     /// The share of errors; 0 where none were seen.
     pub(super) share: f64,
-    /// The share of double counts, where they are counted.
+    /// The share of double counts, if they are counted.
     pub(super) doubles: Option<f64>,
     pub(super) trials: u64,
 }
@@ -36,12 +36,12 @@ pub(super) fn height(rows: usize) -> f64 {
     bottom(rows) + 52.0
 }
 
-/// Where a panel's axes end below.
+/// The bottom end of a panel's axes.
 fn bottom(rows: usize) -> f64 {
     BREAK + ROW * rows as f64 + 24.0
 }
 
-/// In how many methods no error was seen.
+/// The number of methods without a seen error.
 pub(super) fn rows(points: &[Point]) -> usize {
     points.iter().filter(|p| p.share == 0.0).count()
 }
@@ -60,13 +60,13 @@ fn title(workload: Workload) -> (&'static str, &'static str) {
     }
 }
 
-/// Where the axes of a panel run, and what lies on them.
+/// The positions of a panel's axes, and the points on them.
 struct Axes<'a> {
     left: f64,
     right: f64,
     top: f64,
     bottom: f64,
-    /// Below, no errors were seen: a row for each method, the fastest first.
+    /// Below this, no errors were seen: one row per method, the fastest first.
     broken: f64,
     rows: Vec<&'a str>,
     x: Log,
@@ -98,7 +98,7 @@ impl<'a> Axes<'a> {
     }
 }
 
-/// A panel with its upper left corner at a point, and room for `rows` rows.
+/// A panel with its upper left corner at a point, and space for `rows` rows.
 pub(super) fn panel(
     svg: &mut Svg,
     [ox, oy]: [f64; 2],
@@ -147,7 +147,7 @@ fn grid(svg: &mut Svg, axes: &Axes<'_>) {
     svg.line([x.at(1.0), top], [x.at(1.0), bottom], INK, 1.2);
 }
 
-/// The axis of errors with its break, below which nothing was seen.
+/// The axis of errors with its break; below it, no errors were seen.
 fn broken_axis(svg: &mut Svg, axes: &Axes<'_>, trials: u64) {
     let &Axes { left, right, top, bottom, broken, .. } = axes;
     svg.rect([left, broken], [right - left, bottom - broken], "#f4f4f4");
@@ -164,7 +164,7 @@ fn broken_axis(svg: &mut Svg, axes: &Axes<'_>, trials: u64) {
     svg.text([right - 4.0, bottom - 6.0], &bound, Font::new(10.0, Anchor::End).fill(GREY));
 }
 
-/// The methods that are not in the panel.
+/// Lists the methods that are not in the panel.
 fn not_timed(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     let is_there = |method: &&Method| points.iter().any(|p| label_of(&p.name) == method.name);
     let absent = in_order().into_iter().filter(|method| !is_there(method));
@@ -176,7 +176,7 @@ fn not_timed(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     }
 }
 
-/// The Pareto front as steps, down from the fastest.
+/// The Pareto front as steps, from the fastest method downward.
 fn staircase(axes: &Axes<'_>, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
     front.sort_by(|a, b| b.faster[1].total_cmp(&a.faster[1]));
     let mut steps: Vec<[f64; 2]> = Vec::new();
@@ -194,7 +194,7 @@ fn staircase(axes: &Axes<'_>, mut front: Vec<&Point>) -> Vec<[f64; 2]> {
     steps
 }
 
-/// The methods: their spread, their double counts, themselves.
+/// Draws the methods: their spread, their double counts, and their marks.
 fn marks(svg: &mut Svg, axes: &Axes<'_>, points: &[Point]) {
     for p in points {
         let [px, py] = axes.at(p);
@@ -241,8 +241,8 @@ fn labels(
     }
 }
 
-/// The names of the methods without errors, each in its row to the right of its spread: what is
-/// drawn upward from a row below is further left.
+/// The names of the methods without errors, each in its row to the right of its spread. Lines drawn upward
+/// from lower rows are further left.
 fn names_of_rows(
     svg: &mut Svg,
     axes: &Axes<'_>,
@@ -257,12 +257,12 @@ fn names_of_rows(
     }
 }
 
-/// The name of a method in the table, from that on its label.
+/// The name of a method in the table, from its label.
 fn label_of(text: &str) -> String {
     if is_kernel(text) || text.ends_with("f64") { text.to_owned() } else { format!("{text} f32") }
 }
 
-/// A count in few characters.
+/// A short label for a count.
 fn short(n: u64) -> String {
     match n {
         0..10_000 => grouped(n),

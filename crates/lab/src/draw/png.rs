@@ -1,4 +1,4 @@
-//! An SVG as pixels.
+//! Rasterizes an SVG.
 
 use std::sync::Arc;
 
@@ -10,17 +10,17 @@ use super::svg::Svg;
 /// Pixels per unit of the picture.
 const SCALE: f32 = 2.0;
 
-/// The picture as a PNG file.
+/// Renders the picture as a PNG file.
 ///
 /// # Errors
-/// In one line, if the system has no fonts, or the picture has no size that a PNG could have.
+/// A one-line error if the system has no fonts, or the picture's size is impossible for a PNG.
 pub fn png(svg: &Svg) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     fonts.load_system_fonts();
     if fonts.is_empty() {
         return Err("no fonts are installed: a PNG would lack its text; the SVG has all".into());
     }
-    // If the fonts that the picture names are missing, any installed sans serif takes their place.
+    // If the picture's fonts are missing, use any installed sans serif.
     let any = ["DejaVu Sans", "Verdana", "Arial", "Helvetica", "Liberation Sans", "Noto Sans"];
     let has = |name: &&&str| fonts.faces().any(|face| face.families.iter().any(|f| f.0 == **name));
     let family = any.iter().find(has).map_or_else(

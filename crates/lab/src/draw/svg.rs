@@ -1,15 +1,15 @@
-//! A picture as SVG: a few shapes and text, in the order in which they are drawn.
+//! A picture as SVG: a few shapes and text, in drawing order.
 
 use std::fmt::{self, Write as _};
 
 /// The ink of text and axes.
 pub(super) const INK: &str = "#222222";
-/// Lines that stay in the background.
+/// Background lines.
 pub(super) const FAINT: &str = "#dddddd";
-/// Text that stays in the background.
+/// Background text.
 pub(super) const GREY: &str = "#666666";
 
-/// A picture while it is being drawn; y grows downward.
+/// A picture that is being drawn; y grows downward.
 #[derive(Clone, Debug)]
 pub struct Svg {
     width: f64,
@@ -17,7 +17,7 @@ pub struct Svg {
     body: String,
 }
 
-/// Where text is held.
+/// The anchor of a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Anchor {
     /// At its left end.
@@ -28,16 +28,16 @@ pub enum Anchor {
     End,
 }
 
-/// How text looks.
+/// The appearance of text.
 #[derive(Clone, Copy, Debug)]
 pub struct Font<'a> {
     pub(super) size: f64,
     pub(super) anchor: Anchor,
     pub(super) bold: bool,
     pub(super) fill: &'a str,
-    /// Turned a quarter against the clock.
+    /// Rotated a quarter turn counter-clockwise.
     pub(super) upright: bool,
-    /// With a white border, so that it is read on top of lines.
+    /// With a white border, so that it is legible on top of lines.
     pub(super) halo: bool,
 }
 
@@ -54,7 +54,7 @@ impl<'a> Font<'a> {
     pub fn fill(self, fill: &'a str) -> Self {
         Self { fill, ..self }
     }
-    /// The same, turned a quarter against the clock.
+    /// The same, rotated a quarter turn counter-clockwise.
     pub fn upright(self) -> Self {
         Self { upright: true, ..self }
     }
@@ -64,7 +64,7 @@ impl<'a> Font<'a> {
     }
 }
 
-/// About how wide a text is, for the fonts that [`Svg`] asks for.
+/// The approximate width of a text in the fonts that [`Svg`] names.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     text.chars()
         .map(|c| match c {
@@ -87,7 +87,7 @@ impl Svg {
     }
 
     fn push(&mut self, element: fmt::Arguments<'_>) {
-        // A string takes whatever is written to it.
+        // Writing to a string cannot fail.
         let _ = writeln!(self.body, "{element}");
     }
 
@@ -112,7 +112,7 @@ impl Svg {
         ));
     }
 
-    /// An open line through points, drawn solid or in dashes such as `6 3`.
+    /// An open line through points, solid or with a dash pattern such as `6 3`.
     pub fn path(&mut self, points: &[[f64; 2]], stroke: &str, wide: f64, dashes: &str) {
         let points: Vec<_> = points.iter().map(|[x, y]| format!("{x:.2},{y:.2}")).collect();
         let points = points.join(" ");

@@ -1,4 +1,4 @@
-//! Properties of every picture: its texts are apart from each other and inside of it, and each method is
+//! Properties of every picture: its texts do not overlap, they stay inside the picture, and each method is
 //! named.
 
 use super::marks::is_kernel;
@@ -10,7 +10,7 @@ use crate::stress::{ASKED, DISTANCES, InputPrecision, OffsetErrors, Onset, SWEEP
 use crate::timing::Time;
 use crate::workloads::Workload;
 
-/// A text of a picture: itself, and two corners of the area that it takes.
+/// A text of a picture, and two corners of the area that it covers.
 struct Text {
     text: String,
     lo: [f64; 2],
@@ -26,7 +26,7 @@ impl Text {
         let number = |name| attribute(name)?.parse::<f64>().ok();
         let text = line.strip_prefix("<text")?.split_once('>')?.1.strip_suffix("</text>")?;
         let (x, y, size) = (number("x")?, number("y")?, number("font-size")?);
-        // The width is a cautious guess.
+        // The width is a conservative estimate.
         let w = 0.93 * width(text, size);
         let from = match attribute("text-anchor")? {
             "start" => 0.0,
@@ -47,7 +47,7 @@ impl Text {
     }
 }
 
-/// The texts of a picture, which must be apart and inside.
+/// The texts of a picture, which must not overlap and must stay inside.
 fn texts(name: &str, svg: &Svg) -> Vec<String> {
     let svg = svg.to_string();
     let (_, size) = svg.split_once("viewBox=\"0 0 ").unwrap();
@@ -64,8 +64,8 @@ fn texts(name: &str, svg: &Svg) -> Vec<String> {
     texts.into_iter().map(|text| text.text).collect()
 }
 
-/// Numbers as of a run: fast methods in f32 with errors, the others without or, if `crowded`, all
-/// without at nearly one speed.
+/// Made-up results of a run: fast methods in f32 with errors, the others without; or, if `crowded`, all
+/// without errors at nearly the same speed.
 fn run(crowded: bool) -> (Vec<Time>, Vec<ErrorCounts>) {
     let (mut times, mut counts) = (Vec::new(), Vec::new());
     for workload in Workload::ALL.map(|workload| (workload.name(), workload.form().name())) {
@@ -170,6 +170,6 @@ fn walls_far_from_zero_have_a_row_for_each_method_and_what_it_was_given() {
         let rows = ASKED.iter().filter(|(name, _)| *name == method).count();
         assert_eq!(count(method), rows, "{method}");
     }
-    // Beside the curve and at the northing; and the share there, of 500 km.
+    // Next to the curve and at the northing, and the share at that distance, 500 km.
     assert_eq!((count("none"), count("17.5 %")), (4, 6));
 }

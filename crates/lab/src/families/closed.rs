@@ -8,7 +8,7 @@ use super::scene::Scene;
 use crate::meshes::Mesh;
 use crate::rng::Rng;
 
-/// The steps of the grid on which a sum of four vertices minus four origins still fits 24 bits.
+/// The number of grid steps for which a sum of four vertices minus four origins still fits 24 bits.
 const GRID: f64 = 262_144.0;
 
 /// The largest icosphere with at most this many faces, or the smallest one.
@@ -16,7 +16,8 @@ fn largest_icosphere(triangles: usize) -> Mesh {
     Mesh::icosphere((1..=6).take_while(|&k| 20 << (2 * k) <= triangles).count() as u32)
 }
 
-/// The largest torus with at most this many faces, about twice as many around as across, or the smallest one.
+/// The largest torus with at most this many faces, with about twice as many around as across, or the smallest
+/// one.
 fn largest_torus(triangles: usize) -> Mesh {
     let mut across = 3;
     while 4 * (across + 1) * (across + 1) <= triangles {
@@ -34,7 +35,7 @@ fn largest_cube(triangles: usize) -> Mesh {
     Mesh::cube(n)
 }
 
-/// The triangles of a mesh, or some neighbouring ones if fewer are requested.
+/// The triangles of a mesh, or some adjacent ones if fewer are requested.
 fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     let mut all = mesh.triangles();
     if triangles < all.len() {
@@ -45,8 +46,8 @@ fn part(rng: &mut Rng, mesh: &Mesh, triangles: usize) -> Vec<Triangle> {
     all
 }
 
-/// A mesh moved, turned in the order of its axes and scaled, so that no coordinate is special; rays
-/// from inside and outside nearly at its edges and vertices.
+/// A mesh that is moved, rotated by permuting its axes, and scaled, so that no coordinate is special; with
+/// rays from inside and outside that nearly meet its edges and vertices.
 fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let (center, size) = (rng.cube(), rng.log(0.1, 10.0));
     let mesh = mesh.map(|[x, y, z]| add(center, [y + 0.1 * x, z - 0.2 * y, x + 0.3 * z], size));
@@ -70,9 +71,9 @@ fn near(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh on a grid, and rays from points of the grid, inside and outside, that meet a vertex, a quarter point of an
-/// edge or a point of a face *exactly*: origin, direction and target are free of rounding. `origin` is in steps of the
-/// grid, `unit` is its step.
+/// A mesh on a grid, and rays from grid points inside and outside that meet a vertex, a quarter point of an
+/// edge or a point of a face *exactly*: origin, direction and target are free of rounding. `origin` is in
+/// steps of the grid, and `unit` is one step.
 fn exact(
     rng: &mut Rng,
     triangles: Vec<Triangle>,
@@ -102,7 +103,7 @@ fn exact(
     Scene { triangles, rays, threshold: THRESHOLD }
 }
 
-/// A mesh of radius 1 put on the grid, origins within it or up to 8 away.
+/// A mesh of radius 1 snapped to the grid, with origins inside it or up to 8 away.
 fn exact_on_grid(rng: &mut Rng, mesh: Mesh, triangles: usize, rays: usize) -> Scene {
     let mesh = mesh.map(|p| p.map(|x| (x * GRID) as i32 as f64 / GRID));
     let triangles = part(rng, &mesh, triangles);

@@ -3,52 +3,52 @@
 use super::scene::{Case, Scene};
 use crate::rng::Rng;
 
-/// A named way to make scenes.
+/// A named generator of scenes.
 #[derive(Clone, Copy, Debug)]
 pub struct Family {
-    /// A short name, of small letters and dashes.
+    /// A short name in lowercase letters and dashes.
     pub name: &'static str,
     /// A description, in one line.
     pub what: &'static str,
-    /// The one number that the family depends on, if there is one.
+    /// The parameter of the family, if it has one.
     pub param: Option<Param>,
     pub(super) make: fn(&mut Rng, f64, usize, usize) -> Scene,
 }
 
-/// A positive number that a family depends on, to be swept in equal ratios.
+/// A positive parameter of a family, swept on a logarithmic scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Param {
     /// The meaning of the number.
     pub name: &'static str,
-    /// One end of its range: the harmless one, where only one end hurts.
+    /// One end of its range: the harmless one, if only one end is harmful.
     pub from: f64,
     /// The other end.
     pub to: f64,
 }
 
 impl Family {
-    /// A triangle and a ray, the parameter drawn from its range.
+    /// A triangle and a ray, with the parameter drawn from its range.
     pub fn case(&self, rng: &mut Rng) -> Case {
         let x = self.draw(rng);
         self.case_at(rng, x)
     }
 
-    /// A triangle and a ray with a given parameter (ignored where the family has none).
+    /// A triangle and a ray with a given parameter (ignored if the family has none).
     pub fn case_at(&self, rng: &mut Rng, x: f64) -> Case {
         let Scene { triangles, rays, threshold } = self.scene_at(rng, x, 1, 1);
         Case { triangle: triangles[0], ray: rays[0], threshold }
     }
 
-    /// A scene, the parameter drawn from its range.
+    /// A scene, with the parameter drawn from its range.
     pub fn scene(&self, rng: &mut Rng, triangles: usize, rays: usize) -> Scene {
         let x = self.draw(rng);
         self.scene_at(rng, x, triangles, rays)
     }
 
-    /// A scene with a given parameter (ignored where the family has none).
+    /// A scene with a given parameter (ignored if the family has none).
     ///
-    /// It has as many rays as asked for (none for 0 triangles) and as many triangles, except that a
-    /// closed mesh has the largest number that is possible and not above it, if there is one.
+    /// It has the requested number of rays (none for 0 triangles) and of triangles, except that a closed mesh
+    /// has the largest possible number that is not above the requested one, if there is one.
     pub fn scene_at(&self, rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
         (self.make)(rng, x, triangles, rays)
     }

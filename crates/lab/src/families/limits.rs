@@ -1,4 +1,4 @@
-//! Families about the limits: `Threshold` and the interval of `t`, met to the last bit.
+//! Families at the limits: `Threshold` and the interval of `t`, met to the last bit.
 
 use intertri::{Ray, Triangle};
 use intertri_reference::{Ray as F64Ray, Scene as F64Scene, THRESHOLD, Vector};
@@ -13,7 +13,7 @@ fn normal(triangle: &Triangle) -> Point {
     F64Scene::from_triangles([triangle.0]).trian[0].nrm.into()
 }
 
-/// `|vd|` and `t` of a ray and a triangle, NaN where there is none.
+/// `|vd|` and `t` of a ray and a triangle, NaN if undefined.
 fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     let scene = F64Scene::from_triangles([triangle.0]).with_threshold(0.0);
     let vd = scene.trian[0].nrm & Vector::from(ray.dir);
@@ -23,7 +23,7 @@ fn vd_and_t(triangle: &Triangle, ray: &Ray) -> (f64, f64) {
     (vd.abs(), if t.is_nan() { f64::NAN } else { t })
 }
 
-/// The axis along which a normal is longest.
+/// The axis of the largest component of a normal.
 fn longest(n: Point) -> usize {
     let [x, y, z] = n.map(f64::abs);
     if x >= y && x >= z {
@@ -35,8 +35,8 @@ fn longest(n: Point) -> usize {
     }
 }
 
-/// A direction with `nrm & dir` within a few f64 steps of `vd`: its component along the longest axis
-/// of the normal gives the first 24 bits, a second one the next, the third the last.
+/// A direction with `nrm & dir` within a few f64 steps of `vd`: its component along the normal's longest axis
+/// determines the first 24 bits, a second one the next, the third the last.
 fn solve(n: Point, vd: f64) -> [f32; 3] {
     let mut dir = [0.0_f32; 3];
     let mut rest = vd;
@@ -52,7 +52,7 @@ fn solve(n: Point, vd: f64) -> [f32; 3] {
 }
 
 pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
-    // In a coordinate plane vd is a component of dir, exactly; the threshold is then made an f32.
+    // In a coordinate plane vd is exactly a component of dir; the threshold is then rounded to f32.
     let flat = rng.one_in(2);
     let threshold = if flat { f64::from(x as f32) } else { x };
     let turn = Turn::random(rng);
@@ -80,8 +80,8 @@ pub(super) fn threshold_vd(rng: &mut Rng, x: f64, triangles: usize, rays: usize)
 
 pub(super) fn threshold_t(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // The ray starts at some distance along the normal's longest axis; its direction is solved for the `vd` that
-        // makes t the threshold.
+        // The ray starts at some distance along the normal's longest axis; its direction is solved for the
+        // `vd` with which t equals the threshold.
         let n = normal(triangle);
         let axis = longest(n);
         let mut origin = weigh(triangle, inside(rng));
@@ -107,10 +107,10 @@ pub(super) fn threshold_default(rng: &mut Rng, _: f64, triangles: usize, rays: u
 
 pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let mut scene = random(rng, 1.0, triangles, rays);
-    // The first ray is aimed at the first triangle, and their `vd` or t becomes the threshold.
+    // Aim the first ray at the first triangle, and use their `vd` or t as the threshold.
     if let (Some(triangle), Some(first)) = (scene.triangles.first(), scene.rays.first_mut()) {
         *first = aim(rng, triangle);
-        // A longer direction makes t smaller than `vd`, so that the test's last line decides.
+        // A longer direction makes t smaller than `vd`, so that the last line of the test decides.
         if rng.one_in(2) {
             first.dir = first.dir.map(|x| 64.0 * x);
         }
@@ -124,7 +124,7 @@ pub(super) fn threshold_met(rng: &mut Rng, _: f64, triangles: usize, rays: usize
 }
 
 pub(super) fn interval(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
-    // In half of the scenes, heights and distances are whole numbers, so that many t are exactly f32; with full
+    // In half of the scenes, heights and distances are integers, so that many t are exact in f32; with full
     // mantissas hardly any are.
     let whole = rng.one_in(2);
     let turn = Turn::random(rng);

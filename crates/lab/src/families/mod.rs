@@ -1,13 +1,12 @@
-//! Families of rays and triangles: ordinary ones, and those built to break a ray/triangle test.
+//! Families of rays and triangles: ordinary ones, and ones designed to break a ray/triangle test.
 //!
-//! Most rays are *rounding sensitive*: aimed in f64 at a point of an edge or at a vertex, rounded to
-//! f32 and moved by a few f32 steps, so that with full mantissas the edge values land at all
-//! distances from 0 that an error bound could have. Small integers, which prove nothing about
-//! rounding, stand beside them where a point must be met exactly.
+//! Most rays are *rounding sensitive*: aimed in f64 at a point of an edge or at a vertex, rounded to f32 and
+//! moved by a few f32 steps. With full mantissas their edge values are at all distances from 0 that an error
+//! bound could have. Small integers, which prove nothing about rounding, complement them where a point must
+//! be met exactly.
 //!
-//! Everything is made from a seed by integers, `+ - * /` and roots, so it has the same bits
-//! everywhere. A family with a parameter says in [`Family::param`] from where it is harmless to where
-//! it hurts.
+//! Everything is generated from a seed with integers, `+ - * /` and roots, so it has the same bits
+//! everywhere. If a family has a parameter, [`Family::param`] is its range, from harmless to harmful.
 //!
 //! ```
 //! use intertri_lab::{families::FAMILIES, rng::Rng};

@@ -2,7 +2,7 @@
 
 use intertri::{Ray, Triangle};
 
-/// Triangles and rays, most of which come near hitting something.
+/// Triangles and rays; most rays hit a triangle or nearly do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The triangles.

@@ -1,4 +1,4 @@
-//! Families about the shape of the triangle and the way the ray meets it.
+//! Families about the shape of the triangle and the direction of the ray.
 
 use intertri::{Ray, Triangle};
 
@@ -9,14 +9,14 @@ use super::aim::{
 use super::scene::Scene;
 use crate::rng::{Rng, step};
 
-/// Three points of a cube of side 2.
+/// Three points of a cube with side 2.
 pub(super) fn triangle(rng: &mut Rng, place: Point) -> Triangle {
     Triangle([0; 3].map(|_| round(add(rng.cube(), place, 1.0))))
 }
 
 pub(super) fn uniform(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     soup(rng, triangles, rays, triangle, |rng, triangle| {
-        // From the neighbourhood of a triangle in any direction, at it, or near it.
+        // From the neighbourhood of a triangle in any direction, toward it or near it.
         let to = weigh(triangle, inside(rng));
         let origin = around(rng, to, 1.0);
         let off = if rng.one_in(2) { 4.0 } else { 0.5 };
@@ -42,8 +42,8 @@ pub(super) fn edge_steps(rng: &mut Rng, x: f64, triangles: usize, rays: usize) -
     })
 }
 
-/// A triangle `0, (1, 0, 0), (x, y, 0)`, its corners in any order. Half of them are rotated and moved, half
-/// stay in a coordinate plane at the origin, where any ratio survives rounding.
+/// A triangle `0, (1, 0, 0), (x, y, 0)` with its corners in any order. Half of them are rotated and moved;
+/// half stay in a coordinate plane at the origin, where any ratio survives rounding.
 fn flat(rng: &mut Rng, place: Point, x: f64, y: f64) -> Triangle {
     let mut corners = if rng.one_in(2) {
         let turn = Turn::random(rng);
@@ -105,7 +105,7 @@ pub(super) fn zero_area(rng: &mut Rng, _: f64, triangles: usize, rays: usize) ->
     })
 }
 
-/// Two directions along the sides of a triangle from its first corner, and its unit normal, or zeros.
+/// The directions of two sides of a triangle from its first corner, and its unit normal, or zeros.
 fn frame(triangle: &Triangle) -> [Point; 3] {
     let [a, b, c] = triangle.0.map(wide);
     let (p, q) = (add(b, a, -1.0), add(c, a, -1.0));
@@ -114,7 +114,7 @@ fn frame(triangle: &Triangle) -> [Point; 3] {
     [p, q, n.map(|x| if length > 0.0 { x / length } else { 0.0 })]
 }
 
-/// A triangle in a coordinate plane, exactly.
+/// A triangle exactly in a coordinate plane.
 fn in_plane(rng: &mut Rng) -> Triangle {
     let turn = Turn::random(rng);
     Triangle([0; 3].map(|_| round(turn.apply([rng.signed(), rng.signed(), 0.0]))))
@@ -182,7 +182,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
     let bottom = triangle(rng, [0.0; 3]);
     let steps = rng.pick(&[0, 1, 2, 1000]);
     let shape = |rng: &mut Rng, _| {
-        // The same corners, a few steps away, and named in another order.
+        // The same corners moved a few steps, in another order.
         let mut corners = bottom.0;
         if !rng.one_in(3) {
             corners = corners.map(|p| p.map(|x| step(x, rng.within(steps))));
@@ -198,7 +198,7 @@ pub(super) fn stack(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Sce
 
 pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scene {
     let shape = |rng: &mut Rng, place: Point| {
-        // Often in a coordinate plane: then the box around it has no thickness.
+        // Often in a coordinate plane, where the bounding box has no thickness.
         let thin = rng.below(6);
         let level = rng.within(4);
         let integer = |rng: &mut Rng, axis| {
@@ -208,7 +208,7 @@ pub(super) fn axis(rng: &mut Rng, _: f64, triangles: usize, rays: usize) -> Scen
         Triangle([0; 3].map(|_| [0, 1, 2].map(|axis| integer(rng, axis))))
     };
     soup(rng, triangles, rays, shape, |rng, triangle| {
-        // Through a corner or between two, in half steps, from an integer distance.
+        // Through a corner or halfway between two, from an integer distance.
         let (p, q) = (rng.pick(&triangle.0), rng.pick(&triangle.0));
         let to = [0, 1, 2].map(|k| f32::midpoint(p[k], q[k]));
         let mut dir = [0; 3].map(|_| rng.pick(&[-2.0, -1.0, 0.0, 0.0, 0.0, -0.0, 1.0]));

@@ -5,13 +5,13 @@ use super::scene::Case;
 use super::{closed, limits, ranges, shapes};
 use crate::rng::Rng;
 
-/// The family of a name.
+/// The family with a given name.
 pub fn find(name: &str) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.name == name)
 }
 
-/// The adversarial mix: every second case is rounding sensitive and otherwise harmless, the others
-/// come from all families alike.
+/// The adversarial mix: every second case is rounding sensitive and otherwise harmless; the others come from
+/// all families equally.
 pub fn adversarial(rng: &mut Rng) -> Case {
     if rng.one_in(2) {
         let scene = shapes::random(rng, 1.0, 1, 1);

@@ -1,22 +1,22 @@
-//! The axis along which a vector is longest, and vectors turned so that it comes last.
+//! The longest axis of a vector, and permuting vectors so that it comes last.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
 
 /// The axis of each lane's largest component.
 ///
-/// One ray against many triangles, or one triangle against many rays, has the same axis in all lanes:
-/// then to turn a vector costs nothing. Otherwise it costs six selections.
+/// One ray against many triangles, or one triangle against many rays, has the same axis in all lanes; then a
+/// permutation costs nothing. Otherwise it costs six selections.
 #[derive(Clone, Copy)]
 pub(super) enum Axis<M> {
-    /// In every lane this one.
+    /// The same in every lane.
     Same(usize),
-    /// In some lanes x, in some y, else z.
+    /// x in some lanes, y in others, else z.
     Mixed(M, M),
 }
 
 impl<M: Mask> Axis<M> {
-    /// The axis of the largest component of each lane, z where a NaN forbids to say.
+    /// The axis of each lane's largest component; z if a NaN makes it undefined.
     #[inline(always)]
     pub(super) fn longest<L: Lanes<Mask = M>>(v: Vec3<L>) -> Self {
         let (ax, ay, az) = (v.x.abs(), v.y.abs(), v.z.abs());
@@ -41,7 +41,7 @@ impl<M: Mask> Axis<M> {
         }
     }
 
-    /// The vector turned so that each lane's axis is its z; a turn keeps the order of x, y, z.
+    /// The vector permuted cyclically so that each lane's axis is z.
     #[inline(always)]
     pub(super) fn turn<L: Lanes<Mask = M>>(self, v: Vec3<L>) -> Vec3<L> {
         match self {

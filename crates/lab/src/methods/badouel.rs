@@ -1,9 +1,8 @@
 //! D. Badouel, "An efficient ray-polygon intersection", Graphics Gems, 1990: the plane first, then two
-//! weights in the coordinate plane that the triangle covers most.
+//! weights in the coordinate plane in which the triangle is largest.
 //!
-//! The precomputed variant of I. Wald ("Realtime ray tracing and interactive global illumination",
-//! thesis, Saarland University, 2004) does the arithmetic of
-//! [`baldwin_weber`](super::baldwin_weber).
+//! The precomputed variant of I. Wald ("Realtime ray tracing and interactive global illumination", thesis,
+//! Saarland University, 2004) has the arithmetic of [`baldwin_weber`](super::baldwin_weber).
 
 use intertri::simd::Lanes;
 use intertri::simd::Vec3;
@@ -16,7 +15,7 @@ use super::real::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct Badouel;
 
-/// The plane, and the triangle seen along the longest axis of the normal.
+/// The plane, and the triangle projected along the longest axis of the normal.
 #[derive(Clone, Copy)]
 pub struct Triangle<L: Lanes> {
     n: Vec3<L>,
@@ -69,13 +68,13 @@ impl Intersector for Badouel {
         let &Triangle { n, d, axis, corner, sides: [[ax, ay], [bx, by]] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The point in the plane, from the first corner, seen along the axis.
+        // The point in the plane relative to the first corner, projected along the axis.
         let t = (d - n.dot(ray.origin)) / n.dot(ray.dir);
         let (o, dir) = (axis.turn(ray.origin), axis.turn(ray.dir));
         let x = o.x + dir.x * t - corner[0];
         let y = o.y + dir.y * t - corner[1];
 
-        // (x, y) = u a + v b, a and b being the sides.
+        // (x, y) = u a + v b, where a and b are the sides.
         let u = x * by - y * bx;
         let v = y * ax - x * ay;
         (u.ge(zero) & v.ge(zero) & (u + v).le(one) & t.gt(zero), t)
@@ -90,7 +89,7 @@ mod tests {
 
     #[test]
     fn the_projection_by_hand() {
-        // In the plane y = 2, seen along y: z to the right, x up, twice the area 6.
+        // In the plane y = 2, projected along y: z to the right, x up, twice the area is 6.
         let corners = [[1.0, 2.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 4.0]];
         let triangle = Badouel.triangle(corners.map(|[x, y, z]: [f64; 3]| Vec3 { x, y, z }));
         assert!(matches!(triangle.axis, Axis::Same(1)));

@@ -2,7 +2,7 @@
 //! Computer Graphics Techniques 5(3), 2016: an affine map that takes the triangle to the corners
 //! (0,0), (1,0), (0,1) of the plane z = 0.
 //!
-//! Its third column is free, and chosen so that the map never divides by a small number: with `k` the
+//! Its third column is free, and is chosen so that the map never divides by a small number: with `k` the
 //! longest axis of the normal, `i, j` the next two and `f` the sides,
 //!
 //! ```text
@@ -17,7 +17,7 @@ use super::axis::Axis;
 use super::intersector::{Intersector, PlainRay, splat3};
 use super::real::Real;
 
-/// The method, with the full 3 by 4 matrix and so without a branch on the axis at the test.
+/// The method, with the full 3 by 4 matrix and so without a branch on the axis in the test.
 #[derive(Clone, Copy, Debug)]
 pub struct BaldwinWeber;
 
@@ -44,7 +44,7 @@ impl Intersector for BaldwinWeber {
         let axis = Axis::longest(n);
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The rows as the axis sees them, turned back: three equal turns cancel.
+        // The rows in permuted axes, permuted back: three cyclic permutations are the identity.
         let back = |x: L, y: L, z: L| axis.turn(axis.turn(Vec3 { x, y, z }));
         let (turned, f1, f2) = (axis.turn(n), axis.turn(e1), axis.turn(e2));
         let k = turned.z;
@@ -73,7 +73,7 @@ impl Intersector for BaldwinWeber {
         let &Triangle { rows: [row1, row2, row3], constants: [c1, c2, c3] } = triangle;
         let (zero, one) = (L::of(0.0), L::of(1.0));
 
-        // The t at which the third coordinate becomes 0, and the other two there.
+        // The t at which the third coordinate becomes 0, and the other two coordinates there.
         let t = -(row3.dot(ray.origin) + c3) / row3.dot(ray.dir);
         let point = ray.origin + ray.dir * t;
         let u = row1.dot(point) + c1;
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn the_map_takes_the_corners_where_the_paper_wants_them() {
-        // Turned so that each axis is once the longest of the normal.
+        // Permuted so that each axis is the longest of the normal once.
         for turn in 0..3 {
             let corners = [[2.0, 3.0, 4.0], [6.0, 3.0, 5.0], [4.0, 9.0, 4.0]];
             let corners: [Vec3<f64>; 3] = corners.map(|p: [f64; 3]| {

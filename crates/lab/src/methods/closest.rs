@@ -1,9 +1,9 @@
-//! The closest hits of batches by an intersector: N rays against one triangle after another (packets),
-//! or one ray after another against N triangles (blocks).
+//! The closest hits of batches according to an intersector: N rays against one triangle after another
+//! (packets), or one ray after another against N triangles (blocks).
 //!
-//! Values computed once for a triangle are computed before the clock starts, and stored as one number a field (packets)
-//! or as N (blocks); values computed once for a ray are on the clock. Both forms keep the closest hit of each ray
-//! without a branch.
+//! Values computed once per triangle are prepared before the timed part, and stored as one number per field
+//! (packets) or as N (blocks); values computed once per ray are timed. Both forms keep the closest hit of
+//! each ray without a branch.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ use super::real::{Number, Real};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{ClosestHit, TestBatch};
 
-/// The closest hits of batches, to be found in some layout. `nearest` gets one entry a ray, batch by
+/// A request for the closest hits of batches in some layout. `nearest` receives one entry per ray, batch by
 /// batch.
 pub(super) struct Closest<'a, M> {
     pub(super) intersector: M,
@@ -25,14 +25,14 @@ pub(super) struct Closest<'a, M> {
     pub(super) nearest: &'a mut Vec<ClosestHit>,
 }
 
-/// The seconds on the clock.
+/// The seconds of the timed part.
 pub(super) type Seconds = f64;
 
 /// [`Closest`] in f32 or f64, with four lanes or more.
 struct Run<'a, M, const DOUBLE: bool>(Closest<'a, M>);
 
 impl<M: Intersector> Closest<'_, M> {
-    /// Does it, in f32 or f64. `None` for 16 lanes that are not one register.
+    /// Runs it in f32 or f64. `None` for 16 lanes that do not fit one register.
     pub(super) fn run<const DOUBLE: bool>(self, level: Level) -> Option<Seconds> {
         match (self.layout.lanes, self.layout.form, DOUBLE) {
             (1, Form::Packets, false) => Some(packets::<M, f32, 1>(self)),
@@ -44,8 +44,8 @@ impl<M: Intersector> Closest<'_, M> {
     }
 }
 
-/// Whether sixteen f32 are one register at a level, aligned as such. Where they are not, no code is
-/// made for them.
+/// Whether sixteen f32 fit one register at a level, aligned as such. Where they do not, no code is generated
+/// for them.
 pub(super) const fn one_register<S: Simd>() -> bool {
     align_of::<S::F32x16>() == 16 * size_of::<f32>()
 }
@@ -79,7 +79,7 @@ impl<M: Intersector, const DOUBLE: bool> WithSimd for Run<'_, M, DOUBLE> {
     }
 }
 
-/// The closest hit of each lane so far, and the number of its triangle, as a number.
+/// The closest hit of each lane so far, with the triangle's index as a number.
 #[derive(Clone, Copy)]
 struct Best<L> {
     t: L,
@@ -99,8 +99,8 @@ impl<L: Real> Best<L> {
         self.triangle = L::select(nearer, triangle, self.triangle);
     }
 
-    /// Lane by lane; lanes beyond the last triangle repeat it. (Plain loops here and below: what is compiled for each
-    /// method, layout and level adds up.)
+    /// Converts lane by lane; lanes beyond the last triangle repeat it. (Plain loops here and below limit
+    /// compile time, because this is compiled for each method, layout and level.)
     #[inline(always)]
     fn lanes<const N: usize>(self, triangles: usize) -> [ClosestHit; N] {
         let zero = L::Scalar::nearest(0.0);
@@ -119,13 +119,13 @@ impl<L: Real> Best<L> {
     }
 }
 
-/// How many rays there are in all, plus `more` for each batch.
+/// The total number of rays, plus `more` for each batch.
 #[inline(never)]
 pub(super) fn rays_of(batches: &[TestBatch], more: usize) -> usize {
     batches.iter().map(|batch| batch.rays.len() + more).sum()
 }
 
-/// How many blocks of `lanes` triangles there are in all.
+/// The total number of blocks of `lanes` triangles.
 #[inline(never)]
 fn blocks_of(batches: &[TestBatch], lanes: usize) -> usize {
     batches.iter().map(|batch| batch.triangles.len().div_ceil(lanes)).sum()
@@ -137,7 +137,7 @@ pub(super) fn packets_of<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<RayPa
     batches.iter().map(|batch| batch.rays.chunks(N).map(RayPacket::new).collect()).collect()
 }
 
-/// The triangles of each batch. Compiled once for all levels of instructions.
+/// The triangles of each batch. Compiled once for all instruction levels.
 #[inline(never)]
 fn triangles_of<M: Intersector, T: Number>(
     intersector: M,
@@ -155,7 +155,7 @@ fn triangles_of<M: Intersector, T: Number>(
     prepared
 }
 
-/// A point in all lanes.
+/// A point in every lane.
 #[inline(always)]
 fn splat<L: Real>([x, y, z]: [f32; 3]) -> Vec3<L> {
     let [x, y, z] = [f64::from(x), f64::from(y), f64::from(z)];

@@ -1,9 +1,9 @@
 //! Cramer's rule with coefficient vectors (document D).
 //!
-//! `u AB + v AC - t PN = AP`; `T = AB × AC` and `D = -T` belong to the triangle, `U` and `V` to it and
-//! the origin. The document sees one side of the triangle and leaves the edge `u + v = 1` outside; as
-//! a method it is made two-sided and closed like all others. For `t` the document's sign is
-//! corrected: the numerator must be on the determinant's side of 0.
+//! `u AB + v AC - t PN = AP`; `T = AB × AC` and `D = -T` depend on the triangle, `U` and `V` also on the
+//! origin. The document's test is one-sided and leaves the edge `u + v = 1` open; as a method it is two-sided
+//! and closed like all others. The document's sign for `t` is corrected: the numerator must have the sign of
+//! the determinant.
 
 use intertri::simd::Vec3;
 
@@ -53,8 +53,8 @@ impl Intersector for Cramer {
         let ap = ray.origin - a;
         let (u, v, t_ap) = (ac.cross(ap), ap.cross(ab), t.dot(ap));
 
-        // Three products, their signs turned so that the determinant is positive; no division until
-        // it is a hit.
+        // Three products, negated where necessary so that the determinant is positive; no division until
+        // there is a hit.
         let det = -t.dot(ray.dir);
         let (d, u, v) = (det.abs(), u.dot(ray.dir).flip(det), v.dot(ray.dir).flip(det));
         let hit = u.ge(zero) & v.ge(zero) & (u + v).le(d) & t_ap.flip(det).gt(zero) & d.gt(zero);

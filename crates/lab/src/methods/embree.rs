@@ -1,6 +1,5 @@
 //! The two tests of Embree (I. Wald, S. Woop, C. Benthin, G. S. Johnson, M. Ernst, "Embree: a kernel
-//! framework for efficient CPU ray tracing", ACM Transactions on Graphics 33(4), 2014; here as in its
-//! version 4).
+//! framework for efficient CPU ray tracing", ACM Transactions on Graphics 33(4), 2014; here as in version 4).
 
 use intertri::simd::Lanes;
 use intertri::simd::Vec3;
@@ -57,9 +56,9 @@ impl Intersector for EdgeForm {
     }
 }
 
-/// The robust form: each side's value from its edge and the sum of its ends, so that both neighbours compute the same
-/// number with opposite signs, and a slack of one unit of rounding of their sum. It loses nothing at an edge, but
-/// counts many hits there twice.
+/// The robust form: each side's value is computed from its edge and the sum of its ends, so that both
+/// neighbours compute the same number with opposite signs, and has a slack of one rounding unit of their sum.
+/// It loses nothing at an edge, but counts many hits there twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Robust;
 
@@ -102,7 +101,7 @@ impl Intersector for Robust {
     }
 }
 
-/// The normal from two of three products of edges: in each component that with the smaller terms.
+/// The normal from two of three products of edges: for each component, the one with the smaller terms.
 #[inline(always)]
 fn stable_normal<L: Lanes>(a: Vec3<L>, b: Vec3<L>, c: Vec3<L>) -> Vec3<L> {
     let (ab, bc) = (a.cross(b), b.cross(c));

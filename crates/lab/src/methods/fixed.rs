@@ -1,4 +1,4 @@
-//! The mode `fixed` as a method: each batch on an integer grid of its own.
+//! The mode `fixed` as a method: each batch has its own integer grid.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use super::closest::Seconds;
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// The mode `fixed` on pairs: each on the finest grid that holds it. Where there is none, a miss.
+/// The mode `fixed` on pairs, each on the finest grid that holds it; a miss if there is none.
 pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -26,8 +26,8 @@ pub(super) fn pairs(level: Level, triangles: &[Triangle], rays: &[Ray], to: &mut
     }
 }
 
-/// The closest hits of batches, by the mode `fixed`, each batch on a grid of its own; misses where
-/// something does not fit one, `None` but for 4 and 8 lanes.
+/// The closest hits of batches according to the mode `fixed`, each batch on its own grid. All are misses if
+/// something does not fit a grid. `None` except for 4 and 8 lanes.
 pub(super) fn closest(
     level: Level,
     batches: &[TestBatch],
@@ -39,7 +39,7 @@ pub(super) fn closest(
     matches!(layout.lanes, 4 | 8).then(|| level.run(FixedClosest { batches, layout, nearest }))
 }
 
-/// How many triangles of its batch each ray crosses, by the mode `fixed`; none where something does
+/// How many triangles of its batch each ray crosses, according to the mode `fixed`; none if something does
 /// not fit a grid.
 pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
     let Some(Snapped { rays, triangles, .. }) = Snapped::new(batch) else {
@@ -50,11 +50,11 @@ pub(super) fn counts(level: Level, batch: &TestBatch) -> Vec<u32> {
     rays.iter().map(count).collect()
 }
 
-/// A batch on a grid of its own.
+/// A batch on its own grid.
 struct Snapped {
     rays: Vec<fixed::Ray>,
     triangles: Vec<fixed::Triangle>,
-    /// The number of rays, which all count as misses, where something did not fit on the grid; else 0.
+    /// The number of rays if something did not fit the grid, all of which count as misses; else 0.
     misses: usize,
 }
 
@@ -66,7 +66,7 @@ impl Snapped {
         Some(Self { rays: rays.ok()?, triangles: triangles.ok()?, misses: 0 })
     }
 
-    /// Nothing that could be hit.
+    /// A batch without hits.
     fn none(batch: &TestBatch) -> Self {
         Self { rays: Vec::new(), triangles: Vec::new(), misses: batch.rays.len() }
     }
@@ -78,8 +78,8 @@ fn grid(batch: &TestBatch) -> Option<Grid> {
     Grid::around(batch.triangles.iter().flat_map(|t| t.0).chain(origins), Bits::FINE).ok()
 }
 
-/// The batch as the mode `fixed` sees it, snapped and taken back to f32, which changes nothing more:
-/// what `fixed` is exact for. `None` where it does not fit a grid.
+/// The batch as the mode `fixed` sees it: snapped and converted back to f32, which is exact. On this batch
+/// `fixed` is exact. `None` if it does not fit a grid.
 pub fn on_grid(batch: &TestBatch) -> Option<TestBatch> {
     let grid = grid(batch)?;
     let back = |p| Some(grid.unsnap(grid.snap(p).ok()?).map(|x| x as f32));
@@ -193,7 +193,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// A hit as the batches have it.
+/// Converts a hit to the type of the batches.
 #[inline(always)]
 fn closest_hit(hit: Option<Hit>) -> ClosestHit {
     hit.map_or(ClosestHit::MISS, |hit| ClosestHit { t: hit.t, triangle: hit.triangle })

@@ -6,21 +6,21 @@ use super::real::Real;
 
 /// A way to test a ray against a triangle.
 pub trait Intersector: Copy {
-    /// A ray with what is computed from it once.
+    /// A ray and the values computed once for it.
     type Ray<L: Real>: Copy;
-    /// A triangle with what is computed from it once.
+    /// A triangle and the values computed once for it.
     type Triangle<L: Real>: Copy;
 
-    /// Rays from their origins and directions.
+    /// Prepares rays from their origins and directions.
     fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Self::Ray<L>;
 
-    /// Triangles from their three corners.
+    /// Prepares triangles from their three corners.
     fn triangle<L: Real>(self, corners: [Vec3<L>; 3]) -> Self::Triangle<L>;
 
-    /// One triangle in all lanes: how it meets many rays after it was stored once.
+    /// Copies one triangle to all lanes, to test a stored triangle against many rays.
     fn spread<L: Real>(one: &Self::Triangle<L::Scalar>) -> Self::Triangle<L>;
 
-    /// Which lanes are hits, and their `t`, which is meaningless without a hit.
+    /// The lanes that are hits, and their `t`, which is meaningless for a miss.
     fn test<L: Real>(self, triangle: &Self::Triangle<L>, ray: &Self::Ray<L>) -> (L::Mask, L);
 }
 
@@ -30,14 +30,14 @@ pub(super) fn splat<L: Real>(v: Vec3<L::Scalar>) -> Vec3<L> {
     Vec3::splat([v.x, v.y, v.z])
 }
 
-/// Three vectors in all lanes. (`map` of an array is not always inlined, and a function that is called
-/// is compiled without the level's instructions: so it is spelled out here and in the tests.)
+/// Three vectors in all lanes. (An array's `map` is not always inlined, and a function that is called is
+/// compiled without the level's instructions; so it is written out here and in the tests.)
 #[inline(always)]
 pub(super) fn splat3<L: Real>([a, b, c]: [Vec3<L::Scalar>; 3]) -> [Vec3<L>; 3] {
     [splat(a), splat(b), splat(c)]
 }
 
-/// A ray for which nothing is computed in advance.
+/// A ray without precomputed values.
 #[derive(Clone, Copy, Debug)]
 pub struct PlainRay<L> {
     /// The point at `t = 0`.

@@ -13,7 +13,7 @@ use super::closest::{Seconds, one_register, packets_of, rays_of};
 use crate::layout::{Form, Layout};
 use crate::test_batch::{Answer, ClosestHit, TestBatch};
 
-/// A mode of the kernel on pairs: each ray a packet of its own.
+/// A mode of the kernel on pairs: each ray is a packet.
 pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     for ((triangle, ray), to) in triangles.iter().zip(rays).zip(to) {
         let whole = Ray::new(ray.origin, ray.dir);
@@ -22,8 +22,8 @@ pub(super) fn pairs(mode: Mode, triangles: &[Triangle], rays: &[Ray], to: &mut [
     }
 }
 
-/// The closest hits of batches, by a mode; `None` for one lane, which the reference is there for, and
-/// for 16 where they are no packets or not one register.
+/// The closest hits of batches according to a mode. `None` for one lane, which is left to the reference, and
+/// for 16 lanes that are not packets or do not fit one register.
 pub(super) fn closest(
     mode: Mode,
     level: Level,
@@ -63,7 +63,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// N rays against one triangle after another: `t` enclosed in f32 while they run, exact at the end.
+/// N rays against one triangle after another: `t` is enclosed in f32 meanwhile and exact at the end.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -139,7 +139,7 @@ fn blocks_of_8<S: Simd>(
     start.elapsed().as_secs_f64()
 }
 
-/// Hits of single rays that wait until t of eight of them is computed side by side, as in the streams of a
+/// Hits of single rays that wait until eight of them can be computed together, as in the ray streams of a
 /// hierarchy.
 struct Waiting {
     pairs: Pairs,
@@ -152,7 +152,7 @@ impl Waiting {
         Self { pairs: Pairs::new(), numbers: [0; 8], len: 0 }
     }
 
-    /// The last of the answers is that of a ray and a triangle which it hits.
+    /// Adds a ray's hit of a triangle; its answer is the last one so far.
     #[inline(always)]
     fn add<S: Simd>(
         &mut self,
@@ -168,10 +168,10 @@ impl Waiting {
         }
     }
 
-    /// Answers all that wait.
+    /// Answers all waiting hits.
     #[inline(always)]
     fn answer<S: Simd>(&mut self, filter: &Filter<'_>, nearest: &mut [ClosestHit]) {
-        // There are no originals here, which alone need the pairs' ids.
+        // Only original f64 coordinates need the pairs' ids, and there are none here.
         let ids = [(RayId(0), LeafSlot(0)); 8];
         let hits = filter.resolver().hits_in::<S>(&self.pairs, &ids, self.len);
         for (hit, &number) in hits.into_iter().zip(&self.numbers[..self.len]) {
@@ -209,7 +209,7 @@ fn blocks<const N: usize>(batches: &[TestBatch]) -> Vec<Vec<TriangleBlock<N>>> {
     batches.iter().map(|b| b.triangles.chunks(N).map(TriangleBlock::new).collect()).collect()
 }
 
-/// The answers of a packet, t of all of them side by side.
+/// The answers of a packet, with all t computed together.
 #[inline(always)]
 pub(super) fn answers<S: Simd, const N: usize>(
     filter: &Filter<'_>,

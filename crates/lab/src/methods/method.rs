@@ -1,4 +1,4 @@
-//! The laboratory's interface to every method, published or the kernel's.
+//! The laboratory's interface to every method, whether published or the kernel's.
 
 use intertri::simd::Level;
 use intertri::{Ray, Triangle};
@@ -10,11 +10,11 @@ use crate::test_batch::{Answer, ClosestHit, TestBatch};
 /// One method in one precision.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// The name by which it is called in tables and charts.
+    /// Its name in tables and charts.
     pub name: &'static str,
     /// Its source.
     pub source: &'static str,
-    /// The significant bits of what it computes in: 24 or 53.
+    /// The significant bits of its arithmetic: 24 or 53.
     pub bits: u32,
     pub(super) pairs: fn(Level, f64, &[Triangle], &[Ray], &mut [Answer]),
     pub(super) closest: fn(Level, &[TestBatch], Layout, &mut Vec<ClosestHit>) -> Option<Seconds>,
@@ -22,13 +22,13 @@ pub struct Method {
 }
 
 impl Method {
-    /// Tests ray `i` against triangle `i`, eight pairs at a time, on the lanes of a level.
+    /// Tests ray `i` against triangle `i`, eight pairs at a time, in the lanes of a level.
     ///
-    /// `threshold` is document A's, finite and at least 0; methods without one ignore it. The
-    /// intervals of the rays do not matter.
+    /// `threshold` is document A's, finite and at least 0; methods without one ignore it. The rays' intervals
+    /// are ignored.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn pairs(
         &self,
         level: Level,
@@ -41,11 +41,11 @@ impl Method {
         (self.pairs)(level, threshold, triangles, rays, to);
     }
 
-    /// Finds the closest hit of each ray in its batch, batch by batch, and how many seconds that
-    /// took without what is computed once for a triangle. `None`, and `nearest` as it was or empty,
-    /// where the method has no such layout: one lane of the kernel's modes is the reference, rays
-    /// that do not share an origin are nothing for the form that wants it, and 16 lanes there are of
-    /// f32 alone, where they are one register.
+    /// Finds the closest hit of each ray in its batch, batch by batch. Returns the seconds that it took,
+    /// without the values computed once per triangle. Returns `None`, and leaves `nearest` as it was or
+    /// empty, if the method does not have the layout: one lane for the kernel's modes, which is the
+    /// reference; rays that do not share an origin for the form that needs one; and 16 lanes for f64, or
+    /// where they do not fit one register.
     ///
     /// `t_min` is 0 and `t_max` infinite for every ray.
     pub fn closest(
@@ -58,7 +58,7 @@ impl Method {
         (self.closest)(level, batches, layout, nearest)
     }
 
-    /// How many triangles of its batch each ray hits; the intervals of the rays do not matter.
+    /// How many triangles of its batch each ray hits; the rays' intervals are ignored.
     pub fn counts(&self, level: Level, batch: &TestBatch) -> Vec<u32> {
         (self.counts)(level, batch)
     }

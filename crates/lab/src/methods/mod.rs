@@ -1,12 +1,12 @@
-//! The known ways to test a ray against a triangle, one file each, written once for any number of lanes
-//! of f32 or f64.
+//! The known tests of a ray against a triangle, one file each, written once for any number of lanes of f32 or
+//! f64.
 //!
-//! All are two-sided and closed: a point on an edge or vertex is inside where the method's own arithmetic
-//! puts it there. All want `t > 0`, or their source's epsilon. All accept by `>=` and `>`, so that a NaN
-//! is a miss. Each has its own types for what it computes once for a triangle or for a ray, so that no
-//! test pays for it. No product is fused, as in the sources.
+//! All are two-sided and closed: a point on an edge or vertex is inside if the method's own arithmetic puts
+//! it there. All require `t > 0`, or their source's epsilon. All accept with `>=` and `>`, so that a NaN is a
+//! miss. Each has its own types for the values it computes once per triangle or ray, so that no test has to
+//! recompute them. As in the sources, no product is fused.
 //!
-//! A new method is a file with an implementation of [`Intersector`], and a line in the table
+//! To add a method, write a file with an implementation of [`Intersector`] and add a row to the table
 //! [`METHODS`].
 
 mod axis;

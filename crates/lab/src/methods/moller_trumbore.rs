@@ -6,10 +6,10 @@ use intertri::simd::Vec3;
 use super::intersector::{Intersector, PlainRay, splat};
 use super::real::Real;
 
-/// The method with the smallest determinant that is not parallel.
+/// The method; a smaller determinant than `epsilon` counts as parallel.
 #[derive(Clone, Copy, Debug)]
 pub struct MollerTrumbore {
-    /// 0 rejects a determinant of 0 alone. The paper's listing has 1e-6, and much code has kept it.
+    /// 0 rejects only a determinant of 0. The paper's listing has 1e-6, and much code has kept it.
     pub epsilon: f64,
 }
 

@@ -6,10 +6,11 @@
 //!   a ray:                                V·d, W·d, U·d: three products
 //! ```
 //!
-//! The forms are computed in f64, turned by the sign of T, so that a hit in front has all of them positive, and scaled
-//! by their common bound, which thus becomes |d|. They rule out most rays; the kernel's filter tests the others. Bounds
-//! and proof: `docs/numerics/certified.md`, section 7. The forms are computed before the clock starts, like all
-//! constants of a triangle: the rays of a picture share them.
+//! The forms are computed in f64, negated where T is negative so that a hit in front has all of them
+//! positive, and scaled by their common bound, which thus becomes |d|. They rule out most rays; the kernel's
+//! filter tests the others. `docs/numerics/certified.md`, section 7, has bounds and proof. The forms are
+//! computed before the timed part, like all constants of a triangle, because the rays of a picture share
+//! them.
 
 use std::time::Instant;
 
@@ -39,19 +40,20 @@ const ORIGIN: f64 = 1.0 / (1_u64 << 51) as f64;
 /// D must exceed this share of `|d|₂ h²` for a sign to decide.
 const GRAZING: f64 = 24.0 * U;
 
-/// A shorter edge counts as so long: 2^-48.
+/// The shortest edge length that is assumed: 2^-48.
 const SHORTEST: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// Factor that rounds the square root of a sum of squares up, and 2^-49, which is added against underflow.
+/// The factor that rounds the square root of a sum of squares up, and 2^-49, which is added because of
+/// underflow.
 const NORM_UP: f32 = 1.0 + 16.0 * U as f32;
 const NORM_ADD: f32 = 1.0 / (1_u64 << 49) as f32;
 
-/// A triangle as it is seen from one origin.
+/// A triangle relative to one origin.
 #[derive(Clone, Copy)]
 struct SeenTriangle {
     /// U, V and W.
     forms: [Vec3<f32>; 3],
-    /// Within `|d|` times this the sum of U, V and W does not have a sure sign.
+    /// Within `|d|` times this, the sum of U, V and W has no certain sign.
     doubtful: f32,
     triangle: PreparedTriangle,
 }
@@ -71,7 +73,7 @@ impl SeenTriangle {
         let (h, away) = (longest(h4, h5, h6).max(SHORTEST), length(a));
         let bound = FORM * longest(u, v, w) + NOISE * h * (away + h) + ORIGIN * h * eye.norm1();
 
-        // In front of the triangle or behind, T has the sign of D wherever it is hit.
+        // Whether the triangle is in front or behind, T has the sign of D wherever it is hit.
         let sure = t.abs() > NOISE * h * h * away;
         let turn = if sure { 1.0_f64.copysign(t) / bound } else { f64::NAN };
         let form = |f: Vec3<f64>| Vec3 {
@@ -86,10 +88,10 @@ impl SeenTriangle {
         }
     }
 
-    /// The rays that may hit it, by their directions and the lengths of these.
+    /// The rays that may hit it, from their directions and lengths.
     #[inline(always)]
     fn maybe<F: Lanes<Scalar = f32>>(&self, dir: Vec3<F>, len: F) -> u32 {
-        // Each form's bound is |d|: below that its edge makes a sure miss.
+        // Each form's bound is |d|: a value below it makes a certain miss.
         let [u, v, w] = &self.forms;
         let u = dir.dot_fused(Vec3::splat([u.x, u.y, u.z]));
         let v = dir.dot_fused(Vec3::splat([v.x, v.y, v.z]));
@@ -100,7 +102,7 @@ impl SeenTriangle {
     }
 }
 
-/// Offers a packet's hits with the triangles to its closest.
+/// Adds a packet's hits with the triangles to its closest hits.
 #[inline(always)]
 fn offer_all<S: Simd, const N: usize>(
     filter: &Filter<'_>,
@@ -132,7 +134,7 @@ fn offer_all<S: Simd, const N: usize>(
     }
 }
 
-/// Pairs: a ray shares its origin with itself.
+/// Pairs: each ray shares its origin with itself.
 pub(super) fn pairs(filter: Filter<'_>, triangles: &[Triangle], rays: &[Ray], to: &mut [Answer]) {
     filter.level().run(Pairs { filter, triangles, rays, to });
 }
@@ -201,7 +203,7 @@ impl WithSimd for Closest<'_> {
     }
 }
 
-/// N rays of one origin against one triangle after another.
+/// N rays from one origin against one triangle after another.
 #[inline(always)]
 fn packets<S: Simd, const N: usize>(
     filter: Filter<'_>,
@@ -226,7 +228,7 @@ where
     start.elapsed().as_secs_f64()
 }
 
-/// The triangles of each batch as seen from its origin.
+/// The triangles of each batch relative to its origin.
 #[inline(never)]
 fn triangles_of(batches: &[TestBatch]) -> Vec<Vec<SeenTriangle>> {
     let seen = |batch: &TestBatch| {

@@ -1,4 +1,4 @@
-//! An intersector at work on pairs: ray `i` against triangle `i`, eight at a time.
+//! Runs an intersector on pairs: ray `i` against triangle `i`, eight at a time.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Mask, Simd, WithSimd};

@@ -1,9 +1,9 @@
-//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray Tracing News 13(1),
-//! 2000. A line through `p` and `q` is the pair `(q - p, p × q)`; the permuted product of two lines has a sign that
-//! shows on which side one passes the other.
+//! Plücker coordinates: R. Jones, "Intersecting a ray and a triangle with Plücker coordinates", Ray Tracing
+//! News 13(1), 2000. A line through `p` and `q` is the pair `(q - p, p × q)`; the sign of the permuted
+//! product of two lines shows on which side one passes the other.
 //!
-//! The sides' coordinates are computed once, in the axes of the scene: nothing is moved to the origin
-//! of the ray, which is what the speed is bought with.
+//! The sides' coordinates are computed once, in the axes of the scene. Nothing is translated to the origin of
+//! the ray, which makes it fast and costs accuracy.
 
 use intertri::simd::Vec3;
 

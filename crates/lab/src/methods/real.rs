@@ -1,14 +1,14 @@
-//! The numbers that a method computes in: f32 or f64, in any lanes.
+//! The numbers that a method computes with: f32 or f64, in any lanes.
 
 use intertri::simd::Lanes;
 
-/// f32 or f64: the scalars of a method's lanes.
+/// f32 or f64, the scalar type of a method's lanes.
 pub trait Number: Copy + Into<f64> + Lanes<Scalar = Self> {
-    /// How many significant bits it has.
+    /// The number of significant bits.
     const BITS: u32;
     /// One unit in the last place of 1.
     const UNIT: f64;
-    /// The nearest to an f64.
+    /// Rounds an f64 to the nearest number.
     fn nearest(x: f64) -> Self;
 }
 

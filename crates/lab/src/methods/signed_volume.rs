@@ -1,6 +1,6 @@
-//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection. Comparative study",
-//! WSCG 2001. The ray passes each side on the hand given by the sign of the volume of side, origin and direction: `d ·
-//! (B × C)` for corners seen from the origin.
+//! Signed volumes: R. J. Segura and F. R. Feito, "Algorithms to test ray-triangle intersection. Comparative
+//! study", WSCG 2001. The sign of the volume of side, origin and direction shows on which side the ray passes
+//! each side of the triangle: `d · (B × C)` for corners relative to the origin.
 
 use intertri::simd::Vec3;
 

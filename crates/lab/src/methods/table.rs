@@ -20,7 +20,7 @@ use super::pluecker::Pluecker;
 use super::signed_volume::SignedVolume;
 use super::woop::Woop;
 
-/// A method in one precision as a row of the table. `$method` makes it from a threshold.
+/// A row of the table for a method in one precision. `$method` creates it from a threshold.
 macro_rules! method {
     ($name:literal, $source:literal, $method:expr, f32) => {
         method!(@ $name, $source, $method, 24, false)
@@ -52,7 +52,7 @@ macro_rules! method {
     };
 }
 
-/// A mode of the kernel as a row of the table. `$mode` makes it from a threshold and a level.
+/// A row of the table for a mode of the kernel. `$mode` creates it from a threshold and a level.
 macro_rules! mode {
     ($name:literal, $mode:expr) => {
         mode!($name, $mode, |level, batch| {
@@ -81,7 +81,8 @@ macro_rules! mode {
     };
 }
 
-/// A mode of the kernel for rays of one origin. `$filter` makes its filter from a threshold and a level.
+/// A row for a mode of the kernel on rays from one origin. `$filter` creates its filter from a threshold and
+/// a level.
 macro_rules! one_origin {
     ($name:literal, $filter:expr) => {
         Method {
@@ -106,16 +107,16 @@ macro_rules! one_origin {
     };
 }
 
-/// Those that promise the scalar f64 reference's answers, bit for bit.
+/// The methods that promise the scalar f64 reference's answers, bit for bit.
 pub const OF_THE_REFERENCE: [&str; 3] = ["InterTri f64", "certified", "certified, one origin"];
 
-/// Those that are right on the coordinates as given.
+/// The methods that are right on the coordinates as given.
 pub const EXACT: [&str; 3] = ["exact", "exact, one origin", "exact, once"];
 
-/// Every method. Whatever compares methods iterates over this.
+/// Every method. All comparisons iterate over this table.
 ///
-/// Document D's own test sees one side and leaves one edge open; here it is two-sided and closed, as
-/// all the others are.
+/// Document D's own test is one-sided and leaves one edge open; here it is two-sided and closed, like all
+/// others.
 pub static METHODS: &[Method] = &[
     method!("InterTri f64", "document A", |threshold| InterTri { threshold }, f64),
     method!("InterTri f32", "document A", |threshold| InterTri { threshold }, f32),

@@ -1,7 +1,7 @@
 //! S. Woop, C. Benthin, I. Wald, "Watertight ray/triangle intersection", Journal of Computer Graphics
-//! Techniques 2(1), 2013: the scene is sheared so that the ray runs along the longest axis of its
-//! direction, and the sides are tested in the plane across it. A value of exactly 0 in f32 is
-//! computed again in f64.
+//! Techniques 2(1), 2013: the scene is sheared so that the ray runs along the longest axis of its direction,
+//! and the sides are tested in the plane perpendicular to it. A value of exactly 0 in f32 is recomputed in
+//! f64.
 
 use intertri::simd::Vec3;
 use intertri::simd::{Lanes, Mask};
@@ -10,10 +10,10 @@ use super::axis::Axis;
 use super::intersector::{Intersector, splat3};
 use super::real::{Number, Real};
 
-/// The method, with its fall-back; with `fall_back` off, the bare f32 test that some code keeps.
+/// The method with its fallback; with `fall_back` off, the bare f32 test that some code keeps.
 #[derive(Clone, Copy, Debug)]
 pub struct Woop {
-    /// Whether a value of 0 is computed again in f64.
+    /// Whether a value of 0 is recomputed in f64.
     pub fall_back: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct Ray<L: Lanes> {
 }
 
 impl<L: Lanes> Ray<L> {
-    /// A corner from the origin, the ray's axis last.
+    /// A corner relative to the origin, the ray's axis last.
     #[inline(always)]
     fn see(&self, corner: Vec3<L>) -> Vec3<L> {
         self.axis.turn(corner - self.origin)
@@ -39,8 +39,8 @@ impl Intersector for Woop {
 
     #[inline(always)]
     fn ray<L: Real>(self, origin: Vec3<L>, dir: Vec3<L>) -> Ray<L> {
-        // The paper also swaps x and y where the axis is negative, to keep the winding; a test of both
-        // sides does not need it.
+        // The paper also swaps x and y if the axis is negative, to preserve the winding; a two-sided test
+        // does not need this.
         let axis = Axis::longest(dir);
         let d = axis.turn(dir);
         Ray { origin, axis, shear: Vec3 { x: d.x / d.z, y: d.y / d.z, z: L::of(1.0) / d.z } }
@@ -85,7 +85,7 @@ impl Intersector for Woop {
     }
 }
 
-/// The value of a side in f64, lane by lane, rounded back as the paper does it.
+/// The value of a side in f64, lane by lane, rounded back as in the paper.
 #[inline(always)]
 fn side_f64<L: Real>(p: [L; 2], q: [L; 2]) -> L {
     let zero = [L::Scalar::nearest(0.0); 16];

@@ -1,12 +1,11 @@
-//! The oracle's answer by adaptive predicates.
+//! The oracle's answer, computed with adaptive predicates.
 //!
-//! Only signs and one quotient are needed. Each sign is asked of an adaptive predicate (J. R.
-//! Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
-//! Discrete & Computational Geometry 18, 1997; here the crate `robust`), which is exact as long as its
-//! inputs are. A difference of two f32 is exact in f64 unless they are some 2^29 apart; there the sign
-//! is computed in rationals instead. No product of f32 comes near the ends of f64's range, so neither
-//! underflow nor overflow spoils the predicates. Where one of f64 might, [`rational`](super::rational)
-//! answers.
+//! Only signs and one quotient are needed. Each sign is computed by an adaptive predicate (J. R. Shewchuk,
+//! "Adaptive precision floating-point arithmetic and fast robust geometric predicates", Discrete &
+//! Computational Geometry 18, 1997; here the crate `robust`), which is exact if its inputs are. A difference
+//! of two f32 is exact in f64 unless they are about 2^29 apart; in that case the sign is computed in
+//! rationals. Products of f32 stay far from the limits of f64's range, so neither underflow nor overflow
+//! affects the predicates. Where products of f64 might not, [`rational`](super::rational) answers.
 
 use std::cmp::Ordering;
 
@@ -17,7 +16,7 @@ use super::exact::{self, is_finite};
 use super::oracle_answer::{LinePosition, OracleAnswer};
 use super::rational;
 
-/// The exact answer for a ray and a triangle, by adaptive predicates.
+/// The exact answer for a ray and a triangle, computed with adaptive predicates.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};
@@ -38,7 +37,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
     }
     let [c1, c2, c3] = triangle.0;
 
-    // Is there an area? Not if it vanishes in all three coordinate planes.
+    // Does it have an area? Not if the area vanishes in all three coordinate planes.
     let flat = |x: usize, y: usize| {
         let point = |p: [S; 3]| Coord::<f64> { x: p[x].into(), y: p[y].into() };
         orient2d(point(c1), point(c2), point(c3)) == 0.0
@@ -47,7 +46,7 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
         return OracleAnswer::without_t(LinePosition::Degenerate);
     }
 
-    // Is there one point in which the line meets the plane?
+    // Does the line meet the plane in one point?
     let rise = sign(orient3d(point(c1), point(c2), point(c3), point(ray.origin)));
     let slope = slope(triangle, ray.dir);
     if slope.is_eq() {
@@ -58,13 +57,12 @@ pub fn answer<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> OracleAnsw
         });
     }
 
-    // On which hand does the line pass the sides?
+    // On which side does the line pass each side of the triangle?
     let edges = [(c2, c3), (c3, c1), (c1, c2)].map(|(p, q)| edge(p, q, ray));
     OracleAnswer::classify(edges, if slope.is_lt() { rise.reverse() } else { rise })
 }
 
-/// Whether products of three differences, and their parts, stay within f64's range: those of f32 always
-/// do.
+/// Whether products of three differences, and their parts, stay within f64's range; those of f32 always do.
 fn is_tame<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|&x| {
@@ -86,7 +84,7 @@ fn slope<S: Scalar>(triangle: &TriangleOf<S>, d: [S; 3]) -> Ordering {
     }
 }
 
-/// The sign of `d · (P × Q)`, `P` and `Q` the ends of a side seen from the origin.
+/// The sign of `d · (P × Q)`, where `P` and `Q` are the ends of a side relative to the origin.
 fn edge<S: Scalar>(p: [S; 3], q: [S; 3], ray: &RayOf<S>) -> Ordering {
     match (exact_difference(p, ray.origin), exact_difference(q, ray.origin)) {
         (Some(p), Some(q)) => sign(orient3d(point(ray.dir), p, q, ZERO)),
@@ -108,7 +106,7 @@ fn point<S: Scalar>(p: [S; 3]) -> Coord3D<f64> {
     point64(p.map(Into::into))
 }
 
-/// `a - b` where f64 holds it exactly: where the tail of the difference (D. E. Knuth's `TwoDiff`) is 0.
+/// `a - b` if it is exact in f64: if the tail of the difference (D. E. Knuth's `TwoDiff`) is 0.
 pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3D<f64>> {
     let mut difference = [0.0; 3];
     for k in 0..3 {
@@ -125,6 +123,6 @@ pub(super) fn exact_difference<S: Scalar>(a: [S; 3], b: [S; 3]) -> Option<Coord3
 }
 
 fn sign(x: f64) -> Ordering {
-    // Both zeros are equal to 0; the predicates of finite numbers are never NaN.
+    // Both zeros equal 0; the predicates of finite numbers are never NaN.
     x.partial_cmp(&0.0).unwrap_or(Ordering::Equal)
 }

@@ -1,4 +1,4 @@
-//! Exact arithmetic on inputs in f32 or f64, and the exact `t`.
+//! Exact arithmetic on f32 or f64 inputs, and the exact `t`.
 
 use std::cmp::Ordering;
 
@@ -11,7 +11,7 @@ pub type Rational = Relaxed;
 /// Three exact numbers.
 pub(super) type Vector = [Rational; 3];
 
-/// A vector, exactly; 0 for what is not finite.
+/// An exact vector; 0 for components that are not finite.
 pub(super) fn vector<S: Scalar>(a: [S; 3]) -> Vector {
     a.map(|x| Rational::try_from(Into::<f64>::into(x)).unwrap_or_default())
 }
@@ -41,14 +41,14 @@ pub(super) fn sign(x: &Rational) -> Ordering {
     x.cmp(&Rational::ZERO)
 }
 
-/// Whether a ray and a triangle are free of NaN and infinities; the interval may have them.
+/// Whether a ray and a triangle are free of NaN and infinities; the interval may contain them.
 pub fn is_finite<S: Scalar>(triangle: &TriangleOf<S>, ray: &RayOf<S>) -> bool {
     let mut numbers = triangle.0.iter().chain([&ray.origin, &ray.dir]).flatten();
     numbers.all(|x| x.is_finite())
 }
 
-/// The exact `t` at which the line of a ray meets the plane of a triangle; nothing where the line is
-/// parallel, the triangle has no area, or an input is not finite.
+/// The exact `t` at which the line of a ray meets the plane of a triangle; none if the line is parallel, the
+/// triangle has no area, or an input is not finite.
 ///
 /// ```
 /// use intertri::{Ray, Triangle};

@@ -1,7 +1,6 @@
-//! The exact oracle: where the line of a ray meets a triangle, for inputs in f32 or f64, without any
-//! rounding.
+//! The exact oracle: where the line of a ray meets a triangle, for f32 or f64 inputs, without rounding.
 //!
-//! With `A, B, C` the corners seen from the origin and `d` the direction,
+//! With `A, B, C` the corners relative to the origin and `d` the direction,
 //!
 //! ```text
 //!   U = d · (B × C)                    C                   the line passes every side on the same
@@ -11,9 +10,9 @@
 //!                                      W=0
 //! ```
 //!
-//! Only the signs of these values and one quotient are needed. [`answer()`] finds them by adaptive
-//! predicates, [`rational`] by another formula and rationals alone; the two are tested against each
-//! other on every family.
+//! Only the signs of these values and one quotient are needed. [`answer()`] computes them with adaptive
+//! predicates, [`rational`] with another formula in rationals; the two are tested against each other on every
+//! family.
 
 mod adaptive;
 mod exact;

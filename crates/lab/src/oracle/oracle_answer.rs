@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// Where the *line* of a ray meets a triangle. If several hold, the first in this list.
+/// Where the *line* of a ray meets a triangle. If several apply, the first in this list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LinePosition {
     /// Undefined, because an input is NaN or infinite.
@@ -13,13 +13,13 @@ pub enum LinePosition {
     Coplanar,
     /// The line is parallel to the plane, or the direction is 0.
     Parallel,
-    /// Outside of the triangle.
+    /// Outside the triangle.
     Outside,
-    /// At the corner of this number (0, 1, 2).
+    /// At the corner with this index (0, 1, 2).
     Vertex(u8),
-    /// On the side across from the corner of this number, between its ends.
+    /// On the side opposite the corner with this index, between its ends.
     Edge(u8),
-    /// Inside of all three sides.
+    /// Inside all three sides.
     Inside,
 }
 
@@ -28,15 +28,15 @@ pub enum LinePosition {
 pub struct OracleAnswer {
     /// Where the line meets the triangle.
     pub place: LinePosition,
-    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. `Equal`, too,
-    /// if the place has no `t`.
+    /// `t` compared with 0: `Less` behind the origin, `Equal` at it, `Greater` in front. Also `Equal` if the
+    /// position has no `t`.
     pub t: Ordering,
 }
 
 impl OracleAnswer {
-    /// Whether the open half-line `t > 0` meets the triangle, whose sides and corners belong to it.
+    /// Whether the open half-line `t > 0` meets the closed triangle.
     ///
-    /// A ray in the triangle's plane does not; this is what the document's parallel test means.
+    /// A ray in the triangle's plane does not; the document's parallel test means this.
     pub fn is_hit(self) -> bool {
         self.t == Ordering::Greater
             && matches!(
@@ -45,7 +45,7 @@ impl OracleAnswer {
             )
     }
 
-    /// The place of three edge values by their signs, `U` first; the plane is met in one point.
+    /// The position for the signs of three edge values, `U` first, if the line meets the plane in one point.
     pub(super) fn classify(signs: [Ordering; 3], t: Ordering) -> Self {
         let count = |sign| signs.iter().filter(|&&s| s == sign).count();
         let position = |zero: bool| signs.iter().position(|s| (s.is_eq()) == zero);
@@ -54,9 +54,9 @@ impl OracleAnswer {
         } else {
             match count(Ordering::Equal) {
                 0 => LinePosition::Inside,
-                // One value is 0: on the side of that name.
+                // One value is 0: on that side.
                 1 => LinePosition::Edge(position(true).unwrap_or(0) as u8),
-                // One value is not: at the corner of that name.
+                // Only one value is not 0: at that corner.
                 _ => LinePosition::Vertex(position(false).unwrap_or(0) as u8),
             }
         };

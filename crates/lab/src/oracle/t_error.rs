@@ -1,9 +1,9 @@
-//! How far a computed `t` is from the exact one.
+//! The error of a computed `t`.
 
 use super::exact::Rational;
 
-/// How far a computed `t` is from the exact one, relative to the exact one; `|t|` where that is 0.
-/// Infinite for an infinite `t`, NaN for NaN.
+/// The error of a computed `t` relative to the exact one; `|t|` if that is 0. Infinite for an infinite `t`,
+/// NaN for NaN.
 pub fn t_error(t: f64, exact: &Rational) -> f64 {
     let Ok(t) = Rational::try_from(t) else { return t.abs() };
     let off = (t - exact).to_f64().value().abs();
@@ -11,8 +11,8 @@ pub fn t_error(t: f64, exact: &Rational) -> f64 {
     if size == 0.0 { off } else { off / size }
 }
 
-/// How far a computed `t` is from the exact one, in units of the last place of the f64 next to it.
-/// Infinite for an infinite `t`, NaN for NaN. No `t` of f32 inputs leaves f64's normal range.
+/// The error of a computed `t` in units of the last place of the f64 nearest to the exact one. Infinite for
+/// an infinite `t`, NaN for NaN. The exact `t` of f32 inputs is always in f64's normal range.
 ///
 /// ```
 /// use intertri_lab::oracle::{Rational, t_error_ulps};
@@ -25,13 +25,13 @@ pub fn t_error_ulps(t: f64, exact: &Rational) -> f64 {
     in_steps(t, exact, near.next_up() - near)
 }
 
-/// The same in units of the last place of the f32 next to the exact `t`; infinite where that f32 is.
+/// The error in units of the last place of the f32 nearest to the exact `t`; infinite if that f32 is.
 pub fn t_error_ulps_f32(t: f32, exact: &Rational) -> f64 {
     let near = (exact.to_f64().value() as f32).abs();
     if near.is_infinite() {
         return if t.is_nan() { f64::NAN } else { f64::INFINITY };
     }
-    // The largest f32 has its step downward.
+    // For the largest f32, use the step below it.
     let step = if near == f32::MAX { near - near.next_down() } else { near.next_up() - near };
     in_steps(t.into(), exact, step.into())
 }

@@ -9,7 +9,7 @@ use super::{t_error, t_error_ulps, t_error_ulps_f32};
 use crate::families::{Case, FAMILIES, adversarial, find};
 use crate::rng::Rng;
 
-/// The corners of a triangle in another order, and the place that a place becomes.
+/// Permutes the corners of a triangle and renames the position accordingly.
 fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
     let to = |k: u8| order.iter().position(|&old| old == usize::from(k)).map_or(k, |k| k as u8);
     let place = match answer.place {
@@ -22,7 +22,7 @@ fn renamed(answer: OracleAnswer, order: [usize; 3]) -> OracleAnswer {
 
 #[test]
 fn two_routes_agree_on_every_family() {
-    // Where the differences fit f64 and where they do not, both, and every place.
+    // Inputs whose differences fit f64 and inputs whose do not, and every position.
     let (mut adaptive, mut fallback) = (0, 0);
     let mut places = [0_u32; 8];
     for family in FAMILIES {
@@ -114,7 +114,7 @@ fn a_third_route_in_integers_agrees_on_the_grids() {
     }
 }
 
-/// A value in f64 with a bound on its error, for a rough third look at `t`.
+/// A value in f64 with an error bound, for a rough third computation of `t`.
 #[derive(Clone, Copy)]
 struct Near(f64, f64);
 
@@ -170,8 +170,7 @@ fn t_lies_in_its_f64_interval() {
 
 #[test]
 fn the_reference_is_nearly_right() {
-    // In ordinary cases f64 decides what f32 inputs mean, except where they meet a side or a corner
-    // exactly.
+    // In ordinary cases f64 decides f32 inputs correctly, except where rays meet a side or a corner exactly.
     let mut rng = Rng::new(35);
     let (mut differ, mut worst, mut hits) = (0, 0.0_f64, 0);
     let family = find("random").unwrap();
@@ -236,7 +235,7 @@ fn errors_of_t_are_measured_exactly() {
     assert_eq!(t_error(0.25, &Rational::from(0)), 0.25);
     assert_eq!(t_error(f64::INFINITY, &two_thirds), f64::INFINITY);
     assert!(t_error_ulps(f64::NAN, &two_thirds).is_nan());
-    // Too large for f32: an f32 answer is infinitely wrong.
+    // Too large for f32: the error of an f32 answer is infinite.
     let huge = Rational::try_from(1e200).unwrap();
     assert_eq!(t_error_ulps_f32(f32::INFINITY, &huge), f64::INFINITY);
     assert!(t_error_ulps(1e200, &huge) == 0.0);

@@ -1,10 +1,10 @@
-//! Which cases are far from all edges.
+//! Selects cases that are far from all edges.
 
 use crate::families::Case;
 
-/// Whether a ray passes clear of all that is hard by design: it meets the plane in front of its
-/// origin, and no closer to a side than a hundredth of the way across, inside or out. What fails here
-/// fails by the shape or the range of the numbers, not for the last bit.
+/// Whether a ray passes clear of everything that is difficult by design: it meets the plane in front of its
+/// origin, and no closer to a side than a hundredth of the triangle's size, inside or out. A failure here is
+/// due to the shape or the range of the numbers, not to the last bit.
 pub(super) fn is_clear(case: &Case) -> bool {
     let wide = |p: [f32; 3]| p.map(f64::from);
     let sub = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -12,7 +12,7 @@ pub(super) fn is_clear(case: &Case) -> bool {
     let cross = |a: [f64; 3], b: [f64; 3]| {
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     };
-    // The edge form: it moves to the corner first, so that f64 is far better than the hundredth.
+    // The edge form translates to the corner first, so f64 is far more accurate than a hundredth.
     let [c1, c2, c3] = case.triangle.0.map(wide);
     let (a, d) = (sub(c1, wide(case.ray.origin)), wide(case.ray.dir));
     let (h4, h5) = (sub(c2, c1), sub(c3, c1));

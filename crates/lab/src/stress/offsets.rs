@@ -1,4 +1,4 @@
-//! Walls moved away from zero: how often who rounds their coordinates to f32 is wrong, and who takes them
+//! Walls moved away from zero: the share of wrong answers for coordinates rounded to f32, and for coordinates
 //! as given.
 //!
 //! ```text
@@ -18,10 +18,10 @@ use crate::oracle::rational;
 use crate::rng::Rng;
 use crate::test_batch::Answer;
 
-/// What a method was given.
+/// The precision of a method's input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum InputPrecision {
-    /// The coordinates as they are, in f64.
+    /// The coordinates as given, in f64.
     #[serde(rename = "f64")]
     AsGiven,
     /// The coordinates rounded to f32.
@@ -29,7 +29,7 @@ pub enum InputPrecision {
     Rounded,
 }
 
-/// The methods that are asked, each with what it is given.
+/// The methods to test, each with the precision of its input.
 pub const ASKED: [(&str, InputPrecision); 8] = [
     ("exact", InputPrecision::AsGiven),
     ("Möller–Trumbore f64", InputPrecision::AsGiven),
@@ -41,20 +41,20 @@ pub const ASKED: [(&str, InputPrecision); 8] = [
     ("Embree robust f32", InputPrecision::Rounded),
 ];
 
-/// How a method fares at a distance from zero.
+/// A method's results at a distance from zero.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OffsetErrors {
-    /// How far from zero the wall stands, in metres.
+    /// The distance of the wall from zero, in metres.
     pub distance: f64,
     /// The method.
     pub method: &'static str,
-    /// What it was given.
+    /// The precision of its input.
     pub given: InputPrecision,
-    /// How many rays were asked.
+    /// The number of rays.
     pub trials: u64,
-    /// Rays that hit the wall, called a miss.
+    /// Rays that hit the wall, reported as misses.
     pub false_misses: u64,
-    /// Rays that miss it, called a hit.
+    /// Rays that miss it, reported as hits.
     pub false_hits: u64,
 }
 
@@ -68,21 +68,21 @@ impl OffsetErrors {
 /// The nearest and the farthest wall, in metres.
 pub const DISTANCES: [f64; 2] = [1.0, 1e9];
 
-/// Rays of one wall.
+/// Rays per wall.
 const RAYS: u64 = 200;
 
-/// A wall of two triangles, and rays that start beside it.
+/// A wall of two triangles, and rays that start close to it.
 struct Wall {
     halves: [Triangle64; 2],
     rays: Vec<Ray64>,
 }
 
-/// Asks the methods of [`ASKED`] about walls of 4 by 3 m that stand `points` distances from zero, in equal
-/// ratios, at any angle: `cases` rays each, which start 1 nm to 10 cm from the wall on either side and go
-/// to or from it. A quarter of them passes the diagonal where its halves meet.
+/// Tests the methods of [`ASKED`] on walls of 4 by 3 m at any angle, at `points` distances from zero on a
+/// logarithmic scale: `cases` rays each, which start 1 nm to 10 cm from the wall on either side and go toward
+/// it or away from it. A quarter of them pass the diagonal where its halves meet.
 ///
-/// `exact` decides whether each ray hits the wall; the truth comes from rationals. The counts depend only on the seed
-/// and these numbers.
+/// `exact` decides whether each ray hits the wall; the truth comes from rationals. The counts depend only on
+/// the seed and these numbers.
 pub fn sweep_offsets(
     seed: u64,
     points: usize,
@@ -91,7 +91,7 @@ pub fn sweep_offsets(
 ) -> Vec<OffsetErrors> {
     let at = |k: usize| {
         let share = k as f64 / (points - 1).max(1) as f64;
-        // Roots alone, so that it has the same bits everywhere.
+        // Only roots, so that it has the same bits everywhere.
         let distance = super::sweeps::between(DISTANCES[0], DISTANCES[1], share);
         let mut rng = Rng::new(seed ^ (k as u64) << 32);
         let mut errors = ASKED.map(|(method, given)| OffsetErrors {
@@ -124,7 +124,7 @@ pub fn sweep_offsets(
     (0..points).into_par_iter().flat_map_iter(at).collect()
 }
 
-/// A wall so far from zero.
+/// A wall at this distance from zero.
 fn wall(rng: &mut Rng, distance: f64) -> Wall {
     let along = |p: [f64; 3], v: [f64; 3], by: f64| [0, 1, 2].map(|k| p[k] + by * v[k]);
     let cross =
@@ -147,7 +147,7 @@ fn wall(rng: &mut Rng, distance: f64) -> Wall {
         let off = side * rng.log(1e-9, 0.1);
         let slant = along([0.0; 3], right, rng.signed());
         let dir = along(along(slant, up, rng.signed()), normal, way);
-        // Where it meets the wall's plane is the point.
+        // The point where it meets the wall's plane.
         let origin = along(at(4.0 * x, 3.0 * y), dir, off * way);
         Ray64::new(origin, dir)
     };
@@ -160,7 +160,7 @@ fn is_hit(wall: &Wall, ray: &Ray64) -> bool {
     wall.halves.iter().any(|half| rational::answer(half, ray).is_hit())
 }
 
-/// Möller and Trumbore's test in f64, of the coordinates as given.
+/// Möller and Trumbore's test in f64 on the coordinates as given.
 fn in_f64(wall: &Wall) -> Vec<bool> {
     let method = MollerTrumbore { epsilon: 0.0 };
     let halves = wall.halves.map(|half| method.triangle::<f64>(half.0.map(Vec3::splat)));
@@ -171,7 +171,7 @@ fn in_f64(wall: &Wall) -> Vec<bool> {
     wall.rays.iter().map(hits).collect()
 }
 
-/// A method of the table, of what is rounded to f32.
+/// A method of the table on coordinates rounded to f32.
 fn rounded(wall: &Wall, name: &str) -> Vec<bool> {
     let single = |p: [f64; 3]| p.map(|x| x as f32);
     let rays: Vec<Ray> =
@@ -210,7 +210,7 @@ mod tests {
         for errors in of("exact", InputPrecision::AsGiven) {
             assert_eq!((errors.share(), errors.trials), (0.0, 2000));
         }
-        // From a metre to a million of kilometres: half of the answers is chance.
+        // From a metre to a million kilometres, where half of the answers are chance.
         for (method, given) in ASKED.iter().filter(|(_, given)| *given == InputPrecision::Rounded) {
             let shares: Vec<f64> = of(method, *given).map(OffsetErrors::share).collect();
             assert!(shares[0] < 0.25 && shares[3] > 0.3, "{method}: {shares:?}");
@@ -219,7 +219,7 @@ mod tests {
         assert!(
             of("Möller–Trumbore f64", InputPrecision::AsGiven).any(|errors| errors.share() > 0.0)
         );
-        // Both kinds of rays are there.
+        // Both kinds of rays occur.
         let told: Vec<_> = of("Embree robust f32", InputPrecision::Rounded).collect();
         assert!(told[3].false_misses > 100 && told[2].false_hits > 100, "{told:?}");
     }

@@ -1,4 +1,4 @@
-//! How often each method is wrong along each sweep, and where that begins.
+//! How often each method is wrong along each sweep, and where errors begin.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use crate::families::{Case, find};
 use crate::methods::METHODS;
 use crate::rng::Rng;
 
-/// How a method fares at one value of a parameter.
+/// A method's results at one value of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Onset {
     /// The parameter of the sweep.
@@ -19,11 +19,11 @@ pub struct Onset {
     pub parameter: f64,
     /// The method.
     pub method: &'static str,
-    /// Cases that counted; may be fewer than asked for where few of the family's are clear.
+    /// Cases that counted; may be fewer than requested if few of the family's cases are clear.
     pub trials: u64,
-    /// True hits called a miss.
+    /// True hits reported as misses.
     pub false_misses: u64,
-    /// True misses called a hit.
+    /// True misses reported as hits.
     pub false_hits: u64,
     /// Disagreements with the scalar f64 reference.
     pub not_reference: u64,
@@ -36,11 +36,11 @@ impl Onset {
     }
 }
 
-/// At least this many of the tries must be clear for a value of the parameter to be shown.
+/// A value of the parameter is shown if at least this many of the cases are clear.
 const ENOUGH: u64 = 100;
 
-/// Sweeps: `points` values in equal ratios, about `cases` cases each. The counts depend on the seed
-/// and these numbers alone. `step` is called after each value.
+/// Runs all sweeps: `points` values on a logarithmic scale, about `cases` cases each. The counts depend only
+/// on the seed and these numbers. Calls `step` after each value.
 pub fn sweep_all(seed: u64, points: usize, cases: u64, step: &(impl Fn() + Sync)) -> Vec<Onset> {
     let jobs: Vec<_> =
         SWEEPS.iter().flat_map(|sweep| (0..points).map(move |k| (sweep, k))).collect();
@@ -70,7 +70,7 @@ fn value(sweep: &'static Sweep, parameter: f64, seed: u64, cases: u64) -> Vec<On
         onset.method = method.name;
     }
 
-    // Few cases of some families are clear; where hardly any is, there is nothing to see.
+    // In some families few cases are clear; if hardly any are, skip the value.
     let mut tries = 0;
     while none.trials < cases && tries < 16 * cases {
         tries += 512;
@@ -109,15 +109,15 @@ mod tests {
         let onsets = sweep_all(8, 7, 600, &|| ());
         assert_eq!(onsets, sweep_all(8, 7, 600, &|| ()));
         let at = |sweep, method| first(&onsets, sweep, method);
-        // A fixed epsilon has a scale; the products of f32 under- and overflow; a threshold on t
-        // forbids long directions.
+        // A fixed epsilon depends on the scale; the products of f32 under- and overflow; a threshold on t
+        // excludes long directions.
         assert!(at("scale, down", "Möller–Trumbore ε f32").unwrap() > 1e-11);
         assert!(at("scale, down", "Möller–Trumbore f32").unwrap() < 1e-11);
         assert!(at("scale, up", "Möller–Trumbore f32").is_some());
         assert_eq!(at("scale, up", "Möller–Trumbore f64"), None);
         assert!(at("|dir|, long", "certified").is_some());
         assert_eq!(at("|dir|, long", "Möller–Trumbore f32"), None);
-        // Constants in the axes of the scene do not survive to be moved; differences do.
+        // Constants in the axes of the scene do not survive a translation; differences do.
         assert!(at("offset, size 1", "Baldwin–Weber f32").is_some());
         assert_eq!(at("offset, size 1", "Embree fast f32"), None);
         // The kernel fails where the reference fails, and nowhere else.

@@ -1,11 +1,11 @@
-//! The sweeps: families and the ways their parameters go, from harmless to adversarial.
+//! The sweeps: families and the direction of their parameters, from harmless to adversarial.
 
-/// A family and the way its parameter goes, from where it is harmless.
+/// A family and the direction of its parameter, starting from the harmless end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sweep {
-    /// The parameter of the sweep, for a heading.
+    /// The name of the parameter, for a heading.
     pub name: &'static str,
-    /// What its numbers are, for an axis.
+    /// The meaning of its numbers, for an axis.
     pub axis: &'static str,
     /// The family.
     pub family: &'static str,
@@ -13,11 +13,11 @@ pub struct Sweep {
     pub from: f64,
     /// The other end.
     pub to: f64,
-    /// Whether only cases count that pass clear of the sides. Not where closeness is the parameter.
+    /// Whether only cases count that pass clear of the sides. False if closeness is the parameter.
     pub clear: bool,
 }
 
-/// All sweeps. A family that hurts at both ends is swept twice, from the middle.
+/// All sweeps. A family that is harmful at both ends is swept twice, from the middle.
 pub const SWEEPS: &[Sweep] = &[
     sweep("needle, ratio", "short side / long side", "needle", 1.0, 1e-12),
     sweep("cap, ratio", "height / long side", "cap", 1.0, 1e-12),
@@ -51,8 +51,8 @@ const fn sweep(
     Sweep { name, axis, family, from, to, clear: true }
 }
 
-/// The value at a share of the way, by roots alone so that it has the same bits everywhere: bisected
-/// sixteen times.
+/// The value at a share of the range, computed only with roots so that it has the same bits everywhere:
+/// sixteen bisections.
 pub(super) fn parameter(sweep: &Sweep, share: f64) -> f64 {
     between(sweep.from, sweep.to, share)
 }

@@ -1,4 +1,4 @@
-//! The workloads: batches of rays with the triangles that they are tested against.
+//! The workloads: batches of rays and the triangles that they are tested against.
 
 mod closed_mesh;
 mod model;

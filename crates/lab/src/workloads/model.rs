@@ -1,4 +1,4 @@
-//! The model that camera and secondary rays look at.
+//! The model for camera and secondary rays.
 
 use intertri::{Ray, Triangle, TriangleOf};
 
@@ -7,7 +7,7 @@ use crate::meshes::Mesh;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// Triangles with the balls around them.
+/// Triangles and their bounding balls.
 #[derive(Clone, Debug)]
 pub struct Model {
     triangles: Vec<Triangle>,
@@ -34,7 +34,7 @@ impl Model {
         (radius > 0.0 && radius.is_finite()).then_some(Self { triangles, balls, center, radius })
     }
 
-    /// The built-in model: a sphere and a torus that leans through it, with no coordinate special.
+    /// The built-in model: a sphere and a slanted torus through it, without special coordinates.
     pub fn built_in() -> Self {
         let place = |[x, y, z]: [f64; 3]| [y + 0.1 * x + 0.37, z - 0.2 * y - 0.21, x + 0.3 * z];
         let mut triangles = Mesh::icosphere(4).map(place).triangles();
@@ -42,17 +42,17 @@ impl Model {
         Self::new(&triangles).unwrap_or_else(|| unreachable!("the built-in model has triangles"))
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     pub fn len(&self) -> usize {
         self.triangles.len()
     }
 
-    /// Never: there is a triangle.
+    /// Always false: there is at least one triangle.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
     }
 
-    /// A tile of a camera that sees the model in about 1024 by 1024 pixels.
+    /// A tile of a camera that sees the model with about 1024 by 1024 pixels.
     pub(super) fn tile(&self, rng: &mut Rng) -> TestBatch {
         let eye = round(add(self.center, rng.direction(), 3.0 * self.radius)).map(f64::from);
         let (target, _) = rng.pick(&self.balls);
@@ -67,7 +67,7 @@ impl Model {
                 Ray::new(round(eye), round(unit(dir)))
             })
             .collect();
-        // Distance of a ball from the middle ray's line.
+        // The distance of a ball from the line of the middle ray.
         let far = |&(center, radius): &([f64; 3], f64)| {
             let way = add(center, eye, -1.0);
             length(cross(way, axis)) - radius
@@ -90,7 +90,7 @@ impl Model {
         TestBatch { rays, triangles }
     }
 
-    /// The 32 triangles for which a distance is least, or as many as there are.
+    /// The 32 triangles with the smallest distance, or all if there are fewer.
     fn nearest(&self, far: impl Fn(&([f64; 3], f64)) -> f64) -> Vec<Triangle> {
         let mut order: Vec<_> = self.balls.iter().map(far).zip(0_usize..).collect();
         let by = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
@@ -111,7 +111,7 @@ fn inside(rng: &mut Rng, &TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     [0, 1, 2].map(|k| (1.0 - u - v) * a[k] + u * b[k] + v * c[k])
 }
 
-/// A ball around a triangle: about the middle of its corners.
+/// A bounding ball of a triangle, centred at the mean of its corners.
 fn ball(triangle: &Triangle) -> ([f64; 3], f64) {
     let corners = triangle.0.map(|p| p.map(f64::from));
     let center = [0, 1, 2].map(|k| corners.iter().map(|p| p[k]).sum::<f64>() / 3.0);

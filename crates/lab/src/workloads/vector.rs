@@ -16,7 +16,7 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     length(add(a, b, -1.0))
 }
 
-/// Length 1 in the same direction; what has none stays as it is.
+/// A unit vector in the same direction; a vector without a direction is returned unchanged.
 pub(super) fn unit(a: [f64; 3]) -> [f64; 3] {
     let length = length(a);
     if length > 0.0 { a.map(|x| x / length) } else { a }

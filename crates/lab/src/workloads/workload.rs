@@ -7,23 +7,23 @@ use crate::layout::Form;
 use crate::rng::Rng;
 use crate::test_batch::TestBatch;
 
-/// A kind of batch, one panel of the chart.
+/// A kind of batch; each has its panel in the chart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Workload {
     /// Tiles of 8 by 8 rays of a camera, and the 32 triangles nearest to the tile's middle ray.
     Camera,
-    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32 triangles
-    /// of that neighbourhood: what a leaf sees of diffuse rays.
+    /// 64 rays from anywhere on the model to the neighbourhood of one triangle, and the 32 triangles of that
+    /// neighbourhood, as in a leaf that diffuse rays reach.
     Secondary,
-    /// 64 rays from within a closed convex mesh, each exactly at a vertex or a point of an edge, and
-    /// all its triangles.
+    /// 64 rays from inside a closed convex mesh, each exactly toward a vertex or a point of an edge, and all
+    /// its triangles.
     Edges,
     /// The adversarial mix.
     Mix,
 }
 
 impl Workload {
-    /// All of them, in the order of the panels.
+    /// All workloads, in the order of the panels.
     pub const ALL: [Self; 4] = [Self::Camera, Self::Secondary, Self::Edges, Self::Mix];
 
     /// `camera`, `secondary`, `edges` or `mix`.
@@ -36,13 +36,13 @@ impl Workload {
         }
     }
 
-    /// The form in which it is measured for the chart: rays that run together share a triangle, a
-    /// ray on its own takes a block of triangles.
+    /// The form in which the chart measures it: coherent rays share a triangle, a single ray takes a block of
+    /// triangles.
     pub fn form(self) -> Form {
         if self == Self::Secondary { Form::Blocks } else { Form::Packets }
     }
 
-    /// A batch of this kind. The model is that of [`Workload::Camera`] and [`Workload::Secondary`].
+    /// A batch of this kind. [`Workload::Camera`] and [`Workload::Secondary`] use the model.
     pub fn batch(self, rng: &mut Rng, model: &Model) -> TestBatch {
         match self {
             Self::Camera => model.tile(rng),

@@ -1,9 +1,9 @@
-//! The page's answers, computed natively, for the test that holds both against each other.
+//! Computes the demo page's answers natively, so that a test can compare them with those of the page.
 //!
-//!     native fan NUMBERS...            counts of every method, a line each
-//!     native model FILE NUMBERS...     counts of every method, a line each; - for the built-in scene
+//!     native fan NUMBERS...            each method's counts, one line per method
+//!     native model FILE NUMBERS...     each method's counts, one line per method; - is the built-in scene
 //!     native golden                    the report of the golden answers
-//!     native rate FILE NUMBERS...      millions of rays a second by exact, the best of some runs
+//!     native rate FILE NUMBERS...      million rays per second of exact, the best of several runs
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -57,7 +57,7 @@ fn run(args: &[String]) -> Result<(), String> {
     }
 }
 
-/// A model that is looked at, and the picture's height.
+/// Loads a model and sets up the view. Returns the model and the height of the picture.
 fn looked_at(file: &str, view: &[&str]) -> Result<(Model, usize), String> {
     let mut model = if file == "-" {
         Model::built_in()?

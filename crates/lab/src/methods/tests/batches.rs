@@ -1,4 +1,4 @@
-//! Rays and triangles tested all with all: on closed meshes, and in every layout.
+//! Batches, in which all rays are tested against all triangles: on closed meshes, and in every layout.
 
 use intertri::Ray;
 use intertri::simd::Level;
@@ -14,8 +14,8 @@ use crate::workloads::{Model, Workload};
 
 #[test]
 fn watertight_methods_hold_water_and_others_leak() {
-    // From inside of a closed mesh, exactly at its edges and vertices. (A few rays of the far origins
-    // are left out: the oracle sees two hits.)
+    // From inside a closed mesh, exactly at its edges and vertices. (A few rays from far origins are left
+    // out, because the oracle sees two hits.)
     let scene = find("icosphere-exact").unwrap().scene(&mut Rng::new(44), 320, 2000);
     let inside = |ray: &&Ray| ray.origin.iter().all(|x| x.abs() <= 0.4);
     let rays: Vec<_> = scene.rays.iter().filter(inside).collect();
@@ -45,7 +45,7 @@ fn watertight_methods_hold_water_and_others_leak() {
     }
 }
 
-/// Bundles of every workload, some with a number of rays or triangles that fills no register.
+/// Batches of every workload, some with a number of rays or triangles that does not fill a register.
 fn batches() -> Vec<TestBatch> {
     let (mut rng, model) = (Rng::new(5), Model::built_in());
     let mut all = Vec::new();
@@ -64,7 +64,7 @@ fn batches() -> Vec<TestBatch> {
 fn every_layout_finds_the_hits_of_the_pairs() {
     for batch in batches() {
         for method in METHODS.iter().filter(|method| method.name != "fixed") {
-            // The closest of each ray and how many there are, pair by pair.
+            // The closest hit of each ray and the number of hits, pair by pair.
             let (mut expected, mut counts) = (Vec::new(), Vec::new());
             for ray in &batch.rays {
                 let rays = vec![*ray; batch.triangles.len()];
@@ -79,7 +79,7 @@ fn every_layout_finds_the_hits_of_the_pairs() {
                 expected.push(best);
                 counts.push(to.iter().filter(|answer| answer.hit).count() as u32);
             }
-            // `once` counts one of two triangles that share the edge that is hit.
+            // `once` counts one of two triangles that share an edge that is hit.
             if method.name != "exact, once" {
                 assert_eq!(method.counts(Level::best(), &batch), counts);
             }
@@ -114,7 +114,7 @@ fn fixed_on_its_grid_agrees_with_the_oracle() {
             let batches = std::slice::from_ref(&batch);
             assert!(fixed.closest(Level::best(), batches, layout, &mut nearest).is_some());
             for (ray, nearest) in batch.rays.iter().zip(nearest) {
-                // Nothing that is hit inside is nearer, and what was found is hit.
+                // Nothing that is hit inside is nearer, and the reported triangle is hit.
                 for triangle in &batch.triangles {
                     let exact = oracle::answer(triangle, ray);
                     if exact.is_hit() && exact.place == LinePosition::Inside {
