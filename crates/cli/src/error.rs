@@ -28,17 +28,17 @@ impl Error {
         Self { what: what.into(), code: 2 }
     }
 
-    /// An error about a file or a stream.
+    /// An error about a file or stream.
     pub(crate) fn at(place: impl fmt::Display, cause: impl fmt::Display) -> Self {
         Self::new(format!("{place}: {cause}"))
     }
 
-    /// The same error, about a file.
+    /// The same error with the name of the file in front.
     pub(crate) fn of(self, file: &Path) -> Self {
         Self { what: format!("{}: {}", file.display(), self.what), ..self }
     }
 
-    /// An error about what takes too much memory.
+    /// An error about something that takes too much memory.
     pub(crate) fn no_memory(what: impl fmt::Display) -> Self {
         Self::new(format!("{what} need more memory than is available"))
     }
@@ -79,11 +79,11 @@ from!(
     intertri_trace::OutOfMemory
 );
 
-/// Prints the error in the command line, or the requested help.
+/// Prints a command-line error, or the requested help.
 pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // A reader that closed the standard output does not want the help.
+            // If standard output was closed by its reader, the help is not wanted.
             let _ = error.print();
             ExitCode::SUCCESS
         }
@@ -92,7 +92,7 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
             ExitCode::from(2)
         }
         _ => {
-            // Print only the first paragraph, which names the error; usage and hints would fill a page.
+            // Print only the first paragraph, which names the error; usage and hints would fill a screen.
             let text = error.to_string();
             let cause = text.lines().map(str::trim).take_while(|line| !line.is_empty());
             let cause = cause.collect::<Vec<_>>().join(" ");
@@ -102,7 +102,7 @@ pub(crate) fn command_line(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// Prints one line on the standard error: control characters, which names of files may have, are escaped.
+/// Prints one line on standard error. Control characters, which file names may contain, are escaped.
 pub(crate) fn note(what: &str) {
     let mut line = String::from("intertri: ");
     for c in what.chars() {
@@ -113,6 +113,6 @@ pub(crate) fn note(what: &str) {
         }
     }
     line.push('\n');
-    // If the standard error is closed, the exit code must do.
+    // If standard error is closed, only the exit code is left.
     let _ = io::stderr().write_all(line.as_bytes());
 }

@@ -1,7 +1,7 @@
-//! The program `intertri`: draws models, answers files of rays, and measures.
+//! The program `intertri`: draws models, traces files of rays, and runs measurements.
 //!
 //! Its exit code is 0 only if it did everything that the user asked for, 1 if it could not, and 2 if the
-//! command line made no sense. An error is one line on standard error.
+//! command line was invalid. An error is one line on standard error.
 
 mod commands;
 mod engine;
@@ -17,10 +17,10 @@ use crate::commands::{advise, bench, build, chart, crossover, inspect, render, s
 
 /// Ray/triangle intersection: trace in f32, answer in f64, or exactly.
 ///
-/// The default engine, exact, is right on the coordinates as given; oracle computes the same by a plain loop
-/// in rationals. The engines certified and reference return the answers of the scalar f64 reference, bit for
-/// bit, and differ only in speed. The engine fixed snaps the scene to a grid and is exact there; the engine
-/// raster draws without rays.
+/// The default engine, exact, is right on the coordinates as given; oracle computes the same with a plain
+/// loop in rationals. The engines certified and reference return the answers of the scalar f64 reference, bit
+/// for bit, and differ only in speed. The engine fixed snaps the scene to a grid and is exact there; the
+/// engine raster draws without rays.
 #[derive(Parser)]
 #[command(name = "intertri", version)]
 struct CommandLine {
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prepares what all commands need: a standard output, threads, and a thread that waits for signals.
+/// Sets up what all commands need: standard output, threads, and a thread that waits for signals.
 fn prepare() -> error::Result<()> {
     io::standard_output::check()?;
     io::signals::watch()?;

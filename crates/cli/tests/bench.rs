@@ -1,4 +1,4 @@
-//! `bench` by the real binary: every engine, every kind of ray, the same answers.
+//! `bench` in the real binary: every engine and kind of ray, and the same answers.
 
 use crate::common::{MODEL, TestFolder};
 use serde_json::Value;
@@ -20,7 +20,7 @@ fn all_engines_answer_all_kinds_of_rays() {
         for rate in four {
             assert_eq!(rate["rays"], kind);
             assert!(rate["million_a_second"].as_f64().unwrap() > 0.0, "{rate}");
-            // This model is small enough that the reference gets all rays.
+            // This model is so small that the reference gets all rays.
             if rate["engine"] != "fixed" {
                 assert_eq!(rate["hits"], four[0]["hits"], "{rate}");
             }

@@ -1,19 +1,19 @@
-//! Saved hierarchies: the same answers and pictures as the model that they were built over.
+//! Saved hierarchies give the same answers and pictures as the models that they were built from.
 
 use intertri::{Triangle, Triangle64};
 use intertri_trace::Bvh;
 
 use crate::common::{MODEL, TestFolder};
 
-/// Four corners of a surveyor's wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
+/// Four corners of a wall in UTM coordinates, where neighbouring f32 are up to 6.3 cm apart.
 const WALL: &str = "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\
                     v 148376.213 528980.447 3\nf 1 2 3\nf 1 1 2\nf 1 3 4\n";
 
-/// A millimetre north of it, and south of it, to the north and to the south.
+/// Rays from a millimetre north and south of it, each to the north and to the south.
 const NEAR: &str = "ox,oy,oz,dx,dy,dz\n148377,528980.448,1,0,1,0\n148377,528980.448,1,0,-1,0\n\
                     148377,528980.446,1,0,1,0\n148377,528980.446,1,0,-1,0\n";
 
-/// A look at it.
+/// A view of it.
 const LOOK: &str =
     "--size 48x36 --eye 148377.2,528985.4,1.7 --target 148378.2,528980.4,1.5 --up 0,0,1";
 
@@ -22,7 +22,7 @@ const RAYS: &str = "ox,oy,oz,dx,dy,dz\n0,0,0,0.02,0.03,1\n0,0,0,0.5,0.25,1\n0.25
 #[test]
 fn a_saved_hierarchy_is_a_model() {
     let place = TestFolder::new();
-    // One triangle has no area: it keeps its number.
+    // One triangle has no area; it keeps its number.
     let model = format!("{MODEL}f 1 1 2\nf 4 6 5\n");
     place.put("m.obj", &model).put("rays.csv", RAYS);
     let report = place.ok("build m.obj -o m.itri --json");
@@ -46,12 +46,12 @@ fn a_saved_hierarchy_is_a_model() {
     place.ok("bench m.itri --size 8x8 --turns 1");
     place.ok("advise m.itri --size 16x16 --tolerance 100%");
 
-    // Built again from itself, it is the same.
+    // Rebuilding it from itself gives the same file.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
 }
 
-/// A library may have saved several meshes, and masks: to the program it is one mesh of all.
+/// A library may have saved several meshes and masks; to the program they are one mesh.
 #[test]
 fn several_meshes_are_one_model() {
     let triangle = |x: f32| Triangle::new([x, -1.0, 5.0], [x + 1.0, -1.0, 5.0], [x, 1.0, 5.0]);
@@ -96,7 +96,8 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     place.ok(&format!("render m.itri -o b.png {LOOK} --check oracle"));
     assert_eq!(place.read("a.png"), place.read("b.png"));
 
-    // Built again from itself, it is the same, and f64 is what such a model is saved in; in f32, it is not the same.
+    // Rebuilding it from itself gives the same file; such a model is saved in f64 by default, and differs in
+    // f32.
     place.ok("build m.itri -o n.itri");
     assert_eq!(place.read("m.itri"), place.read("n.itri"));
     place.ok("build m.obj -o n.itri");
@@ -105,7 +106,7 @@ fn a_hierarchy_saved_in_f64_is_a_model_in_f64() {
     assert_ne!(trace("single.itri --any"), trace("m.itri --any"));
 }
 
-/// A saved scalar is where a model comes from, and not a bar to the other one.
+/// A hierarchy saved in one scalar can be traced in the other.
 #[test]
 fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
     let place = TestFolder::new();
@@ -116,7 +117,8 @@ fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
         serde_json::from_slice(&place.run(&format!("{line} --json")).stdout).unwrap()
     };
     let trace = |model: &str| format!("trace {model} --rays rays.csv -o a.csv");
-    // Rounded from f64 it is what was saved in f32; each of nine corners has two coordinates that are no f32.
+    // Rounded from f64 it is the same as saved in f32; nine corners have two coordinates each that are not
+    // exact in f32.
     for (model, scalar, engine) in
         [("double.itri", "--scalar f32", "exact"), ("double.itri", "", "certified")]
     {
@@ -129,7 +131,7 @@ fn a_saved_hierarchy_is_a_model_in_the_other_scalar_too() {
         place.run(&format!("{} --scalar f32 --engine {engine}", trace("single.itri")));
         assert_eq!(place.read("a.csv"), want);
     }
-    // Widened from f32 it keeps what is left of its numbers, and rays are not rounded with it.
+    // Converted from f32 it keeps the rounded numbers, and rays are not rounded.
     let told = report(&trace("single.itri"));
     assert_eq!((&told["scalar"], &told["rounded"]["rays"]["numbers"]), (&"f64".into(), &0.into()));
     assert_eq!(told["rounded"]["model"]["numbers"], 0);
@@ -170,7 +172,7 @@ fn unsaved_is_one_line(scalar: &str) {
         _ => Bvh::<f32>::new(&[Triangle([[f32::NAN; 3]; 3])]).unwrap().to_bytes(),
     };
     place.put("nothing.itri", &nothing);
-    // One without an area is there, though no ray hits it.
+    // A triangle without area is there, though no ray hits it.
     place.put("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n");
     place.ok(&format!("build flat.obj -o flat.itri --scalar {scalar}"));
     place.ok("render flat.itri -o flat.png --size 8x8");

@@ -1,5 +1,5 @@
-//! `chart` and `stress` by the real binary: files that are what they say, reports that keep what the
-//! kernel promises, and a seed that gives the same counts again.
+//! `chart` and `stress` in the real binary: valid files, reports that show the kernel's promises kept, and
+//! counts that a seed reproduces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
@@ -8,7 +8,7 @@ use crate::common::TestFolder;
 use intertri_scene::Image;
 use serde_json::Value;
 
-/// Runs with `--quick --json` and gives the report; looks at every file that it names.
+/// Runs with `--quick --json`, checks every file that the report names, and returns the report.
 fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     let report: Value = serde_json::from_slice(&place.ok(arguments)).unwrap();
     let machine = &report["machine"];
@@ -27,7 +27,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
         match file.rsplit_once('.').unwrap().1 {
             "png" => assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 10_000),
             "html" => {
-                // All pictures, in light and dark, and nothing from elsewhere.
+                // All pictures, in light and dark mode, and nothing loaded from elsewhere.
                 let text = String::from_utf8(bytes).unwrap();
                 assert!(text.starts_with("<!DOCTYPE html>") && text.ends_with("</html>\n"));
                 let pictures = names.iter().filter(|name| name.contains(".svg")).count();
@@ -41,7 +41,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
                 assert!(bytes.starts_with(b"<svg") && bytes.trim_ascii_end().ends_with(b"</svg>"));
             }
             _ => {
-                // On what, by what, of what; then a table.
+                // A caption with machine and contents, then a table.
                 let text = String::from_utf8(bytes).unwrap();
                 let (first, table) = text.split_once('\n').unwrap();
                 assert!([date, rustc, "seed 7"].iter().all(|word| first.contains(word)), "{first}");
@@ -54,7 +54,7 @@ fn report(place: &TestFolder, arguments: &str, names: &[&str]) -> Value {
     report
 }
 
-/// A count of each method in an array of a report, summed over its rows.
+/// A count for each method in an array of a report, summed over its rows.
 fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
     let mut sums = BTreeMap::new();
     for row in rows.as_array().unwrap() {
@@ -63,7 +63,7 @@ fn sums<'a>(rows: &'a Value, count: &str) -> BTreeMap<&'a str, u64> {
     sums
 }
 
-/// A page as a browser shows it, dark on light and light on dark, if there is a browser here.
+/// Renders a page in light and dark mode, if a browser is installed.
 fn shown(place: &TestFolder, page: &str) {
     let there = |browser: &&&str| Command::new(browser).arg("--version").output().is_ok();
     let browsers = ["chromium", "chromium-browser", "google-chrome"];
@@ -86,7 +86,7 @@ fn shown(place: &TestFolder, page: &str) {
         Image::read(&file).unwrap()
     };
 
-    // The ground is in the corner; on it there is something to see, and most of it stays ground.
+    // The corner shows the background; most of the page is background, but not all.
     let (light, dark) = (picture(false), picture(true));
     for (image, ground) in [(&light, 200..=255), (&dark, 0..=60)] {
         let pixels = image.pixels();
@@ -114,7 +114,7 @@ fn a_quick_chart_is_whole_and_keeps_the_promises() {
     {
         assert!(fixed["trials"].as_u64() >= Some(20_000) && fixed["wrong"] == 0, "{fixed}");
     }
-    // Everybody is timed; the reference is what the others are compared with.
+    // All methods are timed; the reference is the baseline.
     let times = report["times"].as_array().unwrap();
     assert!(times.iter().all(|time| time["ns_per_test"].as_f64() > Some(0.0)));
     let methods: BTreeSet<_> = times.iter().map(|time| time["method"].as_str().unwrap()).collect();
@@ -145,7 +145,8 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     assert_eq!(sums(&report["onsets"], "not_reference")["certified"], 0);
     assert!(sums(&report["onsets"], "false_misses")["Woop f32"] > 0);
 
-    // Walls far from zero: exact on the coordinates as given is never wrong, and rounded it is.
+    // Walls far from zero: exact answers on the coordinates as given are never wrong, and on rounded ones
+    // they are.
     let walls = report["offsets"].as_array().unwrap();
     let wrong = |given: &str| {
         let own = walls.iter().filter(|row| row["method"] == "exact" && row["given"] == given);
@@ -155,7 +156,7 @@ fn a_quick_stress_is_whole_and_its_seed_gives_it_again() {
     };
     assert!(wrong("f64") == 0 && wrong("rounded to f32") > 1000);
 
-    // The same counts again, and other ones for another seed.
+    // The same counts for the same seed, and others for another.
     let table = |seed: u32| {
         let run = format!("stress --quick --seed {seed} -o seed-{seed}");
         let text = String::from_utf8(place.ok(&run)).unwrap();

@@ -1,4 +1,4 @@
-//! Defects of models, as `inspect` reports them: open, turned and doubled.
+//! Defects of models that `inspect` reports: open edges, flipped triangles and duplicates.
 
 use crate::common::TestFolder;
 
@@ -37,11 +37,11 @@ fn defects_are_counted_and_named() {
     assert!(doubled.contains(line), "{doubled}");
 }
 
-/// Decimals are compared as they are written, also where f32 does not hold them, and corners by their coordinates.
+/// Decimals are compared as written, even if they are not exact in f32, and corners by their coordinates.
 #[test]
 fn the_numbers_are_those_of_the_file() {
     let place = TestFolder::new();
-    // The second face has corners of its own; the last is off by less than f32 has digits.
+    // The second face has corners of its own; the last is off by less than the precision of f32.
     let faces = |z: &str| {
         format!(
             "v 148376.213 528980.447 0\nv 148380.213 528980.447 0\nv 148380.213 528980.447 3\n\

@@ -1,4 +1,4 @@
-//! Runs that are cut short, and places that cannot be written.
+//! Runs that are interrupted, and outputs that cannot be written.
 
 use crate::common::{MODEL, TestFolder};
 use std::path::Path;
@@ -27,7 +27,7 @@ fn a_picture_is_whole_or_not_there_whenever_the_program_is_killed() {
 #[test]
 #[cfg(target_os = "linux")]
 fn a_folder_that_takes_no_files() {
-    // Not even root can put a file here.
+    // Not even root can create a file here.
     let folder = Path::new("/sys/kernel");
     if !folder.is_dir() {
         println!("no {}: not tested", folder.display());

@@ -1,11 +1,10 @@
-//! Where the light stands, by the real binary: traced shadow rays, shadow volumes, and the check between
-//! them.
+//! The light's position in the real binary: traced shadow rays, shadow volumes, and the check between them.
 
 use crate::common;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// A floor, a triangle over it, and a box without a lid that stands on it.
+/// A floor, a triangle above it, and an open box that stands on it.
 const MODEL: &str = "v -4 0 -4\nv -4 0 4\nv 4 0 4\nv 4 0 -4\nf 1 2 3 4\n\
                      v -1 1.5 -1\nv 1.5 1 0\nv 0 2 1.5\nf 5 6 7\n\
                      v 2 0 2\nv 3 0 2\nv 3 0 3\nv 2 0 3\nv 2 1 2\nv 3 1 2\nv 3 1 3\nv 2 1 3\n\
@@ -52,7 +51,7 @@ fn the_built_in_scene_passes_the_check_in_the_sun() {
     let report = place.ok("render --size 320x240 --sun -0.5,1,0.6 --check raster --json");
     let report: Value = serde_json::from_slice(&report).unwrap();
     assert_eq!(report["check"]["differing_pixels"], report["check"]["excused_pixels"]);
-    // Exact shadow rays begin on the surface, volumes end a ten thousandth before it.
+    // Exact shadow rays begin on the surface; volumes end a ten-thousandth before it.
     assert!(report["check"]["differing_pixels"].as_u64().unwrap() < 60, "{report}");
     assert!(report["dark"].as_u64().unwrap() > 5000, "{report}");
 }
@@ -68,7 +67,7 @@ fn every_light_makes_a_picture_of_its_own() {
     for (i, picture) in pictures.iter().enumerate() {
         assert!(!pictures[..i].contains(picture), "{i}");
     }
-    // The sun is a light that is far away, and its length does not matter.
+    // The sun is a distant light, and the length of its direction does not matter.
     let dark = |light: &str| report(&place, light)["dark"].as_i64().unwrap();
     assert!((dark("--sun 3,10,2") - dark("--light 30,100,20")).abs() < 5);
     assert_eq!(dark("--sun 3,10,2"), dark("--sun 3e-30,1e-29,2e-30"));

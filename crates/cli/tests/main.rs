@@ -1,4 +1,5 @@
-//! The program from outside: the real binary, run in a folder of its own. One program of tests, which is linked once.
+//! The program from outside: the real binary, run in its own folder. All tests are one program, which is
+//! linked once.
 
 mod advise;
 mod bench;

@@ -1,4 +1,4 @@
-//! Too little memory: one line and exit code 1, wherever it runs out.
+//! Too little memory leads to one line and exit code 1, wherever it runs out.
 #![cfg(target_os = "linux")]
 
 use crate::common;
@@ -42,14 +42,14 @@ fn within(place: &TestFolder, kilobytes: u32, arguments: &str) -> Output {
     shell.arg(env!("CARGO_BIN_EXE_intertri")).output().unwrap()
 }
 
-/// That it went well, or ended as it should; whether it ended.
+/// Checks that it succeeded or ended with the proper error. Returns whether it failed.
 fn ends_well(place: &TestFolder, kilobytes: u32, arguments: &str) -> bool {
     let output = within(place, kilobytes, arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let told = format!("{kilobytes} KB: {arguments}: {error}");
     match output.status.code() {
         Some(0) => assert_eq!(error, "", "{told}"),
-        // Where a small piece was missing, the standard library or the C library says so.
+        // If a small allocation fails, the standard library or the C library reports it.
         Some(1) if error.starts_with("memory allocation of ") => {}
         Some(1) if error.contains("Fatal glibc error: ") => {}
         Some(1) => assert!(error.starts_with("intertri: ") && error.lines().count() == 1, "{told}"),
@@ -84,7 +84,7 @@ fn any_limit_ends_in_one_line() {
         "render m.ply --size 320x240 --shadows volumes --wire",
         "bench m.ply --size 32x24 --turns 1 --rays rays.csv",
     ] {
-        // Below the first the program itself does not load.
+        // Below the first limit the program does not even load.
         let least = (5000..100_000)
             .step_by(5000)
             .find(|&kilobytes| within(&place, kilobytes, "trace --help").status.code() == Some(0));
@@ -95,7 +95,7 @@ fn any_limit_ends_in_one_line() {
     }
 }
 
-/// What takes most, at whatever point it runs out: the rays, their origins and answers.
+/// The largest allocations, wherever memory runs out: the rays, their origins and answers.
 #[test]
 fn rays_that_are_measured_end_in_one_line_of_the_program() {
     let place = TestFolder::new();
@@ -111,14 +111,14 @@ fn rays_that_are_measured_end_in_one_line_of_the_program() {
             None => told.extend(error.lines().map(str::to_owned)),
         }
     }
-    // Where all is taken before the threads start, that is what fails.
+    // If memory is used up before the threads start, starting them fails.
     let is_known =
         |line: &str| ["more memory than is available", "thread"].iter().any(|w| line.contains(w));
     assert!(told.iter().all(|line| is_known(line)), "{told:?}");
     assert!(told.iter().any(|line| line.contains("rays")), "{told:?}");
 }
 
-/// A ray may hit everything: what it hits, and the text of that, are as long as the model.
+/// A ray may hit everything: its hits, and their text, are as long as the model.
 #[test]
 fn one_ray_that_hits_everything_ends_in_one_line() {
     let place = TestFolder::new();
@@ -156,7 +156,7 @@ fn one_ray_that_hits_everything_ends_in_one_line() {
 fn rays_take_no_more_memory_the_more_there_are() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
-    // 320 MB of zeros, which take no place on the disk.
+    // 320 MB of zeros, in a sparse file.
     File::create(place.path("many.f32")).unwrap().set_len(10_000_000 * 32).unwrap();
     for engine in ["certified", "fixed", "reference"] {
         let line = format!("trace m.obj --rays many.f32 --any --raw --engine {engine}");

@@ -1,28 +1,28 @@
-//! Files that are not as they should be: read where nothing has to be guessed, and never misread in
-//! silence: each kind of things that are left out, repaired or guessed is one counted line.
+//! Malformed files: read if nothing has to be guessed, and never misread silently. Each kind of thing that is
+//! left out, repaired or guessed is one line with a count.
 
 use crate::common::{TestFolder, one_line};
 
-/// Rays straight down onto the unit square: on its lower right half, its upper left half, and beside it.
+/// Rays straight down onto the unit square: on its lower right half, its upper left half, and next to it.
 const DOWN: &str = "ox,oy,oz,dx,dy,dz\n0.75,0.25,5,0,0,-1\n0.25,0.75,5,0,0,-1\n3,3,5,0,0,-1\n";
 
-/// The square `v`, its corners counter-clockwise.
+/// The vertices of the square, counter-clockwise.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// A place with a model of that name and rays down onto the square.
+/// A folder with a model of that name and rays down onto the square.
 fn with(name: &str, model: impl AsRef<[u8]>) -> TestFolder {
     let place = TestFolder::new();
     place.put(name, model).put("down.csv", DOWN);
     place
 }
 
-/// The triangles that the three rays hit, as the program answers: `0,1,` for two hits and a miss.
+/// The triangles that the three rays hit, as in the answers: `0,1,` for two hits and a miss.
 fn hits(answers: &[u8]) -> String {
     let text = String::from_utf8_lossy(answers);
     text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect::<Vec<_>>().join(",")
 }
 
-/// A model that is read without a word, strictly, too.
+/// The model must be read without a message, even strictly.
 #[track_caller]
 fn reads(name: &str, model: impl AsRef<[u8]>, expected: &str) {
     let place = with(name, model);
@@ -30,8 +30,8 @@ fn reads(name: &str, model: impl AsRef<[u8]>, expected: &str) {
     assert_eq!(hits(&place.ok(&line)), expected, "{name}");
 }
 
-/// A model that is read with one line, which begins as told, is in the report, and which `--strict` makes
-/// an error.
+/// The model must be read with one message that begins with `said`, is in the report, and becomes an error
+/// with `--strict`.
 #[track_caller]
 fn notes(name: &str, model: impl AsRef<[u8]>, expected: &str, said: &str) {
     let place = with(name, model);
@@ -49,7 +49,7 @@ fn notes(name: &str, model: impl AsRef<[u8]>, expected: &str, said: &str) {
     place.fails(&format!("{line} --strict"), 1, &[name, said, "--strict"]);
 }
 
-/// A model that is refused.
+/// The model must be refused.
 #[track_caller]
 fn refuses(name: &str, model: impl AsRef<[u8]>, words: &[&str]) {
     with(name, model).fails(&format!("trace {name} --rays down.csv"), 1, words);
@@ -64,7 +64,7 @@ fn obj_numbers_that_are_none_are_errors_where_a_triangle_needs_them() {
             let model = format!("v 0 0 0\nv 1 0 0\n{line}\nv 0 1 0\nf 1 2 3 4\n");
             refuses("m.obj", model, &["m.obj:3: ", &format!("{word:?} is not a number")]);
         }
-        // Behind the three numbers, in normals and in vertices that no face has, nothing depends on it.
+        // After the three numbers, in normals and in vertices that no face uses, nothing depends on it.
         reads("m.obj", format!("{SQUARE}v 1 {word} 1\nf 1 2 3 4\n"), "0,1,");
         reads(
             "m.obj",
@@ -88,7 +88,7 @@ fn obj_comments_and_names_that_end_in_a_backslash_end_there() {
         reads("m.obj", model, "0,1,");
     }
     reads("m.obj", SQUARE.replace("v 1 1 0", "v 1 1 0 # in D:\\") + "f 1 2 3 4", "0,1,");
-    // Statements of numbers go on behind it, as far as there is something.
+    // Statements with numbers continue after it, if anything follows.
     reads("m.obj", format!("{SQUARE}f 1 2 \\\n3 \\\n  4 # all \\\nf 1 2 3\n"), "0,1,");
     reads("m.obj", format!("{SQUARE}f 1 2 3 4 \\"), "0,1,");
 }
@@ -137,7 +137,7 @@ fn obj_faces_may_come_before_what_they_name() {
         format!("f 1 2 5\n{SQUARE}"),
         &["m.obj:1: a face names vertex 5, but there are 4, from 1 on"],
     );
-    // Backwards, it counts from where it stands.
+    // Negative indices count back from the current position.
     refuses("m.obj", format!("f -1 -2 -3\n{SQUARE}"), &["m.obj:1: a face names vertex -1"]);
 }
 
@@ -156,11 +156,11 @@ fn texture_coordinates_that_are_missing_are_no_error() {
     ] {
         notes("m.obj", format!("{SQUARE}{uvs}{face}\n"), "0,1,", &format!("{said}{line})"));
     }
-    // What no face has may be anything.
+    // Numbers that no face uses may be anything.
     reads("m.obj", format!("{SQUARE}vt nan nan\nf 1 2 3 4\n"), "0,1,");
 }
 
-/// An ascii PLY of the square, with that many faces.
+/// An ASCII PLY of the square, with that many faces.
 fn ply(format: &str, faces: usize, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -203,13 +203,13 @@ fn ply_elements_lines_and_line_ends_come_in_any_order_and_form() {
     refuses("m.ply", late, &["m.ply:10: a face names vertex 4, but there are 4, from 0 on"]);
 }
 
-/// Behind a header whose lines end in carriage returns, the first byte may be a line feed.
+/// After a header whose lines end in carriage returns, the first byte may be a line feed.
 #[test]
 fn ply_binary_behind_lines_that_end_in_carriage_returns() {
     let header = ply("binary_little_endian", 1, "").split("0 0 0").next().unwrap().to_owned();
     let mut face: Vec<u8> = vec![4];
     face.extend([0_i32, 1, 2, 3].map(i32::to_le_bytes).as_flattened());
-    // In little endian, this is no zero but the smallest f32 of all whose first byte is a line feed.
+    // In little endian, this is the smallest nonzero f32 whose first byte is a line feed.
     let first = f32::from_le_bytes([b'\n', 0, 0, 0]);
     let mut bytes: Vec<u8> = vec![];
     for point in [[first, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
@@ -266,7 +266,7 @@ fn stl_headers_that_promise_too_few_triangles() {
     };
     notes("m.stl", stl(0), "0,1,", &said(0, 2));
     notes("m.stl", stl(1), "0,1,", &said(1, 1));
-    // Bytes that are not a whole triangle stay out.
+    // Bytes that do not form a whole triangle are left out.
     let over = |bytes: &[u8], more| [bytes, &vec![b'x'; more][..]].concat();
     notes("m.stl", over(&stl(2), 7), "0,1,", "bytes after the last triangle, left out: 7");
     notes("m.stl", over(&stl(1), 7), "0,,", "bytes after the last triangle, left out: 57");
@@ -307,7 +307,7 @@ fn rays_in_lines_that_end_in_carriage_returns() {
     place.fails("trace m.obj --rays rays.csv -o out.csv", 1, &["rays.csv:4: ", "is not a number"]);
 }
 
-/// It lies at 0: f32 has no digits for it because it is small.
+/// It lies at 0: f32 lacks digits for it because it is small.
 #[test]
 fn a_tiny_model_is_not_far_from_0() {
     let place = TestFolder::new();
@@ -318,7 +318,7 @@ fn a_tiny_model_is_not_far_from_0() {
     one_line(line, &place.run(line), 0, &["lies so far from 0 that", "--scalar f64"]);
 }
 
-/// A unit cube whose corners run counter-clockwise as seen from outside, placed by those nodes.
+/// A unit cube whose corners run counter-clockwise as seen from outside, placed by the given nodes.
 fn cubes(place: &TestFolder, nodes: &str) {
     let corners = (0..8_u8).flat_map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f32::from));
     let faces: [[u16; 4]; 6] =
@@ -340,7 +340,7 @@ fn cubes(place: &TestFolder, nodes: &str) {
     );
 }
 
-/// The sides of a ray's crossings sum up to how many solids it starts in.
+/// The sides of a ray's crossings sum to the number of solids that it starts in.
 #[test]
 fn crossings_of_mirrored_nodes_sum_up_as_others() {
     let place = TestFolder::new();

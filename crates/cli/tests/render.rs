@@ -13,7 +13,7 @@ fn the_built_in_scene_is_the_reference_s_in_every_pixel() {
     assert_eq!(report["check"]["engine"], "reference");
     assert_eq!(report["rays"], 96 * 72);
     assert_eq!(report["model"], Value::Null);
-    // It is neither all backdrop nor all floor.
+    // The picture is neither all background nor all floor.
     assert!((3000..6500).contains(&report["hits"].as_u64().unwrap()), "{report}");
     assert_eq!(report["hits"], report["shadow_rays"]);
     assert_eq!(place.names(), ["intertri.diff.png", "intertri.png"]);
@@ -34,7 +34,7 @@ fn engines_of_one_arithmetic_draw_the_same_picture_byte_for_byte() {
 fn options_change_the_picture() {
     let place = TestFolder::new();
     place.put("m.obj", MODEL);
-    // For the built-in scene, and for a model.
+    // For the built-in scene and for a model.
     let mut pictures = Vec::new();
     for (i, options) in [
         "",
@@ -100,7 +100,7 @@ fn a_look_straight_down_or_up_has_another_up() {
 #[test]
 fn what_is_up_is_said_and_can_be_turned() {
     let place = TestFolder::new();
-    // A spire with a roof to one side: y up, and z up.
+    // A spire with a roof on one side: y up, and z up.
     let model = |up: fn([i32; 3]) -> [i32; 3]| {
         let points = [[-1, 0, -1], [1, 0, -1], [1, 0, 2], [0, 5, 0]].map(up);
         let lines = points.map(|[x, y, z]| format!("v {x} {y} {z}\n"));
@@ -127,7 +127,7 @@ fn what_is_up_is_said_and_can_be_turned() {
 #[test]
 fn a_model_as_small_as_the_threshold_is_told_of() {
     let place = TestFolder::new();
-    // A floor and a triangle over it, at a scale of 2^-36: some 1e-10.
+    // A floor and a triangle above it, at a scale of 2^-36, about 1e-10.
     let model = |scale: f64| {
         let points = [
             [-4., 0., -4.],
@@ -148,14 +148,14 @@ fn a_model_as_small_as_the_threshold_is_told_of() {
     // Small, but large enough.
     place.put("small.obj", model(2f64.powi(-20)));
     place.ok("render small.obj --size 61x45 --engine certified");
-    // The exact engines have no threshold, and draw it as it is.
+    // The exact engines have no threshold, and draw the model as it is.
     place.ok("render tiny.obj --size 61x45 -o tiny.png");
     assert!(place.read("tiny.png") == place.read("usual.png"));
     let tiny = "render tiny.obj --size 61x45 --engine certified -o tiny.png";
     let output = place.run(tiny);
     common::one_line("tiny", &output, 0, &["hides", "triangles", "shadows", "--threshold 1e-"]);
     assert!(place.read("tiny.png") != place.read("usual.png"));
-    // As told, nothing is lost.
+    // As recommended, nothing is lost.
     let told = String::from_utf8(output.stderr).unwrap();
     let told = told.trim_end().rsplit(' ').next().unwrap();
     place.ok(&format!("{tiny} --threshold {told}"));

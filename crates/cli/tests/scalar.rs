@@ -6,11 +6,12 @@ use std::io::Write as _;
 use crate::common::TestFolder;
 use serde_json::Value;
 
-/// Where a surveyor's wall stands: neighbouring f32 are 1.6 cm apart to the east, 6.3 cm to the north.
+/// The position of a surveyed wall, where neighbouring f32 are 1.6 cm apart to the east and 6.3 cm to the
+/// north.
 const EAST: f64 = 148_376.213;
 const NORTH: f64 = 528_980.447;
 
-/// A wall that runs to the east, 4 m long and 3 m high, as the corners of two triangles.
+/// A wall that runs east, 4 m long and 3 m high, as the corners of two triangles.
 const WALL: [[f64; 3]; 4] =
     [[EAST, NORTH, 0.0], [EAST + 4.0, NORTH, 0.0], [EAST + 4.0, NORTH, 3.0], [EAST, NORTH, 3.0]];
 
@@ -19,7 +20,7 @@ fn obj() -> String {
     WALL.map(vertex).concat() + "f 1 2 3\nf 1 3 4\n"
 }
 
-/// Rays that start so far north of the wall and go so far north.
+/// Rays that start at these distances north of the wall and go `way` to the north.
 fn csv(offsets: &[f64], way: f64) -> String {
     let mut text = String::from("ox,oy,oz,dx,dy,dz\n");
     for off in offsets {
@@ -32,12 +33,12 @@ fn text(place: &TestFolder, arguments: &str) -> String {
     String::from_utf8(place.ok(arguments)).unwrap()
 }
 
-/// The cells of each line but the first.
+/// The cells of each line except the first.
 fn cells(csv: &str) -> Vec<Vec<String>> {
     csv.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
 }
 
-/// mikedh/trimesh 48: 10 cm to 1 nm off a wall, out and in.
+/// mikedh/trimesh 48: from 10 cm to 1 nm off a wall, going out and in.
 #[test]
 fn a_ray_that_starts_a_nanometre_off_a_wall_does_not_hit_it_and_one_toward_it_does() {
     let place = TestFolder::new();
@@ -78,7 +79,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     let rounded = (NORTH - f64::from((NORTH - 0.3) as f32)) / f64::from(1.0_f32 / 3.0);
     assert!((t - rounded).abs() < 1e-9 && (t - 0.9).abs() > 1e-3, "{t} {rounded}");
 
-    // A number beyond f32 is one of f64; and one beyond f64 is none.
+    // A number beyond f32 is valid in f64, and one beyond f64 is not.
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n1e200,0,0,1e-300,0,0\n");
     assert_eq!(cells(&of("r.csv"))[0][1], "");
     let refused = |scalar: &str, word: &str| {
@@ -93,7 +94,7 @@ fn rays_in_csv_and_raw64_are_not_rounded_and_raw_ones_are_what_they_are() {
     refused("f64", "range of f64");
 }
 
-/// The wall in each format: in f64 where the format has it.
+/// The wall in each format: in f64 if the format supports it.
 #[test]
 fn models_are_read_in_f64_where_they_have_it() {
     let place = TestFolder::new();
@@ -122,7 +123,7 @@ fn models_are_read_in_f64_where_they_have_it() {
     };
     let solid = format!("solid\n{}{}endsolid\n", facet([0, 1, 2]), facet([0, 2, 3]));
     place.put("wall.stl", solid);
-    // A glTF's positions are f32, but its node may put them anywhere.
+    // A glTF's positions are f32, but its node may place them anywhere.
     let corners = WALL.map(|[x, _, z]| [(x - EAST).round() as f32, 0.0, z as f32]);
     let bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     let buffer = [bytes, vec![0, 1, 2, 0, 2, 3]].concat();
@@ -143,7 +144,7 @@ fn models_are_read_in_f64_where_they_have_it() {
             buffer.len()
         ),
     );
-    // Gzip files are read in f64, too.
+    // Gzip files are read in f64 too.
     let mut packed = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
     packed.write_all(obj().as_bytes()).unwrap();
     place.put("packed.obj.gz", packed.finish().unwrap());
@@ -155,11 +156,11 @@ fn models_are_read_in_f64_where_they_have_it() {
         let got = text(&place, &format!("trace {model} --rays r.csv --scalar f64"));
         assert_eq!(got, want, "{model}");
     }
-    // 528980 + 0.4375 takes more digits than f32 has.
+    // 528980 + 0.4375 needs more digits than f32 has.
     let got = cells(&text(&place, "trace wall.gltf --rays r.csv --scalar f64"));
     let t: f64 = got[1][2].parse().unwrap();
     assert!((t - (0.5 + NORTH - 528_980.437_5)).abs() < 1e-9, "{t}");
-    // A vertex that f32 has no room for.
+    // A vertex beyond the range of f32.
     place.put("far.obj", "v 1e100 0 0\nv 1e100 1e99 0\nv 1e100 0 1e99\nf 1 2 3\n");
     place.put("r.csv", "ox,oy,oz,dx,dy,dz\n0,1e98,1e98,1e100,0,0\n");
     assert!(text(&place, "trace far.obj --rays r.csv --scalar f64").ends_with("\n0,0,1,0.1,0.1\n"));
@@ -220,7 +221,7 @@ fn the_oracle_gives_the_same_answers_and_the_same_picture() {
     let told: Value = serde_json::from_slice(&place.ok(&format!("{render} --json"))).unwrap();
     assert_eq!((&told["scalar"], &told["engine"]), (&"f64".into(), &"exact".into()));
     assert_eq!(told["check"]["differing_pixels"], 0);
-    // All of the wall is lit, from the light's side.
+    // The whole wall is lit when seen from the light's side.
     assert!(told["hits"].as_u64().unwrap() > 400, "{told}");
     assert_eq!((&told["dark"], &told["shadow_rays"]), (&0.into(), &told["hits"]));
 }

@@ -1,4 +1,4 @@
-//! Files of rays, and what the real binary answers.
+//! Files of rays, and the real binary's answers.
 
 use crate::common;
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::process::Stdio;
 use crate::common::{MODEL, TestFolder};
 use intertri::Ray;
 
-/// Rays that meet none, one or several of the triangles, and some that are no rays.
+/// Rays that hit none, one or several of the triangles, and some invalid rays.
 fn rays() -> Vec<Ray> {
     let mut rays = vec![
         Ray::new([0.25, 0.25, 0.0], [0.0, 0.0, 1.0]),
@@ -28,7 +28,7 @@ fn rays() -> Vec<Ray> {
 fn csv(rays: &[Ray]) -> String {
     let mut text = String::from("ox,oy,oz,t_min,dx,dy,dz,t_max\n");
     for ray in rays {
-        // With all of their digits: a decimal is the f64 nearest to it.
+        // Written with all digits, because a decimal stands for the nearest f64.
         let cells = bytemuck::cast::<Ray, [f32; 8]>(*ray).map(|x| f64::from(x).to_string());
         text += &(cells.join(",") + "\n");
     }
@@ -51,12 +51,12 @@ fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap()
 }
 
-/// The cells of each line but the first.
+/// The cells of each line except the first.
 fn cells(csv: &str) -> Vec<Vec<&str>> {
     csv.lines().skip(1).map(|line| line.split(',').collect()).collect()
 }
 
-/// A line of CSV as the record of `--raw`.
+/// A line of CSV as a `--raw` record.
 fn record(cells: &[&str]) -> Vec<u8> {
     let triangle: i64 = if cells[1].is_empty() { -1 } else { cells[1].parse().unwrap() };
     let miss = if cells[1].is_empty() { ["inf", "0", "0"] } else { [cells[2], cells[3], cells[4]] };

@@ -1,11 +1,11 @@
-//! Giant and hostile files, read one by one: how much processor time each takes, and how much memory.
+//! Giant and hostile files, read one by one: the processor time and the memory that each takes.
 //!
 //! ```sh
 //! cargo run --release -p intertri-scene --example hostile -- FOLDER   # some 8 GB come and go there
 //! ```
 //!
-//! Prints a table for `docs/fuzzing.md`. Each file is read by a process of its own, whose peak memory
-//! Linux tells in `/proc`.
+//! Prints a table for `docs/fuzzing.md`. Each file is read by a process of its own, whose peak memory Linux
+//! reports in `/proc`.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -17,7 +17,7 @@ type Writer<'a> = &'a mut dyn Write;
 const V: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const MILLION: u64 = 1_000_000;
 
-/// Name, what it is, and what writes it.
+/// A name, a description, and the function that writes the file.
 type Case = (&'static str, &'static str, fn(Writer<'_>) -> io::Result<()>);
 
 const CASES: &[Case] = &[
@@ -118,13 +118,13 @@ fn ply(out: Writer<'_>, format: &str, vertices: u64, faces: u64) -> io::Result<(
     )
 }
 
-/// Reads a file, and says in a row how it went.
+/// Reads a file, and prints the result as a row.
 fn read(path: &Path) {
     let said = match intertri_scene::load(path) {
         Ok(mesh) => format!("{} triangles", mesh.triangles.len()),
         Err(error) => error.to_string().replace(&format!("{}:", path.display()), ""),
     };
-    // What the scheduler gave to this process, whatever else the machine does.
+    // The processor time of this process, independent of the load on the machine.
     let schedule = std::fs::read_to_string("/proc/self/schedstat").unwrap_or_default();
     let on_cpu = schedule.split(' ').next().and_then(|ns| ns.parse::<f64>().ok());
     let seconds = on_cpu.unwrap_or(f64::NAN) / 1e9;

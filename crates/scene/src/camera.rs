@@ -20,35 +20,34 @@ use intertri::RayOf;
 use crate::coordinate::Coordinate;
 use crate::mesh::{double, rounded};
 
-/// The least sine between the view direction and up: below this the image's tilt would be decided by
-/// rounding.
+/// The smallest sine of the angle between the view direction and up; below this, rounding would decide the
+/// image's tilt.
 const LEVEL: f64 = 1e-6;
 
 /// A pinhole camera: the eye, its view direction and its field of view.
 ///
-/// Every ray of a camera has the bit-identical origin, so that a shared-origin triangle
-/// need be prepared only once. The arithmetic is f64 and each result is rounded once, to f32 or, of a
-/// `Camera<f64>`, to f64.
+/// All rays of a camera have the same origin, bit for bit, so they can form bundles. The arithmetic is f64,
+/// and each result is rounded once, to f32 or, for a `Camera<f64>`, to f64.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera<S = f32> {
     eye: [S; 3],
     right: DVec3,
     up: DVec3,
     forward: DVec3,
-    /// Half of the image plane's height at distance 1.
+    /// Half the image plane's height at distance 1.
     half_height: f64,
 }
 
 impl Camera {
     /// The vertical field of view of [`Camera::framing`], in degrees: a moderate telephoto lens.
     pub const FOV: f64 = 35.0;
-    /// From where [`Camera::framing`] looks: a three-quarter view from slightly above, y up.
+    /// The view direction of [`Camera::framing`]: a three-quarter view from slightly above, y up.
     pub const VIEW: [f32; 3] = [0.55, 0.38, 1.0];
     /// The up direction of [`Camera::framing`].
     pub const UP: [f32; 3] = [0.0, 1.0, 0.0];
 
-    /// [`Camera::VIEW`] turned as [`Camera::UP`] must be to become `up`: the same picture of a model
-    /// that was turned that way.
+    /// [`Camera::VIEW`] rotated like [`Camera::UP`] to `up`: the same picture of a model that was rotated
+    /// that way.
     pub fn view_for(up: [f32; 3]) -> [f32; 3] {
         match double(up).try_normalize() {
             Some(to) if up != Self::UP => {
@@ -58,7 +57,7 @@ impl Camera {
         }
     }
 
-    /// The up direction for a view along `view` if none was given: [`Camera::UP`] or, if the view is along that, north
+    /// The default up direction for a view along `view`: [`Camera::UP`] or, if the view is along that, north
     /// on a map.
     pub fn up_for(view: [f32; 3]) -> [f32; 3] {
         let along = double(view).normalize_or_zero();
@@ -71,13 +70,13 @@ impl Camera {
 }
 
 impl<S: Coordinate> Camera<S> {
-    /// A camera at `eye` that has `target` in the middle of its image and `up` upward in it.
+    /// A camera at `eye` with `target` in the centre of its image and `up` pointing upward.
     ///
-    /// `fov` is the vertical field of view in degrees, between 0 and 180, both excluded.
+    /// `fov` is the vertical field of view in degrees, above 0 and below 180.
     ///
     /// # Errors
-    /// If a number is not finite, `fov` is out of its range, `eye` and `target` are one point, or
-    /// `up` points along the view direction (or is zero).
+    /// Fails if a number is not finite, `fov` is out of range, `eye` and `target` are the same point, or `up`
+    /// is zero or points along the view direction.
     pub fn new(eye: [S; 3], target: [S; 3], up: [f32; 3], fov: f64) -> Result<Self, CameraError> {
         let finite = |p: [S; 3]| p.iter().all(|x| x.is_finite());
         if !(finite(eye) && finite(target) && up.iter().all(|x| x.is_finite())) {
@@ -97,13 +96,13 @@ impl<S: Coordinate> Camera<S> {
         Ok(Self { eye, right, up: right.cross(forward), forward, half_height })
     }
 
-    /// A camera that has all of `points` in its image: [`Camera::framing_from`] with
-    /// [`Camera::VIEW`], [`Camera::UP`] and [`Camera::FOV`].
+    /// A camera with all `points` in its image: [`Camera::framing_from`] with [`Camera::VIEW`],
+    /// [`Camera::UP`] and [`Camera::FOV`].
     ///
     /// `aspect` is the image's width divided by its height.
     ///
     /// # Errors
-    /// If the camera would stand beyond the range of its scalar, or `aspect` is not positive and finite.
+    /// Fails if the camera would be beyond the range of its scalar, or `aspect` is not positive and finite.
     pub fn framing(
         points: impl IntoIterator<Item = [S; 3]>,
         aspect: f64,
@@ -111,9 +110,8 @@ impl<S: Coordinate> Camera<S> {
         Self::framing_from(points, Camera::VIEW, Camera::UP, Camera::FOV, aspect)
     }
 
-    /// A camera that has all of `points` in its image, as large as a narrow margin allows, seen
-    /// from the direction `view` (from the points toward the eye). Without points, it looks at the
-    /// origin.
+    /// A camera with all `points` in its image, as large as a narrow margin allows, seen from the direction
+    /// `view` (from the points toward the eye). Without points, it looks at the origin.
     ///
     /// ```text
     ///   left border                       right border
@@ -127,8 +125,8 @@ impl<S: Coordinate> Camera<S> {
     /// ```
     ///
     /// # Errors
-    /// As [`Camera::new`], with `view` reversed as the view direction; and if `aspect` is not positive
-    /// and finite.
+    /// As for [`Camera::new`], with `view` reversed as the view direction; also fails if `aspect` is not
+    /// positive and finite.
     pub fn framing_from(
         points: impl IntoIterator<Item = [S; 3]>,
         view: [f32; 3],
@@ -140,13 +138,13 @@ impl<S: Coordinate> Camera<S> {
         if !(aspect > 0.0 && aspect.is_finite()) {
             return Err(CameraError::Aspect(aspect));
         }
-        // The directions of the wanted camera are those of one that looks from `view` at the origin.
+        // The camera has the axes of one that looks from `view` at the origin.
         let Camera { right, up: top, forward, half_height, .. } =
             Camera::new(view, [0.0; 3], up, fov)?;
         let (half_width, half_height) = (half_height * aspect / MARGIN, half_height / MARGIN);
 
-        // A point is in the image where |r - r of the eye| <= half_width * (w of the eye - w), and
-        // the same up and down. Each border is pushed outward until the last point touches it.
+        // A point is in the image if |r - r of the eye| <= half_width * (w of the eye - w), and similarly for
+        // up and down. Each border is moved outward until the last point touches it.
         let mut borders = [f64::NEG_INFINITY; 4];
         let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for point in points {
@@ -168,8 +166,8 @@ impl<S: Coordinate> Camera<S> {
             return Self::framing_from([[S::ZERO; 3]], view, up, fov, aspect);
         }
 
-        // The eye is where the borders of one pair meet, whichever pair meets farther away. It is in
-        // the middle of the other pair, and behind the foremost point.
+        // The eye is where the borders of one pair meet, for the pair that meets farther away. It is centred
+        // between the other pair, and behind the foremost point.
         let [r_max, r_min, u_max, u_min] = borders;
         let size = (max - min).length();
         let near = max.z + if size > 0.0 { size * 0.01 } else { 1.0 };
@@ -200,12 +198,12 @@ impl<S: Coordinate> Camera<S> {
         RayOf::new(self.eye, rounded::<S>(dir.normalize()))
     }
 
-    /// To the right of the image, toward its top, and into it: three unit vectors at right angles.
+    /// Right, up and into the image: three orthogonal unit vectors.
     pub fn axes(&self) -> [[f64; 3]; 3] {
         self.basis().map(|axis| axis.to_array())
     }
 
-    /// Half of the image plane's height at distance 1: the tangent of half the vertical field of view.
+    /// Half the image plane's height at distance 1: the tangent of half the vertical field of view.
     pub fn half_height(&self) -> f64 {
         self.half_height
     }
@@ -219,7 +217,7 @@ impl<S: Coordinate> Camera<S> {
 /// Why a camera is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CameraError {
-    /// A coordinate is NaN or infinite, or became so because the model is too large.
+    /// A coordinate is NaN or infinite, or became infinite because the model is too large.
     NotFinite,
     /// The field of view, in degrees, is not between 0 and 180.
     Fov(f64),
@@ -276,8 +274,8 @@ mod tests {
     fn the_middle_pixel_looks_at_the_target_and_y_grows_downward() {
         let camera: Camera = Camera::new([0.0, 0.0, 5.0], [0.0; 3], Camera::UP, 90.0).unwrap();
         assert_eq!(camera.ray(1, 1, 3, 3).dir, [0.0, 0.0, -1.0]);
-        // A field of view of 90 degrees reaches as far up as it looks ahead; a pixel's center in
-        // the top row of three is at 2/3 of that.
+        // With a field of view of 90 degrees, the top is as high as the image plane is far; a pixel's center
+        // in the top row of three is at 2/3 of that.
         let top = camera.ray(1, 0, 3, 3).dir;
         assert!((top[1] / -top[2] - 2.0 / 3.0).abs() < 1e-6 && top[0] == 0.0);
         let right = camera.ray(2, 1, 3, 3).dir;
@@ -295,13 +293,13 @@ mod tests {
             corners([-1.0; 3], [1.0; 3]),
             corners([1e6, 0.0, -300.0], [1.0001e6, 100.0, 3.0]),
             corners([0.0, 0.0, 0.0], [50.0, 0.0, 1.0]),
-            // Nothing like its box.
+            // Points that do not fill their bounding box.
             vec![[0.0; 3], [10.0, 0.0, 0.0], [10.0, 9.0, 1.0], [9.0, 8.0, 10.0]],
         ];
         for points in clouds {
             for aspect in [0.3, 1.0, 4.0 / 3.0, 3.0] {
                 let camera = Camera::framing(points.iter().copied(), aspect).unwrap();
-                // The points in the image, whose borders are at -1 and 1.
+                // The points projected to the image, whose borders are at -1 and 1.
                 let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
                 for &point in &points {
                     let arm = double(point) - double(camera.eye);
@@ -314,7 +312,7 @@ mod tests {
                         max[axis] = max[axis].max(place[axis]);
                     }
                 }
-                // One pair of borders is nearly reached on both sides.
+                // One pair of borders is almost reached on both sides.
                 let reach = (0..2).map(|axis| max[axis].min(-min[axis])).fold(0.0, f64::max);
                 let most = max.into_iter().chain(min.map(|x| -x)).fold(0.0, f64::max);
                 assert!(reach > 0.9 && most < 1.0, "{points:?} {aspect}: {min:?} {max:?}");

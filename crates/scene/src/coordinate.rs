@@ -1,11 +1,11 @@
-//! The scalar in which a scene is kept: f32 or f64.
+//! The scalar of a scene: f32 or f64.
 
 use std::str::FromStr;
 
 use intertri::Scalar;
 
-/// What the coordinates of meshes, cameras, lights and rays are read and kept in: f32, unless told
-/// otherwise, or f64. The set is closed.
+/// The scalar in which the coordinates of meshes, cameras, lights and rays are read and stored: f32 by
+/// default, or f64. The trait is sealed.
 ///
 /// ```no_run
 /// use std::path::Path;

@@ -1,4 +1,4 @@
-//! Images in memory, PNG and JPEG files to read, and PNG files that are written whole or not at all.
+//! Images in memory, reading PNG and JPEG files, and writing PNG files atomically.
 
 use std::io::{self, BufWriter, IntoInnerError};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::PartialFile;
 /// The most pixels that an image may have: 8192 times 8192. Its visibility buffer alone is 2 GiB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
-/// An image: rows from the top, three bytes of sRGB a pixel.
+/// An image: rows from the top, three bytes of sRGB per pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -24,18 +24,18 @@ impl Image {
     /// A black image.
     ///
     /// # Errors
-    /// As [`check_size`].
+    /// As for [`check_size`].
     pub fn new(width: u32, height: u32) -> Result<Self, ImageError> {
         let pixels = check_size(width, height)?;
         Ok(Self { width, height, pixels: vec![[0; 3]; pixels] })
     }
 
-    /// Pixels in a row.
+    /// The width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// The height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
@@ -45,15 +45,16 @@ impl Image {
         &self.pixels
     }
 
-    /// All pixels, to be painted.
+    /// All pixels, to modify.
     pub fn pixels_mut(&mut self) -> &mut [[u8; 3]] {
         &mut self.pixels
     }
 
-    /// Reads a PNG or JPEG file, told apart by how it begins. The alpha channel is dropped.
+    /// Reads a PNG or JPEG file, which it recognizes by the first bytes. Drops the alpha channel.
     ///
     /// # Errors
-    /// If there is no such file, it is neither, or a side is 0, or it has more than [`MAX_PIXELS`].
+    /// Fails if there is no such file, it is in neither format, a side is 0, or there are more than
+    /// [`MAX_PIXELS`].
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let error = |cause: String| ImageError::Read { path: path.into(), cause };
         let metadata = fs::metadata(path).map_err(|cause| error(cause.to_string()))?;
@@ -75,13 +76,13 @@ impl Image {
         Ok(Self { width, height, pixels: pixels.to_vec() })
     }
 
-    /// Writes the image to `path` as PNG, whole or not at all.
+    /// Writes the image to `path` as PNG, completely or not at all.
     ///
-    /// It is a [`PartialFile`] first: an image under that name is whole, whenever the program was
-    /// stopped. Upon an error an older image at `path` is untouched.
+    /// It is written as a [`PartialFile`] first, so an image under that name is complete even if the program
+    /// is killed. After an error an older image at `path` is unchanged.
     ///
     /// # Errors
-    /// As [`check_output`], and whatever the file system objects to.
+    /// As for [`check_output`], and any error of the file system.
     pub fn write_png(&self, path: &Path) -> Result<(), ImageError> {
         check_output(path)?;
         let written = replace(path, |file| {
@@ -97,7 +98,8 @@ impl Image {
     }
 }
 
-/// Puts what `write` writes at `path`, once all of it is on the disk; nothing where it fails.
+/// Writes with `write` to `path`, which appears once all of it is on the disk, and not at all if writing
+/// fails.
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<PartialFile>) -> io::Result<()>,
@@ -109,10 +111,10 @@ fn replace(
     file.finish()
 }
 
-/// How many pixels an image of that size has.
+/// The number of pixels of an image of that size.
 ///
 /// # Errors
-/// If a side is 0 or there are more than [`MAX_PIXELS`]. To be asked before anything is allocated.
+/// Fails if a side is 0 or there are more than [`MAX_PIXELS`]. Call this before allocating anything.
 pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     let pixels = u64::from(width) * u64::from(height);
     match usize::try_from(pixels) {
@@ -121,10 +123,10 @@ pub fn check_size(width: u32, height: u32) -> Result<usize, ImageError> {
     }
 }
 
-/// Checks before rendering whether an image can probably be written to `path`, without writing it.
+/// Checks before rendering whether an image can probably be written to `path`.
 ///
 /// # Errors
-/// If `path` does not end in `.png`, is a folder, or lies in a folder that is not there.
+/// Fails if `path` does not end in `.png`, is a folder, or is in a folder that does not exist.
 pub fn check_output(path: &Path) -> Result<(), ImageError> {
     let error = |why| Err(ImageError::Output { path: path.into(), why });
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
@@ -141,11 +143,11 @@ pub fn check_output(path: &Path) -> Result<(), ImageError> {
     }
 }
 
-/// An image of where two engines disagree: `image` darkened, and of its own colour each pixel that
-/// `marks` has one for, in a frame of that colour so that a single pixel is found.
+/// An image that shows where two engines disagree: `image` darkened, with each pixel that has an entry in
+/// `marks` in that colour, and a frame of that colour around it so that a single pixel is visible.
 ///
 /// # Panics
-/// If `marks` does not have one entry per pixel.
+/// Panics if `marks` does not have one entry per pixel.
 pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
     const FRAME: i64 = 4;
     assert_eq!(marks.len(), image.pixels.len(), "one entry per pixel");
@@ -177,12 +179,12 @@ pub fn difference(image: &Image, marks: &[Option<[u8; 3]>]) -> Image {
 pub enum ImageError {
     /// A side is 0, or there are more than [`MAX_PIXELS`].
     Size {
-        /// Pixels in a row.
+        /// The width in pixels.
         width: u32,
-        /// Rows.
+        /// The height in pixels.
         height: u32,
     },
-    /// The name cannot be that of an image.
+    /// The output cannot have this name.
     Output {
         /// The name.
         path: PathBuf,
@@ -196,11 +198,11 @@ pub enum ImageError {
         /// The problem.
         cause: String,
     },
-    /// The file system refused.
+    /// Writing failed.
     Write {
         /// The image's name.
         path: PathBuf,
-        /// Its message.
+        /// The error of the file system.
         cause: io::Error,
     },
 }

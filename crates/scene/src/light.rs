@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Bounds, double, rounded};
 
-/// A light: its shadows are hard.
+/// A light with hard shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light<S = f32> {
     /// A point light.
@@ -15,29 +15,29 @@ pub enum Light<S = f32> {
         /// Its position.
         position: [S; 3],
     },
-    /// So far away that its rays are parallel. [`Light::sun`] makes one.
+    /// A light so far away that its rays are parallel. [`Light::sun`] creates one.
     Directional {
-        /// The way to the light. As long as this is a shadow ray, so it must lead out of the scene
-        /// from wherever a surface is.
+        /// The vector to the light. A shadow ray has this length, so the vector must lead out of the scene
+        /// from any surface.
         toward: [S; 3],
     },
 }
 
 impl Light {
-    /// The end of a shadow ray's interval, as a share of the way from the light to the surface.
+    /// The end of a shadow ray's interval, as a fraction of the distance from the light to the surface.
     ///
-    /// A shadow ray ends on the very triangle that it is for, at `t = 1` up to rounding: its f32
-    /// direction misses the point by some 1e-7 of the way, and the `t` of the triangle by that much
-    /// divided by the cosine between ray and normal. One part in ten thousand covers every cosine
-    /// above 1e-3, below which the surface gets no visible light anyhow, and is a tenth of a pixel
-    /// in a usual image. It is a tolerance of shading: the intersection test knows nothing of it.
+    /// A shadow ray ends on the triangle that it starts from in the image, at `t = 1` up to rounding: its f32
+    /// direction misses the point by about 1e-7 of the distance, and the `t` of the triangle differs by that
+    /// much divided by the cosine between ray and normal. One part in ten thousand covers every cosine above
+    /// 1e-3, below which the surface gets no visible light anyway, and is a tenth of a pixel in a typical
+    /// image. It is a tolerance of the shading; the intersection test does not know about it.
     pub const REACH: f32 = 0.9999;
 }
 
 impl<S: Coordinate> Light<S> {
-    /// A light for `bounds` as `camera` sees them: over the photographer's left shoulder, high, and
-    /// far enough that shadows do not spread much. A camera inside of the box, which may be a room,
-    /// has its light a little above and to the left of it.
+    /// A light for `bounds` as seen by `camera`: over the photographer's left shoulder, high, and far enough
+    /// that shadows do not spread much. If the camera is inside the box, which may be a room, the light is a
+    /// little above and to the left of it.
     pub fn over_the_shoulder(bounds: &Bounds<S>, camera: &Camera<S>) -> Self {
         let [right, up, forward] = camera.basis();
         let position = if bounds.contains(camera.eye()) {
@@ -49,11 +49,11 @@ impl<S: Coordinate> Light<S> {
         Self::Point { position: rounded(position) }
     }
 
-    /// A directional light for `bounds`; `toward`, of any length, is the direction to it. None if that
-    /// is zero or not finite, or the bounds are too large for the scalar.
+    /// A directional light for `bounds`; `toward` is the direction to it, of any length. None if that is zero
+    /// or not finite, or the bounds are too large for the scalar.
     pub fn sun(toward: [f32; 3], bounds: &Bounds<S>) -> Option<Self> {
         let direction = double(toward).try_normalize()?;
-        // Longer than any way through the bounds.
+        // Longer than any segment in the bounds.
         let toward: [S; 3] = rounded(direction * (bounds.radius() * 2.02));
         toward.iter().all(|x| x.is_finite()).then_some(Self::Directional { toward })
     }
@@ -68,21 +68,21 @@ impl<S: Coordinate> Light<S> {
 
     /// The shadow ray of `point`, which is on a surface: any hit occludes the light.
     ///
-    /// It is reversed: it runs from the light, or from far enough toward it, to the point, which is
-    /// `t = 1`, over the interval `0 <= t <` [`Light::REACH`]. All shadow rays of a point light share
-    /// their origin, bit for bit, and are as coherent as camera rays.
+    /// It runs in reverse: from the light, or from far enough toward it, to the point at `t = 1`, over the
+    /// interval `0 <= t <` [`Light::REACH`]. All shadow rays of a point light share their origin, bit for
+    /// bit, and are as coherent as camera rays.
     pub fn shadow_ray(&self, point: [f64; 3]) -> RayOf<S> {
         Self::shadow_ray_from(self.origin(point), point)
     }
 
-    /// The same from an origin that was moved, to a point of a grid for instance.
+    /// The same from a different origin, for instance one that was snapped to a grid.
     pub fn shadow_ray_from(origin: [S; 3], point: [f64; 3]) -> RayOf<S> {
         let dir = DVec3::from(point) - double(origin);
         RayOf::new(origin, rounded::<S>(dir)).between(S::ZERO, S::from(Light::REACH))
     }
 
-    /// The shadow ray of a hit on a triangle by [`Mode::exact`](intertri::Mode::exact), from there to the light: any
-    /// hit occludes it. It never meets that triangle ([`spawn_ray`]), so no share of the way is left out.
+    /// The shadow ray from a hit found by [`Mode::exact`](intertri::Mode::exact) to the light: any hit
+    /// occludes it. It never meets the hit triangle ([`spawn_ray`]), so no part of the segment is left out.
     pub fn shadow_ray_of(&self, hit: &Hit, triangle: &TriangleOf<S>) -> RayOf<S> {
         match *self {
             Self::Point { position } => spawn_ray_to(hit, triangle, position),
@@ -90,7 +90,7 @@ impl<S: Coordinate> Light<S> {
         }
     }
 
-    /// The direction from a point to the light, of unit length.
+    /// The unit vector from a point to the light.
     #[inline]
     pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
         let toward = match *self {
@@ -101,7 +101,7 @@ impl<S: Coordinate> Light<S> {
     }
 }
 
-/// The point where `ray` meets what `hit` says, in f64. Not finite for a miss.
+/// The point of a `hit` on `ray`, in f64. Not finite for a miss.
 pub fn hit_point<S: Scalar>(ray: &RayOf<S>, hit: &Hit) -> [f64; 3] {
     (double(ray.origin) + double(ray.dir) * hit.t).to_array()
 }
@@ -127,8 +127,8 @@ mod tests {
 
     #[test]
     fn a_surface_does_not_shadow_itself_but_what_stands_before_it_does() {
-        // Planes through a point, tilted up to a cosine of 1e-3 toward the light, from many sides and
-        // at any distance: where the f32 ray meets the plane must not count.
+        // Planes through a point, tilted up to a cosine of 1e-3 toward the light, from many sides and at any
+        // distance: the f32 ray's own hit with the plane must not count.
         let mut worst: f64 = 1.0;
         for i in 0..20_000_u32 {
             let angle = f64::from(i) * 2.399_963;
@@ -147,10 +147,10 @@ mod tests {
             let t = normal.dot(point - double(ray.origin)) / normal.dot(dir);
             worst = worst.min(t);
             assert!(t >= f64::from(ray.t_max), "{i}: {t}");
-            // An occluder a thousandth of the way before the surface counts.
+            // An occluder a thousandth of the distance before the surface counts.
             assert!(0.999 < ray.t_max);
         }
-        // The attack was one: rounding does move the own surface before the point.
+        // The test is meaningful: rounding does move the hit with the surface before the point.
         assert!(worst < 1.0 - 1e-5, "{worst}");
     }
 
@@ -169,7 +169,8 @@ mod tests {
                 Ray { origin: [ray.origin[0] * 0.3, ray.origin[1], ray.origin[2] * 0.3], ..ray };
             let Some(hit) = exact.closest(&[triangle], &ray) else { continue };
 
-            // A light nearly in the triangle's plane, or over it; what stands a millionth of the way before it.
+            // A light nearly in the triangle's plane, or above it; an occluder a millionth of the distance
+            // before it.
             let point = DVec3::from(hit_point(&ray, &hit));
             let over = if i % 2 == 0 { 1e-6 } else { 3.0 };
             let toward = DVec3::new(2.0 * size, over * size, size);
@@ -189,7 +190,7 @@ mod tests {
                 assert_eq!(beyond, matches!(light, Light::Directional { .. }), "{i}: {next:?}");
             }
         }
-        // A reach of 0.9999 misses those walls.
+        // A reach of 0.9999 would miss those walls.
         assert!(blocked > 1000, "{blocked}");
     }
 

@@ -2,23 +2,23 @@
 
 use std::io::{self, BufRead, ErrorKind};
 
-/// How the line that was read last has ended.
+/// How the last line that was read ended.
 ///
-/// A carriage return ends a line at once, although a line feed may follow it: a program that writes rays
-/// through a pipe may wait for the answer before it goes on. The next line then begins behind that.
+/// A carriage return ends a line at once, although a line feed may follow: a program that sends rays through
+/// a pipe may wait for the answer before it continues. The next line then begins after the line feed.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) enum LineEnd {
-    /// In a line feed, or none was read.
+    /// With a line feed, or no line was read yet.
     #[default]
     Feed,
-    /// In a carriage return, to which a line feed may belong.
+    /// With a carriage return, which a line feed may follow.
     ReturnAndPerhapsFeed,
-    /// In a carriage return, as all lines of the text do.
+    /// With a carriage return, like all lines of the text.
     Return,
 }
 
 impl LineEnd {
-    /// Steps over the line feed that belongs to the last line's end.
+    /// Skips the line feed that belongs to the last line's end.
     pub(crate) fn pass(&mut self, input: &mut impl BufRead) -> io::Result<()> {
         if *self == Self::ReturnAndPerhapsFeed {
             if fill(input)?.first() == Some(&b'\n') {
@@ -29,7 +29,7 @@ impl LineEnd {
         Ok(())
     }
 
-    /// Whether a whole line is among the bytes that have come.
+    /// Whether the available bytes contain a whole line.
     pub(crate) fn has_line(self, bytes: &[u8]) -> bool {
         let bytes = match (self, bytes) {
             (Self::ReturnAndPerhapsFeed, [b'\n', rest @ ..]) => rest,
@@ -39,8 +39,8 @@ impl LineEnd {
     }
 }
 
-/// Appends the next line without its end to `line`; false at the end of the text. A line that becomes
-/// longer than `longest` is left in the middle.
+/// Appends the next line without its end to `line`; returns false at the end of the text. Stops in the middle
+/// of a line that becomes longer than `longest`.
 pub(crate) fn read_line(
     input: &mut impl BufRead,
     line: &mut Vec<u8>,
@@ -68,9 +68,9 @@ pub(crate) fn read_line(
     }
 }
 
-/// The input that has arrived and is not yet read.
+/// The bytes that have arrived and are not read yet.
 fn fill(input: &mut impl BufRead) -> io::Result<&[u8]> {
-    // Asked for twice, because a loop could not give away what it has borrowed.
+    // Called twice, because a loop could not return what it borrows.
     while let Err(error) = input.fill_buf() {
         if error.kind() != ErrorKind::Interrupted {
             return Err(error);

@@ -1,16 +1,16 @@
-//! Indexed triangles, in the order of their file.
+//! Indexed triangles, in the order of the file.
 
 use glam::DVec3;
 use intertri::{Scalar, TriangleOf};
 
 use crate::coordinate::Coordinate;
 
-/// A run of triangles that look alike: from `first` to the next part's `first`.
+/// A run of triangles with the same material: from `first` to the next part's `first`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// The first triangle of the part.
     pub first: u32,
-    /// Its albedo: the linear share of red, green and blue light that it reflects, in `0..=1`.
+    /// Its albedo: the linear fraction of red, green and blue light that it reflects, in `0..=1`.
     pub tint: [f32; 3],
     /// Whether its albedo is multiplied by the scene's texture.
     pub textured: bool,
@@ -18,33 +18,33 @@ pub struct Part {
 
 /// An indexed triangle mesh.
 ///
-/// Triangles keep the order of the file, and a polygon becomes the triangle fan of its first corner
-/// in its own order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside of a concave polygon,
-/// it is cut by ear clipping into as many triangles. Positions keep their order and the numbers of the
-/// file, rounded once to f32 or, of a `Mesh<f64>`, to f64: none is welded, moved or dropped.
+/// Triangles keep the order of the file. A polygon becomes the fan of triangles around its first corner, in
+/// order: `(0, 1, 2), (0, 2, 3), ...`. If that fan would reach outside a concave polygon, ear clipping cuts
+/// it into as many triangles. Positions keep their order and the numbers of the file, rounded once to f32 or,
+/// for a `Mesh<f64>`, to f64: none are welded, moved or dropped.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<S = f32> {
-    /// The positions of the vertices. Where [`crate::load`] made the mesh, all that triangles use are finite.
+    /// The positions of the vertices. If [`crate::load`] made the mesh, all that triangles use are finite.
     pub positions: Vec<[S; 3]>,
     /// Three indices into `positions` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Texture coordinates of the three corners of each triangle, or `None` for a mesh without. Where
-    /// only some triangles have them, the others have zeros.
+    /// Texture coordinates of the three corners of each triangle, or `None` for a mesh without. If only some
+    /// triangles have them, the others have zeros.
     pub corner_uvs: Option<Vec<[[f32; 2]; 3]>>,
-    /// The materials by run of triangles, ascending in `first`; empty for a mesh of one material.
+    /// The materials, ascending in `first`; empty for a mesh with only one.
     pub parts: Vec<Part>,
 }
 
 impl Mesh {
-    /// The albedo of clay: that of triangles without a part.
+    /// The albedo of triangles without a part, like clay.
     pub const CLAY: [f32; 3] = [0.62, 0.58, 0.52];
 }
 
 impl<S: Coordinate> Mesh<S> {
-    /// The triangle soup that the kernel intersects. Index `i` here is triangle `i` of the mesh.
+    /// The triangles that the kernel intersects. Index `i` here is triangle `i` of the mesh.
     ///
     /// # Panics
-    /// If an index lies outside of `positions`; [`crate::load`] never makes such a mesh.
+    /// Panics if an index is outside `positions`; [`crate::load`] never makes such a mesh.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
         (0..self.triangles.len()).map(|i| TriangleOf(self.corners(i))).collect()
     }
@@ -52,23 +52,23 @@ impl<S: Coordinate> Mesh<S> {
     /// The three corners of triangle `index`.
     ///
     /// # Panics
-    /// If the index is out of bounds.
+    /// Panics if the index is out of bounds.
     pub fn corners(&self, index: usize) -> [[S; 3]; 3] {
         self.triangles[index].map(|corner| self.positions[corner as usize])
     }
 
-    /// The part that triangle `index` belongs to; `None` in a mesh that has no parts.
+    /// The part that triangle `index` belongs to; `None` for a mesh without parts.
     pub fn part(&self, index: usize) -> Option<&Part> {
         let after = self.parts.partition_point(|part| part.first as usize <= index);
         after.checked_sub(1).map(|part| &self.parts[part])
     }
 
-    /// The corners of all triangles. Positions that no triangle uses are not among them.
+    /// The corners of all triangles. Positions that no triangle uses are left out.
     pub fn points(&self) -> impl Iterator<Item = [S; 3]> {
         self.triangles.as_flattened().iter().map(|&corner| self.positions[corner as usize])
     }
 
-    /// The bounding box of all triangles, or `None` where there is no triangle.
+    /// The bounding box of all triangles, or `None` if there are none.
     pub fn bounds(&self) -> Option<Bounds<S>> {
         let first = self.points().next()?;
         let mut bounds = Bounds { min: first, max: first };
@@ -82,13 +82,13 @@ impl<S: Coordinate> Mesh<S> {
         Some(bounds)
     }
 
-    /// The bounding box of all triangles, or the origin for a mesh that has none.
+    /// The bounding box of all triangles, or the origin if there are none.
     pub(crate) fn bounds_or_point(&self) -> Bounds<S> {
         self.bounds().unwrap_or(Bounds { min: [S::ZERO; 3], max: [S::ZERO; 3] })
     }
 }
 
-/// An axis-aligned bounding box; its border is inside.
+/// An axis-aligned bounding box, including its boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds<S = f32> {
     /// The smallest x, y and z.
@@ -100,23 +100,23 @@ pub struct Bounds<S = f32> {
 impl<S: Scalar> Bounds<S> {
     /// The center.
     pub(crate) fn center(&self) -> DVec3 {
-        // Halved first, so that the largest f64 do not overflow.
+        // Halved first, so that the largest f64 does not overflow.
         double(self.min) * 0.5 + double(self.max) * 0.5
     }
 
-    /// Half of the diagonal, or 1 for a box that is a single point: a scale is never 0.
+    /// Half the diagonal, or 1 for a box that is a single point, so that a scale is never 0.
     pub(crate) fn radius(&self) -> f64 {
         let radius = (double(self.max) * 0.5 - double(self.min) * 0.5).length();
         if radius > 0.0 { radius } else { 1.0 }
     }
 
-    /// Whether a point is in the box or on its border.
+    /// Whether a point is in the box or on its boundary.
     pub(crate) fn contains(&self, p: [S; 3]) -> bool {
         (0..3).all(|axis| self.min[axis] <= p[axis] && p[axis] <= self.max[axis])
     }
 }
 
-/// A point of a mesh, widened.
+/// A point converted to f64.
 pub(crate) fn double<S: Scalar>(p: [S; 3]) -> DVec3 {
     DVec3::from(p.map(Into::<f64>::into))
 }

@@ -1,4 +1,4 @@
-//! Files that take their names only once they are whole.
+//! Files that get their final name only when they are complete.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -6,18 +6,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{mem, process};
 
-/// The hidden files of this process that have not got their names yet.
+/// The hidden files of this process that do not have their final names yet.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A file that is written under another name beside its final path, and renamed once it is complete.
+/// A file that is written under another name next to its final path, and renamed once it is complete.
 ///
-/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within
-/// one file system. Where it is dropped before [`PartialFile::finish`], the hidden file is removed and
-/// an older file stays as it was. A file that replaces an older one has its permissions.
+/// The bytes go to a hidden file, `.NAME.PID.partial` in the same folder, so that renaming stays within one
+/// file system. If it is dropped before [`PartialFile::finish`], the hidden file is removed and an older file
+/// stays as it was. A file that replaces an older one gets its permissions.
 ///
 /// ```
 /// use std::io::Write;
@@ -37,11 +37,11 @@ pub struct PartialFile {
 }
 
 impl PartialFile {
-    /// Begins a file that will be at `path`. Where a link is, it stays, and the file that it leads to
-    /// will be replaced.
+    /// Begins a file that will be at `path`. If that is a link, the link stays, and its target will be
+    /// replaced.
     ///
     /// # Errors
-    /// Whatever the file system objects to.
+    /// Any error of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -51,7 +51,7 @@ impl PartialFile {
         unfinished.push(hidden.clone());
         drop(unfinished);
 
-        // Before there is a byte in it that others should not read.
+        // Set before there is a byte in it that others should not read.
         let partial = Self { file, hidden, path };
         if let Ok(old) = fs::metadata(&partial.path)
             && old.permissions() != partial.file.metadata()?.permissions()
@@ -61,10 +61,10 @@ impl PartialFile {
         Ok(partial)
     }
 
-    /// Waits until the bytes are on the disk: else a power cut could leave the name without them.
+    /// Waits until the bytes are on the disk; otherwise a power cut could leave the name without them.
     ///
     /// # Errors
-    /// Whatever the file system objects to.
+    /// Any error of the file system.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_all()
     }
@@ -72,9 +72,9 @@ impl PartialFile {
     /// Renames the file to its final name.
     ///
     /// # Errors
-    /// Any error of the file system; then there is no file.
+    /// Any error of the file system; there is no file then.
     pub fn finish(self) -> io::Result<()> {
-        // Dropped, and so removed, after the list is free again.
+        // Dropped, which removes the file, after the list is unlocked.
         let this = self;
         let mut unfinished = unfinished();
         fs::rename(&this.hidden, &this.path)?;
@@ -82,12 +82,12 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Removes the hidden files of everything unfinished, for a process that is about to end. A thread that begins or
-    /// finishes a file from now on waits forever.
+    /// Removes the hidden files of everything unfinished, for a process that is about to end. A thread that
+    /// begins or finishes a file afterwards waits forever.
     pub fn abandon_all() {
         let unfinished = unfinished();
         for hidden in &*unfinished {
-            // The process ends, so there is no one left to report an error to.
+            // The process is ending, so there is nowhere to report an error.
             let _ = fs::remove_file(hidden);
         }
         mem::forget(unfinished);
@@ -109,7 +109,7 @@ impl Drop for PartialFile {
         let mut unfinished = unfinished();
         if unfinished.contains(&self.hidden) {
             unfinished.retain(|hidden| *hidden != self.hidden);
-            // The error that led here has been reported.
+            // The error that led here has been reported already.
             let _ = fs::remove_file(&self.hidden);
         }
     }

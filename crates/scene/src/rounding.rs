@@ -1,8 +1,8 @@
-//! Counts numbers that a scalar cannot hold.
+//! Counts numbers that are not exact in a scalar.
 
 use crate::coordinate::Coordinate;
 
-/// How many numbers were rounded because their scalar does not hold them, and how far that moved them.
+/// How many numbers were rounded because they are not exact in their scalar, and how far that moved them.
 ///
 /// ```
 /// use intertri_scene::Rounding;
@@ -15,16 +15,16 @@ use crate::coordinate::Coordinate;
 pub struct Rounding {
     /// How many numbers were rounded.
     pub numbers: u64,
-    /// The farthest that one of them moved; infinite where one was beyond the scalar's range.
+    /// The largest distance that one of them moved; infinite if one was beyond the scalar's range.
     pub by_up_to: f64,
 }
 
 impl Rounding {
-    /// The number of a scalar that is nearest to `x`: counted if that is not `x` itself.
+    /// Rounds `x` to the nearest number of a scalar, and counts it if that changes it.
     pub fn round<S: Coordinate>(&mut self, x: f64) -> S {
         let nearest = S::nearest(x);
         let moved = (nearest.into() - x).abs();
-        // A NaN or an infinity is the same in every scalar; the difference is NaN then.
+        // NaN and infinities are the same in every scalar; the difference is NaN then.
         if moved > 0.0 {
             self.numbers += 1;
             self.by_up_to = self.by_up_to.max(moved);

@@ -6,7 +6,7 @@ use crate::light::Light;
 use crate::mesh::{Mesh, double};
 use crate::texture::Texture;
 
-/// All that an image is rendered from.
+/// Everything an image is rendered from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene<S = f32> {
     /// The triangles.
@@ -15,17 +15,17 @@ pub struct Scene<S = f32> {
     pub camera: Camera<S>,
     /// The light.
     pub light: Light<S>,
-    /// What covers the textured parts of the mesh, or all of a mesh without parts, by its texture
+    /// The texture of the textured parts, or of the whole mesh if it has no parts, placed by its texture
     /// coordinates.
     pub texture: Option<Texture>,
 }
 
 impl<S: Coordinate> Scene<S> {
-    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image of
+    /// A mesh framed by [`Camera::framing`] and lit by [`Light::over_the_shoulder`], for an image with
     /// `aspect` = width / height.
     ///
     /// # Errors
-    /// As [`Camera::framing`].
+    /// As for [`Camera::framing`].
     pub fn of(mesh: Mesh<S>, aspect: f64) -> Result<Self, CameraError> {
         let camera = Camera::framing(mesh.points(), aspect)?;
         Ok(Self::seen_by(mesh, camera))

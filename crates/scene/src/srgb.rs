@@ -1,7 +1,7 @@
-//! The transfer function of sRGB (IEC 61966-2-1), in eight bits a channel, both ways by tables.
+//! The transfer function of sRGB (IEC 61966-2-1) in eight bits per channel, both ways with tables.
 //!
-//! A code n stands for all light from a threshold on: from where the curve reaches n - 1/2. Codes are
-//! looked up by a share's exponent and first seven bits of fraction:
+//! A code n stands for light from a threshold on, where the curve reaches n - 1/2. Codes are looked up by the
+//! exponent and the first seven fraction bits of the light:
 //!
 //! ```text
 //!   f32   0 01111011 1011010.........    thirteen octaves of 128 buckets, and black before them
@@ -13,9 +13,9 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 
-/// The codes of light and the light of codes.
+/// The code for each amount of light, and the light of each code.
 pub(crate) struct Srgb {
-    /// The least light of each code, and no more than there is after the last.
+    /// The smallest light of each code; the largest number after the last.
     thresholds: [f32; 257],
     /// The code at the beginning of each bucket.
     buckets: [u8; BUCKETS],
@@ -23,11 +23,11 @@ pub(crate) struct Srgb {
     light: [f32; 256],
 }
 
-/// The bits of an f32 below those that choose its bucket.
+/// The number of low bits of an f32 that do not choose its bucket.
 const REST: u32 = 23 - 7;
 /// The first bucket begins at 2^-13, below the first threshold.
 const FIRST: usize = (f32::MIN_POSITIVE.to_bits() as usize >> REST) + (126 - 13) * 128;
-/// The last one is that of 1 alone.
+/// The last bucket contains only 1.
 const BUCKETS: usize = 13 * 128 + 1;
 
 static SRGB: LazyLock<Srgb> = LazyLock::new(Srgb::new);
@@ -57,7 +57,7 @@ impl Srgb {
         Self { thresholds, buckets, light }
     }
 
-    /// Linear light to sRGB, clamped to `0..=1`; NaN is black.
+    /// Converts linear light to sRGB, clamped to `0..=1`; NaN is black.
     #[inline]
     pub(crate) fn encode(&self, Vec3 { x: r, y: g, z: b }: Vec3) -> [u8; 3] {
         [self.code(r), self.code(g), self.code(b)]
@@ -65,7 +65,7 @@ impl Srgb {
 
     #[inline]
     fn code(&self, x: f32) -> u8 {
-        // NaN is not above 0.
+        // NaN is not greater than 0.
         let x = if x > 0.0 { x } else { 0.0 };
         let x = if x < 1.0 { x } else { 1.0 };
         let bucket = (x.to_bits() as usize >> REST).saturating_sub(FIRST);
@@ -73,7 +73,7 @@ impl Srgb {
         code + u8::from(x >= self.thresholds[usize::from(code) + 1])
     }
 
-    /// One channel of sRGB to linear light.
+    /// Converts one channel of sRGB to linear light.
     pub(crate) fn decode(&self, encoded: u8) -> f32 {
         self.light[usize::from(encoded)]
     }
@@ -90,7 +90,7 @@ fn decode(encoded: u8) -> f32 {
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The least f32 that is not below.
+/// The smallest f32 that is not below `x`.
 fn rounded_up(x: f64) -> f32 {
     let near = x as f32;
     if f64::from(near) < x { near.next_up() } else { near }
@@ -104,7 +104,7 @@ mod tests {
         Srgb::get().encode(Vec3::splat(x))[1]
     }
 
-    /// The standard's curve from linear light to sRGB, in units of a code.
+    /// The standard's curve from linear light to sRGB, in units of codes.
     fn exact(x: f32) -> f64 {
         let x = f64::from(x).clamp(0.0, 1.0);
         let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
@@ -116,7 +116,7 @@ mod tests {
         for n in 1..=255_u8 {
             let least = Srgb::get().thresholds[usize::from(n)];
             let half = f64::from(n) - 0.5;
-            // f64 is right to some 1e-13 of a code: no threshold is as near to the curve as that.
+            // The error of f64 is about 1e-13 of a code, and no threshold is that close to the curve.
             assert!(exact(least) > half + 1e-12 && exact(least.next_down()) < half - 1e-12, "{n}");
             assert_eq!((code(least.next_down()), code(least)), (n - 1, n));
         }
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn between_the_thresholds_a_code_goes_on() {
-        // The ends of all buckets, and much between.
+        // The ends of all buckets, and many numbers between.
         let mut bits = 0;
         while bits <= 1.0_f32.to_bits() {
             for x in [bits, bits.saturating_sub(1)].map(f32::from_bits) {

@@ -1,4 +1,4 @@
-//! Document D: texture coordinates from the barycentric coordinates of a hit, and texture lookup.
+//! Document D: texture coordinates from the barycentric coordinates of a hit, and the texture lookup.
 //!
 //! ```text
 //!   t ^   c3                Each corner has texture coordinates (s, t). They are interpolated by the
@@ -17,23 +17,23 @@ use glam::{DVec2, Vec3};
 use crate::image::{Image, ImageError};
 use crate::srgb::Srgb;
 
-/// The pattern or image that covers a surface.
+/// A pattern or image that covers a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texture {
-    /// The document's pattern: the exclusive or of the numbers of a texel's column and row, modulo
-    /// `texels`, the number of columns and of rows. Zero reflects `dark` of the light, and the largest
-    /// number all of it.
+    /// The document's pattern: the exclusive or of a texel's column and row numbers, modulo `texels`, the
+    /// number of columns and rows. Zero reflects the fraction `dark` of the light, and the largest number all
+    /// of it.
     Xor {
-        /// How many texels a side, a power of two.
+        /// Texels per side, a power of two.
         texels: u32,
-        /// The share of light that the lowest number reflects.
+        /// The fraction of light that the lowest number reflects.
         dark: f32,
     },
     /// An image, with bilinear filtering.
     Image(Image),
 }
 
-/// The texture coordinates of a hit, interpolated between those of the corners by the barycentric
+/// The texture coordinates of a hit, interpolated between those of the corners with the barycentric
 /// coordinates: u of the second corner and v of the third.
 ///
 /// ```
@@ -45,32 +45,32 @@ pub fn place(corners: &[[f32; 2]; 3], u: f64, v: f64) -> [f64; 2] {
     (first + p * u + q * v).to_array()
 }
 
-/// The first corner's texture coordinates, and the ways from there to the other two.
+/// The first corner's texture coordinates, and the vectors from there to the other two.
 pub(crate) fn ways(corners: &[[f32; 2]; 3]) -> [DVec2; 3] {
     let [a, b, c] = corners.map(|[s, t]| DVec2::new(s.into(), t.into()));
     [a, b - a, c - a]
 }
 
 impl Texture {
-    /// The XOR pattern to lay over a whole model: few texels and a wide range of light, so that it is
-    /// seen for what it is at any size of a picture, and under any shading.
+    /// The XOR pattern for a whole model: few texels and a wide range of light, so that it is recognizable at
+    /// any size of a picture, and with any shading.
     pub const XOR: Self = Self::Xor { texels: 32, dark: 0.04 };
 
-    /// A PNG or JPEG file.
+    /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// If the file cannot be read, is neither, or has more than [`crate::MAX_PIXELS`] pixels.
+    /// Fails if the file cannot be read, is in neither format, or has more than [`crate::MAX_PIXELS`] pixels.
     pub fn load(path: &Path) -> Result<Self, ImageError> {
         Image::read(path).map(Self::Image)
     }
 
-    /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite
-    /// give the color of some texel.
+    /// The texture lookup: the linear albedo at texture coordinates. Coordinates that are not finite return
+    /// the color of an arbitrary texel.
     #[inline]
     pub fn color(&self, [s, t]: [f64; 2]) -> Vec3 {
         match self {
             Self::Xor { texels, dark } => {
-                // Rounded down, without a call of the C library's.
+                // Rounds down without calling the C library.
                 let number = |x: f64| {
                     let x = x * f64::from(*texels);
                     let toward_zero = x as i64;
@@ -82,7 +82,7 @@ impl Texture {
             }
             Self::Image(image) => {
                 let srgb = Srgb::get();
-                // Pixel centers are at whole numbers here, and rows count downward.
+                // Pixel centers are at integers here, and rows count downward.
                 let size = [image.width(), image.height()];
                 let x = (s - s.floor()) * f64::from(size[0]) - 0.5;
                 let y = (t.ceil() - t) * f64::from(size[1]) - 0.5;
@@ -106,15 +106,14 @@ mod tests {
 
     #[test]
     fn the_xor_pattern_is_the_document_s() {
-        // Between the corners of the document's triangle, 255 texels long; its color is 256 times
-        // the number.
+        // Between the corners of the document's triangle, 255 texels long; its color is 256 times the number.
         let texture = Texture::Xor { texels: 256, dark: 0.5 };
         for (x, y) in [(0, 0), (1, 0), (3, 5), (255, 255), (255, 0), (170, 85), (128, 127)] {
             let color = texture.color([x, y].map(|i| (f64::from(i) + 0.5) / 256.0));
             let level = f64::from(x ^ y) as f32 / 255.0;
             assert_eq!(color, Vec3::splat(0.5 + 0.5 * level));
         }
-        // It repeats, also below zero, where the document's rounding toward zero does not.
+        // It also repeats below zero, where the document's rounding toward zero does not.
         let coarse = Texture::Xor { texels: 8, dark: 0.5 };
         assert_eq!(coarse.color([0.3, 0.9]), coarse.color([-0.7, 5.9]));
         assert!(coarse.color([0.3, 0.9]) != coarse.color([0.5, 0.9]));
@@ -131,7 +130,7 @@ mod tests {
         assert_eq!(at(0.75, 0.75), [0.0; 3]);
         assert_eq!(at(0.25, 0.25), [1.0, 0.0, 0.0]);
         assert_eq!(at(-0.25, 7.25), [0.0, 0.0, 1.0]);
-        // Half way between two, and between all four, also over the border.
+        // Halfway between two, and between all four, also across the border.
         assert_eq!(at(0.5, 0.75), [0.5; 3]);
         assert_eq!(at(0.0, 0.0), at(0.5, 0.5));
         assert_eq!(at(0.5, 0.5), [0.5, 0.25, 0.5]);

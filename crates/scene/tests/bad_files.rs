@@ -1,4 +1,4 @@
-//! Files that are wrong: one line that names file, line and cause; no panic, no large allocation.
+//! Invalid files: one line with file, line and cause; no panic, no large allocation.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use intertri_scene::{load, read};
 use tempfile::TempDir;
 
-/// The message for a file of that name and content, without the folder before the name.
+/// The error message for a file with that name and content, without its folder.
 fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
@@ -17,7 +17,7 @@ fn message(name: &str, bytes: impl AsRef<[u8]>) -> String {
     error.strip_prefix(&begin).unwrap_or_else(|| panic!("no file name: {error}")).into()
 }
 
-/// Whether the message begins and goes on as told.
+/// Checks the beginning of the message, and a part of the rest.
 #[track_caller]
 fn says(message: &str, begin: &str, part: &str) {
     assert!(
@@ -104,14 +104,14 @@ fn obj_faults_name_their_line() {
     for (fault, expected) in cases {
         says(&message("a.obj", format!("{V}{fault}\nf 1 2 3\n")), &format!("a.obj:{expected}"), "");
     }
-    // A word of a megabyte, with a bell in it, is not repeated in full.
+    // A word of a megabyte that contains a bell is not repeated in full.
     let text = format!("v 0 0 \x07{}\nv 0 0 0\nf 1 1 2\n", "9x".repeat(500_000));
     let long = message("a.obj", text);
     says(&long, "a.obj:1: \"\\u{7}9x9x", "\"... is not a number");
     assert!(long.len() < 120);
 }
 
-/// A PLY with that many vertices and triangles promised, and that payload.
+/// A PLY that declares this many vertices and triangles, with this payload.
 fn ply(format: &str, vertices: u64, faces: u64, payload: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
@@ -196,7 +196,7 @@ fn ply_binary_faults() {
     fs::write(&path, &whole).unwrap();
     assert_eq!(load(&path).unwrap().triangles, [[0, 1, 2]]);
 
-    // Cut anywhere, it is an error.
+    // Cut off anywhere, it is an error.
     for length in start..whole.len() {
         let message = message("a.ply", &whole[..length]);
         says(&message, "a.ply: ", "the file is cut off: the header promises");
@@ -214,7 +214,7 @@ fn ply_binary_faults() {
     says(&with(48, 3), "a.ply: a face names vertex 3, but there are 3, from 0 on", "");
     says(&with(48, u32::MAX), "a.ply: face 0: a face has an index that is negative", "");
 
-    // Promises without end size nothing and end at once.
+    // Huge counts size no allocation and end at once.
     for format in ["binary_little_endian", "binary_big_endian", "ascii"] {
         let message = message("a.ply", header(format, u64::MAX, u64::MAX));
         says(&message, "a.ply:", "the file is cut off");
@@ -281,7 +281,7 @@ fn a_line_or_a_header_without_end_is_refused() {
 
 #[test]
 fn what_looks_wrong_and_is_right() {
-    // Other line ends, no last one, names in Latin 1, numbers in odd forms, a face of 100,000 corners.
+    // Other line ends, no final one, names in Latin 1, numbers in odd forms, a face with 100,000 corners.
     let folder = TempDir::new().unwrap();
     let saved = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -306,7 +306,7 @@ fn what_looks_wrong_and_is_right() {
 
 #[test]
 fn damage_anywhere_is_a_model_or_one_line() {
-    // Every byte of a good file of each kind overwritten by each of some others, and the file cut there.
+    // A valid file of each kind with every byte overwritten by several others, and cut off at every byte.
     let ply_text = ply("ascii", 3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     let mut ply_bytes = ply("binary_big_endian", 3, 1, "").into_bytes();
     ply_bytes.extend(

@@ -1,4 +1,4 @@
-//! What good files of every format become.
+//! The meshes read from valid files in every format.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use intertri_scene::{Mesh, load, read};
 use tempfile::TempDir;
 
-/// Loads a file of that name and content.
+/// Loads a file with that name and content.
 fn mesh(name: &str, bytes: impl AsRef<[u8]>) -> Mesh {
     let folder = TempDir::new().unwrap();
     let path: PathBuf = folder.path().join(name);
@@ -35,7 +35,7 @@ fn obj_negative_indices_count_back_from_the_last_vertex_so_far() {
                 f -4/-1 -1/-2 -3/-3\n";
     let mesh = mesh("a.obj", text);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 3, 1]]);
-    // The first face has none and gets zeros.
+    // The first face has none, so it gets zeros.
     let uvs = mesh.corner_uvs.unwrap();
     assert_eq!(uvs, [[[0.0; 2]; 3], [[0.0, 1.0], [1.0, 0.0], [0.5, 0.25]]]);
 }
@@ -53,7 +53,7 @@ fn obj_texture_coordinates_follow_the_fan_and_stay_in_step_with_faces_without() 
 
 #[test]
 fn obj_survives_what_editors_do_to_it() {
-    // A byte order mark, carriage returns, tabs, joined lines, a name that is no UTF-8, no last end.
+    // A byte order mark, carriage returns, tabs, joined lines, a name that is not UTF-8, no final line end.
     let text =
         b"\xef\xbb\xbfv 0 0 0\r\n\tv\t1 0 0\r\no caf\xe9\r\nv 1 \\\r\n 1 0\r\nf 1 2 \\\r\n 3";
     let mesh = mesh("A.OBJ", text);
@@ -71,7 +71,7 @@ fn positions_have_the_nearest_f32_and_are_not_welded() {
     assert_eq!(mesh.positions[2].map(f32::to_bits), [-0.0, f32::MAX, 0.0].map(f32::to_bits));
 }
 
-/// A square as one quad, its texture coordinates, an edge list between and after it.
+/// A square as one quad, its texture coordinates, and an edge list between and after them.
 fn ply_header(format: &str, real: &str, list: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\ncomment by hand\nelement vertex 4\nproperty {real} x\n\
@@ -133,7 +133,7 @@ fn ply_strips_are_wound_alike_and_end_at_minus_one() {
                 0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n1 1 0 1 1\n2 1 0 2 1\n\
                 8 0 1 2 3 -1 1 4 3\n6 -1 0 1 1 3 -1\n";
     let mesh = mesh("a.ply", text);
-    // What names a vertex twice is left out.
+    // Triangles that name a vertex twice are left out.
     assert_eq!(mesh.triangles, [[0, 1, 2], [2, 1, 3], [1, 4, 3]]);
     let uvs = mesh.corner_uvs.unwrap();
     assert_eq!(uvs[1], [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]);
@@ -144,7 +144,7 @@ fn ply_strips_are_wound_alike_and_end_at_minus_one() {
     assert!(error.starts_with("a.ply:17: a face names vertex 5, but there are 5"), "{error}");
 }
 
-/// A binary STL of some triangles whose free text begins as told.
+/// A binary STL with this many triangles, whose free text begins with `text`.
 fn stl_binary(text: &str, triangles: u8) -> Vec<u8> {
     let mut bytes = vec![b' '; 80];
     bytes[..text.len()].copy_from_slice(text.as_bytes());

@@ -1,4 +1,4 @@
-//! glTF: which triangles become of which nodes, and that no file of it is believed.
+//! glTF: the triangles of its nodes, and that no number of a file is trusted.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ const ACCESSORS: &str = r#""bufferViews":[{"buffer":0,"byteLength":48},
     {"bufferView":1,"componentType":5121,"normalized":true,"count":4,"type":"VEC2"}],
     "buffers":[{"byteLength":68}]"#;
 
-/// A GLB of that JSON and [`bytes`].
+/// A GLB with that JSON and [`bytes`].
 fn glb(json: &str) -> Vec<u8> {
     let bin = bytes();
     let mut glb = b"glTF\x02\0\0\0".to_vec();
@@ -39,7 +39,7 @@ fn glb(json: &str) -> Vec<u8> {
     glb
 }
 
-/// A file of those primitives and nodes, and whatever else.
+/// A file with these primitives and nodes, and other members.
 fn file(primitives: &str, rest: &str) -> Vec<u8> {
     glb(&format!(
         r#"{{"asset":{{"version":"2.0"}},"meshes":[{{"primitives":[{primitives}]}}],{rest},{ACCESSORS}}}"#
@@ -63,7 +63,7 @@ fn triangles_strips_and_fans_and_nothing_of_points_and_lines() {
     let of = |primitive: &str| mesh(&file(primitive, NODE)).triangles;
     assert_eq!(of(SQUARE), [[0, 1, 2], [2, 1, 3]]);
     assert_eq!(of(r#"{"attributes":{"POSITION":0},"indices":2,"mode":6}"#), [[0, 1, 2], [0, 2, 3]]);
-    // The fourth corner stands over.
+    // The fourth corner is left over.
     assert_eq!(of(r#"{"attributes":{"POSITION":0},"indices":2}"#), [[0, 1, 2]]);
     for mode in 0..4 {
         let lines = format!(r#"{{"attributes":{{"POSITION":0}},"mode":{mode}}}"#);
@@ -79,7 +79,7 @@ fn integers_that_are_normalized_and_texture_coordinates() {
     let quantized = mesh(&file(r#"{"attributes":{"POSITION":1,"TEXCOORD_0":3},"mode":5}"#, NODE));
     assert_eq!(plain.positions, quantized.positions);
     assert_eq!(plain.corner_uvs, None);
-    // A glTF's v grows downward.
+    // In glTF, v grows downward.
     let uvs = quantized.corner_uvs.unwrap();
     assert_eq!(uvs[0], [[0.0, 1.0], [1.0, 1.0], [0.0, 0.0]]);
 }
@@ -91,7 +91,7 @@ fn nodes_are_walked_in_order_and_place_their_meshes() {
         {"mesh":0,"scale":[2,3,4],"rotation":[0,0,1,0]}]"#;
     for scenes in ["", r#","scenes":[{"nodes":[0]}]"#, r#","scene":0,"scenes":[{"nodes":[0]}]"#] {
         let mesh = mesh(&file(SQUARE, &format!("{nodes}{scenes}")));
-        // Turned by half a turn and scaled; then by a quarter, and raised.
+        // Rotated by half a turn and scaled; then rotated by a quarter turn, and raised.
         let near = |i: usize, wanted: [f32; 3]| {
             let found: [f32; 3] = mesh.positions[i];
             assert!((0..3).all(|k| (found[k] - wanted[k]).abs() < 1e-5), "{i}: {found:?}");
@@ -111,7 +111,7 @@ fn what_is_not_there_or_goes_round_is_refused() {
     says(&nodes(r#"{"children":[7]}"#), "node 7 is named, but there are 1");
     says(&nodes(r#"{"mesh":4}"#), "mesh 4 is named, but there are 1");
     says(&file(SQUARE, r#""scene":3,"nodes":[{"mesh":0}]"#), "scene 3 is named, but there are 0");
-    // Each node the child of the one before it, ten thousand deep.
+    // Each node is a child of the one before, ten thousand levels deep.
     let deep: Vec<String> = (1..10_000).map(|i| format!(r#"{{"children":[{i}]}}"#)).collect();
     assert_eq!(mesh(&nodes(&format!("{},{{\"mesh\":0}}", deep.join(",")))).triangles.len(), 2);
 
@@ -143,7 +143,7 @@ fn what_is_not_there_or_goes_round_is_refused() {
 
 #[test]
 fn a_mesh_that_is_repeated_without_end_is_refused() {
-    // Two thousand nodes of a mesh of ten thousand primitives: some 800 kB, and 160 million vertices.
+    // Two thousand nodes that use a mesh of ten thousand primitives: about 800 kB, and 160 million vertices.
     let primitives = vec![r#"{"attributes":{"POSITION":0},"mode":5}"#; 10_000].join(",");
     let nodes = vec![r#"{"mesh":0}"#; 2_000].join(",");
     says(&file(&primitives, &format!("\"nodes\":[{nodes}]")), "repeats its meshes");
@@ -166,7 +166,7 @@ fn damage_anywhere_is_a_model_or_one_line() {
     }
 }
 
-/// Many buffers of one file, by many names, cost one reading of it.
+/// Many buffers that name one file, by many names, read it once.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let folder = TempDir::new().unwrap();
@@ -183,7 +183,7 @@ fn a_file_that_many_buffers_name_is_read_once() {
     let LoadedModel::<f32> { mesh, files, .. } = load_model(&path).unwrap();
     assert_eq!((mesh.triangles.len(), files), (2, vec![folder.path().join("a.bin")]));
 
-    // A buffer ends where it says, however much of the file others have.
+    // A buffer ends where it says, even if other buffers use more of the file.
     let short = json.replacen(r#""byteLength":68,"#, r#""byteLength":47,"#, 1);
     std::fs::write(&path, short).unwrap();
     let error = load_model::<f32>(&path).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! glTF: what nodes, skins and extensions do to triangles, and where buffers may be.
+//! glTF: the effect of nodes, skins and extensions on triangles, and the allowed locations of buffers.
 
 use std::fmt::Write;
 use std::fs;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 /// The corners of a triangle.
 type Triangle = [[f32; 3]; 3];
 
-/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes that it adds to.
+/// A file whose only mesh is a triangle at (0,0,0), (1,0,0), (0,1,0), and the bytes that tests add to.
 struct File {
     json: Value,
     bytes: Vec<u8>,
@@ -28,7 +28,7 @@ impl File {
         file
     }
 
-    /// Adds bytes as a buffer view, and gives its number.
+    /// Adds bytes as a buffer view, and returns its index.
     fn view(&mut self, bytes: impl IntoIterator<Item = u8>) -> usize {
         let offset = self.bytes.len();
         self.bytes.extend(bytes);
@@ -40,7 +40,7 @@ impl File {
         self.add("bufferViews", view)
     }
 
-    /// Adds a table of floats, and gives its number.
+    /// Adds a table of floats, and returns its index.
     fn floats(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let view = self.view(numbers.iter().flat_map(|x| x.to_le_bytes()));
         let count = numbers.len()
@@ -74,7 +74,7 @@ impl File {
         fs::write(folder.join("a.gltf"), json.to_string()).unwrap();
     }
 
-    /// The triangles' corners, and the notes; or the error.
+    /// The triangles' corners and the notes, or the error.
     fn load(&self) -> Result<(Vec<Triangle>, Vec<String>), String> {
         let folder = TempDir::new().unwrap();
         self.write(folder.path());
@@ -83,7 +83,7 @@ impl File {
         Ok((corners, model.notes.as_slice().iter().map(ToString::to_string).collect()))
     }
 
-    /// The triangles of a file of which nothing has to be said.
+    /// The triangles of a file that causes no notes.
     #[track_caller]
     fn triangles(&self) -> Vec<Triangle> {
         let (triangles, notes) = self.load().unwrap();
@@ -106,7 +106,7 @@ fn moved(by: [f32; 3]) -> Triangle {
 
 #[test]
 fn mirrors_turn_the_winding() {
-    // Which nodes mirror, and how often the way down to the mesh does.
+    // Which nodes mirror, and how many of them are above the mesh.
     for (nodes, turned) in [
         (json!([{"mesh": 0, "scale": [1, 1, -1]}]), true),
         (json!([{"mesh": 0, "scale": [-1, -1, 1]}]), false),
@@ -119,7 +119,7 @@ fn mirrors_turn_the_winding() {
         ),
         (json!([{"mesh": 0, "rotation": [1, 0, 0, 0]}]), false),
     ] {
-        // A triangle, and as a fan and a strip a square.
+        // A triangle; and a square as a fan and as a strip.
         let mut file = File::new(&nodes);
         file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
         for (mode, positions) in [(4, 0), (5, 1), (6, 1)] {
@@ -165,7 +165,7 @@ fn instances_are_copies() {
     file.floats("VEC3", &[0.0; 6]);
     file.json["nodes"] = node(json!({"TRANSLATION": 1, "SCALE": 4}));
     file.refused("different lengths");
-    // A table of zeros takes no bytes, and is no reason to reserve any.
+    // A table of zeros takes no bytes, and no memory is reserved for it.
     let sparse = json!({"componentType": 5126, "count": 1_u64 << 60, "type": "VEC3", "sparse": {"count": 0,
         "indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}}});
     let endless = file.add("accessors", sparse);
@@ -188,7 +188,7 @@ fn hidden_nodes_and_all_below_them_are_left_out() {
     assert_eq!(file.triangles(), [moved([5.0, 0.0, 0.0])]);
 }
 
-/// A skin of two joints, at x = 10 and x = 20, both bound at 0; the mesh's node is elsewhere.
+/// A skin with two joints, at x = 10 and x = 20, both bound at 0; the mesh's node is elsewhere.
 fn skinned(shares: &[f32]) -> File {
     let mut file = File::new(&json!([
         {"mesh": 0, "skin": 0, "translation": [0, 0, 99]},
@@ -214,18 +214,19 @@ fn joints_place_a_skinned_mesh_and_not_its_node() {
     assert_eq!(file.triangles(), [moved([10.0, 0.0, 0.0])]);
     let halves = [0.5, 0.5, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&halves).triangles(), [moved([15.0, 0.0, 0.0])]);
-    // Weights need not sum to 1, as where a file stores parts of 255: each counts relative to their sum.
+    // Weights need not sum to 1, for instance if a file stores parts of 255: each counts relative to their
+    // sum.
     let twice = [1.0, 1.0, 0.0, 0.0].repeat(3);
     assert_eq!(skinned(&twice).triangles(), [moved([15.0, 0.0, 0.0])]);
 
-    // Bound where the joints are, the mesh stays where it was modelled.
+    // If it is bound at the joints' positions, the mesh stays where it was modelled.
     let matrix = |x: f32| {
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [-x, 0.0, 0.0, 1.0]]
     };
     let inverse = file.floats("MAT4", [matrix(10.0), matrix(20.0)].as_flattened().as_flattened());
     file.json["skins"][0]["inverseBindMatrices"] = json!(inverse);
     assert_eq!(file.triangles(), [TRIANGLE]);
-    // A joint that mirrors turns the winding.
+    // A joint that mirrors flips the winding.
     file.json["nodes"][1]["scale"] = json!([1, 1, -1]);
     let [a, b, c] = TRIANGLE;
     assert_eq!(file.triangles(), [[a, c, b]]);
@@ -262,7 +263,7 @@ fn morph_targets_go_as_far_as_their_weights() {
     assert_eq!(file.triangles(), [TRIANGLE]);
     file.json["meshes"][0]["weights"] = json!([1.0, 0.0]);
     assert_eq!(file.triangles(), [moved([0.0, 0.0, 2.0])]);
-    // A node's weights stand for its mesh's.
+    // A node's weights replace its mesh's.
     file.json["nodes"][0]["weights"] = json!([0.5, 0.25]);
     assert_eq!(file.triangles(), [moved([1.0, 0.0, 1.0])]);
 }
@@ -276,7 +277,7 @@ fn sparse_tables_replace_rows() {
         "indices": {"bufferView": rows, "componentType": 5121}, "values": {"bufferView": values}});
     let replaced = [[0.0, 0.0, 0.0], [7.0, 8.0, 9.0], [4.0, 5.0, 6.0]];
     assert_eq!(file.triangles(), [replaced]);
-    // Without a buffer view, the others are zeros.
+    // Without a buffer view, the other numbers are zeros.
     file.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     assert_eq!(file.triangles(), [replaced]);
 
@@ -314,7 +315,8 @@ fn extensions_are_known_or_named() {
         file.json["extensionsRequired"] = json!([name]);
         file.refused(&format!("{words} ({name:?}); export the model without that"));
     }
-    // A file that only uses an extension works without it; a compressed mesh is there uncompressed, too.
+    // A file that uses an extension without requiring it works without it; a compressed mesh is also there
+    // uncompressed.
     file.json["extensionsRequired"] = json!([]);
     file.json["extensionsUsed"] = json!(["KHR_draco_mesh_compression", "EXT_meshopt_compression"]);
     assert_eq!(file.triangles(), [TRIANGLE]);
@@ -341,7 +343,7 @@ fn corners_that_make_no_triangle_are_counted() {
         file.json["meshes"][0]["primitives"] = json!([{"attributes": {"POSITION": 0}},
             {"attributes": {"POSITION": more}, "mode": mode}]);
         let (found, notes) = file.load().unwrap();
-        // The fourth corner of the strip is the first: it only leads elsewhere.
+        // The fourth corner of the strip is the first again; it only redirects the strip.
         assert_eq!(found.len(), 1 + triangles, "{mode} {count}");
         let said = format!("corners that make no whole triangle, left out: {over}");
         assert_eq!(notes, Vec::from_iter((over > 0).then_some(said)));
@@ -403,7 +405,7 @@ fn buffers_are_anywhere_in_the_models_folder_and_nowhere_else() {
         }
         assert_eq!(load("stays.bin").unwrap().mesh.triangles.len(), 1);
         assert_eq!(load("up/model/a.bin").unwrap().mesh.triangles.len(), 1);
-        // A link to the whole folder leads nowhere out of it.
+        // A link to the whole folder does not lead out of it.
         assert_eq!(
             load_model::<f32>(&folder.path().join("linked/a.gltf")).unwrap().mesh.triangles.len(),
             1

@@ -1,4 +1,4 @@
-//! Polygons become triangles that cover them and nothing else.
+//! Polygons become triangles that cover exactly them.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 type Point = [f64; 3];
 
-/// The triangles of one polygon, by the places of its corners, and the notes about it.
+/// The triangles of one polygon, as indices of its corners, and the notes about it.
 fn cut<S: Coordinate>(corners: &[Point]) -> (Vec<[usize; 3]>, Vec<String>) {
     let mut text = String::new();
     for [x, y, z] in corners {
@@ -30,8 +30,8 @@ fn cross([a, b, c]: [Point; 3]) -> Point {
     [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
-/// Checks a cut: as many triangles as there have to be, no edge of the polygon left open and none beside
-/// it, and all areas on one side, so that they sum up to the polygon's.
+/// Checks a cut: the right number of triangles, no edge of the polygon left open and no other edge open, and
+/// all areas of one sign, so that they sum to the polygon's.
 #[track_caller]
 fn check(corners: &[Point], triangles: &[[usize; 3]]) {
     let count = corners.len();
@@ -55,7 +55,7 @@ fn check(corners: &[Point], triangles: &[[usize; 3]]) {
     assert!(area <= length(sum) * (1.0 + 1e-6), "{area} is not {sum:?} of {corners:?}");
 }
 
-/// A polygon in the plane, put into space by a turn, a size and a place.
+/// A polygon in the plane, placed in space with a rotation, a size and a position.
 fn put(corners: &[[f64; 2]], size: f64, place: Point) -> Vec<Point> {
     let (across, up) = ([0.6, 0.48, 0.64], [-0.8, 0.36, 0.48]);
     let point =
@@ -67,7 +67,7 @@ fn flat(corners: &[[f64; 2]]) -> Vec<Point> {
     corners.iter().map(|&[x, y]| [x, y, 0.0]).collect()
 }
 
-/// A polygon from each of its corners on, in both directions.
+/// A polygon starting from each of its corners, in both directions.
 fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
     (0..2 * corners.len()).map(|turn| {
         let mut turned = corners.to_vec();
@@ -81,7 +81,7 @@ fn turns(corners: &[[f64; 2]]) -> impl Iterator<Item = Vec<[f64; 2]>> {
 
 const DART: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]];
 
-/// A square with a square hole, which a cut from a corner to a corner joins to its border.
+/// A square with a square hole, which a cut between two corners connects to its border.
 const KEYHOLE: [[f64; 2]; 10] = [
     [0.0, 0.0],
     [3.0, 0.0],
@@ -95,7 +95,7 @@ const KEYHOLE: [[f64; 2]; 10] = [
     [1.0, 1.0],
 ];
 
-/// An L whose straight edges have corners in their middles, as those of a neighbour may end there.
+/// An L whose straight edges have corners at their midpoints, where a neighbour's edges may end.
 const STRAIGHT: [[f64; 2]; 10] = [
     [0.0, 0.0],
     [1.0, 0.0],
@@ -153,7 +153,7 @@ fn a_polygon_that_its_first_corner_sees_is_a_fan() {
             assert_eq!(cut::<f64>(&corners), (fan(polygon.len()), vec![]), "{corners:?}");
         }
     }
-    // A quad that is not flat keeps its fan, too.
+    // A quad that is not planar also keeps its fan.
     let bent = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.3], [1.0, 1.0, 0.0], [0.0, 1.0, 0.3]];
     assert_eq!(cut::<f32>(&bent), (fan(4), vec![]));
 }
@@ -180,14 +180,14 @@ fn polygons_that_cross_themselves_are_fans_and_counted() {
         assert_eq!(triangles[0], [0, 1, 2]);
         assert_eq!(notes, [format!("{said}{})", polygon.len() + 1)]);
     }
-    // Time stays linear in the file: nothing so large is cut.
+    // Time stays linear in the size of the file: polygons this large are not cut.
     let comb: Vec<_> =
         (0..20_000).map(|i| [f64::from(i), f64::from(i % 2)]).chain([[1.0, -9.0]]).collect();
     let (triangles, notes) = cut::<f32>(&flat(&comb));
     assert_eq!((triangles.len(), notes.len()), (19_999, 1));
 }
 
-/// Stars of many corners, whose inner ones lie anywhere.
+/// Stars with many corners, the inner ones at random distances.
 #[test]
 fn stars_are_covered() {
     let mut state = 1_u64;

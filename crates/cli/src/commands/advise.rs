@@ -1,4 +1,4 @@
-//! `intertri advise`: the coarsest grid or the arithmetic that a model needs.
+//! `intertri advise`: the coarsest grid, or the arithmetic, that is enough for a model.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -28,10 +28,10 @@ use crate::report::advise::{AdviseReport, Choice};
 use crate::report::print::print;
 use crate::report::rounding::Rounded;
 
-/// How many pixels the sample has, at most.
+/// The most pixels in the sample.
 const SAMPLE: usize = 1 << 16;
 
-/// How often each choice is timed.
+/// How many times each choice is timed.
 const TURNS: usize = 3;
 
 /// The grids that are tried, by the bits of a coordinate.
@@ -39,28 +39,28 @@ const GRIDS: std::ops::RangeInclusive<u32> = 8..=20;
 
 /// Find the lowest precision that is enough for a model: the coarsest grid, or exact answers
 ///
-/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks
-/// the bounds on a sample with exact arithmetic. Among the choices that meet the tolerance, it names the one
-/// with the fewest bits for each vertex. A pixel is wrong if it shows a different triangle from the one it
-/// would show without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison.
-/// Coordinates that f32 does not hold are rounded first, and counted in the report.
+/// Measures the model as the camera sees it, bounds how many pixels each choice can get wrong, and checks the
+/// bounds on a sample with exact arithmetic. Of the choices within the tolerance, it recommends the one with
+/// the fewest bits per vertex. A pixel is wrong if it shows a different triangle from the one it would show
+/// without any rounding or snapping. Plain f32, which no engine offers, is listed for comparison. Coordinates
+/// that are not exact in f32 are rounded first and counted in the report.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
     model: Option<PathBuf>,
 
     /// How many pixels may be wrong: a number, or a share such as 0.1%
     #[arg(long, value_name = "PIXELS", value_parser = tolerance, default_value = "0", allow_hyphen_values = true)]
     tolerance: Tolerance,
 
-    /// Pixels in a row, and rows
+    /// The width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     json: bool,
 
@@ -72,12 +72,12 @@ pub(crate) struct Options {
 #[derive(Clone, Copy)]
 enum Tolerance {
     Pixels(u64),
-    /// A share of all pixels.
+    /// A fraction of all pixels.
     Share(f64),
 }
 
 impl Tolerance {
-    /// The number of wrong pixels that are tolerated, out of `total`.
+    /// The number of wrong pixels to tolerate, out of `total`.
     fn of(self, total: usize) -> u64 {
         match self {
             Self::Pixels(pixels) => pixels,
@@ -104,7 +104,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (scene, bvh, rounding, notes) = load(options)?;
     let triangles = triangles(&scene.mesh)?;
 
-    // The triangles that are seen do not depend on the threshold.
+    // Which triangles are visible does not depend on the threshold.
     let zero = Threshold::new(0.0).unwrap_or_default();
     let raster = Raster::new(&scene, &triangles, options.size, zero);
     let mut engines = Engines::new(&triangles, zero).with_bvh(bvh);
@@ -175,7 +175,8 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     refuse_nothing(&report)
 }
 
-/// The model or the built-in scene, its hierarchy if one was saved, and what became of it when it was read.
+/// The model or the built-in scene, its hierarchy if one was saved, and what was rounded or changed in
+/// reading it.
 fn load(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Rounding, ModelNotes)> {
     let (width, height) = options.size;
     let load = |path| Model::load(path, options.reading)?.in_f32();
@@ -203,11 +204,11 @@ fn refuse_nothing(report: &AdviseReport) -> Result<()> {
 /// The choices.
 struct Candidate {
     name: String,
-    /// The bits of the three coordinates of a vertex.
+    /// Bits for the three coordinates of a vertex.
     bits: u32,
-    /// None where it is exact: nothing moves, and nothing is in doubt.
+    /// None for exact arithmetic, where nothing moves and nothing is in doubt.
     arithmetic: Option<Arithmetic>,
-    /// None where no engine offers it.
+    /// None if no engine offers it.
     engine: Option<(EngineName, Bits)>,
 }
 
@@ -240,14 +241,14 @@ fn candidates(triangles: &[Triangle], eye: [f32; 3], threshold: Threshold) -> Ve
     candidates
 }
 
-/// All that it takes to try candidates on the sample.
+/// Everything needed to try candidates on the sample.
 struct Trials<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     eye: [f32; 3],
-    /// Those that have the hierarchy of the triangles already.
+    /// Engines that share the hierarchy of the triangles.
     engines: Engines<'a>,
-    /// All rays of the picture, as `bench` measures them.
+    /// All rays of the picture, as measured by `bench`.
     primary: &'a [Ray],
     /// The rays of the sample, and their exact answers.
     rays: &'a [Ray],
@@ -255,7 +256,7 @@ struct Trials<'a> {
 }
 
 impl Trials<'_> {
-    /// How many answers are wrong, and how many millions a second there are, if an engine offers them.
+    /// The number of wrong answers and, if an engine offers the choice, the speed in million rays per second.
     fn run(&mut self, candidate: &Candidate) -> Result<(usize, Option<f64>)> {
         let Some((name, bits)) = candidate.engine else {
             let wrong = |e: &&SampledPixel| !e.allows(e.single);
@@ -266,7 +267,7 @@ impl Trials<'_> {
         Ok((wrong, Some(speed(&engine, self.primary))))
     }
 
-    /// Makes an engine. Those that do not snap the triangles share one hierarchy.
+    /// Makes an engine. All that do not snap the triangles share one hierarchy.
     fn engine(&mut self, name: EngineName, bits: Bits) -> Result<RayEngine> {
         if name != EngineName::Fixed {
             return self.engines.engine(name);
@@ -276,7 +277,7 @@ impl Trials<'_> {
     }
 }
 
-/// How many answers of an engine are wrong.
+/// The number of wrong answers of an engine.
 fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> usize {
     let mut hits = vec![Hit::MISS; rays.len()];
     engine.closest(rays, &mut hits);
@@ -285,10 +286,10 @@ fn wrong_answers(engine: &RayEngine, rays: &[Ray], sample: &[SampledPixel]) -> u
     sample.iter().zip(&hits).filter(|&(exact, hit)| !right(exact, hit)).count()
 }
 
-/// How many million rays an engine answers in a second: the median of a few turns.
+/// An engine's speed in million rays per second: the median of a few turns.
 fn speed(engine: &RayEngine, rays: &[Ray]) -> f64 {
     let mut hits = vec![Hit::MISS; rays.len()];
-    // The first turn warms up.
+    // The first turn is a warm-up.
     engine.closest(rays, &mut hits);
     let mut seconds = [0.0; TURNS];
     for seconds in &mut seconds {

@@ -1,4 +1,4 @@
-//! `intertri bench`: how many rays a second, by engine and kind of ray.
+//! `intertri bench`: rays per second, by engine and kind of ray.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -25,29 +25,29 @@ use crate::report::bench::{BenchReport, Rate};
 use crate::report::print::print;
 use crate::report::rounding::Rounded;
 
-/// How many rays of a file are measured, at most.
+/// The most rays of a file to measure.
 const MAX_RAYS: usize = 1 << 20;
 
-/// Ray/triangle tests of the reference in a turn, about: it is slow.
+/// About how many ray/triangle tests the slow reference does in a turn.
 const REFERENCE_TESTS: usize = 20_000_000;
 
 /// Measure how many million rays a second each engine traces, for each kind of ray
 ///
-/// Primary rays are the camera's, tile by tile. Shadow rays go from the light to the points that were hit,
-/// and look for any hit. Diffuse rays leave these points in all directions of the open side. The engines
-/// take turns, on all threads, and the median of the turns is reported. The scalar reference, which tests
-/// all triangles, gets fewer rays. All engines get the same numbers: those that f32 does not hold are
-/// rounded first, and counted in the report. Run it on a quiet machine.
+/// Primary rays come from the camera, tile by tile. Shadow rays go from the light to the points that were hit
+/// and look for any hit. Diffuse rays leave these points in all directions on the open side. The engines take
+/// turns, on all threads, and the median of the turns is reported. The scalar reference, which tests all
+/// triangles, traces fewer rays. All engines get the same numbers: those that are not exact in f32 are
+/// rounded first and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
     model: Option<PathBuf>,
 
-    /// Pixels in a row, and rows
+    /// The width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     size: (u32, u32),
 
-    /// Measure the first million rays of this file, too, as trace reads it
+    /// Also measure the first million rays of this file; trace describes the formats
     #[arg(long, value_name = "FILE")]
     rays: Option<PathBuf>,
 
@@ -55,14 +55,14 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FORMAT", value_parser = rays_format(), requires = "rays")]
     rays_format: Option<RaysFormat>,
 
-    /// The number of turns of each engine
+    /// How many turns each engine gets
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     turns: u32,
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     json: bool,
 
@@ -134,7 +134,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print(&report, options.json)
 }
 
-/// The rays of a file, [`MAX_RAYS`] at most, and what f32 does not hold of them.
+/// The rays of a file, at most [`MAX_RAYS`], and how many of their numbers were rounded to f32.
 fn first_rays(path: &Path, format: Option<RaysFormat>) -> Result<(Vec<Ray>, Rounding)> {
     let mut file = Rays::open(path, format)?;
     let (mut all, mut some): (Vec<Ray>, _) = (vec![], vec![]);
@@ -168,7 +168,7 @@ fn kinds(
         let way = rng.direction();
         let normal = normal(&triangles[hit.triangle as usize]);
         let dot = |v: [f64; 3]| (0..3).map(|k| normal[k] * v[k]).sum::<f64>();
-        // It leaves on the side from which the camera looks, and starts a little above the surface.
+        // It leaves on the side that the camera sees, and starts a little above the surface.
         let side = if dot(way) * dot(ray.dir.map(f64::from)) > 0.0 { -1.0 } else { 1.0 };
         let dir = way.map(|x| (side * x) as f32);
         let near = (hit.t * 1e-4) as f32;
@@ -181,14 +181,15 @@ fn kinds(
     ])
 }
 
-/// A normal, not of unit length.
+/// A normal of any length.
 fn normal(&TriangleOf([a, b, c]): &Triangle) -> [f64; 3] {
     let side = |p: [f32; 3]| [0, 1, 2].map(|k| f64::from(p[k]) - f64::from(a[k]));
     let ([x, y, z], [p, q, r]) = (side(b), side(c));
     [y * r - z * q, z * p - x * r, x * q - y * p]
 }
 
-/// Times all engines alternately, and compares the answers of those that follow document A, which must agree.
+/// Times all engines alternately, and compares the answers of those that follow document A, which must be
+/// equal.
 fn measure(
     kind: &Kind,
     names: &[EngineName],
@@ -207,7 +208,7 @@ fn measure(
     for &name in names {
         answers.push(Answers::of(rays_of(name).len(), kind.any)?);
     }
-    // The first turn warms up.
+    // The first turn is a warm-up.
     for turn in 0..=turns {
         for (k, engine) in contenders.iter().enumerate() {
             let rays = rays_of(names[k]);

@@ -1,4 +1,4 @@
-//! `intertri build`: a hierarchy, saved as a file that is a model again.
+//! `intertri build`: saves a hierarchy as a file that can be used as a model.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,28 +21,28 @@ use crate::report::rounding::Rounded;
 /// Build the hierarchy over a model, and save it to a file
 ///
 /// Every command accepts such a file as a model. The file is checked, and loads several times as fast as
-/// building takes. It has the triangles and their numbers, but no texture coordinates, colors or shared
+/// building takes. It keeps the triangles and their numbers, but no texture coordinates, colors or shared
 /// vertices. It has the same bytes on every CPU.
 ///
-/// Coordinates are kept as the model has them, in f32 if it holds all of them and in f64 otherwise.
+/// Coordinates are saved in f32 if all of them are exact there, otherwise in f64.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
     model: PathBuf,
 
     /// The file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// The scalar of the coordinates [default: that of a saved hierarchy; else f32 if it holds all of
-    /// them, and f64 if not]
+    /// The scalar of the coordinates [default: that of a saved hierarchy; else f32 if all of them are exact
+    /// there, and f64 if not]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     json: bool,
 }
@@ -104,7 +104,7 @@ fn build<S: Coordinate + BvhScalar>(
     print(&report, options.json)
 }
 
-/// The output as a writer, which counts the bytes and keeps the error that names the file.
+/// A writer to the output that counts bytes and keeps the error that names the file.
 struct Sink {
     output: Output,
     bytes: u64,

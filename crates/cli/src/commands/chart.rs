@@ -24,11 +24,11 @@ use crate::report::rounding::Rounded;
 
 /// Run every known method and draw speed against accuracy
 ///
-/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates that f32
-/// does not hold are rounded first, and counted in the report. Run it on a quiet machine.
+/// Writes a chart (SVG and PNG), its numbers (CSV), and a page with everything (HTML). Coordinates that are
+/// not exact in f32 are rounded first and counted in the report. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved, for the camera and secondary rays [default: a sphere and a torus]
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build, for the camera and secondary rays [default: a sphere and a torus]
     model: Option<PathBuf>,
 
     /// The seed of the random numbers: the same seed yields the same counts
@@ -64,7 +64,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let (turns, rays, cases) =
         if options.charts.quick { (25, 20_000, 2_000) } else { (250, 1_000_000, 60_000) };
 
-    // Times first, while nothing else runs.
+    // Measure times first, while nothing else runs.
     let bar = Progress::new("time", Some(Workload::ALL.len() as u64 * (turns as u64 + 1)));
     let time = |workload| measure(workload, &model, turns, || bar.add(1));
     let times: Vec<Time> = Workload::ALL.into_iter().flat_map(time).collect();
@@ -145,7 +145,7 @@ impl fmt::Display for Report {
                     } = time;
                     format!("{at:.1} ({lo:.1}–{hi:.1}) of {lanes:<2}")
                 });
-                // A count of zero comes with its confidence.
+                // A count of zero is shown with its confidence.
                 let of = |errors| count(errors, verdict.trials);
                 write!(f, "{:22} {time:>23}  ", verdict.method)?;
                 if workload == Workload::Edges {

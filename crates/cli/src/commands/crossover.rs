@@ -1,4 +1,4 @@
-//! `intertri crossover`: when rays are faster than the z-buffer and the shadow volumes.
+//! `intertri crossover`: where rays become faster than the z-buffer and shadow volumes.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -20,11 +20,11 @@ use crate::report::charts::{ChartFolder, Written};
 use crate::report::check::Difference;
 use crate::report::print::print;
 
-/// Time rays against the z-buffer and shadow volumes, over triangles and pixels
+/// Time rays against the z-buffer and shadow volumes, by number of triangles and pixels
 ///
 /// The scene is a ring on a floor, with more and more triangles. Its picture is drawn both ways, and every
-/// pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times leave out what is built
-/// once for each mesh: the hierarchy and the table of neighbours. Run it on a quiet machine.
+/// pixel is compared. Writes a chart (SVG and PNG) and its numbers (CSV). The times exclude what is built
+/// once per mesh: the hierarchy and the table of neighbours. Run it on a quiet machine.
 #[derive(Args)]
 pub(crate) struct Options {
     #[command(flatten)]

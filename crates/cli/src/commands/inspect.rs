@@ -1,4 +1,4 @@
-//! `intertri inspect`: what keeps a model from being closed.
+//! `intertri inspect`: shows why a model is not closed.
 
 use std::path::PathBuf;
 
@@ -14,20 +14,20 @@ use crate::io::progress::Progress;
 use crate::report::inspect::InspectReport;
 use crate::report::print::print;
 
-/// Report what is open, turned or doubled in a model
+/// Report open edges, flipped triangles and duplicates in a model
 ///
-/// A model has an inside if it is closed: if as many triangles run along every edge one way as the other. The report
-/// counts the edges where that is not so, and the triangles that repeat others, and names the first of each kind.
-/// Corners are the same if their coordinates are, as the model has them.
+/// A model has an inside if it is closed: if its triangles traverse every edge equally often in both
+/// directions. The report counts the edges where they do not, and the triangles that repeat others, and names
+/// the first of each kind. Corners are the same if the model gives them the same coordinates.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
     model: PathBuf,
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     json: bool,
 }
@@ -45,7 +45,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// Inspects the model in a scalar that holds its coordinates.
+/// Inspects the model in a scalar that represents its coordinates exactly.
 fn inspect<S: Coordinate + BvhScalar>(options: &Options, model: &ModelIn<S>) -> Result<()> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     let report = Solid::inspect(&triangles);

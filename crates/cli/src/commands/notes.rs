@@ -5,17 +5,17 @@ use intertri_scene::{Coordinate, Light, Mesh, Scene};
 
 use crate::io::numbers::Decimal;
 
-/// Surfaces that a ray meets at a smaller sine are hardly lit, so missing shadows on them do not show.
+/// Surfaces that a ray meets at a smaller sine are hardly lit, so a missing shadow does not show.
 const FLAT: f64 = 0.01;
 
-/// If a light is farther away than this many times a model's size, shadows begin visibly behind what casts
-/// them: a ten thousandth of the way, by [`Light::REACH`].
+/// If a light is farther away than this many times a model's size, shadows begin visibly behind the object
+/// that casts them: at a ten-thousandth of the distance, by [`Light::REACH`].
 const FAR: f64 = 100.0;
 
-/// The warning about a scene so small that the default threshold hides triangles from its rays.
+/// A warning if the scene is so small that the default threshold hides triangles from its rays.
 ///
-/// `|normal . direction|` is compared with it, and so is t. A shadow ray's direction is as long as its
-/// way from the light, and a camera ray's t is a distance.
+/// The threshold limits `|normal . direction|` and t. A shadow ray's direction is as long as its distance
+/// from the light, and a camera ray's t is a distance.
 pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     let (middle, radius) = middle_and_radius(scene)?;
     let threshold = Threshold::DEFAULT.get();
@@ -26,7 +26,7 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
         return None;
     }
     let hidden = triangles.iter().filter(|triangle| is_hidden(scene, triangle, threshold)).count();
-    // As small compared with these rays as the default is compared with rays of length 1.
+    // As small relative to these rays as the default is to rays of length 1.
     let power = (length * threshold).log10().floor();
     (hidden > 0).then(|| {
         format!(
@@ -37,8 +37,8 @@ pub(crate) fn small(scene: &Scene, triangles: &[Triangle]) -> Option<String> {
     })
 }
 
-/// Whether the threshold keeps the camera from seeing a triangle, or the light from meeting it at
-/// more than a slant.
+/// Whether the threshold keeps the camera from seeing a triangle, or the light from reaching it at a sine
+/// above [`FLAT`].
 fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
     let middle = [0, 1, 2].map(|k| triangle.0.iter().map(|p| f64::from(p[k])).sum::<f64>() / 3.0);
     let normal = triangle.normal();
@@ -49,18 +49,18 @@ fn is_hidden(scene: &Scene, triangle: &Triangle, threshold: f64) -> bool {
         || (across <= threshold && slant > FLAT)
 }
 
-/// If neighbouring f32 are farther apart than this share of a model, rounding shows.
+/// Rounding shows if neighbouring f32 are farther apart than this fraction of a model.
 const COARSE: f64 = 1e-5;
 
-/// The warning about a model that was read in f32 but has few of its digits left there, because it lies far from 0 or
-/// is as small as the smallest f32.
+/// A warning about a model that was read in f32 and lost most of its digits, because it lies far from 0 or is
+/// as small as the smallest f32.
 pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     let bounds = mesh.bounds()?;
     let ends = [bounds.min, bounds.max];
     let farthest = ends.as_flattened().iter().fold(0.0, |most: f32, x| most.max(x.abs()));
     let apart = f64::from(farthest) - f64::from(farthest.next_down());
     let size = span(bounds.min.map(f64::from), bounds.max.map(f64::from));
-    // From there down, they are all equally far apart.
+    // Numbers below that are equally far apart.
     let why = if farthest < f32::MIN_POSITIVE { "is so small" } else { "lies so far from 0" };
     (size > 0.0 && apart > COARSE * size).then(|| {
         format!(
@@ -71,7 +71,7 @@ pub(crate) fn coarse(mesh: &Mesh) -> Option<String> {
     })
 }
 
-/// The warning about a scene whose light is far away.
+/// A warning about a scene whose light is far away.
 pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     let Light::Point { position } = scene.light else { return None };
     let (middle, radius) = middle_and_radius(scene)?;
@@ -82,7 +82,7 @@ pub(crate) fn far<S: Coordinate>(scene: &Scene<S>) -> Option<String> {
     })
 }
 
-/// The middle of a scene's bounds, and half of their diagonal.
+/// The centre of a scene's bounds, and half of their diagonal.
 fn middle_and_radius<S: Coordinate>(scene: &Scene<S>) -> Option<([f64; 3], f64)> {
     let bounds = scene.mesh.bounds()?;
     let [min, max]: [[f64; 3]; 2] = [bounds.min, bounds.max].map(|corner| corner.map(Into::into));

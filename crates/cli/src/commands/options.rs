@@ -12,8 +12,8 @@ use crate::engine::name::EngineName;
 use crate::error::{Error, Result};
 use crate::io::numbers;
 
-/// The camera. Without any of these, a model is framed as a whole and the built-in scene is seen by
-/// its own camera.
+/// The camera. Without any of these options, a model is framed as a whole, and the built-in scene uses its
+/// own camera.
 #[derive(Args)]
 #[command(next_help_heading = "Camera")]
 pub(crate) struct CameraOptions {
@@ -91,7 +91,7 @@ impl CameraOptions {
         })
     }
 
-    /// The up direction of a camera with these options, and whether the user chose it.
+    /// The camera's up direction with these options, and whether the user chose it.
     pub(crate) fn up<S: Coordinate>(&self, camera: &Camera<S>) -> ([f32; 3], bool) {
         let [_, _, forward] = camera.axes();
         let up = self.up.unwrap_or_else(|| Camera::up_for(forward.map(|x| -x as f32)));
@@ -124,7 +124,7 @@ impl WrittenPoint {
     }
 }
 
-/// The light. Without any of these, it stands over the camera's left shoulder or, in the built-in scene,
+/// The light. Without any of these options, it is over the camera's left shoulder or, in the built-in scene,
 /// at a fixed position.
 #[derive(Args)]
 #[command(next_help_heading = "Light")]
@@ -133,13 +133,13 @@ pub(crate) struct LightOptions {
     #[arg(long, value_name = "X,Y,Z", value_parser = finite_place, allow_hyphen_values = true, conflicts_with = "sun")]
     light: Option<WrittenPoint>,
 
-    /// The direction toward the light, which is so far away that its rays are parallel
+    /// The direction toward a light so far away that its rays are parallel
     #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
     sun: Option<[f32; 3]>,
 }
 
 impl LightOptions {
-    /// Sets the light of a scene, if the user chose one.
+    /// Sets the light of a scene if the user chose one.
     pub(crate) fn shine_on<S: Coordinate>(&self, scene: &mut Scene<S>) -> Result<()> {
         if let Some(position) = self.light {
             scene.light = Light::Point { position: position.of() };
@@ -176,7 +176,7 @@ fn direction(text: &str) -> std::result::Result<[f32; 3], String> {
     if numbers == [0.0; 3] { Err("give a direction that is not zero".into()) } else { Ok(numbers) }
 }
 
-/// The threshold of an engine that has one, the default if none was given.
+/// The threshold for an engine that uses one, the default if none was given.
 pub(crate) fn threshold_of(
     engine: EngineName,
     given: Option<Threshold>,
@@ -190,7 +190,7 @@ pub(crate) fn threshold_of(
     }
 }
 
-/// The bits of a coordinate on the grid of engine `fixed`.
+/// The bits of a coordinate on the grid of the engine `fixed`.
 pub(crate) fn grid_bits(text: &str) -> std::result::Result<Bits, String> {
     let number = text.parse().map_err(|_| "give a whole number from 1 to 20".to_owned())?;
     Bits::of_grid(number).map_err(|error| error.to_string())
@@ -218,15 +218,15 @@ pub(crate) fn rays_format() -> impl TypedValueParser<Value = RaysFormat> {
 /// The options of all commands that draw charts.
 #[derive(Args)]
 pub(crate) struct ChartOptions {
-    /// The folder that gets the files
+    /// The folder for the files
     #[arg(short, long, value_name = "FOLDER", default_value = "docs/charts")]
     pub(crate) output: PathBuf,
 
-    /// Less than a minute, and less sharp
+    /// Finish in less than a minute, with less precise results
     #[arg(long)]
     pub(crate) quick: bool,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

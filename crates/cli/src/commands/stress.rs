@@ -1,4 +1,4 @@
-//! `intertri stress`: the adversarial input at which each method begins to fail.
+//! `intertri stress`: shows for which adversarial inputs each method begins to fail.
 
 use std::fmt;
 

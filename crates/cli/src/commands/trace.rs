@@ -32,10 +32,10 @@ use crate::report::print::print;
 use crate::report::rounding::Rounded;
 use crate::report::trace::{TraceReport, TraceSeconds};
 
-/// Batches in the pipeline for each thread: while it works on one, another is read or written.
+/// Batches in the pipeline per thread: while the thread works on one, another is read or written.
 const BATCHES: usize = 2;
 
-/// Chunks in a batch: enough to make passing a batch on cheap, few enough to keep all batches in the cache.
+/// Chunks per batch: enough to make handing over a batch cheap, few enough to keep all batches in the cache.
 const CHUNKS: usize = 4;
 
 /// Trace a file of rays: what does each hit, and where?
@@ -46,7 +46,7 @@ const CHUNKS: usize = 4;
 /// t > 0.
 ///
 /// Answers are for the numbers in the files; a decimal stands for the nearest f64. Engines other than exact
-/// and oracle only take f32: what they round is counted on standard error and in the report.
+/// and oracle only support f32; the numbers that they round are counted on standard error and in the report.
 ///
 /// ANSWERS are CSV by default: ray,triangle,t,u,v. Rays and triangles are numbered from 0, triangles in the
 /// order of the file and those of a polygon in sequence; u and v are the weights of the second and third
@@ -57,15 +57,15 @@ const CHUNKS: usize = 4;
 #[expect(clippy::doc_markdown, reason = "it is printed verbatim")]
 #[expect(clippy::struct_excessive_bools, reason = "they are the flags of a command line")]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build
     model: PathBuf,
 
     /// The file of rays, or - for standard input
     #[arg(long, value_name = "FILE")]
     rays: PathBuf,
 
-    /// The format of the rays [default: by the name's ending, .csv, .f32 (raw) or .f64 (raw64); else csv,
-    /// if they begin with a line of names]
+    /// The format of the rays [default: by the extension .csv, .f32 (raw) or .f64 (raw64); otherwise csv if
+    /// the file begins with a line of names]
     #[arg(long, value_name = "FORMAT", value_parser = rays_format())]
     rays_format: Option<RaysFormat>,
 
@@ -77,7 +77,7 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = Format::Csv)]
     format: Format,
 
-    /// The same as --format raw
+    /// Short for --format raw
     #[arg(long, conflicts_with = "format")]
     raw: bool,
 
@@ -85,30 +85,30 @@ pub(crate) struct Options {
     #[arg(long, conflicts_with_all = ["all", "crossings"])]
     any: bool,
 
-    /// Every hit, not only the closest: a line for each, in order of t, and one with
-    /// empty cells for a miss (if raw, each record follows the i64 number of its ray: 40 bytes). With the
-    /// engine exact, an edge belongs to each of its triangles
+    /// Report every hit, not only the closest: one line per hit, in order of t, and one with empty cells for
+    /// a miss (if raw, each record follows the i64 number of its ray: 40 bytes). With the engine exact, an
+    /// edge belongs to each of its triangles
     #[arg(long, conflicts_with = "crossings")]
     all: bool,
 
-    /// Every crossing, in order of t, where an edge belongs to one of its triangles. Like --all with another
-    /// column, side: 1 where the ray leaves (it runs with the normal) and -1 where it enters (if raw, an i64
-    /// after the record, 0 for a miss: 48 bytes). In a closed mesh the sides sum to 1 from a point inside.
-    /// For the engines exact and fixed
+    /// Report every crossing, in order of t; each edge belongs to one of its triangles. Like --all with
+    /// another column, side: 1 if the ray leaves (it runs with the normal) and -1 if it enters (if raw, an
+    /// i64 after the record, 0 for a miss: 48 bytes). In a closed mesh the sides sum to 1 from a point
+    /// inside. For the engines exact and fixed
     #[arg(long)]
     crossings: bool,
 
-    /// The engine that finds the hits; raster traces no rays
+    /// The engine that finds the hits; raster does not trace rays
     #[arg(long, value_enum, default_value_t = EngineName::Exact)]
     engine: EngineName,
 
-    /// The scalar to trace in; f64 works with the engines exact and oracle [default of these two: the one
-    /// that holds all numbers, which only affects the speed; of other engines: f32]
+    /// The scalar to trace in; f64 works with the engines exact and oracle [default for these two: the one
+    /// that represents all numbers exactly, which only affects the speed; for other engines: f32]
     #[arg(long, value_enum)]
     scalar: Option<ScalarName>,
 
-    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid depends on the
-    /// model alone, not on the rays
+    /// The bits of a coordinate on the grid of engine fixed, 1 to 20 [default: 20]. The grid depends only on
+    /// the model, not on the rays
     #[arg(long, value_name = "BITS", value_parser = grid_bits, allow_hyphen_values = true)]
     grid: Option<Bits>,
 
@@ -117,19 +117,19 @@ pub(crate) struct Options {
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = grid_bounds, allow_hyphen_values = true)]
     grid_bounds: Option<[[f32; 3]; 2]>,
 
-    /// Count rays that start outside of the grid of engine fixed as misses, and report how many there were
+    /// Count rays that start outside the grid of engine fixed as misses, and report how many there were
     #[arg(long)]
     skip_outside: bool,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is not a hit, for
-    /// the engines certified and reference [default: 1e-9]
+    /// The smallest |normal . direction| that does not count as parallel, and the largest t that does not
+    /// count as a hit, for the engines certified and reference [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     threshold: Option<Threshold>,
 
     #[command(flatten)]
     reading: ModelOptions,
 
-    /// Print a report for programs, as JSON, on standard output
+    /// Print the report as JSON on standard output
     #[arg(long, requires = "output")]
     json: bool,
 }
@@ -144,7 +144,7 @@ impl Options {
         }
     }
 
-    /// Refuses what makes no sense together.
+    /// Refuses contradictory options.
     fn check(&self) -> Result<()> {
         if self.scalar == Some(ScalarName::F64) {
             Engine64::check(self.engine)?;
@@ -197,16 +197,16 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
 }
 
-/// The scalar in which the model and the rays are traced: f32 where nothing else is possible or nothing is lost.
+/// The scalar in which the model and the rays are traced: f32 if no other is possible or nothing is lost.
 ///
-/// The format of the rays decides, and not their numbers, so that no ray changes how another is traced. Answers of
-/// `exact` are the same in both scalars where f32 holds all numbers.
+/// It depends on the format of the rays and not on their numbers, so that no ray changes how another is
+/// traced. The answers of `exact` are the same in both scalars if f32 represents all numbers.
 fn scalar(options: &Options, model: &Model, rays: &Rays<'_>) -> ScalarName {
     let single = !options.engine.is_exact() || rays.are_f32() && model.is_f32();
     options.scalar.unwrap_or(if single { ScalarName::F32 } else { ScalarName::F64 })
 }
 
-/// A model with its engine, which alone is kept of it.
+/// A model's engine; nothing else of the model is kept.
 struct Traced<T> {
     engine: T,
     triangles: usize,
@@ -233,7 +233,7 @@ fn in_f32(
     Ok(Traced { engine, triangles: triangles.len(), grid: engines.grid(), rounding, notes })
 }
 
-/// The model in f64, with an engine that is exact.
+/// The model in f64, with an exact engine.
 fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result<Traced<Engine64>> {
     let (triangles, bvh, rounding, notes) =
         timed(&mut seconds.load, || corners(options, model.in_f64()?))?;
@@ -243,11 +243,10 @@ fn in_f64(options: &Options, model: Model, seconds: &mut TraceSeconds) -> Result
     Ok(Traced { engine, triangles: count, grid: None, rounding, notes })
 }
 
-/// The triangles of a model, the hierarchy over them if one was saved, and what was rounded, and what else
-/// became of it.
+/// The triangles of a model, its saved hierarchy if there is one, what was rounded, and notes.
 type Corners<S> = (Vec<TriangleOf<S>>, Option<Arc<Bvh<S>>>, Rounding, ModelNotes);
 
-/// Keeps of a model what is traced, and drops its mesh.
+/// Keeps the parts of a model that are traced, and drops its mesh.
 fn corners<S: Coordinate + BvhScalar>(options: &Options, model: ModelIn<S>) -> Result<Corners<S>> {
     let triangles = triangles(&model.mesh).map_err(|error| error.of(&options.model))?;
     Ok((triangles, model.bvh, model.rounding, model.notes))
@@ -259,7 +258,7 @@ fn refuse_output(options: &Options, files: &[PathBuf]) -> Result<()> {
     refuse_same_file(options.output.as_deref(), &files)
 }
 
-/// Answers the rays by an engine, and reports it.
+/// Answers the rays with an engine, and reports the result.
 fn answer<T: Tracer>(
     options: &Options,
     threshold: Option<Threshold>,
@@ -305,7 +304,7 @@ fn answer<T: Tracer>(
     print(&report, options.json)
 }
 
-/// How many rays were answered, hit something, and started outside of the grid.
+/// The number of rays that were answered, hit something, and started outside the grid.
 #[derive(Default)]
 struct Done {
     rays: u64,
@@ -321,7 +320,7 @@ fn answer_all<T: Tracer>(
     output: &mut Output,
     seconds: &mut TraceSeconds,
 ) -> Result<Done> {
-    // A ray may hit every triangle; so of those that ask for all hits or crossings, a batch has few.
+    // A ray may hit every triangle, so a batch has few rays if all hits or crossings are wanted.
     let many = matches!(question.query, Query::All | Query::Crossings);
     let size = if many { 16 } else { CHUNKS * question.engine.chunk_size() };
     let threads = rayon::current_num_threads();
@@ -351,7 +350,7 @@ fn answer_all<T: Tracer>(
             timed(&mut seconds.write, || output.write(batch.bytes()))
         },
     )?;
-    // Threads worked at the same time, as many of them as there were batches.
+    // At most as many threads worked at once as there were batches.
     let threads = threads.min(done.rays.div_ceil(size as u64) as usize).max(1);
     seconds.trace /= threads as f64;
     Ok(done)

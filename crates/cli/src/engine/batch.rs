@@ -1,4 +1,4 @@
-//! A batch of rays and their answers, written down while they are in the cache.
+//! A batch of rays and their answers, which are formatted while they are in the cache.
 
 use std::time::Instant;
 
@@ -16,8 +16,7 @@ pub(crate) struct Question<'a, T> {
     pub(crate) format: Format,
 }
 
-/// Rays and their answers. A batch is filled again and again, because new memory would take as long as
-/// the rays.
+/// Rays and their answers. Batches are reused, because allocating new memory would take as long as tracing.
 #[derive(Default)]
 pub(crate) struct Batch<S> {
     pub(crate) rays: Vec<RayOf<S>>,
@@ -25,9 +24,9 @@ pub(crate) struct Batch<S> {
     pub(crate) first: u64,
     /// How many rays hit something.
     pub(crate) hits: u64,
-    /// The numbers of the rays that start outside of the engine's grid, and so hit nothing.
+    /// The numbers of the rays that start outside the engine's grid, and so hit nothing.
     pub(crate) outside: Vec<u64>,
-    /// How long the answers took.
+    /// The time that the answers took.
     pub(crate) seconds: f64,
     answers: Answers,
 }
@@ -36,7 +35,7 @@ impl<S: Coordinate> Batch<S> {
     /// Traces all rays, chunk by chunk.
     ///
     /// # Errors
-    /// If there is too little memory for the answers of a ray.
+    /// Fails if there is too little memory for the answers of a ray.
     pub(crate) fn answer(
         &mut self,
         question: &Question<'_, impl Tracer<Scalar = S>>,
@@ -57,13 +56,13 @@ impl<S: Coordinate> Batch<S> {
         Ok(())
     }
 
-    /// The answers as they are to be written.
+    /// The formatted answers.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.answers.bytes
     }
 }
 
-/// The answers of a chunk, and those of the batch so far, written down.
+/// The answers of a chunk, and the formatted answers of the batch so far.
 #[derive(Default)]
 struct Answers {
     closest: Vec<Hit>,
@@ -72,7 +71,8 @@ struct Answers {
 }
 
 impl Answers {
-    /// Traces the rays from number `first` on, adds their answers, and returns how many hit something.
+    /// Traces rays, the first of which is number `first`, adds their answers, and returns how many hit
+    /// something.
     fn add<T: Tracer>(
         &mut self,
         question: &Question<'_, T>,

@@ -1,4 +1,4 @@
-//! The engines of a scene in f64: `exact`, and its oracle.
+//! The engines for scenes in f64: `exact`, and its oracle.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub(crate) enum Engine64 {
 }
 
 impl Engine64 {
-    /// Refuses the name of an engine that does not support `--scalar f64`.
+    /// Refuses an engine that does not support `--scalar f64`.
     pub(crate) fn check(name: EngineName) -> Result<()> {
         let why = match name {
             EngineName::Exact | EngineName::Oracle => return Ok(()),
@@ -32,8 +32,8 @@ impl Engine64 {
         Err(Error::usage(format!("--scalar f64: engine {name} {why}; choose exact or oracle")))
     }
 
-    /// The engine of that name, which [`Engine64::check`] lets pass, over triangles: by a hierarchy over them, if
-    /// there is one already.
+    /// The named engine, which must pass [`Engine64::check`], over triangles. Uses the given hierarchy over
+    /// them, if there is one.
     pub(crate) fn new(
         name: EngineName,
         triangles: Vec<Triangle64>,

@@ -1,4 +1,4 @@
-//! The engines of one model, made by name; those that trace the same hierarchy share it.
+//! Makes a model's engines by name; engines that trace the same hierarchy share it.
 
 use std::sync::Arc;
 
@@ -18,11 +18,11 @@ pub(crate) struct Engines<'a> {
     triangles: &'a [Triangle],
     threshold: Threshold,
     bits: Bits,
-    /// The points that the grid must hold besides the triangles: the origins of rays.
+    /// Points other than the triangles' that the grid must hold: the origins of rays.
     room_for: Vec<[f32; 3]>,
     bvh: Option<Arc<Bvh>>,
     fixed: Option<Arc<FixedScene>>,
-    /// How long building has taken so far.
+    /// The time spent on building so far.
     pub(crate) seconds: f64,
 }
 
@@ -32,17 +32,17 @@ impl<'a> Engines<'a> {
         Self { triangles, threshold, bits, room_for, bvh: None, fixed: None, seconds: 0.0 }
     }
 
-    /// The same with a grid of `bits` bits that holds the model and those points.
+    /// Uses a grid with `bits` bits that holds the model and these points.
     pub(crate) fn on_grid(self, bits: Bits, room_for: Vec<[f32; 3]>) -> Self {
         Self { bits, room_for, ..self }
     }
 
-    /// The same with a hierarchy over the triangles that is there already, if there is one.
+    /// Uses an existing hierarchy over the triangles, if there is one.
     pub(crate) fn with_bvh(self, bvh: Option<Arc<Bvh>>) -> Self {
         Self { bvh, ..self }
     }
 
-    /// The engine of that name.
+    /// The named engine.
     pub(crate) fn engine(&mut self, name: EngineName) -> Result<RayEngine> {
         Ok(match name {
             EngineName::Exact => RayEngine::Hierarchy(self.bvh()?, Mode::exact()),
@@ -80,7 +80,7 @@ impl<'a> Engines<'a> {
         Ok(self.fixed.insert(Arc::new(fixed)).clone())
     }
 
-    /// The grid of the engine `fixed`, if the user chose that.
+    /// The grid of the engine `fixed`, if the user chose it.
     pub(crate) fn grid(&self) -> Option<GridReport> {
         self.fixed.as_ref().map(|fixed| fixed.report())
     }

@@ -16,17 +16,17 @@ const CHUNK: usize = 4096;
 /// A scene on a grid.
 pub(crate) struct FixedScene {
     grid: Grid,
-    /// Over the snapped triangles, in units of the grid: integers, which f32 hold exactly.
+    /// The hierarchy over the snapped triangles, in grid units: integers, which are exact in f32.
     bvh: Bvh,
     /// A ray with an empty interval, in place of rays without a direction.
     never: Snapped,
-    /// How far the point that snapping moved most is from where it was.
+    /// The largest distance that snapping moved a point.
     moved: f64,
 }
 
 impl FixedScene {
-    /// Snaps triangles to the finest grid that holds them and some points more: rays to come start within
-    /// it. A point that is not finite is left out: its rays hit nothing, as in every engine.
+    /// Snaps triangles to the finest grid that holds them and the points `more`, within which rays will
+    /// start. A point that is not finite is left out: its rays hit nothing, as in every engine.
     pub(crate) fn new(triangles: &[Triangle], more: &[[f32; 3]], bits: Bits) -> Result<Self> {
         let more = more.iter().copied().filter(|p| p.iter().all(|x| x.is_finite()));
         let points = triangles.iter().flat_map(|t| t.0).chain(more);
@@ -46,14 +46,14 @@ impl FixedScene {
         Ok(Self { grid, bvh, never, moved })
     }
 
-    /// The grid's nearest point, in coordinates of the scene. A point off the grid stays.
+    /// The nearest grid point, in coordinates of the scene. A point off the grid is returned unchanged.
     pub(crate) fn place(&self, p: [f32; 3]) -> [f32; 3] {
-        // A snapped point is an f32 again, without rounding.
+        // A snapped point is exact in f32.
         self.grid.snap(p).map_or(p, |i| self.grid.unsnap(i).map(|x| x as f32))
     }
 
-    /// Whether a point lies outside of the grid: rays that start there hit nothing. One that is not finite
-    /// is nowhere.
+    /// Whether a point lies outside the grid, so that rays from it hit nothing. A point that is not finite is
+    /// not outside.
     pub(crate) fn is_outside(&self, p: [f32; 3]) -> bool {
         matches!(self.grid.snap(p), Err(GridError::Outside(_)))
     }
@@ -83,7 +83,7 @@ impl FixedScene {
         Ok(hits)
     }
 
-    /// The same, and from which side the ray crosses.
+    /// Every crossing of a ray, and from which side.
     pub(crate) fn crossings(&self, ray: &Ray) -> Result<Vec<Crossing>> {
         let ray = self.grid.ray(ray).unwrap_or(self.never);
         let mut crossings = memory::crossings(self.bvh.query(), ray.to_f32())?;
@@ -115,8 +115,7 @@ impl FixedScene {
     /// The report about the grid.
     pub(crate) fn report(&self) -> GridReport {
         let (bits, step) = (self.grid.bits(), self.grid.step());
-        // Along the whole grid, snapping a direction puts a component off by less than 2^-q of the
-        // longest.
+        // Along the whole grid, snapping a direction changes a component by less than 2^-q of the longest.
         let across = step * f64::from(2_u32 << bits.b());
         let strays = across / f64::from(1_u32 << bits.q());
         GridReport { bits: bits.b(), direction_bits: bits.q(), step, moved: self.moved, strays }
@@ -128,11 +127,11 @@ impl FixedScene {
 pub(crate) struct GridReport {
     pub(crate) bits: u32,
     pub(crate) direction_bits: u32,
-    /// The distance of neighbouring points of the grid.
+    /// The distance between neighbouring grid points.
     pub(crate) step: f64,
-    /// The farthest that a corner, or another point that the grid holds, moved along an axis.
+    /// The farthest that a corner, or another point on the grid, moved along an axis.
     pub(crate) moved: f64,
-    /// The far end of a ray across the whole grid is off by less than this along each axis, because
-    /// its direction is snapped, too.
+    /// An upper bound, along each axis, on how far the end of a ray across the whole grid is off because its
+    /// direction is snapped too.
     pub(crate) strays: f64,
 }

@@ -1,4 +1,4 @@
-//! A frame: the visibility buffer and the shadow mask of one picture, from any engine.
+//! A frame: the visibility buffer and the shadow mask of one picture, drawn by any engine.
 
 use clap::ValueEnum;
 use intertri::{Counts, Hit, RayOf, Scalar, TriangleOf};
@@ -19,15 +19,15 @@ use crate::io::progress::{Progress, timed};
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Shadows {
-    /// A ray between the light and each point that is seen; those of engine raster by engine exact
+    /// Trace a ray between the light and each visible point; for the engine raster, the engine exact does
     Rays,
-    /// Counting the volumes of shadow that each point is in: no rays
+    /// Count the shadow volumes that contain each point, without rays
     Volumes,
-    /// Everything is lit
+    /// Light everything
     None,
 }
 
-/// The name of a frame's elements, for errors.
+/// What a frame consists of, for error messages.
 const PIXELS: &str = "pixels";
 
 /// The visibility buffer and the shadow mask.
@@ -35,21 +35,21 @@ const PIXELS: &str = "pixels";
 pub(crate) struct Frame {
     /// The hit at each pixel, row by row from the top left.
     pub(crate) hits: Vec<Hit>,
-    /// Whether the light reaches that point; true if there is no point or no shadow.
+    /// Whether the light reaches that point; true if there is no hit or no shadow.
     pub(crate) lit: Vec<bool>,
-    /// How many shadow rays were traced.
+    /// The number of shadow rays.
     pub(crate) shadow_rays: u64,
-    /// The tests of all rays.
+    /// The test counts of all rays.
     pub(crate) counts: Counts,
-    /// How long the visibility buffer took.
+    /// The time for the visibility buffer.
     pub(crate) trace_seconds: f64,
-    /// How long the shadow mask took.
+    /// The time for the shadow mask.
     pub(crate) shadow_seconds: f64,
 }
 
 impl Frame {
-    /// Draws `scene` with the engine of that name, and finds the shadows on the visible points. The engine
-    /// traces its own shadow rays; for the z-buffer, which has none, `exact` does.
+    /// Draws `scene` with the named engine, and finds the shadows on the visible points. The engine traces
+    /// its own shadow rays; for the z-buffer, which has none, `exact` does.
     pub(crate) fn draw(
         scene: &Scene,
         raster: &Raster<'_>,
@@ -58,8 +58,7 @@ impl Frame {
         shadows: Shadows,
     ) -> Result<Self> {
         let mut frame = Self::default();
-        // Time all work for a picture, including making rays and storing answers. Building is timed with the
-        // engines.
+        // Time all work for a picture, including making rays and storing answers. The engines time building.
         let tracer = if name == EngineName::Raster { EngineName::Exact } else { name };
         let (mut trace_seconds, mut shadow_seconds) = (0.0, 0.0);
 
@@ -141,8 +140,8 @@ impl Frame {
         Ok(())
     }
 
-    /// Traces a shadow ray between the light and each visible point: from the point if answers are exact, so
-    /// that no part of the segment has to be left out, and otherwise from the light.
+    /// Traces a shadow ray between the light and each visible point. If answers are exact it starts at the
+    /// point, so that no part of the segment is left out; otherwise it starts at the light.
     fn trace_shadows<T: Tracer>(
         &mut self,
         scene: &Scene<T::Scalar>,
@@ -170,7 +169,7 @@ impl Frame {
                 let ray = scene.camera.ray(x, y, width, height);
                 let ray = RayOf { origin: engine.place(ray.origin), ..ray };
                 let point = hit_point(&ray, hit);
-                // A ray whose origin is not snapped would miss the surface of its point.
+                // A ray with an unsnapped origin would miss the surface at its point.
                 Light::shadow_ray_from(engine.place(scene.light.origin(point)), point)
             };
             seen.par_iter().map(ray).collect_into_vec(&mut rays);
@@ -187,18 +186,18 @@ impl Frame {
         Ok(())
     }
 
-    /// How many pixels show a triangle.
+    /// The number of pixels that show a triangle.
     pub(crate) fn seen(&self) -> u64 {
         self.hits.par_iter().filter(|hit| hit.is_hit()).count() as u64
     }
 
-    /// How many pixels are in shadow.
+    /// The number of pixels in shadow.
     pub(crate) fn dark(&self) -> u64 {
         self.lit.par_iter().filter(|lit| !**lit).count() as u64
     }
 
-    /// The largest distance, along a pixel's ray and in units of the scene, between two frames' hits of
-    /// the same triangle.
+    /// The largest distance between two frames' hits of the same triangle, along a pixel's ray and in units
+    /// of the scene.
     pub(crate) fn largest_distance<S: Coordinate>(
         &self,
         other: &Self,
@@ -218,8 +217,8 @@ impl Frame {
     }
 }
 
-/// The entries of some whole bands at a time, enough of them to keep all threads busy, and their first
-/// position.
+/// The entries of several whole bands at a time, enough of them to keep all threads busy, with the position
+/// of the first.
 fn bands<'a, T>(
     all: &'a mut [T],
     tiles: Tiles,
@@ -229,12 +228,12 @@ fn bands<'a, T>(
     all.chunks_mut(entries).zip((0..).step_by(entries))
 }
 
-/// How many entries these are.
+/// The number of these entries.
 fn in_bands(tiles: Tiles, engine: &impl Tracer) -> usize {
     engine.batch_size().div_ceil(tiles.band()) * tiles.band()
 }
 
-/// Rays that are traced at once, and memory for their answers.
+/// Rays to trace at once, and memory for their answers.
 fn in_batches<'a, S: Scalar, T>(
     rays: &'a [RayOf<S>],
     answers: &'a mut [T],

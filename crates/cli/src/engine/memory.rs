@@ -1,4 +1,4 @@
-//! Memory that there may not be: for what a model or a picture has many of.
+//! Fallible allocation, for the large tables of a model or a picture.
 
 use std::slice;
 
@@ -15,19 +15,19 @@ pub(crate) fn room<T>(count: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// A list of `count` times a value, of `what` the error speaks.
+/// A list of `count` copies of a value; an error if memory runs out, which names them `what`.
 pub(crate) fn filled<T: Clone>(count: usize, value: T, what: &str) -> Result<Vec<T>> {
     let mut list = room(count, what)?;
     list.resize(count, value);
     Ok(list)
 }
 
-/// Every hit of one ray, or an error where there is too little memory for them.
+/// Every hit of one ray, or an error if there is too little memory for them.
 pub(crate) fn hits<S: BvhScalar>(query: Query<'_, S>, ray: &RayOf<S>) -> Result<Vec<Hit>> {
     Ok(query.on_this_thread().all_batch(slice::from_ref(ray), None)?.items)
 }
 
-/// Every crossing of one ray, or an error where there is too little memory for them.
+/// Every crossing of one ray, or an error if there is too little memory for them.
 pub(crate) fn crossings<S: BvhScalar>(
     query: Query<'_, S>,
     ray: &RayOf<S>,

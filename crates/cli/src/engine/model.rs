@@ -1,4 +1,5 @@
-//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which need no build.
+//! Models from files: those that the crate `intertri-scene` reads, and saved hierarchies, which need no
+//! building.
 //!
 //! ```text
 //!   OBJ, PLY, STL, glTF ──► f64 ──┬──► f32, rounded and counted
@@ -39,15 +40,15 @@ enum Content {
 /// A model in the scalar in which it is traced.
 pub(crate) struct ModelIn<S: BvhScalar> {
     pub(crate) mesh: Mesh<S>,
-    /// The hierarchy over it, if that was saved in this scalar.
+    /// The saved hierarchy, if the file has one in this scalar.
     pub(crate) bvh: Option<Arc<Bvh<S>>>,
-    /// Which of its coordinates the scalar does not hold.
+    /// The coordinates that were rounded to the scalar.
     pub(crate) rounding: Rounding,
     /// Things that were left out, repaired or guessed.
     pub(crate) notes: ModelNotes,
 }
 
-/// How a model is read.
+/// How to read a model.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct ModelOptions {
     /// Refuse a model if something in it is left out, repaired or guessed, instead of only warning on
@@ -65,12 +66,12 @@ pub(crate) struct ModelNotes(Vec<ModelNote>);
 struct ModelNote {
     what: String,
     count: u64,
-    /// The line of the first; null in a file that has no lines.
+    /// The line of the first; null if the file is not text.
     line: Option<u64>,
 }
 
 impl ModelOptions {
-    /// Reports what was left out, repaired or guessed, or refuses the model for it.
+    /// Reports things that were left out, repaired or guessed, or refuses the model because of them.
     fn report(self, path: &Path, notes: &Notes) -> Result<ModelNotes> {
         let (name, notes) = (path.display(), notes.as_slice());
         if self.strict && !notes.is_empty() {
@@ -106,7 +107,7 @@ impl Model {
         Ok(Self { path: path.into(), content, files, notes })
     }
 
-    /// Whether f32 holds all of its numbers. A hierarchy that was saved in f64 counts as f64, whatever its numbers.
+    /// Whether all of its numbers are exact in f32. A hierarchy saved in f64 counts as f64 in any case.
     pub(crate) fn is_f32(&self) -> bool {
         match &self.content {
             Content::Mesh(mesh) => {
@@ -123,7 +124,7 @@ impl Model {
         }
     }
 
-    /// The model in f32, its coordinates rounded where that is necessary.
+    /// The model in f32, with coordinates rounded if necessary.
     pub(crate) fn in_f32(self) -> Result<ModelIn<f32>> {
         let model = match self.content {
             Content::Mesh(mesh) => in_scalar(mesh),
@@ -146,10 +147,10 @@ impl Model {
     }
 }
 
-/// The scalar in which a hierarchy was saved, if the file is one. `None` for a file that cannot be read: loading it
-/// reports why.
+/// The scalar of a saved hierarchy, if the file is one. `None` if the file cannot be read; loading it reports
+/// why.
 pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
-    /// The header of a saved hierarchy and its table, at most.
+    /// The largest header of a saved hierarchy with its table.
     const FRONT: u64 = 64 + 64 * 32;
     if !std::fs::metadata(path).ok()?.is_file() {
         return None;
@@ -159,33 +160,33 @@ pub(crate) fn saved_in(path: &Path) -> Option<ScalarName> {
     if !front.starts_with(&SAVED_MAGIC) {
         return None;
     }
-    // The scalar is found before any section is read.
+    // The scalar is in the header, before any section.
     match Bvh::<f32>::from_bytes(&front) {
         Err(LoadError::Scalar { .. }) => Some(ScalarName::F64),
         _ => Some(ScalarName::F32),
     }
 }
 
-/// Loads a saved hierarchy, several meshes as one, so that hits have the numbers of its triangles.
+/// Loads a saved hierarchy. Several meshes become one, so that hits have the numbers of its triangles.
 fn saved<S: BvhScalar>(path: &Path) -> Result<Bvh<S>> {
     let bvh = Bvh::load(path).map_err(|error| Error::at(path.display(), error))?;
     Ok(bvh.into_one_mesh())
 }
 
-/// The model of a hierarchy that was saved in the chosen scalar.
+/// The model of a hierarchy that was saved in the requested scalar.
 fn with_bvh<S: Coordinate + BvhScalar>(bvh: Bvh<S>) -> Result<ModelIn<S>> {
     let mesh = mesh(&bvh)?;
     Ok(ModelIn { bvh: Some(Arc::new(bvh)), ..of_mesh(mesh, Rounding::default()) })
 }
 
-/// The model of a mesh.
+/// A model without a hierarchy.
 fn of_mesh<S: BvhScalar>(mesh: Mesh<S>, rounding: Rounding) -> ModelIn<S> {
     ModelIn { mesh, bvh: None, rounding, notes: ModelNotes::default() }
 }
 
 /// A mesh in another scalar.
 fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<ModelIn<T>> {
-    // Vertices that no triangle uses may be anything.
+    // Vertices that no triangle uses may have any coordinates.
     let mut is_used = filled(mesh.positions.len(), false, "vertices")?;
     mesh.triangles.as_flattened().iter().for_each(|&corner| is_used[corner as usize] = true);
     let mut rounding = Rounding::default();
@@ -209,8 +210,8 @@ fn in_scalar<S: Coordinate, T: Coordinate + BvhScalar>(mesh: Mesh<S>) -> Result<
     Ok(of_mesh(Mesh { positions, triangles, corner_uvs, parts }, rounding))
 }
 
-/// The triangles of a hierarchy, each with positions of its own. One that is not finite is not kept there: it
-/// becomes a point of another, so that it changes no bounds.
+/// The triangles of a hierarchy, without shared vertices. The hierarchy does not store triangles that are not
+/// finite; each becomes a point of another triangle, so that it changes no bounds.
 fn mesh<S: Coordinate + BvhScalar>(bvh: &Bvh<S>) -> Result<Mesh<S>> {
     let triangles = bvh.to_triangles();
     let is_kept = |corners: &&[[S; 3]; 3]| !corners[0][0].into().is_nan();

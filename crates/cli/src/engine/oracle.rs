@@ -1,8 +1,8 @@
-//! The engine `oracle`: exact answers by testing all triangles one by one. It is slow, and judges all other
-//! engines.
+//! The engine `oracle`: exact answers by testing all triangles one by one. It is slow; the other engines are
+//! compared with it.
 //!
-//! The laboratory's predicates and rationals decide where a ray meets a triangle; the order of t and the
-//! interval are compared in rationals, too. Only t, u and v, each rounded once, come from the kernel's integers.
+//! The laboratory's predicates and rationals decide where a ray meets a triangle; rationals also decide the
+//! order of t and the interval. Only t, u and v, each rounded once, come from the kernel's integers.
 
 use std::cmp::Ordering;
 
@@ -48,7 +48,7 @@ pub(crate) fn all<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>) -> Vec
     all.into_iter().map(|(index, _)| hit(triangles, ray, index)).collect()
 }
 
-/// The triangles that a ray hits by the closed rule, and their exact t.
+/// The triangles that a ray hits by the closed rule, with their exact t.
 fn met<S: Scalar>(
     triangles: &[TriangleOf<S>],
     ray: &RayOf<S>,
@@ -63,16 +63,16 @@ fn met<S: Scalar>(
     })
 }
 
-/// A t compared with an end of an interval; `None` for a NaN.
+/// Compares t with an end of an interval; `None` for NaN.
 fn compare(t: &Rational, end: f64) -> Option<Ordering> {
     match Rational::try_from(end) {
         Ok(end) => Some(t.cmp(&end)),
-        // An infinity compares with any finite number alike.
+        // An infinity compares the same with every finite number.
         Err(_) => 0.0.partial_cmp(&end),
     }
 }
 
-/// The hit with a triangle.
+/// The hit of a triangle.
 fn hit<S: Scalar>(triangles: &[TriangleOf<S>], ray: &RayOf<S>, index: usize) -> Hit {
     let (t, u, v) = attributes_from(Tier::Narrow, ray, &triangles[index]);
     Hit { t, u, v, triangle: index as u32, geometry: 0 }
@@ -92,7 +92,7 @@ mod tests {
         let (mode, mut hits) = (Mode::exact(), 0);
         for round in 0..300 {
             let cases: Vec<_> = (0..8).map(|_| adversarial(&mut rng)).collect();
-            // Some triangles occur twice, so that t is equal.
+            // Some triangles are duplicates, with equal t.
             let triangles: Vec<_> =
                 cases.iter().chain(&cases[..3]).map(|case| case.triangle).collect();
             for case in &cases {

@@ -1,4 +1,4 @@
-//! The order of a picture's pixels: in tiles, because the rays of neighbours are coherent.
+//! The order of a picture's pixels: in tiles, because neighbouring rays are coherent.
 //!
 //! ```text
 //!   +----+----+--+   A band is a row of tiles, from the left; bands follow from the top. Within a
@@ -25,12 +25,12 @@ pub(crate) struct Tiles {
 }
 
 impl Tiles {
-    /// Those of a picture of that size.
+    /// The pixels of a picture of that size.
     pub(crate) fn new((width, height): (u32, u32)) -> Self {
         Self { width, height }
     }
 
-    /// How many pixels a full band has: they are also the first rows of the picture.
+    /// The number of pixels in a full band; they are also the first rows of the picture.
     pub(crate) fn band(self) -> usize {
         (self.width * TILE) as usize
     }
@@ -65,25 +65,25 @@ impl Tiles {
     }
 }
 
-/// All pixels of a picture, `(x, y)`, in their order.
+/// All pixels of a picture, `(x, y)`, in that order.
 pub(crate) fn tiled(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
     let tiles = Tiles::new((width, height));
     (0..width as usize * height as usize).map(move |place| tiles.pixel(place))
 }
 
-/// The rays of a camera through all pixels, in that order: those that are measured.
+/// The rays of a camera through all pixels, in that order, as they are measured.
 pub(crate) fn primary_rays(camera: &Camera, (width, height): (u32, u32)) -> Result<Vec<Ray>> {
     let mut rays = room(width as usize * height as usize, "rays")?;
     rays.extend(tiled(width, height).map(|(x, y)| camera.ray(x, y, width, height)));
     Ok(rays)
 }
 
-/// The number that bits 0, 2, 4, 6 and 8 make.
+/// The number made of the bits 0, 2, 4, 6 and 8.
 fn every_other(i: u32) -> u32 {
     (0..5).map(|bit| (i >> (2 * bit) & 1) << bit).sum()
 }
 
-/// The number whose bits 0, 2, 4, 6 and 8 make that one.
+/// Spreads the bits of a number to the positions 0, 2, 4, 6 and 8.
 fn apart(i: u32) -> u32 {
     (0..5).map(|bit| (i >> bit & 1) << (2 * bit)).sum()
 }
@@ -99,7 +99,7 @@ mod tests {
             let mut seen = tiled(width, height).collect::<Vec<_>>();
             assert_eq!(seen[0], (0, 0));
             assert!(seen.iter().enumerate().all(|(i, &pixel)| tiles.place(pixel) == i));
-            // A band is the same pixels as its rows.
+            // A band has the same pixels as its rows.
             let mut band = tiles.band().min(seen.len());
             assert!(seen[..band].iter().all(|&(_, y)| y < 32));
             seen.sort_unstable_by_key(|&(x, y)| (y, x));

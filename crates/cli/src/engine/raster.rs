@@ -20,9 +20,9 @@ const INK: [u8; 3] = [24, 26, 32];
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Wire {
-    /// Those of all triangles
+    /// The edges of all triangles
     Mesh,
-    /// Those where the mesh turns away from the eye, or ends
+    /// Only the silhouette: edges where the mesh turns away from the eye, or ends
     Silhouette,
 }
 
@@ -33,12 +33,12 @@ pub(crate) struct Raster<'a> {
     /// The picture's width and height.
     pub(crate) size: (u32, u32),
     threshold: Threshold,
-    /// Which triangles share an edge.
+    /// Which triangles share edges.
     adjacency: OnceCell<Adjacency>,
 }
 
 impl<'a> Raster<'a> {
-    /// The picture of that size that the scene's camera takes of its triangles.
+    /// The picture of that size from the scene's camera.
     pub(crate) fn new(
         scene: &'a Scene,
         triangles: &'a [Triangle],
@@ -48,7 +48,7 @@ impl<'a> Raster<'a> {
         Self { scene, triangles, size, threshold, adjacency: OnceCell::new() }
     }
 
-    /// The camera, as the rasterizer takes it.
+    /// The camera in the rasterizer's form.
     pub(crate) fn view(&self) -> Result<View> {
         let count = self.triangles.len();
         if count > MAX_TRIANGLES {
@@ -65,12 +65,12 @@ impl<'a> Raster<'a> {
         Ok(triangles(&self.view()?, self.triangles, self.threshold.get()))
     }
 
-    /// Whether the light reaches what each pixel shows.
+    /// Whether the light reaches the point that each pixel shows.
     pub(crate) fn lit(&self, hits: &[Hit]) -> Result<Vec<bool>> {
         Ok(lit(&self.view()?, hits, &self.volume()?))
     }
 
-    /// The shadow volumes, with the reach of shadow rays.
+    /// The shadow volumes, with the same reach as shadow rays.
     pub(crate) fn volume(&self) -> Result<Volume<'_>> {
         let reach = f64::from(Lamp::REACH);
         let light = match self.scene.light {
@@ -84,14 +84,14 @@ impl<'a> Raster<'a> {
         self.adjacency.get_or_init(|| Adjacency::new(self.triangles))
     }
 
-    /// Draws edges over a picture; `hits`, what its pixels show, hide the edges behind them.
+    /// Draws edges over a picture; the pixels' `hits` hide the edges behind them.
     pub(crate) fn draw_wire(&self, image: &mut Image, hits: &[Hit], edges: Wire) -> Result<()> {
         let view = self.view()?;
         let adjacency = self.adjacency();
         let edges: Vec<[u32; 2]> = match edges {
             Wire::Mesh => adjacency.edges().map(|edge| edge.ends).collect(),
             Wire::Silhouette => {
-                // The outline is the silhouette that a light at the eye would cast.
+                // The outline is the silhouette as seen by a light at the eye.
                 let eye = self.scene.camera.eye();
                 let facing = facing(adjacency, &Light::Point { position: eye, reach: 1.0 });
                 silhouette(adjacency, &facing).iter().map(|edge| edge.ends).collect()

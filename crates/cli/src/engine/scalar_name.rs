@@ -10,14 +10,14 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum ScalarName {
-    /// Every number is rounded to f32; the report counts those that changed
+    /// Round every number to f32; the report counts those that changed
     F32,
-    /// Every number is kept, such as those of UTM coordinates; for engines exact and oracle
+    /// Keep every number, for instance UTM coordinates; for the engines exact and oracle
     F64,
 }
 
 impl ScalarName {
-    /// The name of a scalar.
+    /// The name of the scalar `S`.
     pub(crate) fn of<S: Coordinate>() -> Self {
         if S::NAME == f32::NAME { Self::F32 } else { Self::F64 }
     }

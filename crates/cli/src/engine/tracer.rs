@@ -5,16 +5,16 @@ use intertri_scene::Coordinate;
 
 use crate::error::Result;
 
-/// Something that answers rays.
+/// An engine that answers rays.
 pub(crate) trait Tracer: Sync {
     /// The scalar of its scene and its rays.
     type Scalar: Coordinate;
 
-    /// How many rays a thread should ask at once: few enough that they and their answers stay in the
-    /// cache.
+    /// How many rays a thread should trace at once: few enough that they and their answers stay in the cache.
     fn chunk_size(&self) -> usize;
 
-    /// How many rays of a picture to ask at once: enough for all threads, few enough for a bar to move.
+    /// How many rays of a picture to trace at once: enough for all threads, few enough for the progress bar
+    /// to move.
     fn batch_size(&self) -> usize {
         64 * self.chunk_size()
     }
@@ -27,12 +27,12 @@ pub(crate) trait Tracer: Sync {
         point
     }
 
-    /// Whether rays that start at a point hit nothing because it is outside of the grid of `fixed`.
+    /// Whether rays from a point hit nothing because it is outside the grid of `fixed`.
     fn is_outside(&self, _: [Self::Scalar; 3]) -> bool {
         false
     }
 
-    /// The closest hit of each ray. Only what walks a hierarchy counts its tests, and `fixed` does not.
+    /// The closest hit of each ray. Only engines with a hierarchy count tests, and `fixed` does not.
     fn closest(&self, rays: &[RayOf<Self::Scalar>], hits: &mut [Hit]) -> Counts;
 
     /// Whether each ray hits anything; counts like `closest`.
@@ -41,13 +41,13 @@ pub(crate) trait Tracer: Sync {
     /// Every hit of a ray, in order of t; if two have the same t, in order of the triangles.
     ///
     /// # Errors
-    /// If there is too little memory for them.
+    /// Fails if there is too little memory for them.
     fn all(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Hit>>;
 
-    /// Where a ray crosses, each edge and corner once, in order of t; of equal t, of the triangles.
-    /// Empty for engines without such a rule, which `trace` refuses.
+    /// The crossings of a ray, with each edge and corner counted once, in order of t, then of triangles.
+    /// Empty for engines without crossings, which `trace` refuses.
     ///
     /// # Errors
-    /// If there is too little memory for them.
+    /// Fails if there is too little memory for them.
     fn crossings(&self, ray: &RayOf<Self::Scalar>) -> Result<Vec<Crossing>>;
 }

@@ -9,7 +9,7 @@ use intertri::{Crossing, Hit};
 use crate::error::{Error, Result};
 use crate::io::numbers::Decimal;
 
-/// The query for each ray.
+/// What to find for each ray.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Query {
     Closest,
@@ -18,10 +18,10 @@ pub(crate) enum Query {
     Crossings,
 }
 
-/// How answers are written down.
+/// The format of the answers.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Format {
-    /// A line of names, and a line an answer
+    /// A line of names, then one line per answer
     Csv,
     /// Little-endian records
     Raw,
@@ -47,7 +47,7 @@ impl Format {
         added.map_err(|_| too_long(ray))
     }
 
-    /// Adds whether a ray hits anything.
+    /// Adds whether a ray hit anything.
     pub(crate) fn any(self, out: &mut Vec<u8>, ray: u64, hit: bool) -> Result<()> {
         let added = match self {
             Self::Csv => writeln!(Text(out), "{ray},{}", u8::from(hit)),
@@ -70,7 +70,7 @@ impl Format {
         added.map_err(|_| too_long(ray))
     }
 
-    /// Adds every crossing of a ray with its side, 1 if it leaves and -1 if it enters, or its miss.
+    /// Adds every crossing of a ray with its side (1 if it leaves, -1 if it enters), or its miss.
     pub(crate) fn crossings(
         self,
         out: &mut Vec<u8>,
@@ -108,7 +108,7 @@ impl Write for Text<'_> {
     }
 }
 
-/// The error of a ray whose answers do not fit in memory.
+/// The error for a ray whose answers do not fit in memory.
 fn too_long(ray: u64) -> Error {
     Error::no_memory(format_args!("the answers of ray {ray}"))
 }

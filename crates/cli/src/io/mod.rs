@@ -1,4 +1,4 @@
-//! How bytes come and go: the formats of answers, the pipeline around them, outputs, signals and progress bars.
+//! Input and output: formats of answers, the pipeline around them, files, signals and progress bars.
 
 pub(crate) mod answers;
 pub(crate) mod numbers;

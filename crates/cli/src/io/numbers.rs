@@ -1,6 +1,6 @@
-//! How numbers are read from the command line, and written in answers.
+//! Parses numbers on the command line and writes numbers in answers.
 //!
-//! This file needs nothing else of the program, because the fuzzers include it.
+//! This file depends on nothing else in the program, because the fuzzers include it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,7 +8,7 @@ use std::str::FromStr;
 use intertri::Threshold;
 use intertri_scene::check_size;
 
-/// Three numbers with commas between them, in f32 or f64.
+/// Three numbers separated by commas, in f32 or f64.
 pub(crate) fn point<N: FromStr>(text: &str) -> Result<[N; 3], String> {
     let numbers: Option<Vec<N>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
     numbers

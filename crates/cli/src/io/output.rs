@@ -11,7 +11,7 @@ use crate::io::standard_output;
 
 /// A sink of bytes.
 pub(crate) struct Output {
-    /// For error messages.
+    /// The name, for error messages.
     name: String,
     sink: Sink,
 }
@@ -22,10 +22,10 @@ enum Sink {
 }
 
 impl Output {
-    /// Opens a file, or the standard output.
+    /// Opens a file, or standard output.
     ///
-    /// A file is a [`PartialFile`]: a run that fails or is ended leaves an older file as it was. A
-    /// device or a pipe is written directly.
+    /// A file is written as a [`PartialFile`]: if the run fails or is interrupted, an older file stays as it
+    /// was. A device or a pipe is written directly.
     pub(crate) fn open(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else {
             let sink = Sink::Stream(standard_output::open()?);

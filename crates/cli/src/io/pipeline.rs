@@ -1,4 +1,4 @@
-//! A pipeline for data of any length: one batch is read, one a thread is worked on and one is written, all
+//! A pipeline for data of any length: one batch is read, one per thread is processed and one is written, all
 //! at the same time.
 //!
 //! ```text
@@ -7,7 +7,7 @@
 //!     └────────────────────────────────────────────┘
 //! ```
 //!
-//! A few batches go round and keep their memory, so that any length needs the same amount.
+//! A fixed number of batches circulates and keeps its memory, so data of any length needs the same amount.
 
 use std::collections::BTreeMap;
 use std::panic::{self, AssertUnwindSafe};
@@ -17,10 +17,10 @@ use std::thread::{self, ScopedJoinHandle};
 
 use crate::error::{Error, Result};
 
-/// Sends `batches` round until `read`, which fills a batch, finds no more input. A thread of the pool runs `work` on
-/// each, and `write` receives all batches in the order in which they were read.
+/// Circulates `batches` until `read`, which fills a batch, reaches the end of the input. A thread of the pool
+/// runs `work` on each, and `write` receives all batches in the order in which they were read.
 ///
-/// The first error ends the run; what was read before is still written.
+/// The first error ends the run; batches read before it are still written.
 pub(crate) fn run<B: Send>(
     batches: impl IntoIterator<Item = B>,
     read: impl FnMut(&mut B) -> Result<bool> + Send,
@@ -34,16 +34,16 @@ pub(crate) fn run<B: Send>(
         // The receiver exists, so this cannot fail.
         let _ = free.send(batch);
     }
-    // A stage that ends drops its ends of the channels, and so its neighbours end, too.
+    // A stage that ends drops its channel ends, which ends its neighbours too.
     thread::scope(|scope| {
         let start = thread::Builder::new;
-        // The reader comes last, because it may wait long for what it reads.
+        // The reader comes last, because it may wait for its input for a long time.
         let writer = start().spawn_scoped(scope, move || write_in_order(to_write, &free, write));
         let writer = writer.map_err(Error::no_thread)?;
         let reader = start().spawn_scoped(scope, move || read_all(to_read, &full, read));
         let reader = reader.map_err(Error::no_thread)?;
         work_on_all(to_work, &done, &work);
-        // Nothing more is done, and the writer may end.
+        // No more batches are processed, so the writer may end.
         drop(done);
         let end = |thread: ScopedJoinHandle<'_, Result<()>>| unpanicked(thread.join());
         end(reader).and(end(writer))
@@ -67,7 +67,7 @@ fn read_all<B>(
 /// A batch with its number, or the error or panic of its worker.
 type Worked<B> = (usize, thread::Result<Result<B>>);
 
-/// Lets the thread pool work on the batches until there are no more, or the receiver is gone.
+/// Lets the thread pool process batches until there are no more, or the receiver is gone.
 fn work_on_all<B: Send>(
     full: Receiver<B>,
     done: &Sender<Worked<B>>,
@@ -81,7 +81,7 @@ fn work_on_all<B: Send>(
             }
             let (done, refused) = (done.clone(), &refused);
             threads.spawn(move |_| {
-                // The writer waits for this batch, and so must hear of an error or a panic.
+                // The writer waits for this batch, so it must receive an error or a panic too.
                 let worked = panic::catch_unwind(AssertUnwindSafe(|| work(&mut batch)));
                 if done.send((number, worked.map(|done| done.map(|()| batch)))).is_err() {
                     refused.store(true, Relaxed);
@@ -91,13 +91,13 @@ fn work_on_all<B: Send>(
     });
 }
 
-/// Writes batches in the order of their numbers and sets them free.
+/// Writes batches in the order of their numbers and frees them.
 fn write_in_order<B>(
     done: Receiver<Worked<B>>,
     free: &Sender<B>,
     mut write: impl FnMut(&B) -> Result<()>,
 ) -> Result<()> {
-    // A batch that is finished before its turn waits.
+    // A batch that is finished early waits for its turn.
     let (mut early, mut next) = (BTreeMap::new(), 0);
     for (number, worked) in done {
         early.insert(number, worked);
@@ -112,7 +112,7 @@ fn write_in_order<B>(
     Ok(())
 }
 
-/// The result of a thread; its panic goes on here.
+/// The result of a thread; resumes its panic.
 fn unpanicked<T>(made: thread::Result<T>) -> T {
     made.unwrap_or_else(|panic| panic::resume_unwind(panic))
 }
@@ -123,7 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// Numbers from 0 are doubled.
+    /// Doubles the numbers from 0 on.
     fn doubled(count: u32, fails: u32, unworked: u32, refused: u32) -> (Result<()>, Vec<u32>) {
         let (mut next, mut out) = (0..count, vec![]);
         let result = run(
@@ -134,7 +134,7 @@ mod tests {
                 if some == fails { Err(Error::new("cannot read")) } else { Ok(true) }
             },
             |number| {
-                // Some take longer than those behind them.
+                // Some take longer than the ones after them.
                 if *number % 7 == 0 {
                     thread::sleep(Duration::from_micros(200));
                 }
@@ -160,7 +160,7 @@ mod tests {
         let (result, out) = doubled(0, u32::MAX, u32::MAX, u32::MAX);
         assert!(result.is_ok() && out.is_empty());
 
-        // Batches that were read before an error are still written.
+        // Batches read before an error are still written.
         let (result, out) = doubled(1000, 700, u32::MAX, u32::MAX);
         assert!(format!("{result:?}").contains("cannot read") && out == evens(700));
         let (result, out) = doubled(1000, u32::MAX, 1400, u32::MAX);

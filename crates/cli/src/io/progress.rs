@@ -1,15 +1,15 @@
-//! How long work takes: a bar while it goes on, and seconds once it is done.
+//! Measures the time of work: a progress bar while it runs, and seconds once it is done.
 
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar on the standard error, where that is a terminal; a spinner where the amount of work is unknown.
-/// It goes away when it is dropped.
+/// A progress bar on standard error if that is a terminal; a spinner if the amount of work is unknown. It
+/// disappears when dropped.
 pub(crate) struct Progress(ProgressBar);
 
 impl Progress {
-    /// A bar named `what`, to be moved by [`Progress::add`] or [`Progress::set`].
+    /// A bar named `what`, moved by [`Progress::add`] or [`Progress::set`].
     pub(crate) fn new(what: &'static str, total: Option<u64>) -> Self {
         let (bar, template) = match total {
             Some(total) => {
@@ -27,7 +27,7 @@ impl Progress {
         Self(bar)
     }
 
-    /// Moves the bar on.
+    /// Advances the bar.
     pub(crate) fn add(&self, more: usize) {
         self.0.inc(more as u64);
     }
@@ -45,7 +45,7 @@ impl Drop for Progress {
     }
 }
 
-/// Does `work` and adds the time that it took to `seconds`.
+/// Runs `work` and adds its time to `seconds`.
 pub(crate) fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = work();

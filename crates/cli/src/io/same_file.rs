@@ -1,4 +1,4 @@
-//! Protects the files that are read from being overwritten.
+//! Protects input files from being overwritten.
 
 use std::io;
 use std::path::Path;
@@ -6,8 +6,8 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Refuses to overwrite a file that is read, under any name, by `output` or standard output. `-` among the inputs
-/// means standard input.
+/// Refuses to overwrite an input file, under any of its names, by `output` or standard output. `-` among the
+/// inputs means standard input.
 pub(crate) fn refuse_same_file(output: Option<&Path>, inputs: &[&Path]) -> Result<()> {
     let to = output.map_or_else(|| of_stream(io::stdout()), of_path);
     for input in inputs {
@@ -53,7 +53,7 @@ mod unix {
     }
 }
 
-/// A file, identified by its path without links: other systems offer nothing better without `unsafe`.
+/// A file, identified by its path with links resolved: other systems offer nothing better without `unsafe`.
 #[cfg(not(unix))]
 fn of_path(path: &Path) -> Option<std::path::PathBuf> {
     path.is_file().then(|| path.canonicalize().ok())?

@@ -1,8 +1,8 @@
-//! Cleaning up when a signal ends the run.
+//! Cleans up when a signal ends the run.
 
 use crate::error::{Error, Result};
 
-/// From now on a run that receives a signal to end leaves no unfinished file, and one that runs out of memory ends with
+/// From now on, a run that a signal ends leaves no unfinished file, and one that runs out of memory ends with
 /// exit code 1, unless its caller handles that.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<()> {
@@ -15,11 +15,12 @@ pub(crate) fn watch() -> Result<()> {
     use signal_hook::iterator::Signals;
     use signal_hook::{flag, low_level};
 
-    // The standard library says in one line that memory has run out, and aborts.
+    // If memory runs out, the standard library prints one line and aborts.
     let always = Arc::new(AtomicBool::new(true));
     let failed = |cause| Error::at("signals", format!("cannot be watched: {cause}"));
     flag::register_conditional_shutdown(SIGABRT, 1, always).map_err(failed)?;
-    // Heard, it ends nothing: writing beyond the largest file that is allowed is then an error as any other.
+    // With a handler, it does not end the program: writing beyond the limit on file sizes becomes an ordinary
+    // error.
     flag::register(SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(failed)?;
 
     let ignored = ignored();
@@ -29,18 +30,18 @@ pub(crate) fn watch() -> Result<()> {
     let wait = move || {
         for signal in signals.forever() {
             PartialFile::abandon_all();
-            // The sender sees that the program ended by its signal.
+            // The sender sees that the signal ended the program.
             let _ = low_level::emulate_default_handler(signal);
         }
     };
-    // It needs next to no memory.
+    // It needs almost no memory.
     let thread = thread::Builder::new().name("signals".to_owned()).stack_size(1 << 16);
     thread.spawn(wait).map_err(Error::no_thread)?;
     Ok(())
 }
 
-/// The signals that were ignored when the program began, a bit each from 1 on: `nohup` does that, and shells
-/// do for what runs in the background. They stay ignored.
+/// The signals that were ignored when the program started, one bit each from 1 on: `nohup` ignores some, and
+/// shells do so for background jobs. They stay ignored.
 #[cfg(target_os = "linux")]
 fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

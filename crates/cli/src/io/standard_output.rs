@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 /// Its name in error messages.
 pub(crate) const NAME: &str = "standard output";
 
-/// Refuses a closed standard output: everything written to it would be lost silently.
+/// Refuses a closed standard output, because everything written to it would be lost silently.
 pub(crate) fn check() -> Result<()> {
     if at_the_start::was_closed() {
         return Err(Error::at(NAME, "is closed; open it, or send it to /dev/null"));
@@ -15,8 +15,8 @@ pub(crate) fn check() -> Result<()> {
     Ok(())
 }
 
-/// Opens it, unbuffered. `io::stdout` buffers by lines: it would look for line ends in raw answers, and write
-/// what follows the last one separately.
+/// Opens it unbuffered. `io::stdout` buffers by lines: it would search raw answers for line ends, and write
+/// the bytes after the last one separately.
 pub(crate) fn open() -> Result<Box<dyn Write + Send>> {
     unbuffered().map_err(|cause| Error::at(NAME, format!("cannot write the answers: {cause}")))
 }
@@ -33,16 +33,16 @@ fn unbuffered() -> io::Result<Box<dyn Write + Send>> {
     Ok(Box::new(io::stdout()))
 }
 
-/// What the program was given. The standard library opens a closed standard output anew, onto nothing,
-/// before `main`: so it is looked at before that.
+/// The state of standard output at the start. Before `main`, the standard library reopens a closed standard
+/// output as a null device, so this checks it even earlier.
 #[cfg(unix)]
 mod at_the_start {
     use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
     static WAS_CLOSED: AtomicBool = AtomicBool::new(false);
 
-    // The crate's mark for what runs before `main`, where much of the standard library is not ready: this
-    // asks the system alone.
+    // The crate marks functions that run before `main`, when much of the standard library is not ready; this
+    // one only makes a system call.
     ctor::declarative::ctor! {
         #[ctor(unsafe)]
         fn look() {

@@ -25,34 +25,33 @@ pub(crate) struct AdviseReport {
     pub(crate) needs: Needs,
     /// Rays of the sample.
     pub(crate) sample: usize,
-    /// Primary rays of the picture, by which speeds were measured.
+    /// Primary rays of the picture, with which speeds were measured.
     pub(crate) rays: usize,
     pub(crate) choices: Vec<Choice>,
-    /// The name of the one to take, if one meets the tolerance.
+    /// The name of the recommended choice, if one is within the tolerance.
     pub(crate) take: Option<String>,
-    /// The `Threshold` to take.
+    /// The recommended `Threshold`.
     pub(crate) threshold: f64,
     pub(crate) seconds: f64,
 }
 
-/// A choice, and its effect.
+/// A choice and its effect.
 #[derive(Clone, Serialize)]
 pub(crate) struct Choice {
     pub(crate) name: String,
-    /// The bits of the three coordinates of a vertex.
+    /// Bits for the three coordinates of a vertex.
     pub(crate) bits_a_vertex: u32,
-    /// How far what is seen moves at most, in pixels.
+    /// The farthest that the visible surface moves, in pixels.
     pub(crate) pixels: f64,
-    /// How many pixels of the frame can be wrong at most.
+    /// An upper bound on the wrong pixels of the frame.
     pub(crate) wrong_at_most: u64,
-    /// How many pixels of the sample can be wrong at most.
+    /// An upper bound on the wrong pixels of the sample.
     pub(crate) wrong_in_sample_at_most: u64,
-    /// How many pixels of the sample are wrong.
+    /// The number of wrong pixels of the sample.
     pub(crate) wrong_in_sample: u64,
-    /// Millions of primary rays a second, as `bench` measures them; null where no engine offers this
-    /// choice.
+    /// Million primary rays per second, as measured by `bench`; null if no engine offers this choice.
     pub(crate) speed: Option<f64>,
-    /// Whether it meets the tolerance.
+    /// Whether it is within the tolerance.
     pub(crate) enough: bool,
 }
 
@@ -95,7 +94,7 @@ impl AdviseReport {
         Ok(())
     }
 
-    /// The table of choices, the one to take marked.
+    /// The table of choices, with the recommended one marked.
     fn write_choices(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sample = format!("of {} asked", self.sample);
         writeln!(
@@ -130,7 +129,7 @@ impl AdviseReport {
         )
     }
 
-    /// The advised choice and threshold.
+    /// The recommended choice and threshold.
     fn write_advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let taken = self.choices.iter().find(|choice| Some(&choice.name) == self.take.as_ref());
         match (taken, self.tolerance) {

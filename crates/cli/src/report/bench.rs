@@ -23,12 +23,12 @@ pub(crate) struct BenchReport {
     pub(crate) rates: Vec<Rate>,
 }
 
-/// How fast an engine answers one kind of rays: the median of all turns.
+/// An engine's speed for one kind of ray: the median of all turns.
 #[derive(Serialize)]
 pub(crate) struct Rate {
     pub(crate) rays: &'static str,
     pub(crate) engine: EngineName,
-    /// How many rays were measured.
+    /// The number of rays that were measured.
     pub(crate) count: usize,
     pub(crate) million_a_second: f64,
     pub(crate) times_the_reference: f64,

@@ -25,7 +25,7 @@ pub(crate) struct BuildReport {
     pub(crate) seconds: BuildSeconds,
 }
 
-/// How long each step took.
+/// The time of each step.
 #[derive(Default, Serialize)]
 pub(crate) struct BuildSeconds {
     pub(crate) load: f64,

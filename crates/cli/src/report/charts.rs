@@ -1,4 +1,4 @@
-//! The folder of charts: pictures and tables with their date and machine.
+//! The output folder for charts: pictures and tables with their date and machine.
 
 use std::fmt;
 use std::fs;
@@ -27,7 +27,7 @@ impl fmt::Display for Machine {
     }
 }
 
-/// A folder that gets files.
+/// A folder for output files.
 pub(crate) struct ChartFolder {
     folder: PathBuf,
     pub(crate) machine: Machine,
@@ -53,7 +53,7 @@ impl fmt::Display for Written {
 }
 
 impl ChartFolder {
-    /// Makes the folder if there is none.
+    /// Creates the folder if it does not exist.
     pub(crate) fn new(folder: &Path) -> Result<Self> {
         let start = Instant::now();
         fs::create_dir_all(folder).map_err(|cause| {
@@ -67,7 +67,7 @@ impl ChartFolder {
         Ok(Self { folder: folder.to_owned(), machine, files: Vec::new(), start })
     }
 
-    /// Writes a picture as SVG and as PNG.
+    /// Writes a picture as SVG and PNG.
     pub(crate) fn picture(&mut self, name: &str, svg: &Svg) -> Result<()> {
         self.write(&format!("{name}.svg"), svg.to_string().as_bytes())?;
         let pixels = png(svg).map_err(|cause| Error::at(format!("{name}.png"), cause))?;
@@ -81,7 +81,7 @@ impl ChartFolder {
         self.write(&format!("{name}.csv"), text.as_bytes())
     }
 
-    /// Writes all on one page of HTML.
+    /// Writes everything on one HTML page.
     pub(crate) fn page(&mut self, name: &str, title: &str, sections: &[Section<'_>]) -> Result<()> {
         let text = page(title, &self.machine.to_string(), sections);
         self.write(&format!("{name}.html"), text.as_bytes())
@@ -96,7 +96,7 @@ impl ChartFolder {
         Ok(())
     }
 
-    /// Ends the run, and returns the list of files.
+    /// Finishes the run and returns the list of files.
     pub(crate) fn finish(self) -> Written {
         let Self { machine, files, start, .. } = self;
         Written { machine, files, seconds: start.elapsed().as_secs_f64() }

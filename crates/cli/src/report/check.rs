@@ -1,13 +1,13 @@
-//! Two engines, one picture: where do they disagree, and may they?
+//! Compares the pictures of two engines: where do they disagree, and may they?
 //!
-//! - Engines that follow document A must agree in every bit, and so must those that are exact.
-//! - Between the two kinds t differs in its last bits. Where triangle or shadow do, the laboratory's oracle
-//!   must say that `exact` is right.
-//! - The z-buffer and the shadow volumes see the scene along lines that are a rounding apart. Where one
-//!   of them takes part, a pixel may differ only where an edge, a tie of depths or the surface of a
-//!   volume passes within that rounding: the rule of `docs/raster.md`, decided for each pixel. Exact shadow
-//!   rays go all the way to the surface, volumes end a ten thousandth before: the oracle settles that.
-//! - The engine `fixed` sees a scene that was snapped to its grid, and any pixel may differ by that.
+//! - Engines that follow document A must agree in every bit, and so must the exact ones.
+//! - Between the two kinds, t differs in its last bits. If the triangle or the shadow differs, the
+//!   laboratory's oracle must confirm `exact`.
+//! - The z-buffer and the shadow volumes see the scene along lines that differ by rounding. If one of them
+//!   takes part, a pixel may differ only where an edge, a tie of depths or the surface of a volume passes
+//!   within that rounding: the rule of `docs/raster.md`, decided for each pixel. Exact shadow rays go all the
+//!   way to the surface, whereas volumes end a ten-thousandth before it; the oracle decides there.
+//! - The engine `fixed` sees a snapped scene, which may change any pixel.
 
 use intertri::{Hit, Triangle};
 use intertri_raster::{Verdict, differences, shadow_differences};
@@ -19,11 +19,11 @@ use crate::engine::oracle;
 use crate::engine::raster::Raster;
 use crate::error::Result;
 
-/// The colours of pixels that differ: may, and may not.
+/// The colours of differing pixels: excused and not.
 const EXCUSED: [u8; 3] = [64, 176, 255];
 const UNEXCUSED: [u8; 3] = [255, 32, 32];
 
-/// How two frames differ.
+/// The differences between two frames.
 pub(crate) struct Difference {
     /// The hits of the pixels.
     pub(crate) hits: Vec<Verdict>,
@@ -32,8 +32,8 @@ pub(crate) struct Difference {
 }
 
 impl Difference {
-    /// Compares frames of engines of one kind: each must have the other's triangle, bits of t, u and v, and
-    /// shadow.
+    /// Compares frames of engines of one kind: each pixel must have the same triangle, bits of t, u and v,
+    /// and shadow.
     pub(crate) fn bits(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Unexcused };
         let hits = a.hits.iter().zip(&b.hits);
@@ -44,8 +44,8 @@ impl Difference {
         }
     }
 
-    /// Compares a frame of exact answers with one of document A's: where they show another triangle, or
-    /// one of them a shadow, the oracle must give the exact one's answer.
+    /// Compares an exact frame with one of document A's: where triangle or shadow differs, the oracle must
+    /// give the answer of the exact one.
     pub(crate) fn settled(raster: &Raster<'_>, exact: &Frame, other: &Frame) -> Self {
         let (triangles, scene, (width, height)) = (raster.triangles, raster.scene, raster.size);
         let settle = |right| if right { Verdict::Excused } else { Verdict::Unexcused };
@@ -73,7 +73,7 @@ impl Difference {
         Self { hits: hits.collect(), shadows: shadows.collect() }
     }
 
-    /// Compares frames of which the z-buffer or the shadow volumes made one.
+    /// Compares frames, one of which was drawn with the z-buffer or the shadow volumes.
     pub(crate) fn by_rule(raster: &Raster<'_>, a: &Frame, b: &Frame) -> Result<Self> {
         let view = raster.view()?;
         let hits = differences(&view, raster.triangles, &a.hits, &b.hits);
@@ -83,7 +83,7 @@ impl Difference {
             (0..hits.len()).map(|i| if same(i) { b.lit[i] } else { a.lit[i] }).collect();
         let mut shadows = shadow_differences(&view, &a.hits, &raster.volume()?, &a.lit, &other);
 
-        // Exact rays go all the way. What lies in the part that the others leave out is in no volume.
+        // Exact rays go all the way. No volume contains the part that the others leave out.
         let (triangles, scene, size) = (raster.triangles, raster.scene, raster.size);
         shadows.par_iter_mut().zip(&a.hits).enumerate().for_each(|(i, (verdict, hit))| {
             if *verdict == Verdict::Unexcused && left_out(triangles, scene, size, i, hit) {
@@ -93,8 +93,8 @@ impl Difference {
         Ok(Self { hits, shadows })
     }
 
-    /// Compares frames of which one is of the snapped scene: a pixel may show another triangle, or be
-    /// lit differently where the triangle is the same. The bits of t differ anyway and are not compared.
+    /// Compares frames, one of which shows the snapped scene: a pixel may show another triangle, or be lit
+    /// differently on the same one. The bits of t always differ and are not compared.
     pub(crate) fn snapped(a: &Frame, b: &Frame) -> Self {
         let verdict = |same| if same { Verdict::Same } else { Verdict::Excused };
         let hits: Vec<Verdict> =
@@ -104,7 +104,7 @@ impl Difference {
         Self { hits, shadows }
     }
 
-    /// Each pixel's worse verdict.
+    /// The worse verdict of each pixel.
     fn pixels(&self) -> impl Iterator<Item = Verdict> {
         let worse = |(&hit, &shadow)| match (hit, shadow) {
             (Verdict::Unexcused, _) | (_, Verdict::Unexcused) => Verdict::Unexcused,
@@ -114,12 +114,12 @@ impl Difference {
         self.hits.iter().zip(&self.shadows).map(worse)
     }
 
-    /// How many pixels differ at all.
+    /// The number of pixels that differ.
     pub(crate) fn count(&self) -> Count {
         Count::of(self.pixels())
     }
 
-    /// `image` darkened, and every pixel that differs in the colour of its verdict.
+    /// `image` darkened, with every differing pixel in the colour of its verdict.
     pub(crate) fn picture(&self, image: &Image) -> Image {
         let colour = |verdict| match verdict {
             Verdict::Same => None,
@@ -130,7 +130,7 @@ impl Difference {
     }
 }
 
-/// Whether all that stands between the light and what a pixel shows stands in the last part of the way, which
+/// Whether all occluders between the light and a pixel's point are in the last part of the segment, which
 /// [`Light::REACH`](intertri_scene::Light::REACH) leaves out.
 fn left_out(
     triangles: &[Triangle],
@@ -153,7 +153,7 @@ fn bits(hit: &Hit) -> (u32, [u64; 3]) {
     (hit.triangle, [hit.t, hit.u, hit.v].map(f64::to_bits))
 }
 
-/// How many differences there are, and how many of them are excused.
+/// The number of differences, and how many of them are excused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Count {
     pub(crate) differ: usize,

@@ -1,4 +1,4 @@
-//! How every report reaches the standard output.
+//! Prints reports to standard output.
 
 use std::fmt;
 use std::io::{self, Write};
@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::io::standard_output;
 
-/// Prints a report on the standard output: a few lines, or JSON and nothing else.
+/// Prints a report on standard output: a few lines of text, or only JSON.
 pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Result<()> {
     let text = if json {
         serde_json::to_string_pretty(report).map_err(|error| Error::at("report", error))?
@@ -22,6 +22,6 @@ pub(crate) fn print(report: &(impl Serialize + fmt::Display), json: bool) -> Res
 
 /// Prints a warning on standard error.
 pub(crate) fn tell(note: &str) {
-    // If standard error is closed, there is no reader.
+    // If standard error is closed, nobody reads this.
     let _ = writeln!(io::stderr(), "intertri: {note}");
 }

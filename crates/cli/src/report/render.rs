@@ -30,7 +30,7 @@ pub(crate) struct RenderReport {
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
     pub(crate) shadows: Shadows,
-    /// Null where the engine has none.
+    /// Null if the engine has none.
     pub(crate) threshold: Option<f64>,
     /// The up direction, and whether the user chose it.
     pub(crate) up: [f32; 3],
@@ -53,7 +53,7 @@ pub(crate) struct RenderReport {
     pub(crate) check: Option<CheckReport>,
 }
 
-/// How long each step took.
+/// The time of each step.
 #[derive(Default, Serialize)]
 pub(crate) struct RenderSeconds {
     pub(crate) load: f64,
@@ -75,15 +75,15 @@ pub(crate) struct RenderSeconds {
 pub(crate) struct CheckReport {
     pub(crate) engine: EngineName,
     pub(crate) shadows: Shadows,
-    /// Pixels that differ in what is compared.
+    /// Pixels that differ in anything compared.
     pub(crate) differing_pixels: usize,
-    /// How many of these may.
+    /// How many of these are excused.
     pub(crate) excused_pixels: usize,
     pub(crate) differing_hits: usize,
     pub(crate) excused_hits: usize,
     pub(crate) differing_shadows: usize,
     pub(crate) excused_shadows: usize,
-    /// How far apart the two hits of one triangle are at most, along a pixel's ray and in units of the
+    /// The largest distance between the two hits of one triangle, along a pixel's ray and in units of the
     /// scene.
     pub(crate) largest_distance: f64,
     /// The picture of the differences.
@@ -184,7 +184,7 @@ impl fmt::Display for RenderSeconds {
     }
 }
 
-/// Further lines, each after a line end.
+/// More lines, each preceded by a line end.
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (pixels, seconds) = (grouped(self.differing_pixels as u64), self.seconds);

@@ -1,4 +1,4 @@
-//! Numbers that were rounded because a scalar does not hold them.
+//! Numbers that were rounded to a scalar.
 
 use std::fmt;
 
@@ -33,7 +33,7 @@ impl Rounded {
         self.model.numbers == 0 && self.rays.numbers == 0
     }
 
-    /// A line of a report, unless nothing was rounded.
+    /// Writes a line of a report, unless nothing was rounded.
     pub(crate) fn write_line(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts = [(self.model, "coordinates of the model"), (self.rays, "numbers of the rays")];
         for (rounding, what) in parts.into_iter().filter(|(rounding, _)| rounding.numbers > 0) {
@@ -44,7 +44,7 @@ impl Rounded {
     }
 }
 
-/// In one sentence.
+/// One sentence.
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { model, rays } = self;

@@ -17,7 +17,7 @@ use crate::report::rounding::Rounded;
 #[derive(Serialize)]
 pub(crate) struct TraceReport {
     pub(crate) model: PathBuf,
-    /// Null for the standard output.
+    /// Null for standard output.
     pub(crate) output: Option<PathBuf>,
     pub(crate) triangles: usize,
     /// Things in the model that were left out, repaired or guessed.
@@ -26,19 +26,19 @@ pub(crate) struct TraceReport {
     /// The scalar in which model and rays were traced.
     pub(crate) scalar: ScalarName,
     pub(crate) rounded: Rounded,
-    /// Null where the engine has none.
+    /// Null if the engine has none.
     pub(crate) threshold: Option<f64>,
     pub(crate) rays: u64,
     /// Rays that hit something.
     pub(crate) hits: u64,
-    /// Rays that start outside of the grid of engine `fixed`, and count as misses.
+    /// Rays that start outside the grid of the engine `fixed`, and count as misses.
     pub(crate) outside: u64,
-    /// The grid of engine `fixed`.
+    /// The grid of the engine `fixed`.
     pub(crate) grid: Option<GridReport>,
     pub(crate) seconds: TraceSeconds,
 }
 
-/// How long each step took; for `trace`, the working time of each thread. The last three overlap.
+/// The time of each step; for `trace`, the time that each thread worked. The last three overlap.
 #[derive(Default, Serialize)]
 pub(crate) struct TraceSeconds {
     pub(crate) load: f64,

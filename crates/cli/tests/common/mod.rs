@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
-/// A folder that goes away with the test.
+/// A folder that is deleted when the test ends.
 pub(crate) struct TestFolder(TempDir);
 
 impl TestFolder {
@@ -29,7 +29,7 @@ impl TestFolder {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// All that lies in the folder, in the order of the names.
+    /// Everything in the folder, sorted by name.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<_> =
@@ -38,7 +38,7 @@ impl TestFolder {
         names
     }
 
-    /// `intertri` with arguments that have blanks between them.
+    /// `intertri` with arguments separated by blanks.
     pub(crate) fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_intertri"));
         command.current_dir(self.0.path()).args(arguments.split_whitespace());
@@ -49,12 +49,12 @@ impl TestFolder {
         self.command(arguments).output().unwrap()
     }
 
-    /// Runs what must succeed without a word on the standard error; gives the standard output.
+    /// Runs a command that must succeed and print nothing on standard error. Returns standard output.
     pub(crate) fn ok(&self, arguments: &str) -> Vec<u8> {
         done(arguments, self.run(arguments))
     }
 
-    /// The same with something on the standard input.
+    /// The same with input on standard input.
     pub(crate) fn ok_with_input(&self, arguments: &str, input: &[u8]) -> Vec<u8> {
         let mut command = self.command(arguments);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -66,8 +66,8 @@ impl TestFolder {
         })
     }
 
-    /// Runs what must fail with `code`, nothing on the standard output, and one line on the standard
-    /// error that has all of `words` in it.
+    /// Runs a command that must fail with `code`, print nothing on standard output, and print one line on
+    /// standard error that contains all of `words`.
     pub(crate) fn fails(&self, arguments: &str, code: i32, words: &[&str]) {
         let output = self.run(arguments);
         assert_eq!(String::from_utf8_lossy(&output.stdout), "", "{arguments}");
@@ -81,7 +81,7 @@ fn done(arguments: &str, output: Output) -> Vec<u8> {
     output.stdout
 }
 
-/// That the standard error is one line with all of `words` in it.
+/// Checks that standard error is one line with all of `words` in it.
 pub(crate) fn one_line(arguments: &str, output: &Output, code: i32, words: &[&str]) {
     let error = String::from_utf8(output.stderr.clone()).unwrap();
     assert_eq!(output.status.code(), Some(code), "{arguments}: {error}");
@@ -92,10 +92,10 @@ pub(crate) fn one_line(arguments: &str, output: &Output, code: i32, words: &[&st
     }
 }
 
-/// What the system says of a file that is not there.
+/// The system's message for a missing file.
 pub(crate) const NO_SUCH_FILE: &str = if cfg!(windows) { "cannot find" } else { "No such file" };
 
-/// Two triangles and a quad in front of the eye at the origin that looks along z.
+/// Two triangles and a quad in front of an eye at the origin that looks along z.
 pub(crate) const MODEL: &str = "\
 v 0 0 5
 v 1 0 5

@@ -1,4 +1,4 @@
-//! A house in the coordinates of surveyors: UTM, in metres from a meridian and from the equator.
+//! A house at surveyors' coordinates: UTM, in metres from a meridian and from the equator.
 
 use glam::{DQuat, DVec3};
 
@@ -9,7 +9,7 @@ use crate::scene::Scene;
 
 /// Easting, northing and height of the house's corner, in metres.
 const CORNER: DVec3 = DVec3::new(148_376.213, 528_980.447, 31.02);
-/// How far it is turned from the grid, in radians.
+/// The angle by which it is rotated from the grid, in radians.
 const TURN: f64 = 0.43;
 
 const GRASS: [f32; 3] = [0.34, 0.42, 0.22];
@@ -19,11 +19,11 @@ const STONE: [f32; 3] = [0.50, 0.49, 0.47];
 const WOOD: [f32; 3] = [0.62, 0.47, 0.30];
 
 impl Scene<f64> {
-    /// A house with a fence at UTM coordinates, z up: some 148 km east and 529 km north of zero. There,
+    /// A house with a fence at UTM coordinates, z up, about 148 km east and 529 km north of zero. There,
     /// neighbouring f32 are 1.6 cm apart to the east and 6.3 cm to the north: rounded to f32, walls are
-    /// warped, palings vanish, and rays that start on a wall begin before or behind it.
+    /// warped, palings vanish, and rays that start on a wall begin in front of it or behind it.
     ///
-    /// Its own camera and light; every part is closed. The same bits on every call.
+    /// Its own camera and light; every part is closed. Every call returns the same bits.
     pub fn house() -> Self {
         house()
     }
@@ -34,7 +34,7 @@ fn house() -> Scene<f64> {
     house.part(GRASS);
     house.block([-16.0, -14.0, -0.4], [20.0, 18.0, 0.0]);
 
-    // The front has a door and two windows, one end a window.
+    // A door and two windows in front, one window at an end.
     house.part(WALL);
     let front = [
         (0.0, 1.2, 0.0, 2.8),
@@ -94,12 +94,12 @@ fn house() -> Scene<f64> {
     }
 }
 
-/// A direction of the house, in the axes of the grid.
+/// A direction of the house in the axes of the grid.
 fn turned(p: DVec3) -> DVec3 {
     DQuat::from_rotation_z(TURN) * p
 }
 
-/// A point of the house, in UTM coordinates.
+/// A point of the house in UTM coordinates.
 fn placed(p: [f64; 3]) -> [f64; 3] {
     (CORNER + turned(DVec3::from(p))).to_array()
 }
@@ -116,18 +116,18 @@ impl House {
         self.mesh.parts.push(Part { first, tint, textured: false });
     }
 
-    /// A box between two corners.
+    /// A box given by two corners.
     fn block(&mut self, [x, y, z]: [f64; 3], [to_x, to_y, to_z]: [f64; 3]) {
         let outline = [[x, y], [to_x, y], [to_x, to_y], [x, to_y]];
         self.prism(&outline, [z, to_z], |[x, y], z| [x, y, z]);
     }
 
-    /// A convex outline in y and z, counter-clockwise, drawn out along x.
+    /// A convex outline in y and z, counter-clockwise, extruded along x.
     fn beam(&mut self, outline: &[[f64; 2]], x: f64, to_x: f64) {
         self.prism(outline, [x, to_x], |[y, z], x| [x, y, z]);
     }
 
-    /// The outline at both ends of the way, and the sides between.
+    /// The outline at both ends, and the sides between.
     fn prism(
         &mut self,
         outline: &[[f64; 2]],
@@ -171,7 +171,7 @@ mod tests {
             }
         }
         assert!(edges.iter().all(|(&(a, b), &n)| n == 1 && edges.get(&(b, a)) == Some(&1)));
-        // Six times its volume is positive: the outside is where it should be.
+        // Six times the volume is positive, so the outside is on the right side.
         let volume = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| DVec3::from(mesh.positions[i as usize]) - CORNER);
             a.dot(b.cross(c))

@@ -1,7 +1,7 @@
-//! Procedural shapes: grids, surfaces of revolution, wedges and spheres.
+//! Generated shapes: grids, surfaces of revolution, wedges and spheres.
 //!
-//! Triangles of a shape share their vertices, also across its seams: adjacency is in the indices.
-//! Texture coordinates belong to the corners of triangles and may differ between neighbors.
+//! The triangles of a shape share their vertices, even across its seams, so indices show adjacency. Texture
+//! coordinates belong to the corners of triangles and may differ between neighbors.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -10,29 +10,29 @@ use glam::DVec3;
 
 use crate::mesh::{Mesh, Part, rounded};
 
-/// A circle of a surface of revolution: its radius (0 for a pole), its height, and by which part of a
-/// side it is turned against the others.
+/// A circle of a surface of revolution: its radius (0 for a pole), its height, and its rotation relative to
+/// the others as a fraction of a side.
 pub(super) struct Ring {
     pub(super) radius: f64,
     pub(super) y: f64,
     pub(super) turn: f64,
 }
 
-/// The mesh, shape by shape.
+/// The mesh under construction.
 #[derive(Default)]
 pub(super) struct Shapes {
     pub(super) mesh: Mesh,
 }
 
 impl Shapes {
-    /// Begins a part: what follows has that albedo, and the texture or not.
+    /// Begins a part: the following shapes have this albedo, and the texture if `textured`.
     pub(super) fn part(&mut self, tint: [f32; 3], textured: bool) {
         self.mesh.parts.push(Part { first: self.mesh.triangles.len() as u32, tint, textured });
     }
 
-    /// A surface of `cells` quads, `place` of u and v in `0..=1`; `closed` says which of the two
-    /// wraps around. `repeat` is how often the texture repeats along u and, for quads that
-    /// are about square, in proportion along v.
+    /// A surface of `cells` quads, where `place` maps u and v in `0..=1` to points; `closed` says which of
+    /// the two wraps around. `repeat` is how often the texture repeats along u and, for roughly square quads,
+    /// in proportion along v.
     pub(super) fn grid(
         &mut self,
         cells: [u32; 2],
@@ -61,10 +61,10 @@ impl Shapes {
         }
     }
 
-    /// A surface of revolution: `sides` sides around the y axis through `rings`, moved by `place`. The
-    /// first and the last ring may be poles, others not.
+    /// A surface of revolution: `sides` sides around the y axis through `rings`, transformed by `place`. Only
+    /// the first and the last ring may be poles.
     pub(super) fn lathe(&mut self, sides: u32, rings: &[Ring], place: impl Fn(DVec3) -> DVec3) {
-        // The positions, and where each ring's begin.
+        // The positions, and the start of each ring.
         let starts: Vec<u32> = rings
             .iter()
             .map(|ring| {
@@ -87,7 +87,7 @@ impl Shapes {
             for side in 0..sides {
                 let (low, low_next) = (corner(row, side), corner(row, side + 1));
                 let (high, high_next) = (corner(row + 1, side), corner(row + 1, side + 1));
-                // Between turned rings the diagonal must follow the turn, or facets would cross.
+                // Between rotated rings the diagonal must follow the rotation, or facets would cross.
                 let (first, second) = if pair[1].turn < pair[0].turn {
                     ([low, high, high_next], [low, high_next, low_next])
                 } else {
@@ -105,8 +105,7 @@ impl Shapes {
         }
     }
 
-    /// A sector of a flat ring around the y axis: between two radii, from `y` up by `height`, between
-    /// two angles.
+    /// A sector of a flat ring around the y axis, between two radii and two angles, from `y` up by `height`.
     pub(super) fn wedge(&mut self, radii: [f64; 2], y: f64, height: f64, angles: [f64; 2]) {
         let first = self.mesh.positions.len() as u32;
         for corner in 0..8_usize {
@@ -123,8 +122,8 @@ impl Shapes {
         }
     }
 
-    /// The unit sphere as an icosahedron of which each triangle is subdivided in four, `levels` times,
-    /// moved by `place`.
+    /// The unit sphere as an icosahedron with every triangle split in four `levels` times, transformed by
+    /// `place`.
     pub(super) fn icosphere(&mut self, levels: u32, place: impl Fn(DVec3) -> DVec3) {
         // The corners of an icosahedron are those of three golden rectangles.
         let golden = f64::midpoint(1.0, 5.0_f64.sqrt());
@@ -136,7 +135,7 @@ impl Shapes {
                 points.push(DVec3::from(p).normalize());
             }
         }
-        // Its faces are the triples of corners that are all neighbors, turned outward.
+        // Its faces are all triples of neighboring corners, facing outward.
         let near = |a: usize, b: usize| points[a].dot(points[b]) > 0.4;
         let mut faces: Vec<[usize; 3]> = Vec::new();
         for a in 0..12 {

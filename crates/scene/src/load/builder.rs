@@ -1,4 +1,4 @@
-//! The mesh in the making, and the checks that all formats share.
+//! Builds the mesh, with the checks that all formats share.
 
 use super::cut::{Cut, Cutter};
 use super::error::{Fault, fault};
@@ -6,19 +6,19 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::{Mesh, double};
 
-/// Adds an entry, if there is memory for it: tables grow with the file.
+/// Adds an entry if there is memory for it; tables grow with the file.
 pub(super) fn push<T>(table: &mut Vec<T>, entry: T) -> Result<(), Fault> {
     table.try_reserve(1)?;
     table.push(entry);
     Ok(())
 }
 
-/// The texture coordinates of a corner that names none which there could be.
+/// The texture coordinates of a corner without valid ones.
 pub(super) const NO_UV: u32 = u32::MAX;
 
-/// The triangles of a strip, by indices into its corners: each corner from the third on makes one with the two before
-/// it, and every other triangle is turned, so that all are wound alike. A triangle that names a vertex twice only leads
-/// the strip elsewhere and is left out.
+/// The triangles of a strip, as indices into its corners: each corner from the third on forms one with the
+/// two before it, and every other triangle is flipped, so that all have the same winding. A triangle that
+/// names a vertex twice only redirects the strip and is left out.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     let triangle = |last| [last - 2 + last % 2, last - 1 - last % 2, last];
     (2..corners.len()).map(triangle).filter(|places| {
@@ -27,32 +27,32 @@ pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [usize; 3]> {
     })
 }
 
-/// The notes about faces that had to be left out or changed.
+/// Notes about faces that were left out or changed.
 const SHORT: &str = "faces of fewer than three corners, left out";
 const UNCLEAR: &str =
     "concave faces that cross themselves or have more than 16384 corners, filled as fans";
 const NO_UVS: &str =
     "faces whose texture coordinates are missing or not finite, read without these";
 
-/// A mesh that grows by the vertices and faces of a file.
+/// A mesh under construction.
 pub(super) struct MeshBuilder<S> {
     mesh: Mesh<S>,
-    /// The texture coordinates that faces name.
+    /// The texture coordinates that faces refer to.
     uvs: Vec<[f32; 2]>,
     pub(super) notes: Notes,
-    /// The line that is being read, in a file of text.
+    /// The current line, in a text file.
     pub(super) line: Option<u64>,
-    /// The number of a file's first vertex, for messages.
+    /// The number of the file's first vertex, for messages.
     numbered_from: u64,
     waiting: WaitingFaces,
     unusable: Vec<UnusableVertex>,
     cutter: Cutter,
-    /// The texture coordinates of the face at hand, kept here to spare allocations.
+    /// The texture coordinates of the current face, kept here to avoid allocations.
     face_uvs: Vec<[f32; 2]>,
 }
 
-/// Faces of which a vertex, or a texture coordinate, may come later in the file, and all faces behind the
-/// first of these.
+/// Faces with a vertex or texture coordinate that may come later in the file, and all faces after the first
+/// of these.
 #[derive(Default)]
 struct WaitingFaces {
     /// The vertices of all of them.
@@ -72,7 +72,7 @@ struct UnusableVertex {
 }
 
 impl<S: Coordinate> MeshBuilder<S> {
-    /// An empty mesh of a file whose first vertex has that number.
+    /// An empty mesh for a file that numbers its vertices from `first`.
     pub(super) fn numbered_from(first: u64) -> Self {
         Self {
             mesh: Mesh::default(),
@@ -87,12 +87,12 @@ impl<S: Coordinate> MeshBuilder<S> {
         }
     }
 
-    /// How many vertices there are.
+    /// The number of vertices.
     pub(super) fn vertices(&self) -> usize {
         self.mesh.positions.len()
     }
 
-    /// How many texture coordinates there are.
+    /// The number of texture coordinates.
     pub(super) fn uvs(&self) -> usize {
         self.uvs.len()
     }
@@ -119,13 +119,13 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut self.unusable, UnusableVertex { index, line: self.line, cause })
     }
 
-    /// Adds a texture coordinate. A face that has one which is not finite is read without any.
+    /// Adds a texture coordinate. A face with one that is not finite is read without any.
     pub(super) fn uv(&mut self, uv: [f32; 2]) -> Result<(), Fault> {
         push(&mut self.uvs, uv)
     }
 
-    /// Adds a face by its vertices and, if `uvs` is not empty, the texture coordinates of these, some of
-    /// which may be [`NO_UV`]. What it names may come later in the file.
+    /// Adds a face by its vertices and, if `uvs` is not empty, their texture coordinates, some of which may
+    /// be [`NO_UV`]. Both may come later in the file.
     pub(super) fn polygon(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let is_there = corners.iter().all(|&corner| (corner as usize) < self.vertices())
             && uvs.iter().all(|&uv| uv == NO_UV || (uv as usize) < self.uvs());
@@ -141,7 +141,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         push(&mut waiting.faces, ends)
     }
 
-    /// Adds a face whose vertices have all been read, if they ever will.
+    /// Adds a face whose vertices have been read, or will never be.
     fn add(&mut self, corners: &[u32], uvs: &[u32]) -> Result<(), Fault> {
         let count = self.vertices();
         if let Some(&corner) = corners.iter().find(|&&corner| corner as usize >= count) {
@@ -178,7 +178,7 @@ impl<S: Coordinate> MeshBuilder<S> {
             self.notes.add(NO_UVS, 1, self.line);
             self.face_uvs.clear();
         }
-        // They are stored from the first face that has some; earlier faces get zeros.
+        // Texture coordinates are stored from the first face that has some; earlier faces get zeros.
         if !self.face_uvs.is_empty() || self.mesh.corner_uvs.is_some() {
             let kept = self.mesh.corner_uvs.get_or_insert_with(Vec::new);
             kept.try_reserve(self.mesh.triangles.len() - kept.len())?;
@@ -199,7 +199,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         })
     }
 
-    /// The mesh, once all of the file has been read.
+    /// The mesh, after the whole file has been read.
     pub(super) fn finish(mut self) -> Result<(Mesh<S>, Notes), Fault> {
         let waiting = std::mem::take(&mut self.waiting);
         let (mut corners, mut uvs) = (0, 0);
@@ -213,7 +213,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         Ok((self.mesh, self.notes))
     }
 
-    /// Refuses triangles that use a vertex which is not finite.
+    /// Refuses triangles with a vertex that is not finite.
     fn check_vertices(&mut self) -> Result<(), Fault> {
         if self.unusable.is_empty() {
             return Ok(());
@@ -223,7 +223,7 @@ impl<S: Coordinate> MeshBuilder<S> {
         let Some(&first) = triangles.as_flattened().iter().filter(is_broken).min() else {
             return Ok(());
         };
-        // In the order of the vertices, as they were added.
+        // In the order of the vertices, in which they were added.
         let Ok(place) = unusable.binary_search_by_key(&first, |vertex| vertex.index) else {
             return Ok(());
         };
@@ -240,7 +240,7 @@ impl<S: Coordinate> MeshBuilder<S> {
 }
 
 impl Cut<'_> {
-    /// The triangles of a polygon of which each corner has such a value, in three of these each.
+    /// Splits one value per corner of a polygon into one triple per triangle.
     fn triangles<T: Copy>(&self, corners: &[T]) -> impl Iterator<Item = [T; 3]> {
         let ears = match self {
             Self::Ears(ears) => ears.as_chunks::<3>().0,

@@ -1,7 +1,7 @@
-//! Polygons cut into triangles.
+//! Cuts polygons into triangles.
 //!
-//! A fan from the first corner is right wherever that corner sees the whole polygon, as in every convex
-//! one. Where it does not, triangles of the fan reach outside and lie over each other:
+//! A fan from the first corner is right if that corner sees the whole polygon, as in every convex one.
+//! Otherwise triangles of the fan reach outside and overlap:
 //!
 //! ```text
 //!   3 ·────· 2          The fan is (0,1,2), (0,2,3). It runs against the polygon's turn at
@@ -9,34 +9,34 @@
 //!    0  \·  1
 //! ```
 //!
-//! The crate `earcut` cuts those, in the plane that fits the polygon best: the one across its normal by
-//! Newell, the sum of the cross products of the fan.
+//! The crate `earcut` cuts those polygons, in the plane that fits them best: the one perpendicular to
+//! Newell's normal, the sum of the cross products of the fan.
 
 use earcut::Earcut;
 use glam::{DVec2, DVec3};
 
 use super::error::Fault;
 
-/// Corners of the largest polygon that is cut: the crate's time may grow with their square.
+/// The most corners of a polygon that is cut; the crate's time may grow with their square.
 const MOST: usize = 1 << 14;
 
-/// What a sum of a few products is off by, relative to their sizes, at most.
+/// A bound on the error of a sum of a few products, relative to their sizes.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// How a polygon becomes triangles.
 pub(super) enum Cut<'a> {
-    /// As the fan of its first corner.
+    /// As a fan around its first corner.
     Fan,
-    /// As these triangles, each three indices into its ring of corners: two fewer than it has corners.
+    /// As these triangles, each with three indices into the polygon's corners: two fewer than it has corners.
     Ears(&'a [u32]),
-    /// Not without a guess: it crosses itself, or has too many corners.
+    /// Not without guessing: it crosses itself, or has too many corners.
     Unclear,
 }
 
-/// Cuts polygons, and keeps its memory from one to the next.
+/// Cuts polygons, and reuses its memory.
 #[derive(Default)]
 pub(super) struct Cutter {
-    /// The corners, from the first one.
+    /// The corners relative to the first one.
     ring: Vec<DVec3>,
     flat: Vec<[f64; 2]>,
     ears: Vec<u32>,
@@ -45,7 +45,7 @@ pub(super) struct Cutter {
 }
 
 impl Cutter {
-    /// How to cut the polygon of these corners.
+    /// How to cut the polygon with these corners.
     pub(super) fn cut(
         &mut self,
         corners: impl ExactSizeIterator<Item = DVec3> + Clone,
@@ -62,7 +62,7 @@ impl Cutter {
         let length = normal.length();
         let sizes: f64 = triangles().map(|(a, b)| a.length() * b.length()).sum();
         if length <= self.ring.len() as f64 * ROUNDING * sizes {
-            // Without a side that is up: a line, or loops that cancel each other.
+            // It has no orientation: it is a line, or has loops that cancel each other.
             let is_flat =
                 |(a, b): (DVec3, DVec3)| a.cross(b).length() <= ROUNDING * a.length() * b.length();
             return if triangles().all(is_flat) { Cut::Fan } else { Cut::Unclear };
@@ -80,8 +80,8 @@ impl Cutter {
         if self.close() && self.is_cut() { Cut::Ears(&self.ears) } else { Cut::Unclear }
     }
 
-    /// Takes the corners relative to the first, in a size of about one; false if they are one point, or
-    /// not finite. Both scales are powers of two, which round nothing.
+    /// Stores the corners relative to the first, scaled to a size of about one; false if they are one point,
+    /// or not finite. Both scales are powers of two, so nothing is rounded.
     fn place(&mut self, corners: impl Iterator<Item = DVec3> + Clone) -> bool {
         let largest = |points: &mut dyn Iterator<Item = DVec3>| {
             points.fold(0.0, |most: f64, p| most.max(p.abs().max_element()))
@@ -97,9 +97,10 @@ impl Cutter {
         size > 0.0
     }
 
-    /// Lets the crate cut the ring in the plane across `normal`, all triangles turning as the ring does.
+    /// Cuts the ring with the crate, in the plane perpendicular to `normal`; all triangles have the ring's
+    /// orientation.
     fn clip_ears(&mut self, normal: DVec3) {
-        // Along an axis, these two are axes, and the corners keep their coordinates.
+        // If the normal is along an axis, these two are axes, and the corners keep their coordinates.
         let least = normal.abs();
         let axis = match least.min_element() {
             x if x == least.x => DVec3::X,
@@ -118,16 +119,16 @@ impl Cutter {
         }
     }
 
-    /// Twice a triangle's area in the plane, and what that may be off by.
+    /// Twice a triangle's area in the plane, and a bound on its error.
     fn area(&self, ear: &[u32; 3]) -> (f64, f64) {
         let [a, b, c] = ear.map(|place| DVec2::from(self.flat[place as usize]));
         let (ab, ac) = (b - a, c - a);
         (ab.perp_dot(ac), 4.0 * ROUNDING * (ab.length() + ac.length()))
     }
 
-    /// Adds the corners that the crate has passed over, because they are on a straight edge, as triangles
-    /// without area: else the edges of a neighbour that has these corners, too, would be left open. False
-    /// if what the triangles leave free is not the polygon's ring.
+    /// Adds the corners that the crate has skipped because they are on a straight edge, as triangles without
+    /// area; otherwise the edges of a neighbour with these corners would be left open. False if the boundary
+    /// of the triangles is not the polygon's ring.
     fn close(&mut self) -> bool {
         let count = self.ring.len() as u32;
         self.edges.clear();
@@ -152,8 +153,8 @@ impl Cutter {
         self.ears.len() == 3 * (self.ring.len() - 2)
     }
 
-    /// Whether no triangle turns against the ring. Their areas sum up to the polygon's, so they then lie
-    /// in it side by side.
+    /// Whether no triangle has the opposite orientation. Their areas sum to the polygon's, so they then fill
+    /// it without overlap.
     fn is_cut(&self) -> bool {
         self.ears.as_chunks::<3>().0.iter().all(|ear| {
             let (area, error) = self.area(ear);
@@ -162,7 +163,7 @@ impl Cutter {
     }
 }
 
-/// The power of two by which a size becomes one from 1/2 to 2, if there is such a power.
+/// The power of two that scales a size to between 1/2 and 2, if there is one.
 fn unit(size: f64) -> f64 {
     let exponent = (size.to_bits() >> 52) as i32 - 1023;
     2.0_f64.powi(-exponent.clamp(-1000, 1000))

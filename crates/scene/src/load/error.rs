@@ -9,7 +9,7 @@ use std::{fmt, io};
 pub struct LoadError {
     /// The file.
     pub path: PathBuf,
-    /// The line where it is wrong, counted from 1, in a file of text.
+    /// The line with the error, counted from 1, in a text file.
     pub line: Option<u64>,
     /// The problem, and what to do if that is not obvious.
     pub cause: String,
@@ -34,12 +34,12 @@ pub(super) struct Fault {
 }
 
 impl Fault {
-    /// The same, in that line.
+    /// The same, with this line.
     pub(super) fn at(self, line: u64) -> Self {
         Self { line: Some(line), ..self }
     }
 
-    /// The same, in that file.
+    /// The same, with this file.
     pub(super) fn of(self, path: &Path) -> LoadError {
         LoadError { path: path.into(), line: self.line, cause: self.cause }
     }
@@ -58,12 +58,12 @@ impl From<TryReserveError> for Fault {
     }
 }
 
-/// A fault without a line, as an error.
+/// An error without a line.
 pub(super) fn fault<T>(cause: impl Into<String>) -> Result<T, Fault> {
     Err(Fault { line: None, cause: cause.into() })
 }
 
-/// A word of a file for an error message: quoted, its control characters escaped, not too long.
+/// Quotes a word of a file for an error message, with control characters escaped, and shortened if long.
 pub(super) fn quote(word: &str) -> String {
     let short: String = word.chars().take(32).collect();
     format!("{short:?}{}", if short.len() < word.len() { "..." } else { "" })

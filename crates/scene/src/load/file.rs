@@ -1,18 +1,18 @@
-//! Files that can be models.
+//! Model files.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use super::error::{Fault, fault};
 
-/// The endings of the formats' names.
+/// The formats' file extensions.
 const ENDINGS: &str = ".obj, .ply, .stl, .gltf or .glb";
 
 /// The other files of a model.
 pub(super) struct Beside<'a> {
-    /// The folder in which they are.
+    /// Their folder.
     pub(super) folder: &'a Path,
-    /// Those that were read.
+    /// The ones that were read.
     pub(super) read: Vec<PathBuf>,
 }
 

@@ -1,4 +1,4 @@
-//! Files in gzip, whatever model is in them.
+//! Files compressed with gzip, whatever model they contain.
 
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -8,18 +8,18 @@ use flate2::bufread::GzDecoder;
 use super::error::{Fault, fault};
 use super::notes::Notes;
 
-/// How a file in gzip begins.
+/// The first bytes of a gzip file.
 pub(super) const MAGIC: &[u8] = b"\x1f\x8b";
 
-/// A file may unpack to that much, whatever its size,
+/// A file may always unpack to this much,
 const SURE: u64 = 64 << 20;
-/// and a larger one to this many times its size: models shrink to a tenth, and few to a fiftieth.
+/// and a larger one to this many times its size: models typically shrink to a tenth, few to a fiftieth.
 const RATIO: u64 = 100;
 
-/// Unpacks a file of that size. Memory is linear in the size: a bomb ends in an error.
+/// Unpacks a file of that size. Memory is linear in the size, so a bomb ends in an error.
 ///
-/// A gzip may have several members, one behind the other. What else follows them is left out, as `gunzip`
-/// does: zeros, with which tapes are filled, without a note.
+/// A gzip file may have several consecutive members. Anything else after them is ignored with a note, as
+/// `gunzip` does; zeros, which pad tapes, are ignored without one.
 pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Result<Vec<u8>, Fault> {
     let most = size.saturating_mul(RATIO).max(SURE);
     let (mut packed, mut bytes) = (Vec::new(), Vec::new());
@@ -50,7 +50,7 @@ pub(super) fn unpack(mut input: impl Read, size: u64, notes: &mut Notes) -> Resu
     Ok(bytes)
 }
 
-/// The name of what is in a file of that name: `a.obj` for `a.obj.gz`.
+/// The name of the contents of a file with that name: `a.obj` for `a.obj.gz`.
 pub(super) fn inner(path: &Path) -> PathBuf {
     match path.extension() {
         Some(extension) if extension.eq_ignore_ascii_case("gz") => path.with_extension(""),

@@ -6,15 +6,15 @@ use std::io::BufRead;
 use super::error::{Fault, fault};
 use crate::line_end::{LineEnd, read_line};
 
-/// No line is longer: a face of a million corners takes half of it.
+/// The length limit; a face with a million corners takes half of it.
 const LONGEST: usize = 1 << 24;
 
-/// A text, line by line.
+/// A text, read line by line.
 pub(super) struct Lines<R> {
     input: R,
     line: Vec<u8>,
     end: LineEnd,
-    /// The number of the line last read, from 1.
+    /// The number of the last line that was read, from 1.
     pub(super) number: u64,
 }
 
@@ -24,19 +24,19 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// The lines of a text whose lines all end in a carriage return: a line feed behind one is no part
-    /// of the line's end.
+    /// The lines of a text whose lines all end in a carriage return; a line feed after one belongs to the
+    /// next line.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
 
-    /// The input behind the lines that were read.
+    /// The input after the lines that were read.
     pub(super) fn input(&mut self) -> Result<&mut R, Fault> {
         self.end.pass(&mut self.input)?;
         Ok(&mut self.input)
     }
 
-    /// Reads the next line; false at the end of the file.
+    /// Reads the next line; returns false at the end of the file.
     pub(super) fn advance(&mut self) -> Result<bool, Fault> {
         self.line.clear();
         self.append()
@@ -52,7 +52,7 @@ impl<R: BufRead> Lines<R> {
         Ok(false)
     }
 
-    /// Replaces the last byte of the line by a blank and the next line; false if there is none.
+    /// Replaces the last byte of the line by a blank and the next line; returns false if there is none.
     pub(super) fn join(&mut self) -> Result<bool, Fault> {
         if let Some(last) = self.line.last_mut() {
             *last = b' ';
@@ -60,12 +60,13 @@ impl<R: BufRead> Lines<R> {
         self.append()
     }
 
-    /// The line without blanks at its end.
+    /// The line without trailing blanks.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.line
     }
 
-    /// The line without blanks at its end. Everything read from a model is ASCII, but names may be in any encoding.
+    /// The line without trailing blanks. Everything read from a model is ASCII, but names may be in any
+    /// encoding.
     pub(super) fn text(&self) -> Cow<'_, str> {
         String::from_utf8_lossy(&self.line)
     }

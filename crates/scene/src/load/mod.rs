@@ -1,4 +1,4 @@
-//! Models from files: Wavefront OBJ, PLY, STL and glTF, also in gzip.
+//! Model files: Wavefront OBJ, PLY, STL and glTF, also compressed with gzip.
 
 mod builder;
 mod cut;
@@ -26,21 +26,21 @@ use crate::mesh::Mesh;
 
 /// Reads a model.
 ///
-/// The name's ending decides the format (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or lower case);
-/// for any other ending, the first bytes of the file do. A gzip file is unpacked first, whatever its name; an
-/// ending `.gz` does not count.
+/// The extension decides the format (`.obj`, `.ply`, `.stl`, `.gltf` or `.glb`, in upper or lower case); for
+/// any other extension, the first bytes of the file do. A gzip file is unpacked first, whatever its name; an
+/// extension `.gz` is ignored.
 ///
-/// - A polygon of n corners becomes n - 2 consecutive triangles with the same winding: the fan of its first
-///   corner (see [`Mesh`]), or the result of ear clipping if the fan would reach outside. Faces of fewer than
-///   three corners are left out.
+/// - A polygon with n corners becomes n - 2 consecutive triangles with the same winding: the fan around its
+///   first corner (see [`Mesh`]), or the result of ear clipping if the fan would reach outside. Faces with
+///   fewer than three corners are left out.
 /// - OBJ: vertices, texture coordinates and faces of all objects and groups, in the order of the
 ///   file; negative indices count back from the last vertex so far; points, lines, materials, fourth
 ///   coordinates and colors are ignored. Lines end in a line feed, a carriage return, or both.
-/// - PLY: ASCII and binary of both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
-///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, -1
-///   between strips. A `double` is rounded to f32.
-/// - STL: ASCII (all its solids) and binary, distinguished by the size that a binary header promises.
-///   Triangles do not share vertices.
+/// - PLY: ASCII and binary in both byte orders, `vertex` with x, y, z (and s, t or u, v or `texture_u`,
+///   `texture_v`), `face` with `vertex_indices` or `vertex_index`, and `tristrips` with the same, separated
+///   by -1. A `double` is rounded to f32.
+/// - STL: ASCII (all its solids) and binary, distinguished by the size given in a binary header. Triangles do
+///   not share vertices.
 /// - glTF 2.0, as text and as GLB: the meshes of the default scene (the first scene if none is named, all
 ///   nodes if there is no scene), node by node, each before its children, placed by their transforms,
 ///   instances or joints; triangles, strips and fans; morph targets by their weights; the first texture
@@ -50,40 +50,41 @@ use crate::mesh::Mesh;
 ///
 /// In a strip, every other triangle is flipped, so that all have the same winding, and triangles that name a
 /// vertex twice are left out. Any text may begin with a byte order mark. Vertices, texture coordinates and
-/// other numbers that no triangle needs may be anything, such as NaN.
+/// other numbers that no triangle uses may be anything, such as NaN.
 ///
 /// The [`Notes`] of [`load_model`] count everything that is left out, repaired or guessed.
 ///
 /// Time and memory are linear in the size of the file, except for faces that are cut by ear clipping, whose
-/// time may grow with the square of their corners. No count in a file sizes an allocation. A gzip may unpack
-/// to a hundred times its size, and a glTF may repeat its meshes up to some sixteen million triangles.
+/// time may grow with the square of their number of corners. No count in a file sizes an allocation. A gzip
+/// file may unpack to a hundred times its size, and a glTF may repeat its meshes up to about sixteen million
+/// triangles.
 ///
 /// # Errors
-/// If the file cannot be read, is not such a model, ends early, names vertices that it lacks, has a triangle with a
-/// coordinate that is not finite in f32, or has no triangle at all.
+/// Fails if the file cannot be read, is not such a model, ends early, names vertices that it lacks, has a
+/// triangle with a coordinate that is not finite in f32, or has no triangle at all.
 pub fn load(path: &Path) -> Result<Mesh, LoadError> {
     load_model(path).map(|model| model.mesh)
 }
 
-/// A model as [`load_model`] reads it.
+/// A model as [`load_model`] returns it.
 #[derive(Clone, Debug)]
 pub struct LoadedModel<S = f32> {
     /// Its triangles.
     pub mesh: Mesh<S>,
-    /// The files beside the model that were read for it: the buffers of a glTF.
+    /// Other files that were read for the model: the buffers of a glTF.
     pub files: Vec<PathBuf>,
-    /// What was left out, repaired or guessed; empty for most models.
+    /// Things that were left out, repaired or guessed; empty for most models.
     pub notes: Notes,
 }
 
-/// [`load`], in f32 or f64, with what else there is to know.
+/// Reads a model like [`load`], in f32 or f64, and returns everything known about it.
 ///
-/// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and a glTF's
-/// transforms are not rounded to f32 behind. What a file has in f32 stays what it is: a `float` of a binary
-/// PLY, a binary STL, the positions of a glTF before they are moved.
+/// In f64, the decimals of a text are rounded once to f64, a `double` of a PLY is kept, and transformed
+/// positions of a glTF are not rounded to f32. Numbers that the file stores in f32 are unchanged: a `float`
+/// of a binary PLY, a binary STL, the positions of a glTF before they are transformed.
 ///
 /// # Errors
-/// As [`load`], in the scalar that is asked for.
+/// As for [`load`], in the requested scalar.
 pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut beside = Beside { folder, read: vec![] };
@@ -92,10 +93,10 @@ pub fn load_model<S: Coordinate>(path: &Path) -> Result<LoadedModel<S>, LoadErro
     Ok(LoadedModel { mesh, files: beside.read, notes })
 }
 
-/// [`load`] of bytes that are in memory: a file of that name would hold them.
+/// Reads a model like [`load`] from bytes in memory, as if they were a file with that name.
 ///
 /// # Errors
-/// As [`load`]; and if a glTF has buffers in other files, for there is no folder to look in.
+/// As for [`load`]; also fails if a glTF has buffers in other files, because there is no folder to look in.
 ///
 /// ```
 /// let mesh = intertri_scene::read("a.obj".as_ref(), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
@@ -106,7 +107,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, LoadError> {
     unpacked(path, Cursor::new(bytes), None).map(|(mesh, _)| mesh).map_err(|fault| fault.of(path))
 }
 
-/// The model in a file of that name, which may be in gzip.
+/// The model in a file with that name, which may be compressed with gzip.
 fn unpacked<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
@@ -128,7 +129,7 @@ fn unpacked<S: Coordinate>(
     model(path, input, size, beside)
 }
 
-/// The model in a file of that name and size, at whose beginning the input is.
+/// The model in a file with that name and size; the input is at its beginning.
 fn model<S: Coordinate>(
     path: &Path,
     mut input: impl BufRead + Seek,
@@ -161,7 +162,7 @@ enum Format {
     Gltf,
 }
 
-/// The format by the name's ending or, failing that, by the file's beginning.
+/// The format according to the extension or, failing that, the first bytes.
 fn format(path: &Path, input: &mut (impl Read + Seek), size: u64) -> Result<Format, Fault> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {

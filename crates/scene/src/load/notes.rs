@@ -6,11 +6,11 @@ use std::fmt;
 /// One kind of things in a file that were left out, repaired or guessed, counted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// What these things are and what became of them: `faces of fewer than three corners, left out`.
+    /// The kind of thing and what was done: `faces of fewer than three corners, left out`.
     pub what: Cow<'static, str>,
-    /// How many of them there are.
+    /// Their number.
     pub count: u64,
-    /// The line of the first, counted from 1, in a file of text.
+    /// The line of the first, counted from 1, in a text file.
     pub line: Option<u64>,
 }
 
@@ -26,12 +26,12 @@ impl fmt::Display for Note {
     }
 }
 
-/// The notes about a model: one of each kind, in the order in which they came up.
+/// The notes about a model: one of each kind, in order of first occurrence.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Notes(Vec<Note>);
 
 impl Notes {
-    /// Adds `count` things of a kind, the first of which is in `line`.
+    /// Adds `count` things of a kind, the first of them in `line`.
     ///
     /// ```
     /// let mut notes = intertri_scene::Notes::default();
@@ -53,7 +53,7 @@ impl Notes {
         &self.0
     }
 
-    /// Adds all notes of another list.
+    /// Adds all notes from another list.
     pub(super) fn extend(&mut self, others: Self) {
         for Note { what, count, line } in others.0 {
             self.add(what, count, line);

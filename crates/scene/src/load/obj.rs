@@ -1,9 +1,9 @@
 //! Wavefront OBJ: `v`, `vt` and `f`, read line by line.
 //!
-//! The maintained crates cannot keep the promises made here. `tobj` 4.0 names no line in its errors,
+//! The maintained crates cannot keep the promises made here. `tobj` 4.0 gives no line in its errors,
 //! renumbers positions object by object, mixes lines with faces, and does unchecked arithmetic on texture
 //! indices; `obj` 0.10 counts lines from 0, checks no index against the tables, ignores a wrong texture
-//! index, and keeps no line numbers for checks made outside of it.
+//! index, and keeps no line numbers for later checks.
 
 use std::io::BufRead;
 use std::str::{FromStr, SplitAsciiWhitespace};
@@ -22,7 +22,7 @@ const SURFACES: [&str; 8] = ["curv", "curv2", "surf", "bsp", "bzp", "cdc", "cdp"
 /// Statements that read or run another file.
 const CALLS: [&str; 2] = ["call", "csh"];
 
-/// Statements that end with names, which may end in a backslash as Windows' folders do.
+/// Statements that end with names, which may end in a backslash, as folders on Windows do.
 const NAMES: [&str; 7] = ["g", "o", "usemtl", "mtllib", "usemap", "maplib", "mg"];
 
 /// Statements that define no triangles.
@@ -67,13 +67,13 @@ pub(super) fn read<S: Coordinate>(input: impl BufRead) -> Result<(Mesh<S>, Notes
     model.builder.finish()
 }
 
-/// Whether some line of a file's beginning is a vertex.
+/// Whether one of a file's first lines is a vertex.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"v "))
 }
 
-/// Joins a line that ends in a backslash with the next. A backslash at the end of a comment or of a name
-/// is a part of it.
+/// Joins a line that ends in a backslash with the next. A backslash at the end of a comment or of a name is
+/// part of it.
 fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     let word = lines.bytes().trim_ascii_start();
     let word = word.split(u8::is_ascii_whitespace).next().unwrap_or_default();
@@ -82,7 +82,7 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
     let mut from = 0;
     loop {
-        // Blanks at the end are removed, also those before trailing blank lines.
+        // Trailing blanks are removed, also those before blank lines.
         let piece = lines.bytes().get(from..).unwrap_or_default();
         if !piece.ends_with(b"\\") || comment(piece).is_some() {
             return Ok(());
@@ -94,8 +94,8 @@ fn join_continued(lines: &mut Lines<impl BufRead>) -> Result<(), Fault> {
     }
 }
 
-/// The position of a comment after a statement. A `#` after a decimal point begins none: some programs write
-/// `1.#INF` and `-1.#IND` for infinity and NaN.
+/// The position of a comment after a statement. A `#` after a decimal point does not begin one: some programs
+/// write `1.#INF` and `-1.#IND` for infinity and NaN.
 fn comment(text: &[u8]) -> Option<usize> {
     (0..text.len()).find(|&i| text[i] == b'#' && (i == 0 || text[i - 1] != b'.'))
 }
@@ -116,14 +116,14 @@ impl<S: Coordinate> Model<S> {
         match words.next() {
             Some("v") => self.vertex(words),
             Some("vt") => {
-                // The second coordinate may be missing; by the format it is then 0.
+                // The second coordinate may be missing; the format then defines it as 0.
                 let mut words = words.peekable();
                 let u = number(words.next());
                 let v = if words.peek().is_some() { number(words.next()) } else { Ok(0.0) };
-                // No triangle needs them, so an invalid number is not an error.
+                // No triangle needs texture coordinates, so an invalid number is not an error.
                 self.builder.uv([u, v].map(|x| x.unwrap_or(f32::NAN)))
             }
-            // The old name of `f`.
+            // `fo` is an old name of `f`.
             Some("f" | "fo") => self.face(words),
             Some(word) => {
                 self.pass(word);
@@ -200,8 +200,8 @@ fn number<N: FromStr>(word: Option<&str>) -> Result<N, String> {
     word.parse().map_err(|_| format!("{} is not a number", quote(word)))
 }
 
-/// The 0-based position that an index names in a table that has `count` entries so far. An index counts from 1
-/// up, or from -1 down for the last entry. Positions beyond the last may be filled later. An index that can
+/// The 0-based position of an index in a table that has `count` entries so far. An index counts from 1 up, or
+/// from -1 down starting at the last entry. Positions beyond the last may be filled later. An index that can
 /// never be valid is an inner `Err`, with the count.
 fn place(word: &str, count: usize, what: &str) -> Result<Result<u32, usize>, Fault> {
     let Ok(index) = word.parse::<i64>() else {

@@ -1,5 +1,6 @@
-//! PLY, ascii and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements; ascii
-//! elements are parsed here, because it refuses numbers that are not finite even in properties that are not used.
+//! PLY, ASCII and binary, element by element. The crate `ply-rs-bw` reads the header and binary elements;
+//! ASCII elements are parsed here, because the crate refuses numbers that are not finite even in unused
+//! properties.
 
 use std::io::{BufRead, ErrorKind};
 
@@ -16,15 +17,15 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// The names under which texture coordinates are found.
+/// Names of properties with texture coordinates.
 const UVS: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
-/// The names under which a face has its corners.
+/// Names of properties with the corners of a face.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// The elements that make triangles.
+/// The elements with triangles.
 const FACES: [&str; 2] = ["face", "tristrips"];
 
-/// No header is longer; the usual ones have some hundred bytes.
+/// The length limit of headers; typical ones have a few hundred bytes.
 const LONGEST_HEADER: usize = 1 << 20;
 
 /// Reads vertices and faces; other elements are skipped.
@@ -35,7 +36,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
     let header = header(&mut lines)?;
     let has_uvs = check(&header)?;
 
-    // Element by element: nothing is kept that is not needed, and no count sizes an allocation.
+    // Element by element: nothing unnecessary is kept, and no count sizes an allocation.
     let parser = Parser::<Element>::new();
     let mut builder = MeshBuilder::numbered_from(0);
     for def in header.elements.values() {
@@ -71,7 +72,7 @@ pub(super) fn read<S: Coordinate>(mut input: impl BufRead) -> Result<(Mesh<S>, N
 fn header(lines: &mut Lines<impl BufRead>) -> Result<Header, Fault> {
     let mut text = String::new();
     while lines.advance()? {
-        // A blank line is as good as an empty comment, and keeps the lines' numbers.
+        // A blank line becomes an empty comment, which keeps the line numbers right.
         let line = if lines.bytes().is_empty() { "comment".into() } else { lines.text() };
         text.push_str(&line);
         text.push('\n');
@@ -91,7 +92,8 @@ fn header(lines: &mut Lines<impl BufRead>) -> Result<Header, Fault> {
     })
 }
 
-/// Whether the header announces what a mesh needs; says whether vertices have texture coordinates.
+/// Checks that the header declares everything a mesh needs. Returns whether vertices have texture
+/// coordinates.
 fn check(header: &Header) -> Result<bool, Fault> {
     let has = |element: &str, property: &str| {
         header.elements.get(element).is_some_and(|def| def.properties.contains_key(property))
@@ -105,7 +107,7 @@ fn check(header: &Header) -> Result<bool, Fault> {
              point cloud?",
         );
     }
-    // Elements that take no bytes could be promised without end.
+    // Elements without bytes could be declared in any number.
     if let Some(def) = header.elements.values().find(|def| def.properties.is_empty()) {
         return fault(format!(
             "the PLY header has an element {} without properties",
@@ -127,7 +129,7 @@ fn ascii(lines: &mut Lines<impl BufRead>, def: &ElementDef, i: usize) -> Result<
     )
 }
 
-/// An element from its words: those of properties that are not used may be anything, such as `nan`.
+/// Parses an element from its words; those of unused properties may be anything, such as `nan`.
 fn element(text: &str, def: &ElementDef) -> Option<Element> {
     let mut words = text.split_ascii_whitespace();
     let mut element = Element::new();
@@ -162,8 +164,8 @@ fn element(text: &str, def: &ElementDef) -> Option<Element> {
     words.next().is_none().then_some(element)
 }
 
-/// A word as a number of that type. Decimals are read in f64, also where the header calls them `float`:
-/// exporters do that for numbers with more digits than f32 has, such as UTM coordinates.
+/// Parses a word as a number of that type. Decimals are read in f64 even if the header declares them as
+/// `float`, as exporters do for numbers with more digits than f32 has, such as UTM coordinates.
 fn scalar(word: &str, kind: &ScalarType) -> Option<f64> {
     match kind {
         ScalarType::Float | ScalarType::Double => word.parse().ok(),
@@ -186,7 +188,7 @@ fn cut_off<T>(def: &ElementDef, i: usize) -> Result<T, Fault> {
     ))
 }
 
-/// The crate's messages have several lines, of which the first says it.
+/// The crate's messages have several lines; the first has the cause.
 fn first_line(error: &ParseError) -> String {
     let text = error.to_string();
     let message =
@@ -210,7 +212,7 @@ fn vertex<S: Coordinate>(
     }
 }
 
-/// A polygon. Its vertices may come later in the file.
+/// Adds a polygon. Its vertices may come later in the file.
 fn face<S: Coordinate>(
     builder: &mut MeshBuilder<S>,
     element: &Element,
@@ -224,7 +226,7 @@ fn face<S: Coordinate>(
     builder.polygon(&corners, if has_uvs { &corners } else { &[] })
 }
 
-/// Strips of triangles, -1 between them: Stanford's scans have them.
+/// Adds strips of triangles, separated by -1, as in Stanford's scans.
 fn strips<S: Coordinate>(
     builder: &mut MeshBuilder<S>,
     element: &Element,
@@ -244,7 +246,7 @@ fn strips<S: Coordinate>(
     Ok(())
 }
 
-/// A list of whole numbers.
+/// A list of integers.
 fn whole(value: &Property) -> Option<Vec<i64>> {
     fn wide<T: Copy + Into<i64>>(list: &[T]) -> Vec<i64> {
         list.iter().map(|&x| x.into()).collect()
@@ -275,7 +277,7 @@ fn number(value: &Property) -> Option<f64> {
     })
 }
 
-/// The properties that are read of a vertex, of a face and of strips.
+/// The properties that are read from a vertex, a face, and strips.
 struct Element {
     position: [f64; 3],
     uv: [f64; 2],
@@ -285,7 +287,7 @@ struct Element {
 }
 
 impl Element {
-    /// The destination of a property's number, if it is read.
+    /// Where to store a property's number, if it is read.
     fn place(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "x" => &mut self.position[0],

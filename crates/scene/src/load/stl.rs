@@ -1,8 +1,8 @@
-//! STL, ascii and binary.
+//! STL, ASCII and binary.
 //!
-//! A reader of our own, because the kept crate `stl_io` reads one solid of a file that may have
-//! several, takes a binary file that begins with the word `solid` for ascii, names no line in its
-//! errors, and checks no size; what remained of it was a record of twelve numbers.
+//! This is our own reader, because the maintained crate `stl_io` reads only one solid of a file that may have
+//! several, takes a binary file that begins with the word `solid` for ASCII, gives no line in its errors, and
+//! checks no size; what remained of it was a record of twelve numbers.
 
 use std::io::{BufRead, Read, Seek};
 
@@ -14,12 +14,12 @@ use super::text::{skip_mark, without_mark};
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// Bytes before the first triangle of a binary file: a free text, then the number of triangles.
+/// Bytes before the first triangle of a binary file: free text, then the number of triangles.
 const HEADER: usize = 84;
-/// Bytes of one triangle: a normal, three corners, and two bytes that mean nothing.
+/// Bytes per triangle: a normal, three corners, and two unused bytes.
 const TRIANGLE: usize = 50;
 
-/// How an ascii file begins, in upper or lower case.
+/// The first word of an ASCII file, in upper or lower case.
 const SOLID: &[u8] = b"solid";
 
 /// Reads all solids of a file of that size.
@@ -40,7 +40,7 @@ pub(super) fn read<S: Coordinate>(
     builder.finish()
 }
 
-/// The triangles behind the header of a binary file of that size.
+/// The triangles after the header of a binary file of that size.
 fn binary<S: Coordinate>(
     header: &[u8],
     mut input: impl Read,
@@ -57,8 +57,8 @@ fn binary<S: Coordinate>(
              has {size}; it is cut off or not an STL"
         ));
     }
-    // A program that did not know the number of triangles when it began wrote too small a one. It is
-    // wrong where whole triangles fill the file, and where it is 0.
+    // A program that did not know the number of triangles in advance may write one that is too small. It is
+    // wrong if whole triangles fill the file, and if it is 0.
     let behind = size - promised;
     if behind >= TRIANGLE as u64 && (triangles == 0 || behind.is_multiple_of(TRIANGLE as u64)) {
         let more = behind / TRIANGLE as u64;
@@ -81,13 +81,14 @@ fn binary<S: Coordinate>(
     Ok(())
 }
 
-/// Whether a file of that beginning and size is an STL.
+/// Whether a file with these first bytes and this size is an STL.
 pub(super) fn looks_like(start: &[u8], size: u64) -> bool {
     is_ascii(start, size) || promised(start) == Some(size)
 }
 
-/// Whether it is an ascii file: it begins with `solid`, and is not a binary one whose free text does.
-/// That has the promised size or, when it is damaged, at least a zero byte in its free text or count.
+/// Whether it is an ASCII file: it begins with `solid`, and is not a binary one whose free text does. A
+/// binary one has the size that its header implies or, if it is damaged, at least a zero byte in its free
+/// text or count.
 fn is_ascii(start: &[u8], size: u64) -> bool {
     let text = without_mark(start).trim_ascii_start();
     text.get(..SOLID.len()).is_some_and(|word| word.eq_ignore_ascii_case(SOLID))
@@ -95,21 +96,21 @@ fn is_ascii(start: &[u8], size: u64) -> bool {
         && start.iter().take(HEADER).all(|&byte| byte != 0)
 }
 
-/// How large a binary file is by the number of triangles in its header.
+/// The size of a binary file according to the number of triangles in its header.
 fn promised(bytes: &[u8]) -> Option<u64> {
     let count = bytes.get(HEADER - 4..HEADER)?.try_into().ok()?;
     Some(HEADER as u64 + u64::from(u32::from_le_bytes(count)) * TRIANGLE as u64)
 }
 
-/// The statements of a facet, a line each, by their first words.
+/// The statements of a facet, one per line, by their first words.
 const FACET: [&str; 7] = ["facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet"];
 
-/// Solids of facets; words in upper or lower case, names and normals unread.
+/// Solids made of facets; words in upper or lower case, names and normals ignored.
 fn ascii<S: Coordinate>(
     mut lines: Lines<impl BufRead>,
     builder: &mut MeshBuilder<S>,
 ) -> Result<(), Fault> {
-    // Which statement of a facet is the next, or `None` between solids.
+    // The next expected statement of a facet, or `None` between solids.
     let mut next = None;
     let mut corners = [[S::ZERO; 3]; 3];
     while lines.advance()? {
@@ -148,7 +149,7 @@ fn ascii<S: Coordinate>(
     }
     match next {
         None => Ok(()),
-        // Between two facets, nothing that has begun is lost.
+        // The file may end between facets without losing anything.
         Some(0) => {
             builder.notes.add("solids without endsolid, read as far as they go", 1, builder.line);
             Ok(())

@@ -12,7 +12,7 @@ pub(super) fn without_mark(start: &[u8]) -> &[u8] {
     start.strip_prefix(MARK).unwrap_or(start)
 }
 
-/// Steps over the mark at the beginning of a file. A text in UTF-16 is refused by its own mark.
+/// Skips the mark at the beginning of a file. A text in UTF-16 is refused because of its mark.
 pub(super) fn skip_mark(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let mut start = Vec::new();
     input.by_ref().take(MARK.len() as u64).read_to_end(&mut start)?;

@@ -1,4 +1,4 @@
-//! Rays as CSV: the line of names, and a ray a line.
+//! Rays as CSV: a line of names, then one ray per line.
 
 /// The columns' names, in the order of a raw ray.
 pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "dz", "t_max"];
@@ -7,12 +7,12 @@ pub(super) const COLUMNS: [&str; 8] = ["ox", "oy", "oz", "t_min", "dx", "dy", "d
 pub(super) struct Columns(Vec<usize>);
 
 impl Columns {
-    /// Whether a line is one of names, and all of them are known.
+    /// Whether a line consists of known column names.
     pub(super) fn are_named_by(line: &str) -> bool {
         names(line).all(|name| COLUMNS.contains(&&*name))
     }
 
-    /// The columns that the first line names, or what is wrong with it.
+    /// The columns that the first line names, or an error message.
     pub(super) fn of(line: &str) -> Result<Self, String> {
         let mut columns = Vec::new();
         for name in names(line) {
@@ -33,7 +33,7 @@ impl Columns {
         }
     }
 
-    /// The numbers of a line, in the order of a raw ray, or what is wrong with it.
+    /// The numbers of a line, in the order of a raw ray, or an error message.
     pub(super) fn numbers(&self, line: &str) -> Result<[f64; 8], String> {
         let mut numbers = [0.0; 8];
         numbers[7] = f64::INFINITY;
@@ -62,19 +62,19 @@ fn names(line: &str) -> impl Iterator<Item = String> {
 fn number(cell: &str) -> Result<f64, &'static str> {
     let cell = unquoted(cell);
     let number: f64 = cell.parse().map_err(|_| "is not a number")?;
-    // Infinity is welcome where it is meant.
+    // Infinity is accepted if it is written as such.
     if !number.is_finite() && cell.contains(|c: char| c.is_ascii_digit()) {
         return Err("is beyond the range of f64");
     }
     Ok(number)
 }
 
-/// A cell without the blanks and quotes around it.
+/// A cell without surrounding blanks and quotes.
 fn unquoted(cell: &str) -> &str {
     cell.trim().trim_matches('"').trim()
 }
 
-/// A cell for an error message, not too long.
+/// A cell for an error message, shortened if long.
 pub(super) fn quote(cell: &str) -> String {
     let cell = unquoted(cell);
     let short: String = cell.chars().take(32).collect();

@@ -12,18 +12,18 @@ use std::path::Path;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RaysFormat {
-    /// A line of column names, in any order: `ox`, `oy`, `oz`, `dx`, `dy`, `dz` and, where wanted,
-    /// `t_min` (0) and `t_max` (inf); then a line a ray. A number is the f64 nearest to its
+    /// A line of column names, in any order: `ox`, `oy`, `oz`, `dx`, `dy`, `dz` and, optionally, `t_min`
+    /// (default 0) and `t_max` (default inf); then one ray per line. A number is the f64 nearest to its
     /// decimal; `inf` and `nan` are numbers too.
     Csv,
-    /// Eight little-endian f32 a ray: origin x y z, `t_min`, dir x y z, `t_max`.
+    /// Eight little-endian f32 per ray: origin x y z, `t_min`, dir x y z, `t_max`.
     Raw,
-    /// The same as f64.
+    /// The same in f64.
     Raw64,
 }
 
 impl RaysFormat {
-    /// The format that the ending of a name promises: `.csv`, `.f32` or `.f64`.
+    /// The format for the extension of a name: `.csv`, `.f32` or `.f64`.
     pub fn of_name(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_ascii_lowercase();
         match ending.to_str()? {

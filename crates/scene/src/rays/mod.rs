@@ -1,4 +1,4 @@
-//! Files and streams of rays, read piece by piece.
+//! Files and streams of rays, read in pieces.
 
 mod csv;
 mod format;
@@ -18,20 +18,21 @@ use crate::rounding::Rounding;
 
 type Result<T> = std::result::Result<T, LoadError>;
 
-/// No line of eight numbers is longer, so that a file without line ends sizes nothing.
+/// The length limit of a line of eight numbers, so that a file without line ends does not size an allocation.
 const MAX_LINE: usize = 4096;
 
-/// Bytes of a raw ray, of f32 and of f64.
+/// Bytes of a raw ray, in f32 and in f64.
 const RAW: usize = size_of::<Ray>();
 const RAW64: usize = size_of::<Ray64>();
 
-/// The number of bytes read at once, if there are as many: a whole number of raw rays.
+/// The number of bytes read at once, if available: a whole number of raw rays.
 const PIECE: usize = 1 << 19;
 
 /// A stream of rays, from a file or any reader, in bounded memory.
 ///
-/// You choose the scalar, f32 or f64, in which you read them. What the file has is its f32, its f64 or the f64 nearest to its
-/// decimals; a number that the scalar does not hold is rounded and counted ([`Rays::rounding`]).
+/// You choose the scalar, f32 or f64, in which you read them. The file's numbers are f32, f64, or the f64
+/// nearest to a decimal; a number that is not exact in the scalar is rounded and counted
+/// ([`Rays::rounding`]).
 ///
 /// ```
 /// let mut file = intertri_scene::Rays::new("a.csv", &b"ox,oy,oz,dx,dy,dz\n0,0,0,0,0,1\n"[..], None, None)?;
@@ -44,10 +45,10 @@ pub struct Rays<'a> {
     name: PathBuf,
     input: BufReader<Box<dyn Read + Send + 'a>>,
     format: Format,
-    /// The number of the last line read, in a text, and how it ended.
+    /// The number of the last line that was read, in a text, and how it ended.
     line: u64,
     end: LineEnd,
-    /// How many rays were read.
+    /// The number of rays that were read.
     count: u64,
     total: Option<u64>,
     rounding: Rounding,
@@ -60,10 +61,10 @@ enum Format {
 }
 
 impl<'a> Rays<'a> {
-    /// Opens a file, or the standard input for `-`; its format as in [`Rays::new`].
+    /// Opens a file, or standard input for `-`; the format is chosen as in [`Rays::new`].
     ///
     /// # Errors
-    /// If it cannot be opened, and as [`Rays::new`].
+    /// Fails if it cannot be opened, and as for [`Rays::new`].
     pub fn open(path: &Path, format: Option<RaysFormat>) -> Result<Self> {
         if path.as_os_str() == "-" {
             return Self::new("<stdin>", io::stdin(), None, format);
@@ -78,15 +79,15 @@ impl<'a> Rays<'a> {
         Self::new(path, file, metadata.is_file().then_some(metadata.len()), format)
     }
 
-    /// Begins to read an input with a name, for error messages, and its size in bytes if that is known.
+    /// Begins to read an input; `name` is for error messages, `size` is in bytes if known.
     ///
-    /// A format that is not given is that of the name's ending, as [`RaysFormat::of_name`] has it. Else
-    /// it is CSV if its first line that is not blank names columns of rays alone. Anything else is an
-    /// error, because bytes may look like anything.
+    /// Without a `format`, the extension decides, as in [`RaysFormat::of_name`]. Otherwise it is CSV if its
+    /// first line that is not blank consists of column names. Anything else is an error, because any bytes
+    /// could be raw rays.
     ///
     /// # Errors
-    /// If it cannot be read, its format is not known, its line of names is wrong, or its size is not that
-    /// of whole rays.
+    /// Fails if it cannot be read, its format is unknown, its line of names is wrong, or its size is not a
+    /// whole number of rays.
     pub fn new(
         name: impl Into<PathBuf>,
         input: impl Read + Send + 'a,
@@ -118,27 +119,27 @@ impl<'a> Rays<'a> {
         Ok(rays)
     }
 
-    /// How many there are, if the file's size shows it.
+    /// The total number of rays, if the file's size shows it.
     pub fn total(&self) -> Option<u64> {
         self.total
     }
 
-    /// Whether they are written in f32.
+    /// Whether they are stored in f32.
     pub fn are_f32(&self) -> bool {
         matches!(self.format, Format::Raw)
     }
 
-    /// The rounding of the rays that were read.
+    /// The rounding of the rays that were read so far.
     pub fn rounding(&self) -> Rounding {
         self.rounding
     }
 
-    /// Replaces `rays` by the next ones, `count` at most and at least one; by none once there are no
-    /// more. It waits for one ray, and not for those that have yet to come behind it.
+    /// Replaces `rays` by the next ones, at least one and at most `count`, or by none at the end. Waits for
+    /// one ray, but not for those that follow it.
     ///
     /// # Errors
-    /// If the file cannot be read, a line is not of numbers, a number is beyond the range of the scalar, or
-    /// the last raw ray is cut off.
+    /// Fails if the file cannot be read, a line contains something other than numbers, a number is beyond the
+    /// range of the scalar, or the last raw ray is cut off.
     pub fn read<S: Coordinate>(&mut self, rays: &mut Vec<RayOf<S>>, count: usize) -> Result<()> {
         rays.clear();
         match self.format {
@@ -166,11 +167,11 @@ impl<'a> Rays<'a> {
             ray
         });
         self.rounding = rounding;
-        // The first error counts, however many rays are read at a time.
+        // The first error is reported, however many rays are read at a time.
         first.map_or(read, |cause| Err(self.wrong(cause)))
     }
 
-    /// How many rays a file of that size has: it must be a whole number.
+    /// The number of rays in a file of that size, which must be an integer.
     fn expect(&mut self, size: Option<u64>, record: usize) -> Result<()> {
         if let Some(size) = size {
             if !size.is_multiple_of(record as u64) {
@@ -197,7 +198,7 @@ impl<'a> Rays<'a> {
             };
             let (records, _) = there.as_chunks::<N>();
             if records.is_empty() {
-                // A ray of which only the beginning has come.
+                // A ray of which only the beginning has arrived.
                 let mut record = Vec::new();
                 let read = self.input.by_ref().take(N as u64).read_to_end(&mut record);
                 read.map_err(|cause| self.unreadable(&cause))?;
@@ -238,7 +239,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// Reads the line of names. If the format is not `certain`, only that line identifies it.
+    /// Reads the line of names. Unless the format is `certain`, only that line identifies it.
     fn read_names(&mut self, certain: bool) -> Result<()> {
         let unknown = |rays: &Self, why: &str| LoadError {
             path: rays.name.clone(),
@@ -270,7 +271,7 @@ impl<'a> Rays<'a> {
         Ok(())
     }
 
-    /// The next line; false at the end of the file.
+    /// Reads the next line; returns false at the end of the file.
     fn next_line(&mut self, text: &mut String) -> Result<bool> {
         let mut line = std::mem::take(text).into_bytes();
         line.clear();
@@ -294,7 +295,7 @@ impl<'a> Rays<'a> {
         Ok(true)
     }
 
-    /// The last of its records, of eight numbers each, is cut off.
+    /// The error for a last record, of eight numbers, that is cut off.
     fn ragged(&self, size: u64, record: usize) -> LoadError {
         let over = size % record as u64;
         let bits = 8 * (record / 8);
@@ -311,14 +312,14 @@ impl<'a> Rays<'a> {
         self.wrong("its rays need more memory than is available".to_owned())
     }
 
-    /// An error at this point: in the line last read, if the format has lines.
+    /// An error at this point: with the number of the last line, if the format has lines.
     fn wrong(&self, cause: String) -> LoadError {
         LoadError { path: self.name.clone(), line: (self.line > 0).then_some(self.line), cause }
     }
 }
 
-/// The ray of eight numbers, in the order of a raw one; or what is wrong with one that is finite, and beyond the
-/// scalar's range.
+/// The ray with eight numbers, in the order of a raw one; or an error message if a finite number is beyond
+/// the scalar's range.
 fn rounded<S: Coordinate>(
     numbers: [f64; 8],
     rounding: &mut Rounding,
@@ -334,7 +335,7 @@ fn rounded<S: Coordinate>(
     }
 }
 
-/// The ray of eight numbers, in the order of a raw one.
+/// The ray with eight numbers, in the order of a raw one.
 fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S> {
     RayOf::new([x, y, z], [dx, dy, dz]).between(t_min, t_max)
 }
@@ -343,7 +344,7 @@ fn ray_of<S: Coordinate>([x, y, z, t_min, dx, dy, dz, t_max]: [S; 8]) -> RayOf<S
 mod tests {
     use super::*;
 
-    /// Returns its pieces one at a time, as a slow pipe does.
+    /// Returns its pieces one at a time, like a slow pipe.
     struct Pieces<'a>(&'a [&'a [u8]]);
 
     impl Read for Pieces<'_> {
@@ -355,7 +356,7 @@ mod tests {
         }
     }
 
-    /// How many rays each call returns.
+    /// The number of rays that each call returns.
     fn calls(pieces: &[&[u8]], format: RaysFormat) -> Vec<usize> {
         let mut file = Rays::new("pipe", Pieces(pieces), None, Some(format)).unwrap();
         let (mut rays, mut calls) = (Vec::<Ray>::new(), vec![]);

@@ -1,4 +1,4 @@
-//! The light and the texture of a scene, if the user chose them.
+//! The light and the texture that the user chose.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use intertri_scene::{Coordinate, Scene, Texture};
 use super::options::Options;
 use crate::error::{Error, Result};
 
-/// Sets the light that the user chose, and puts the texture onto the model.
+/// Sets the light and puts the texture onto the model, if the user chose them.
 pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> Result<()> {
     options.light.shine_on(scene)?;
     if let Some(path) = &options.texture {
@@ -20,7 +20,7 @@ pub(super) fn cover<S: Coordinate>(options: &Options, scene: &mut Scene<S>) -> R
     Ok(())
 }
 
-/// A picture, or the document's pattern.
+/// An image file, or the document's pattern.
 fn texture(path: &Path) -> Result<Texture> {
     if path == Path::new("xor") {
         return Ok(Texture::XOR);

@@ -1,4 +1,4 @@
-//! `intertri render` in f32, by any engine.
+//! `intertri render` in f32, with any engine.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -48,7 +48,7 @@ pub(super) fn run(options: &Options, threshold: Option<Threshold>, start: Instan
     let image = timed(&mut seconds.shade, || picture(options, &scene, &raster, &frame))?;
     timed(&mut seconds.write, || image.write_png(&options.output))?;
 
-    // The second engine. Its hierarchy may have to be built, too.
+    // The second engine, whose hierarchy may have to be built too.
     let built = engines.seconds;
     let mut check = |name| -> Result<CheckReport> {
         let shadows = check_shadows(options.shadows, name);
@@ -106,7 +106,7 @@ fn load_scene(options: &Options) -> Result<(Scene, Option<Arc<Bvh>>, Changes)> {
 fn tell_of(options: &Options, scene: &Scene, triangles: &[Triangle]) {
     let usual = options.engine.has_threshold() && options.threshold.is_none();
     let small = if usual { notes::small(scene, triangles) } else { None };
-    // Exact shadow rays begin on the surface, whatever the way is.
+    // Exact shadow rays begin on the surface, whatever their length.
     let whole = options.engine.is_exact() || options.engine == EngineName::Raster;
     let none = options.shadows == Shadows::None || options.shadows == Shadows::Rays && whole;
     let far = if none { None } else { notes::far(scene) };
@@ -125,7 +125,7 @@ fn picture(options: &Options, scene: &Scene, raster: &Raster<'_>, frame: &Frame)
     Ok(image)
 }
 
-/// How the second engine finds shadows, if there are any: in its own way.
+/// How the second engine finds shadows, if there are any: by its own method.
 fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     match (shadows, check) {
         (Shadows::None, _) => Shadows::None,
@@ -134,7 +134,7 @@ fn check_shadows(shadows: Shadows, check: EngineName) -> Shadows {
     }
 }
 
-/// Compares the two frames as strictly as the ways in which they were drawn allow.
+/// Compares the two frames as strictly as their methods allow.
 fn compare(
     options: &Options,
     raster: &Raster<'_>,
@@ -144,7 +144,7 @@ fn compare(
 ) -> Result<Difference> {
     let is_fixed = |name| name == EngineName::Fixed;
     let traced = |name, shadows| name != EngineName::Raster && shadows != Shadows::Volumes;
-    // The same grid yields the same bits; a snapped scene differs from the scene as loaded.
+    // The same grid gives the same bits; a snapped scene differs from the scene as loaded.
     let snapped =
         is_fixed(options.engine) != is_fixed(name) || is_fixed(name) && shadows != options.shadows;
     let both_traced = traced(options.engine, options.shadows) && traced(name, shadows);

@@ -1,4 +1,4 @@
-//! `intertri render` in f64: coordinates that f32 has no digits for, by the engines that are exact.
+//! `intertri render` in f64, for coordinates that need more digits than f32 has, with the exact engines.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -53,7 +53,7 @@ pub(super) fn run(options: &Options, start: Instant) -> Result<()> {
     report.check.as_ref().map_or(Ok(()), refuse_differences)
 }
 
-/// Refuses what is for coordinates in f32.
+/// Refuses options that only support f32 coordinates.
 fn check(options: &Options) -> Result<()> {
     for name in [Some(options.engine), options.check].into_iter().flatten() {
         Engine64::check(name)?;
@@ -68,14 +68,14 @@ fn check(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The hierarchy of a model, if it was saved.
+/// The hierarchy of a model, if the file contains one.
 type Saved = Option<Arc<Bvh<f64>>>;
 
 /// The model or the built-in house, with its camera, light and texture.
 fn load_scene(options: &Options) -> Result<(Scene<f64>, Saved, ModelNotes)> {
     let _bar = Progress::new("load", None);
     let (width, height) = options.size;
-    // None of the model's other files is a picture, so none can be the output.
+    // A model's other files are never pictures, so the output cannot be one of them.
     let load = |path| Model::load(path, options.reading)?.in_f64();
     let model = options.model.as_deref().map(load).transpose()?;
     let notes = model.as_ref().map(|model| model.notes.clone()).unwrap_or_default();

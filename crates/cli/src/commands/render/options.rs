@@ -18,14 +18,14 @@ use crate::io::numbers;
 /// Draw a model, or the built-in scene, to a PNG file
 #[derive(Args)]
 pub(crate) struct Options {
-    /// An OBJ, PLY, STL or glTF file, or what build has saved [default: the built-in scene]
+    /// An OBJ, PLY, STL or glTF file, or a hierarchy saved by build [default: the built-in scene]
     pub(super) model: Option<PathBuf>,
 
     /// The file to write
     #[arg(short, long, value_name = "FILE", default_value = "intertri.png")]
     pub(super) output: PathBuf,
 
-    /// Pixels in a row, and rows
+    /// The width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = numbers::size)]
     pub(super) size: (u32, u32),
 
@@ -34,8 +34,8 @@ pub(crate) struct Options {
     pub(super) engine: EngineName,
 
     /// The scalar to trace in; f64 works with the engines exact and oracle, also in --check. Without a model,
-    /// f64 draws a house at UTM coordinates. f32 rounds coordinates, which a picture hardly shows; the report
-    /// counts them [default: that of a saved hierarchy, else f32]
+    /// f64 draws a house at UTM coordinates. f32 rounds coordinates, which hardly shows in a picture; the
+    /// report counts them [default: that of a saved hierarchy, else f32]
     #[arg(long, value_enum)]
     pub(super) scalar: Option<ScalarName>,
 
@@ -47,37 +47,36 @@ pub(crate) struct Options {
     #[arg(long, value_enum, default_value_t = Shadows::Rays)]
     pub(super) shadows: Shadows,
 
-    /// Cover the model, by its texture coordinates, with a PNG or JPEG file, or with the pattern xor;
-    /// in the built-in scene, the floor and the sphere
+    /// Cover the model, by its texture coordinates, with a PNG or JPEG file or with the pattern xor; in the
+    /// built-in scene, cover the floor and the sphere
     #[arg(long, value_name = "FILE")]
     pub(super) texture: Option<PathBuf>,
 
-    /// Draw visible edges over the picture: those of all triangles, or only where the mesh turns away
-    /// from the eye
+    /// Draw visible edges over the picture: those of all triangles, or only the silhouette
     #[arg(long, value_enum, value_name = "EDGES", num_args = 0..=1, require_equals = true, default_missing_value = "mesh")]
     pub(super) wire: Option<Wire>,
 
-    /// Also draw with this engine, which finds shadows in its own way: raster by volumes, the others by
-    /// rays. Write a picture of the differences next to the output (NAME.diff.png), and fail if a pixel
+    /// Also draw with this engine, which finds shadows with its own method: raster with volumes, the others
+    /// with rays. Write a picture of the differences next to the output (NAME.diff.png), and fail if a pixel
     /// differs that should not. Pixels that may differ are light blue in that picture, the others red.
-    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every pixel, and
-    /// so must exact and oracle. Between these two pairs, a pixel may show another triangle or shadow if
-    /// exact arithmetic over all triangles confirms exact. With raster or volumes on one side, a pixel may
-    /// differ where an edge, a tie, or the border of a shadow passes within a rounding of it, as
-    /// docs/raster.md derives. With fixed on one side, any pixel may show another triangle or shadow,
-    /// because its scene is snapped; the report says how many do, and how far the hits are apart
+    /// Certified and reference must agree in triangle, bits of t, u and v, and shadow of every pixel, and so
+    /// must exact and oracle. Between these two pairs, a pixel may show another triangle or shadow if exact
+    /// arithmetic over all triangles confirms exact. With raster or volumes on one side, a pixel may differ
+    /// where an edge, a tie, or the border of a shadow passes within rounding error of it, as docs/raster.md
+    /// derives. With fixed on one side, any pixel may show another triangle or shadow, because its scene is
+    /// snapped; the report says how many do, and how far apart the hits are
     #[arg(long, value_name = "ENGINE")]
     pub(super) check: Option<EngineName>,
 
-    /// The smallest |normal . direction| that is not parallel, and the largest t that is not a hit, for
-    /// the engines certified, reference and raster [default: 1e-9]
+    /// The smallest |normal . direction| that does not count as parallel, and the largest t that does not
+    /// count as a hit, for the engines certified, reference and raster [default: 1e-9]
     #[arg(long, value_name = "X", value_parser = numbers::threshold, allow_hyphen_values = true)]
     pub(super) threshold: Option<Threshold>,
 
     #[command(flatten)]
     pub(super) reading: ModelOptions,
 
-    /// Print a report for programs, as JSON
+    /// Print the report as JSON
     #[arg(long)]
     pub(super) json: bool,
 
@@ -88,7 +87,7 @@ pub(crate) struct Options {
     pub(super) light: LightOptions,
 }
 
-/// Whether the options include something that only takes f32 coordinates.
+/// Whether an option or engine only supports f32 coordinates.
 pub(super) fn takes_f32_alone(options: &Options) -> bool {
     let engines = [Some(options.engine), options.check];
     engines.into_iter().flatten().any(|engine| !engine.is_exact())
@@ -96,7 +95,7 @@ pub(super) fn takes_f32_alone(options: &Options) -> bool {
         || options.shadows == Shadows::Volumes
 }
 
-/// A grid that no engine would use is a mistake.
+/// A grid that no engine would use is an error.
 pub(super) fn refuse_unused_grid(options: &Options) -> Result<()> {
     let is_fixed = |name| name == EngineName::Fixed;
     if options.grid.is_some() && !is_fixed(options.engine) && !options.check.is_some_and(is_fixed) {

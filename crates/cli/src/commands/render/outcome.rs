@@ -49,7 +49,7 @@ pub(super) fn report<S: Coordinate>(
     }
 }
 
-/// A difference that nothing excuses is an error.
+/// An unexcused difference is an error.
 pub(super) fn refuse_differences(check: &CheckReport) -> Result<()> {
     if check.differing_pixels > check.excused_pixels {
         return Err(Error::at(

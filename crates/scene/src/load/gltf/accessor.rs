@@ -8,24 +8,24 @@ use gltf::json::{Index, Root, accessor, buffer};
 use super::buffers::Buffers;
 use crate::load::error::{Fault, fault};
 
-/// A table whose rows all lie within its bytes.
+/// A table whose rows are all within its bytes.
 pub(super) struct Accessor<'a> {
-    /// The rows, one every `stride` bytes; of a sparse table without a buffer view, none: it has zeros.
+    /// The rows, one every `stride` bytes; empty for a sparse table without a buffer view, which has zeros.
     bytes: &'a [u8],
     stride: usize,
-    /// How many rows it has.
+    /// The number of rows.
     pub(super) count: usize,
     component: ComponentType,
     normalized: bool,
     replaced: Replaced<'a>,
 }
 
-/// The rows of a sparse table that have other numbers.
+/// The rows that a sparse table replaces.
 #[derive(Default)]
 struct Replaced<'a> {
-    /// Which rows, in ascending order.
+    /// The rows' indices, in ascending order.
     rows: Vec<u32>,
-    /// Their numbers, one row behind the other.
+    /// Their numbers, row after row.
     bytes: &'a [u8],
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    /// The table of that number, for `what`, whose rows must be of that type.
+    /// The table with this index, to be used as `what`; its rows must have that type.
     pub(super) fn get(
         self,
         index: Index<accessor::Accessor>,
@@ -89,7 +89,7 @@ impl<'a> Tables<'a> {
         Ok(Accessor { bytes, stride, count, component, normalized, replaced })
     }
 
-    /// The bytes of a number of rows, with their size and stride.
+    /// The bytes of these rows, with their size and stride.
     fn rows(
         self,
         view: Index<buffer::View>,
@@ -97,7 +97,7 @@ impl<'a> Tables<'a> {
         count: u64,
         (row, stride): (usize, usize),
     ) -> Result<&'a [u8], Fault> {
-        // From where to where, in numbers that cannot overflow.
+        // The start and end, in numbers that cannot overflow.
         let from = u128::from(offset);
         let to = match u128::from(count).checked_sub(1) {
             Some(last) => from + last * stride as u128 + row as u128,
@@ -135,7 +135,7 @@ impl<'a> Tables<'a> {
 }
 
 impl Accessor<'_> {
-    /// One row's numbers. Integers that are normalized stand for 0 to 1, or -1 to 1.
+    /// The numbers of one row. Normalized integers stand for 0 to 1, or -1 to 1.
     pub(super) fn row<const N: usize>(&self, row: usize) -> [f64; N] {
         let size = self.component.size();
         let bytes = match self.replaced.rows.binary_search(&(row as u32)) {
@@ -151,7 +151,7 @@ impl Accessor<'_> {
         (0..self.count).map(|row| self.row(row))
     }
 
-    /// All rows of a table of indices, which must be without sign.
+    /// All rows of a table of indices, which must be unsigned.
     pub(super) fn indices(&self) -> Result<Vec<u32>, Fault> {
         match self.component {
             ComponentType::U8 | ComponentType::U16 | ComponentType::U32 => {

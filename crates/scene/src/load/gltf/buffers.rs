@@ -1,4 +1,4 @@
-//! The bytes of a glTF's buffers: within the file, in data URIs, or in other files.
+//! The bytes of a glTF's buffers: inside the file, in data URIs, or in other files.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -14,20 +14,20 @@ use crate::load::file::{Beside, open};
 /// All buffers of a file.
 pub(super) struct Buffers<'a> {
     all: Vec<Bytes<'a>>,
-    /// The other files, each read once, however many buffers use it.
+    /// The other files, each read once even if several buffers use it.
     files: HashMap<PathBuf, Vec<u8>>,
 }
 
-/// The source of a buffer's bytes.
+/// Where a buffer's bytes are.
 enum Bytes<'a> {
     Chunk(&'a [u8]),
     Inline(Vec<u8>),
-    /// This many bytes from the start of a file.
+    /// The first bytes of a file, this many.
     File(PathBuf, u64),
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads them; `blob` is the binary chunk of a GLB.
+    /// Reads all buffers; `blob` is the binary chunk of a GLB.
     pub(super) fn read(
         root: &Root,
         blob: Option<&'a [u8]>,
@@ -39,7 +39,7 @@ impl<'a> Buffers<'a> {
                 let path = external(i, uri, beside.as_deref())?;
                 Ok(Bytes::File(path, buffer.byte_length.0))
             }
-            // Only the first may be the chunk.
+            // Only the first buffer may be the chunk.
             None => match blob.filter(|_| i == 0) {
                 Some(blob) => Ok(Bytes::Chunk(blob)),
                 None => {
@@ -49,7 +49,7 @@ impl<'a> Buffers<'a> {
         };
         let all: Vec<_> = root.buffers.iter().enumerate().map(find).collect::<Result<_, _>>()?;
 
-        // Read as much of each file as the longest of its buffers needs.
+        // Read as much of each file as its longest buffer needs.
         let mut longest = HashMap::<&Path, (usize, u64)>::new();
         for (i, bytes) in all.iter().enumerate() {
             if let Bytes::File(path, length) = bytes {
@@ -111,7 +111,7 @@ impl<'a> Buffers<'a> {
         )
     }
 
-    /// How many bytes there are in all.
+    /// The total number of bytes.
     pub(super) fn size(&self) -> usize {
         let own = self.all.iter().map(|bytes| match bytes {
             Bytes::Chunk(bytes) => bytes.len(),
@@ -131,12 +131,12 @@ fn inline<'a>(i: usize, uri: &str) -> Result<Bytes<'a>, Fault> {
     }
 }
 
-/// Whether a URI has its data in itself; schemes are in any case.
+/// Whether a URI contains its data; schemes may be in any case.
 fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
 }
 
-/// The file that a buffer names, which is in the model's folder or in one below it.
+/// The file that a buffer names, which must be in the model's folder or below it.
 fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf, Fault> {
     let name = percent_decode_str(uri).decode_utf8_lossy();
     let Some(beside) = beside else {
@@ -149,7 +149,7 @@ fn external(i: usize, uri: &str, beside: Option<&Beside<'_>>) -> Result<PathBuf,
     path.map_or_else(|| fault(wrong(i, &name, "only files in the model's own folder are read")), Ok)
 }
 
-/// A path without `.` and `..`, if it stays below where it begins.
+/// A path without `.` and `..`, if it stays below its start.
 fn within(path: &Path) -> Option<PathBuf> {
     let mut within = PathBuf::new();
     for part in path.components() {
@@ -163,7 +163,7 @@ fn within(path: &Path) -> Option<PathBuf> {
     Some(within).filter(|path| !path.as_os_str().is_empty())
 }
 
-/// Whether a symbolic link leads out of the folder. Opening a file that is missing fails later.
+/// Whether a symbolic link leads out of the folder. A missing file fails later, when it is opened.
 fn leaves(folder: &Path, path: &Path) -> bool {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     match (folder.canonicalize(), path.canonicalize()) {

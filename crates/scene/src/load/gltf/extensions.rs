@@ -9,7 +9,7 @@ use super::transform::of_parts;
 use crate::load::error::{Fault, fault, quote};
 use crate::load::notes::Notes;
 
-/// Extensions that are read, or change nothing of a mesh's shape, by the beginnings of their names.
+/// Extensions that are supported, or do not change a mesh's shape, by prefixes of their names.
 const KNOWN: [&str; 28] = [
     INSTANCES,
     VISIBILITY,
@@ -41,7 +41,7 @@ const KNOWN: [&str; 28] = [
     "VRM",
 ];
 
-/// Compressions, and what they compress. Where a file does not require one, it has the same without.
+/// Compressions, and what they compress. A file that does not require one contains the same data without it.
 const COMPRESSIONS: [(&str, &str); 3] = [
     ("KHR_draco_mesh_compression", "its meshes are compressed by Draco"),
     ("EXT_meshopt_compression", "its buffers are compressed by meshopt"),
@@ -51,10 +51,10 @@ const COMPRESSIONS: [(&str, &str); 3] = [
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 const VISIBILITY: &str = "KHR_node_visibility";
 
-/// How many names a note has, at most.
+/// The most names in a note.
 const NAMED: usize = 4;
 
-/// Refuses extensions that the file requires and that are not known, and counts those that it only uses.
+/// Refuses unknown extensions that the file requires, and counts unknown ones that it only uses.
 pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     let known = |name: &str| KNOWN.iter().any(|known| name.starts_with(known));
     if let Some(unknown) = root.extensions_required.iter().find(|name| !known(name)) {
@@ -79,17 +79,17 @@ pub(super) fn check(root: &Root, notes: &mut Notes) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The data of an extension at a node.
+/// A node's data for an extension.
 fn of<'a>(node: &'a scene::Node, name: &str) -> Option<&'a Value> {
     node.extensions.as_ref()?.others.get(name)
 }
 
-/// Whether a node, and all below it, is hidden.
+/// Whether a node, with everything below it, is hidden.
 pub(super) fn is_hidden(node: &scene::Node) -> bool {
     of(node, VISIBILITY).and_then(|visibility| visibility.get("visible")?.as_bool()) == Some(false)
 }
 
-/// The transforms of the copies of a node's mesh, in the node's space; `None` for a single one.
+/// The transforms of the copies of a node's mesh, in the node's space; `None` for a single copy.
 pub(super) fn instances(
     tables: Tables<'_>,
     node: &scene::Node,

@@ -1,8 +1,7 @@
-//! glTF 2.0, as text and as GLB: the crate `gltf` for its JSON and its container.
+//! glTF 2.0, as text and as GLB; the crate `gltf` parses its JSON and its container.
 //!
-//! Nothing of the crate beyond those two is used. Its readers of accessors, and its validation too,
-//! index by what a file says and panic where that is wrong. Here every number of a file is looked up
-//! before it is believed.
+//! Nothing else of the crate is used. Its readers of accessors, and its validation too, use numbers of the
+//! file as indices and panic if they are wrong. Here every number of a file is checked first.
 
 mod accessor;
 mod buffers;
@@ -25,17 +24,17 @@ use super::notes::Notes;
 use crate::coordinate::Coordinate;
 use crate::mesh::Mesh;
 
-/// How a GLB begins.
+/// The first bytes of a GLB.
 const MAGIC: &[u8] = b"glTF";
-/// The bytes of a GLB's header.
+/// The length of a GLB's header.
 const HEADER: usize = 12;
 
-/// Whether a file of that beginning is a glTF.
+/// Whether a file with these first bytes is a glTF.
 pub(super) fn looks_like(start: &[u8]) -> bool {
     start.starts_with(MAGIC) || start.trim_ascii_start().starts_with(b"{")
 }
 
-/// Reads the default scene into one mesh. Other files are relative to the model's folder.
+/// Reads the default scene into one mesh. Paths of other files are relative to the model's folder.
 pub(super) fn read<S: Coordinate>(
     mut input: impl Read,
     beside: Option<&mut Beside<'_>>,
@@ -44,7 +43,7 @@ pub(super) fn read<S: Coordinate>(
     input.read_to_end(&mut bytes)?;
     let (json, blob) = split(&bytes)?;
     let root: Root = gltf::json::deserialize::from_slice(&json).map_err(|error| {
-        // Text quoted from the file may be anything.
+        // Text quoted from the file may contain anything.
         let text: String =
             error.to_string().chars().filter(|c| !c.is_control()).take(120).collect();
         let line = Some(error.line() as u64).filter(|&line| line > 0 && blob.is_none());
@@ -63,7 +62,7 @@ pub(super) fn read<S: Coordinate>(
     primitives.builder.finish()
 }
 
-/// The JSON of a file and, of a GLB, its binary chunk.
+/// The JSON of a file, and the binary chunk of a GLB.
 fn split(bytes: &[u8]) -> Result<(Chunk<'_>, Option<Chunk<'_>>), Fault> {
     if !bytes.starts_with(MAGIC) {
         return Ok((bytes.into(), None));

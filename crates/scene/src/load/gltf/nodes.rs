@@ -29,7 +29,7 @@ pub(super) fn walk<S: Coordinate>(primitives: &mut Primitives<'_, S>) -> Result<
         }
         let transform = above * transform(node);
         add(primitives, node, transform, &joints).map_err(|fault| match node.skin {
-            // A mesh names itself.
+            // A mesh names itself in its errors.
             None => fault,
             Some(skin) => Fault { cause: format!("skin {skin}: {}", fault.cause), ..fault },
         })?;
@@ -51,7 +51,7 @@ fn add<S: Coordinate>(
     let weights = node.weights.as_deref();
     let copies = instances(tables, node, |count| primitives.spend(count))?;
     if let Some(skin) = node.skin {
-        // The joints alone place a skinned mesh, so its node does not matter, and there is one copy of it.
+        // Only the joints place a skinned mesh, so its node does not matter, and there is one copy of it.
         if copies.is_some_and(|copies| copies.len() != 1) {
             primitives.builder.notes.add("skinned meshes with instances, read once", 1, None);
         }
@@ -65,8 +65,8 @@ fn add<S: Coordinate>(
     Ok(())
 }
 
-/// The matrices by which the joints of a skin place vertices, from the pose in which the mesh was bound to
-/// that in which the joints are.
+/// The matrices with which the joints of a skin place vertices, from the pose in which the mesh was bound to
+/// the joints' current pose.
 fn skin_of<S: Coordinate>(
     primitives: &mut Primitives<'_, S>,
     index: Index<skin::Skin>,
@@ -92,7 +92,7 @@ fn skin_of<S: Coordinate>(
     skin.joints.iter().enumerate().map(joint).collect()
 }
 
-/// From each node's space to that of the scene. Nodes in a cycle have none.
+/// The transforms from each node's space to the scene's. Nodes in a cycle have none.
 fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     let mut transforms = vec![DMat4::NAN; root.nodes.len()];
     let mut reached = vec![false; root.nodes.len()];
@@ -111,7 +111,7 @@ fn all_transforms(root: &Root) -> Result<Vec<DMat4>, Fault> {
     Ok(transforms)
 }
 
-/// The nodes at the top of the scene; without a scene, all nodes without a parent.
+/// The root nodes of the scene; without a scene, all nodes without a parent.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let index = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(index) {

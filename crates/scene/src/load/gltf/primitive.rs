@@ -13,8 +13,8 @@ use crate::load::builder::{MeshBuilder, NO_UV, push, strip};
 use crate::load::error::{Fault, fault};
 use crate::mesh::rounded;
 
-/// How many vertices and triangles a file may expand to, in addition to its size: nodes can repeat a mesh, and
-/// accessors the same bytes, without limit.
+/// How many vertices and triangles a file may expand to, in addition to its size; nodes can repeat a mesh,
+/// and accessors the same bytes, without limit.
 const REPEATS: u64 = 1 << 24;
 
 /// Collects the primitives of all meshes.
@@ -25,16 +25,16 @@ pub(super) struct Primitives<'a, S> {
     pub(super) builder: MeshBuilder<S>,
 }
 
-/// The placement of a mesh.
+/// How a mesh is placed.
 pub(super) struct Placement {
-    /// From the mesh's space to that of the scene.
+    /// From the mesh's space to the scene's.
     pub(super) transform: DMat4,
     /// The transforms of the joints of its skin, each of which moves its share of a vertex.
     pub(super) joints: Vec<DMat4>,
 }
 
 impl<'a, S: Coordinate> Primitives<'a, S> {
-    /// An empty collection, for a file of `size` bytes.
+    /// An empty collection for a file of `size` bytes.
     pub(super) fn new(tables: Tables<'a>, size: usize, builder: MeshBuilder<S>) -> Self {
         let left = REPEATS + size as u64 + tables.buffers.size() as u64;
         Self { tables, left, builder }
@@ -62,7 +62,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         Ok(())
     }
 
-    /// Counts vertices or triangles against the limit, before they are read.
+    /// Counts vertices or triangles against the limit before they are read.
     pub(super) fn spend(&mut self, count: usize) -> Result<(), Fault> {
         match self.left.checked_sub(count as u64) {
             Some(left) => self.left = left,
@@ -119,7 +119,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
         let all_mirrored = mirrors(&placement.transform);
         let first_uv = self.builder.uvs() as u32;
         let uv_count = uvs.as_ref().map_or(0, |uvs| uvs.count.min(count)) as u32;
-        // The first row of a glTF's image is at 0, and at 1 here.
+        // The first row of an image is at v = 0 in glTF, and at 1 here.
         for [u, v] in uvs.iter().flat_map(Accessor::rows).take(uv_count as usize) {
             self.builder.uv([u as f32, (1.0 - v) as f32])?;
         }
@@ -147,7 +147,7 @@ impl<'a, S: Coordinate> Primitives<'a, S> {
     }
 }
 
-/// Passes on the triangles of a primitive, and returns how many corners are left over.
+/// Calls a function for each triangle of a primitive, and returns how many corners are left over.
 fn each_triangle(
     mode: Mode,
     indices: &[u32],
@@ -221,7 +221,7 @@ impl<'a> Vertices<'a> {
         Ok(Self { positions, morphs, skin, lacks_joints, placement })
     }
 
-    /// How many tables there are besides the positions.
+    /// The number of tables besides the positions.
     fn layers(&self) -> usize {
         self.morphs.len() + self.skin.len()
     }
@@ -237,7 +237,7 @@ impl<'a> Vertices<'a> {
         Ok((transform.transform_point3(position), transform))
     }
 
-    /// The sum of the joints' transforms, weighted by their shares in a vertex.
+    /// The joints' transforms, averaged with a vertex's weights.
     fn blend(&self, vertex: usize) -> Result<DMat4, Fault> {
         let (mut sum, mut all) = (DMat4::ZERO, 0.0);
         for (joints, shares) in &self.skin {
@@ -254,7 +254,7 @@ impl<'a> Vertices<'a> {
                 all += share;
             }
         }
-        // They sum up to 1, except for rounding. A vertex without joints keeps its bound position.
+        // The weights sum to 1 up to rounding. A vertex without joints keeps its bound position.
         Ok(if all > 0.0 { sum * (1.0 / all) } else { DMat4::IDENTITY })
     }
 }
