@@ -1,8 +1,8 @@
-//! Which faces meet at which edge: document C's table, for meshes as they come.
+//! Which faces meet at which edge: document C's table, for arbitrary meshes.
 //!
-//! The document gives each face exactly three neighbours. A real mesh has edges with one face (it is
-//! open), with two that are wound against each other, or with three and more. So the table is turned
-//! round: for every edge, all faces that have it, and for each of them which way it runs there.
+//! The document gives each face exactly three neighbours. A real mesh has edges with one face (it is open),
+//! with two of opposite winding, or with three and more. So this table is inverted: for every edge it lists
+//! all its faces, and the direction in which the edge runs in each of them.
 //!
 //! ```text
 //!        a         face 0 = (a, b, c) has the edge a-b forward,
@@ -36,8 +36,8 @@ pub struct Edge<'a> {
 
 /// Faces over welded points, and the faces at each edge.
 ///
-/// Points are welded where their coordinates are equal, bit for bit but for the sign of a zero, so
-/// that a mesh whose file repeats its vertices (for texture seams, or in STL) is connected again.
+/// Points are welded if their coordinates are equal, bit for bit except for the sign of a zero, so that a
+/// mesh whose file repeats its vertices (for texture seams, or in STL) is connected again.
 #[derive(Clone, Debug, Default)]
 pub struct Adjacency {
     points: Vec<[f32; 3]>,
@@ -47,11 +47,11 @@ pub struct Adjacency {
 }
 
 impl Adjacency {
-    /// Welds the corners of some triangles and finds their edges. A triangle with two equal corners has no area; it
-    /// keeps its index and is at no edge.
+    /// Welds the corners of triangles and finds their edges. A triangle with two equal corners has no area;
+    /// it keeps its index and has no edges.
     ///
     /// # Panics
-    /// If there are 2^30 triangles or more.
+    /// Panics if there are 2^30 triangles or more.
     ///
     /// ```
     /// use intertri::Triangle;
@@ -65,7 +65,7 @@ impl Adjacency {
     pub fn new(triangles: &[Triangle]) -> Self {
         assert!(triangles.len() < 1 << 30, "fewer than 2^30 triangles");
 
-        // Weld: the first of equal points gives the number.
+        // Weld: the first of several equal points determines the index.
         let mut points = Vec::new();
         let mut numbers = HashMap::with_capacity(triangles.len());
         let mut number = |p: [f32; 3]| {
@@ -78,7 +78,7 @@ impl Adjacency {
         };
         let faces: Vec<_> = triangles.iter().map(|t| t.0.map(&mut number)).collect();
 
-        // Sort all edges of all faces; equal ones come to stand together, in the order of the faces.
+        // Sort all edges of all faces, so that equal ones are adjacent, in the order of the faces.
         let mut uses = Vec::with_capacity(3 * faces.len());
         for (face, &[a, b, c]) in (0..).zip(&faces) {
             if a != b && b != c && c != a {
@@ -96,7 +96,7 @@ impl Adjacency {
         Self { points, faces, ends, sides: uses.into_iter().map(|(_, side)| side).collect() }
     }
 
-    /// The different corners, in the order in which the triangles name them first.
+    /// The distinct corners, in the order of their first use by a triangle.
     pub fn points(&self) -> &[[f32; 3]] {
         &self.points
     }
@@ -109,7 +109,7 @@ impl Adjacency {
     /// The three corners of a face.
     ///
     /// # Panics
-    /// If the index is out of bounds.
+    /// Panics if the index is out of bounds.
     pub fn corners(&self, face: usize) -> [[f32; 3]; 3] {
         self.faces[face].map(|corner| self.points[corner as usize])
     }

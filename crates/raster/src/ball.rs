@@ -1,7 +1,7 @@
-//! How near to what a pixel shows does the surface of a shadow volume pass? In rationals.
+//! How close to the point that a pixel shows does the surface of a shadow volume pass? Decided in rationals.
 //!
-//! The shown point P is where the line of directions through the centre of the pixel meets the plane of
-//! the triangle. Two roundings move it, so that all that is known is a ball around it:
+//! The shown point P is where the line of directions through the centre of the pixel meets the plane of the
+//! triangle. Two roundings move it, so that it is only known to be in a ball around the exact one:
 //!
 //! ```text
 //!   eye o---___ m                        the line of directions by m = r pixels, which is m / q at the
@@ -11,8 +11,9 @@
 //!                                        the shadow ray to it by 2^-24 of its length
 //! ```
 //!
-//! The surfaces are flat pieces: a near cap has three borders, a side one with both ends and two that run on without
-//! end. A piece meets the ball if one of its borders does or, where P lies squarely over it, its plane does.
+//! The surfaces are flat pieces: a near cap has three borders; a side has a border with two ends and two
+//! borders that are infinite. A piece meets the ball if one of its borders does or, if P projects into it,
+//! its plane does.
 
 use crate::disc::Disc;
 use crate::exact::{Exact, Point, abs, add, cross, dot, exact, point, rounded, scale, size, sub};
@@ -21,27 +22,27 @@ use crate::vector::Vector;
 use crate::view::View;
 use crate::volume::Volume;
 
-/// The shown point of a pixel, and how far it may be from there.
+/// The shown point of a pixel, and a bound on its error.
 pub(crate) struct Ball<'a> {
     volume: &'a Volume<'a>,
     centre: Point,
     radius: Exact,
-    /// A cube around the ball, in f64: the middle, half of a side, and the largest number in it.
+    /// A cube around the ball, in f64: its centre, half its side, and its largest coordinate.
     cube: (Vector, f64, f64),
 }
 
-/// One border of a flat piece: where it begins, which way it runs, and whether it ends there.
+/// One border of a flat piece: its start, its direction, and whether it has an end.
 struct Border {
     from: Point,
     way: Point,
     ends: bool,
-    /// Whether the piece is on its left, its normal toward us.
+    /// Whether the piece is on its left, seen with the normal toward the viewer.
     left: bool,
 }
 
 impl<'a> Ball<'a> {
-    /// The ball of a pixel that shows a face of the mesh. None where the face may be edge-on to the
-    /// eye, for then the ball has no bounds.
+    /// The ball for a pixel that shows a face of the mesh. None if the face may be edge-on to the eye,
+    /// because the ball is then unbounded.
     pub(crate) fn new(
         view: &View,
         volume: &'a Volume<'a>,
@@ -62,7 +63,7 @@ impl<'a> Ball<'a> {
         let depth = abs(&offset / &height);
         let centre = add(&eye, &scale(&d, &(&offset / &height)));
 
-        // From here on in f64, each number above what it stands for.
+        // From here on in f64, with each number an upper bound.
         let over = 1.0 + 2f64.powi(-40);
         let length = |a: &Point| rounded(&dot(a, a)).sqrt() * over;
         let (moved, directions, steep) =
@@ -112,13 +113,13 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether the side behind an edge does.
+    /// Whether the side behind an edge meets the ball.
     pub(crate) fn meets_side(&self, edge: [u32; 2]) -> bool {
         self.may_meet(&edge, &edge) && {
             let [a, b] = edge.map(|end| self.near(end));
             let [far_a, far_b] = edge.map(|end| self.far(end));
             let way = sub(&b, &a);
-            // If the edge begins in the light itself, its first end is not extruded.
+            // If the edge begins at the light itself, its first end is not extruded.
             let mut normal = cross(&way, &far_a);
             if normal.iter().all(Exact::is_zero) {
                 normal = cross(&way, &far_b);
@@ -132,7 +133,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether a flat piece within these borders does.
+    /// Whether a flat piece within these borders meets the ball.
     fn meets(&self, normal: &Point, borders: &[Border; 3]) -> bool {
         let square = self.radius.sqr();
         let over = |border: &Border| {
@@ -148,7 +149,7 @@ impl<'a> Ball<'a> {
             || near_plane() && borders.iter().all(over)
     }
 
-    /// Whether a border does, by the point of it that is nearest to the centre.
+    /// Whether a border meets the ball, decided by its point nearest to the centre.
     fn meets_border(&self, Border { from, way, ends, .. }: &Border, square: &Exact) -> bool {
         let arm = sub(&self.centre, from);
         let (along, length) = (dot(&arm, way), dot(way, way));
@@ -162,8 +163,8 @@ impl<'a> Ball<'a> {
         dot(&arm, &arm) * &length - along.sqr() <= square * &length
     }
 
-    /// Where the volume begins behind a point: at `1 / reach` of its distance from the light, or
-    /// `1 - reach` of the way to it.
+    /// Where the volume begins behind a point: at `1 / reach` times its distance from the light, or `1 -
+    /// reach` of the vector to it.
     fn near(&self, corner: u32) -> Point {
         let place = point(self.volume.adjacency().points()[corner as usize]);
         match self.volume.light() {
@@ -177,7 +178,7 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// The direction in which it goes on from there.
+    /// The direction in which the volume continues from there.
     fn far(&self, corner: u32) -> Point {
         match self.volume.light() {
             Light::Point { position, .. } => {
@@ -187,8 +188,8 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// In f64 and in a hurry: false where a piece with these corners, which runs on without end behind
-    /// some of them, is beyond doubt out of the ball, or not finite.
+    /// A fast test in f64: false if a piece with these corners, some of which extend to infinity, is
+    /// certainly outside the ball, or not finite.
     fn may_meet(&self, corners: &[u32], endless: &[u32]) -> bool {
         let (middle, half, most) = self.cube;
         let volume = self.volume;
@@ -228,7 +229,7 @@ mod tests {
     use crate::adjacency::Adjacency;
     use intertri::Triangle;
 
-    /// A ball that may be anywhere, beside volumes.
+    /// A ball at an arbitrary position, next to volumes.
     fn ball<'a>(volume: &'a Volume<'a>, centre: Vector, radius: f64) -> Ball<'a> {
         let cube = (centre, radius, largest(&[centre]));
         Ball { volume, centre: point(centre), radius: exact(radius), cube }
@@ -241,14 +242,14 @@ mod tests {
 
     #[test]
     fn a_ball_that_touches_meets_and_no_other() {
-        // A square corner in the plane z = 1, and the light straight above its corner.
+        // A right-angled triangle in the plane z = 1, with the light straight above its corner.
         let adjacency =
             Adjacency::new(&[Triangle([[0.0, 0.0, 1.0], [8.0, 0.0, 1.0], [0.0, 8.0, 1.0]])]);
         let volume = volume(&adjacency);
         let cap = |centre, radius| ball(&volume, centre, radius).meets_cap([0, 1, 2]);
         let side = |centre, radius| ball(&volume, centre, radius).meets_side([0, 1]);
 
-        // Face, edge and corner of the cap: distances that are whole numbers.
+        // Face, edge and corner of the cap, at integer distances.
         for (centre, distance) in [
             ([1.0, 2.0, 4.0], 3.0),
             ([2.0, -3.0, 5.0], 5.0),
@@ -280,7 +281,8 @@ mod tests {
             Triangle([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 5.0, 1.0]]),
         ]);
         let volume = volume(&adjacency);
-        // From the light to the right: a line, and all that is behind its end is that line.
+        // From the light to the right: the edge is a line through the light, so everything behind its end is
+        // on that line.
         let meets = |edge, centre, radius| ball(&volume, centre, radius).meets_side(edge);
         assert!(meets([0, 1], [90.0, 3.0, 8.0], 5.0));
         assert!(!meets([0, 1], [90.0, 3.0, 8.0], 4.99));

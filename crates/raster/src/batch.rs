@@ -1,8 +1,8 @@
-//! Outlines ready to be drawn: clipped, snapped, and sorted into bands of rows.
+//! Outlines ready to draw: clipped, snapped, and sorted into bands of rows.
 //!
-//! A picture is cut into bands of a few full rows each. One pass over the facets, in batches shared
-//! out over threads, makes the outlines and lists for each band those that reach into it; a second
-//! pass, band by band over threads, draws them in their order. Nothing depends on which thread did what.
+//! A picture is divided into bands of a few full rows each. One pass over the facets, in batches on all
+//! threads, makes the outlines and lists for each band the ones that reach into it; a second pass, one band
+//! per task, draws them in order. The result does not depend on the threads.
 
 use crate::clip::{NO_FAR_WALL, Point4, Scratch, clip_facet};
 use crate::plane::FacetPlane;
@@ -10,22 +10,22 @@ use crate::spans::{BAND, first_centre};
 use crate::threads;
 use crate::view::View;
 
-/// How many facets are prepared together.
+/// The number of facets that are prepared together.
 const BATCH: usize = 2048;
 
 /// One outline in the picture.
 pub(crate) struct Piece {
     /// Its depth.
     pub(crate) plane: FacetPlane,
-    /// The caller's number for it.
+    /// The caller's id for it.
     pub(crate) tag: i32,
-    /// From which row to which, the last not included.
+    /// The first row and the one after the last.
     rows: (u32, u32),
     /// The positions of its corners.
     corners: (u32, u32),
 }
 
-/// The outlines of some facets, and which of them each band needs, in their order.
+/// The outlines of several facets, and for each band the ones it needs, in order.
 pub(crate) struct Batch {
     corners: Vec<[i32; 2]>,
     pieces: Vec<Piece>,
@@ -44,8 +44,8 @@ impl Batch {
         }
     }
 
-    /// Clips and snaps an outline and notes it in its bands. What covers no centre is left out; its
-    /// plane is not asked for.
+    /// Clips and snaps an outline and adds it to its bands. One that covers no centre is left out, without
+    /// computing its plane.
     pub(crate) fn push(
         &mut self,
         view: &View,
@@ -57,7 +57,7 @@ impl Batch {
         let clipped = clip_facet(outline, NO_FAR_WALL, &mut self.scratch);
         self.corners.extend(clipped.iter().map(|&corner| view.snap(corner)));
 
-        // Does it lie between two centre lines, or between two columns of centres?
+        // Is it between two rows, or between two columns, of centres?
         let reach = |axis: usize| {
             let corners = self.corners[start..].iter().map(|corner| corner[axis]);
             let (lo, hi) = corners.fold((i32::MAX, 0), |(lo, hi), x| (lo.min(x), hi.max(x)));
@@ -96,7 +96,7 @@ impl Batch {
     }
 }
 
-/// Batches of `count` facets, of which `prepare(batch, i)` pushes the i-th, in their order.
+/// Batches of `count` facets, where `prepare(batch, i)` pushes the i-th; they are in order.
 pub(crate) fn batches(
     view: &View,
     count: usize,

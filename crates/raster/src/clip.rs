@@ -1,4 +1,4 @@
-//! Document E: edges and facets in homogeneous coordinates, cut down to the canonical view volume.
+//! Document E: edges and facets in homogeneous coordinates, clipped to the canonical view volume.
 //!
 //! The volume is the cube `-w < x < w`, `-w < y < w`, `-w < z < w`. Each of its six walls has a
 //! boundary coordinate, positive inside of it, that changes linearly along an edge:
@@ -11,8 +11,8 @@
 //!                                out
 //! ```
 //!
-//! A point on a wall is outside of it. Nothing is divided by w here, so points behind the eye
-//! (w < 0) and at infinity are as good as any.
+//! A point on a wall counts as outside. Nothing is divided by w here, so points behind the eye (w < 0) and at
+//! infinity need no special treatment.
 
 /// A point in homogeneous coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Point4 {
 /// All six walls, for [`clip_facet`]: bit `i` is wall `i`.
 pub const ALL_WALLS: u8 = 0b11_1111;
 
-/// The walls but the far one: bits 0 to 3 are the sides of the picture, bit 4 is the near wall.
+/// All walls except the far one: bits 0 to 3 are the sides of the picture, bit 4 is the near wall.
 pub const NO_FAR_WALL: u8 = 0b01_1111;
 
 impl Point4 {
@@ -45,7 +45,7 @@ impl Point4 {
         [w + x, w - x, w + y, w - y, w + z, w - z]
     }
 
-    /// `self + t * (to - self)`, each coordinate on its own.
+    /// `self + t * (to - self)`, for each coordinate.
     fn towards(self, to: Self, t: f64) -> Self {
         Self {
             x: self.x + t * (to.x - self.x),
@@ -55,7 +55,7 @@ impl Point4 {
         }
     }
 
-    /// The same point moved by rounding's worth onto wall `i`.
+    /// Moves a point, which is within rounding of wall `i`, onto it.
     fn on_wall(self, i: usize) -> Self {
         let w = self.w;
         match i {
@@ -69,24 +69,23 @@ impl Point4 {
     }
 }
 
-/// Bit `i` is 0 if a point is inside of wall `i`, that is if its boundary coordinate is positive; 1
-/// if it is outside, on the wall, or NaN.
+/// Bit `i` is 0 if a point is inside wall `i`, that is, if its boundary coordinate is positive; 1 if it is
+/// outside, on the wall, or NaN.
 pub fn outcode(boundaries: [f64; 6]) -> u8 {
     (0..6).fold(0, |code, i| code | if boundaries[i] > 0.0 { 0 } else { 1 << i })
 }
 
-/// Whether the differences of such boundary coordinates, and of the coordinates they are made of,
+/// Whether differences of these boundary coordinates, and of the coordinates that they are computed from,
 /// cannot overflow; false for NaN.
 fn in_range(boundaries: [f64; 6]) -> bool {
     boundaries.iter().all(|bc| bc.abs() <= f64::MAX / 4.0)
 }
 
-/// The part of an edge that is in the canonical view volume, or `None` where nothing is.
+/// The part of an edge in the canonical view volume, or `None` if it is empty.
 ///
-/// An end that is inside keeps its bits, a cut one lies on its wall up to rounding, and the edge
-/// from `c` to `a` gives the same two points in the other order. An edge with a coordinate that is
-/// NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest f64 is
-/// nowhere.
+/// An end that is inside keeps its bits, a clipped one lies on its wall up to rounding, and the edge from `c`
+/// to `a` gives the same two points in reverse. The result is empty for an edge with a coordinate that is
+/// NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest f64.
 ///
 /// ```
 /// use intertri_raster::{Point4, clip_edge};
@@ -101,7 +100,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return None;
     }
 
-    // Both ends outside of one wall, or both inside of all?
+    // Are both ends outside one wall, or both inside all?
     let (a_outcode, c_outcode) = (outcode(a_bc), outcode(c_bc));
     if a_outcode & c_outcode != 0 {
         return None;
@@ -110,8 +109,8 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         return Some((a, c));
     }
 
-    // How far the edge may go toward c, seen from a, and toward a, seen from c. Each wall has at
-    // most one end outside of it, and shortens the edge from the other one.
+    // How far the edge may go toward c, seen from a, and toward a, seen from c. Each wall has at most one end
+    // outside it, and shortens the edge from the other end.
     let (mut from_a, mut from_c) = ((1.0, None), (1.0, None));
     for i in 0..6 {
         if c_outcode >> i & 1 == 1 {
@@ -127,7 +126,7 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
         }
     }
 
-    // Do the two parts meet?
+    // Do the two parts overlap?
     if from_a.0 + from_c.0 < 1.0 {
         return None;
     }
@@ -137,21 +136,20 @@ pub fn clip_edge(a: Point4, c: Point4) -> Option<(Point4, Point4)> {
     Some((cut(c, a, from_c), cut(a, c, from_a)))
 }
 
-/// Two outlines that [`clip_facet`] writes in turn, kept between calls to save their memory.
+/// Two outlines that [`clip_facet`] writes alternately, kept between calls to reuse their memory.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     outline: Vec<Point4>,
     next: Vec<Point4>,
 }
 
-/// The part of a flat facet inside of the given walls, as an outline in the facet's own order; empty
-/// where nothing is.
+/// The part of a flat facet inside the given walls, as an outline in the facet's order; empty if nothing is.
 ///
-/// The outline of a convex facet is convex. A concave one may come out with parts joined by edges
-/// that run to and fro along a wall. Corners that are inside keep their bits, and a cut corner
-/// depends on the ends of its edge alone, not on their order or on the facet. An outline with a
-/// coordinate that is NaN, infinite, or so large that `w + x` and the like exceed a quarter of the
-/// largest f64 is nowhere.
+/// The outline of a convex facet is convex. That of a concave one may have parts connected by edges that run
+/// back and forth along a wall. Corners that are inside keep their bits, and a clipped corner depends only on
+/// the ends of its edge, not on their order or on the facet. The result is empty for an outline with a
+/// coordinate that is NaN, infinite, or so large that `w + x` and the like exceed a quarter of the largest
+/// f64.
 pub fn clip_facet(
     corners: impl IntoIterator<Item = Point4>,
     walls: u8,
@@ -161,7 +159,7 @@ pub fn clip_facet(
     outline.clear();
     outline.extend(corners);
 
-    // All corners outside of one wall, or all inside?
+    // Are all corners outside one wall, or all inside?
     let (mut all, mut any, mut usable) = (walls, 0, true);
     for corner in &*outline {
         let boundaries = corner.boundaries();
@@ -174,7 +172,7 @@ pub fn clip_facet(
         outline.clear();
     }
 
-    // Each wall that has a corner outside of it cuts the outline of the one before.
+    // Each wall with a corner outside clips the outline left by the one before.
     for i in (0..6).filter(|i| any >> i & 1 == 1) {
         next.clear();
         let Some(&last) = outline.last() else { break };

@@ -1,9 +1,9 @@
 //! Where two pictures of the same scene may differ, decided pixel by pixel and without rounding.
 //!
-//! A traced ray and the centre of its pixel are not the same line: the tracer rounds directions to
-//! f32, and here corners are snapped to parts of a pixel. Together they shift what is seen by at most
-//! [`View::tolerance`], `r`, a distance in the picture of about 1e-4 pixels. Whatever a pixel shows
-//! for some point within `r` of its centre excuses a difference, and nothing else does:
+//! A traced ray and the centre of its pixel are not on the same line: the tracer rounds directions to f32,
+//! and here corners are snapped to fractions of a pixel. Together they shift the picture by at most
+//! [`View::tolerance`], `r`, a distance in the picture of about 1e-4 pixels. Only what a pixel would show for
+//! some point within `r` of its centre excuses a difference:
 //!
 //! ```text
 //!      .-----.            an edge of one of the two facets passes within r of the centre, or
@@ -31,21 +31,21 @@ pub enum Verdict {
     Unexcused,
 }
 
-/// Compares which triangle each pixel shows, and at which depth, in two pictures of the same triangles
-/// by the same view, row by row.
+/// Compares the triangle and the depth that each pixel shows in two pictures of the same triangles with the
+/// same view, row by row.
 ///
-/// Another triangle is excused where an edge of either comes within [`View::tolerance`] of the centre
-/// of the pixel, or where, at some point within that distance, the depths of their planes are equal or
-/// one of the planes is edge-on to the eye. The same triangle must be at the same depth: both `t`, the
-/// distances from the eye, are what its plane has within that distance, up to 2^-22 of them for the
-/// length of a ray's direction; nothing excuses another.
+/// A different triangle is excused if an edge of either comes within [`View::tolerance`] of the centre of the
+/// pixel, or if, at some point within that distance, the depths of their planes are equal or one of the
+/// planes is edge-on to the eye. The same triangle must be at the same depth: both `t`, the distances from
+/// the eye, must be values of its plane within that distance, up to 2^-22 of them for the length of a ray's
+/// direction. Nothing excuses another depth.
 ///
-/// All of this is decided in rational arithmetic on the values that the view and the triangles have.
-/// Only where depths are compared is there an allowance for the f64 in which engines compute them, of
-/// some 2^-48 of the products that make them up (`docs/raster.md`).
+/// All of this is decided in rational arithmetic on the numbers of the view and the triangles. Only
+/// comparisons of depths have an allowance for the f64 with which engines compute them, about 2^-48 of the
+/// products involved (`docs/raster.md`).
 ///
 /// # Panics
-/// If a slice is not as long as the view has pixels.
+/// Panics if a slice does not have one entry per pixel.
 pub fn differences(
     view: &View,
     triangles: &[Triangle],
@@ -78,14 +78,14 @@ pub fn differences(
     verdicts
 }
 
-/// Whether a triangle can be seen at the distance `t` in a pixel.
+/// Whether a triangle can be visible at the distance `t` in a pixel.
 fn may_be_at(view: &View, triangle: &Triangle, t: f64, x: u32, y: u32) -> bool {
     clearly_at(view, triangle, t, x, y)
         .unwrap_or_else(|| Disc::new(view, x, y).may_be_at(triangle, t))
 }
 
-/// The same in f64 and in a hurry, where that is beyond doubt: within half of what is allowed or not
-/// within twice of it, and f64's own rounding far below.
+/// A fast test in f64 for the clear cases: within half of the allowance, or not within twice of it, with
+/// f64's own rounding far below.
 fn clearly_at(view: &View, TriangleOf(corners): &Triangle, t: f64, x: u32, y: u32) -> Option<bool> {
     let [c1, c2, c3] = corners.map(double);
     let [p, q, arm] = [sub(c2, c1), sub(c3, c1), sub(c1, view.eye())];

@@ -1,7 +1,7 @@
-//! The rule for one pixel, in rationals: what can be seen within a distance of its centre?
+//! The rule for one pixel, in rationals: what can be visible within a distance of its centre?
 //!
-//! Points are taken relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where
-//! the pixel is a disc of radius r about its centre c; what is seen in the disc lies in a cone:
+//! Points are relative to the eye: X to the right, Y up, W ahead. The picture is at W = 1, where the pixel is
+//! a disc of radius r around its centre c; everything visible in the disc lies in a cone:
 //!
 //! ```text
 //!               ___--- cone     a point is in it where  |(X, Y) - W c| <= r W  and W > 0
@@ -27,34 +27,34 @@ pub(crate) struct Disc {
     pub(crate) radius: Exact,
 }
 
-/// A triangle as the eye sees it.
+/// A triangle relative to the eye.
 struct SeenTriangle {
     corners: [Point; 3],
     /// `n · (x, y, 1)`, which is positive where the triangle is in front.
     height: Linear,
     /// `n · a`, not negative.
     offset: Exact,
-    /// The bound of f64's rounding of the offset.
+    /// A bound on f64's rounding of the offset.
     doubt: Exact,
 }
 
 /// A linear function of the point in the picture.
 struct Linear {
-    /// At the centre.
+    /// The value at the centre.
     value: Exact,
-    /// Along x and y.
+    /// The slopes along x and y.
     slope: [Exact; 2],
-    /// The bound of f64's rounding of its value.
+    /// A bound on f64's rounding of its value.
     doubt: Exact,
 }
 
 impl Linear {
-    /// The square of how steep it is.
+    /// The square of its gradient.
     fn steepness(&self) -> Exact {
         self.slope[0].sqr() + self.slope[1].sqr()
     }
 
-    /// Whether it is 0 somewhere in a disc of that radius about the centre.
+    /// Whether it is 0 somewhere in a disc of that radius around the centre.
     fn vanishes(&self, radius: &Exact) -> bool {
         let beyond = &self.doubt - abs(self.value.clone());
         sign_with_root(&beyond, radius, &self.steepness()).is_ge()
@@ -62,10 +62,10 @@ impl Linear {
 }
 
 impl Disc {
-    /// The disc of [`View::tolerance`] about the centre of a pixel.
+    /// The disc of [`View::tolerance`] around the centre of a pixel.
     pub(crate) fn new(view: &View, x: u32, y: u32) -> Self {
         let pixel = exact(2.0 * view.half_height()) / Exact::from(view.height());
-        // The middle of the picture is (0, 0), and y grows downward.
+        // The centre of the picture is (0, 0), and y grows downward.
         let from_middle = |place: u32, side: u32| {
             (Exact::from(2 * place + 1) - Exact::from(side)) / Exact::from(2) * &pixel
         };
@@ -78,7 +78,8 @@ impl Disc {
         }
     }
 
-    /// The direction, in the scene, of the line of directions through the centre; 1 along forward.
+    /// The direction, in the scene, of the line of directions through the centre; its component along forward
+    /// is 1.
     pub(crate) fn pixel_directions(&self) -> Point {
         [0, 1, 2].map(|k| {
             let along = |axis: usize| &self.axes[axis][k] * &self.centre[axis];
@@ -88,7 +89,7 @@ impl Disc {
 
     /// Whether the pixel may show either of two triangles, or nothing instead of one of them.
     pub(crate) fn excuses(&self, pair: [Option<&Triangle>; 2]) -> bool {
-        // A triangle that is not finite or has no area cannot be seen.
+        // A triangle that is not finite or has no area is never visible.
         let [one, other] = pair.map(|triangle| triangle.map(|triangle| self.see(triangle)));
         if matches!(one, Some(None)) || matches!(other, Some(None)) {
             return false;
@@ -102,8 +103,8 @@ impl Disc {
         one.zip(other).is_some_and(|(one, other)| tie(&one, &other).vanishes(&self.radius))
     }
 
-    /// Whether a triangle can be seen at the distance `t`: whether its plane has `q t = |d|`, up to
-    /// 2^-22 of that, somewhere in the disc, with `d` the line of directions through the centre.
+    /// Whether a triangle can be visible at the distance `t`: whether its plane has `q t = |d|`, up to 2^-22
+    /// of that, somewhere in the disc, where `d` is the line of directions through the centre.
     pub(crate) fn may_be_at(&self, triangle: &Triangle, t: f64) -> bool {
         let Some(seen) = self.see(triangle).filter(|_| t.is_finite() && t > 0.0) else {
             return false;
@@ -122,10 +123,10 @@ impl Disc {
             && sign_with_roots(&((doubt - value) * &t), [&reach, &steep], [&most, &length]).is_ge()
     }
 
-    /// A triangle as the eye sees it, turned to have its normal away from the eye; none if it is not
-    /// finite or has no area.
+    /// The triangle relative to the eye, with its normal turned away from the eye; none if it is not finite
+    /// or has no area.
     fn see(&self, TriangleOf(corners): &Triangle) -> Option<SeenTriangle> {
-        // f64 rounds each of the two numbers in both engines, some 12 times each.
+        // In both engines f64 rounds each of the two numbers about 12 times.
         let unit = exact(2f64.powi(-48));
         if !corners.as_flattened().iter().all(|x| x.is_finite()) {
             return None;
@@ -156,8 +157,8 @@ impl Disc {
         [(a, b), (b, c), (c, a)].into_iter().any(|(a, b)| self.meets(a, b))
     }
 
-    /// Whether the segment from a to b meets the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a quadratic function of
-    /// the share s of the segment, it does where `f >= 0` and `W > 0`:
+    /// Whether the segment from a to b meets the cone. With `f = (r W)^2 - |(X, Y) - W c|^2`, a quadratic
+    /// function of the position s along the segment, it does where `f >= 0` and `W > 0`:
     ///
     /// ```text
     ///   a ------(======)------ b     an end is in it, or, as it is convex, both zeros of f are on
@@ -173,7 +174,7 @@ impl Disc {
             return true;
         }
 
-        // f = k2 s^2 + 2 k1 s + k0, at most at s = k1 / -k2
+        // f = k2 s^2 + 2 k1 s + k0, with its maximum at s = k1 / -k2
         let (dx, dy, dw) = (bx - &ax, by - &ay, bw - &aw);
         let fall = dx.sqr() + dy.sqr() - dw.sqr();
         let k1 = &aw * &dw - &ax * &dx - &ay * &dy;
@@ -185,7 +186,7 @@ impl Disc {
     }
 }
 
-/// The difference of two depths, times both offsets: `q = height / offset` of either.
+/// The difference of two depths, times both offsets: `q = height / offset` for each.
 fn tie(one: &SeenTriangle, other: &SeenTriangle) -> Linear {
     let across =
         |k: usize| &one.height.slope[k] * &other.offset - &other.height.slope[k] * &one.offset;

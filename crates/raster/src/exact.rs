@@ -1,7 +1,7 @@
-//! Numbers without rounding, for verdicts that rounding must not decide.
+//! Exact numbers, for verdicts that rounding must not decide.
 //!
-//! Every f32 and f64 is a rational. Sums, products and quotients of rationals are rationals, and the
-//! sign of a sum with square roots in it follows by squaring, so that lengths can be compared, too.
+//! Every f32 and f64 is a rational. Sums, products and quotients of rationals are rationals, and the sign of
+//! a sum with square roots can be found by squaring, so lengths can be compared too.
 
 use std::cmp::Ordering;
 
@@ -10,10 +10,10 @@ use dashu_ratio::Relaxed;
 /// A rational.
 pub(crate) type Exact = Relaxed;
 
-/// Three of them.
+/// Three rationals.
 pub(crate) type Point = [Exact; 3];
 
-/// A number as it is; 0 for one that is not finite.
+/// A number, exactly; 0 for one that is not finite.
 pub(crate) fn exact(x: f64) -> Exact {
     Exact::try_from(x).unwrap_or_default()
 }
@@ -60,14 +60,14 @@ fn sign(x: &Exact) -> Ordering {
     x.cmp(&Exact::ZERO)
 }
 
-/// The sign of `a + b sqrt(p)`, `p` not negative.
+/// The sign of `a + b sqrt(p)`, where `p` is not negative.
 pub(crate) fn sign_with_root(a: &Exact, b: &Exact, p: &Exact) -> Ordering {
     stronger(sign(a), sign(b), || sign(&(a.sqr() - b.sqr() * p)), p)
 }
 
-/// The sign of `a + b sqrt(p) + c sqrt(q)`, neither `p` nor `q` negative.
+/// The sign of `a + b sqrt(p) + c sqrt(q)`, where neither `p` nor `q` is negative.
 pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2]) -> Ordering {
-    // (a + b sqrt(p))^2 - (c sqrt(q))^2 has a single root left.
+    // (a + b sqrt(p))^2 - (c sqrt(q))^2 has only one root left.
     let squares = || {
         let rational = a.sqr() + b.sqr() * p - c.sqr() * q;
         sign_with_root(&rational, &(a * b * Exact::from(2)), p)
@@ -75,8 +75,7 @@ pub(crate) fn sign_with_roots(a: &Exact, [b, p]: [&Exact; 2], [c, q]: [&Exact; 2
     stronger(sign_with_root(a, b, p), sign(c), squares, q)
 }
 
-/// The sign of `x + y sqrt(p)` from the signs of x and y, and that of `x^2 - y^2 p` where they pull
-/// against each other.
+/// The sign of `x + y sqrt(p)` from the signs of x and y, and that of `x^2 - y^2 p` if they are opposite.
 fn stronger(x: Ordering, y: Ordering, squares: impl FnOnce() -> Ordering, p: &Exact) -> Ordering {
     let y = if p.is_zero() { Ordering::Equal } else { y };
     if y.is_eq() || x == y {
@@ -110,7 +109,7 @@ mod tests {
             }) {
                 let [x, y, z] = [a, b, c].map(f64::from);
                 let value = x + y * f64::from(p).sqrt() + z * f64::from(q).sqrt();
-                // Numbers as small as these are 0 or far from it.
+                // Such small numbers are 0 or far from it.
                 let expected = if value.abs() < 1e-9 { 0.0 } else { value };
                 assert_eq!(roots(a, b, p, c, q), expected.total_cmp(&0.0), "{a} {b} {p} {c} {q}");
             }

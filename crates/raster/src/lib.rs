@@ -1,9 +1,9 @@
-//! Clip, z-buffer and stencil shadow volumes: the second eye that must see what the rays see.
+//! Clipping, z-buffer and stencil shadow volumes: an independent renderer that must see what the rays see.
 //!
-//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] a pixel, as a tracer
-//! does with one ray a pixel; [`lit`] fills a shadow mask, as a tracer does with one shadow ray a
-//! pixel, of any visibility buffer. [`differences`] and [`shadow_differences`] judge pixel by pixel
-//! whether two engines may disagree. [`wire`] draws edges over what is visible.
+//! [`facets`] and [`triangles`] fill a visibility buffer, one [`intertri::Hit`] per pixel, as a tracer does
+//! with one ray per pixel. [`lit`] fills a shadow mask for any visibility buffer, as a tracer does with one
+//! shadow ray per pixel. [`differences`] and [`shadow_differences`] decide pixel by pixel whether two engines
+//! may disagree. [`wire`] draws the visible edges over a picture.
 //!
 //! ```
 //! use intertri::Triangle;

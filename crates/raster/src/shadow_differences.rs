@@ -1,7 +1,7 @@
 //! Where two shadow masks of the same picture may differ, decided pixel by pixel.
 //!
-//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused where the surface of a
-//! shadow volume, a side or a near cap, meets that ball:
+//! The point that a pixel shows is known up to a small ball ([`Ball`]). A difference is excused if the
+//! surface of a shadow volume, a side or a near cap, meets that ball:
 //!
 //! ```text
 //!        * light
@@ -12,9 +12,9 @@
 //!      -------`--'----- surface
 //! ```
 //!
-//! A triangle that is edge-on to the light casts a volume as flat as itself, with nothing in it. Its surface counts all
-//! the same: for a shadow ray that runs along it, rounding decides whether it is hit. So its cap and its three sides
-//! are treated here like others.
+//! A triangle that is edge-on to the light casts a flat, empty volume. Its surface counts anyway: for a
+//! shadow ray that runs along it, rounding decides whether it is hit. So its cap and its three sides are
+//! treated like others.
 
 use intertri::Hit;
 
@@ -25,21 +25,22 @@ use crate::threads;
 use crate::view::View;
 use crate::volume::Volume;
 
-/// Compares two shadow masks of what one view shows, row by row.
+/// Compares two shadow masks of the same view, row by row.
 ///
-/// Where the masks differ, the shown point is taken with its ball of uncertainty: its radius is the distance on the
-/// triangle's plane that [`View::tolerance`] pixels cover, and 2^-24 of the distance to the light (of the distance to
-/// the origin and twice the way to the light, for a directional one: its shadow rays start at points that are rounded,
-/// too). The difference is excused if a near cap or a side of a volume, those of triangles edge-on to the light
-/// included, meets the ball, or if the shown triangle's plane is edge-on to the eye within the tolerance. Where the
-/// reach of the light is 1, the shown triangle's own cap does not count, nor do the sides of one edge-on to it.
+/// Where the masks differ, the shown point has a ball of uncertainty. Its radius is the distance on the
+/// triangle's plane that [`View::tolerance`] pixels cover, plus 2^-24 of the distance to the light (for a
+/// directional light, of the distance to the origin and twice the vector to the light, because its shadow
+/// rays start at rounded points). The difference is excused if a near cap or a side of a volume meets the
+/// ball, including those of triangles edge-on to the light, or if the shown triangle's plane is edge-on to
+/// the eye within the tolerance. If the reach of the light is 1, the shown triangle's own cap does not count,
+/// nor do the sides of a triangle edge-on to the light.
 ///
-/// The radius is a number that is rounded up. Whether anything meets the ball is decided in rational arithmetic, by
+/// The radius is rounded up. Whether anything meets the ball is decided in rational arithmetic, from
 /// distances between points, lines and planes.
 ///
 /// # Panics
-/// If a slice is not as long as the view has pixels, or a pixel that differs shows a triangle that the
-/// volume's mesh does not have.
+/// Panics if a slice does not have one entry per pixel, or a differing pixel shows a triangle that is not in
+/// the volume's mesh.
 pub fn shadow_differences(
     view: &View,
     hits: &[Hit],
@@ -66,7 +67,8 @@ pub fn shadow_differences(
     verdicts
 }
 
-/// Whether the surface of a volume passes so near to what a pixel shows that it may be lit or not.
+/// Whether the surface of a volume passes so close to the point that a pixel shows that the point may be lit
+/// or not.
 fn excused(view: &View, hit: &Hit, volume: &Volume<'_>, x: u32, y: u32) -> bool {
     // A pixel without a hit counts as lit in both masks.
     if !hit.is_hit() {

@@ -1,10 +1,10 @@
 //! Document C: the faces that face the light, and the silhouette edges of their shadow.
 //!
-//! The document takes the faces whose normal points toward the light, and the edges between those and
-//! the others. That is right for a closed mesh with consistent winding. Here **every** triangle casts
-//! a shadow, whatever its winding, just as it blocks a ray: one that faces away from the light is
-//! flipped first. Then the silhouette is a sum. Each flipped face runs once around its three edges;
-//! where two faces run along an edge in opposite directions, they cancel:
+//! The document takes the faces whose normal points toward the light, and the edges between those and the
+//! others. That is right for a closed mesh with consistent winding. Here **every** triangle casts a shadow,
+//! whatever its winding, just as it blocks a ray: one that faces away from the light is flipped first. The
+//! silhouette is then a sum: each flipped face contributes its three edges, and where two faces run along an
+//! edge in opposite directions, they cancel:
 //!
 //! ```text
 //!       / \
@@ -28,17 +28,17 @@ pub enum Light {
     Point {
         /// Its position.
         position: [f32; 3],
-        /// The part of the segment from the light to a surface that can hold a blocker: the `t_max` of the
-        /// shadow rays from the light (`t = 0`) to the surface (`t = 1`). It is above 0 and at most
-        /// 1. With 1, a surface still does not shadow itself.
+        /// The fraction of the segment from the light to a surface in which a blocker counts: the `t_max` of
+        /// the shadow rays from the light (`t = 0`) to the surface (`t = 1`). It is above 0 and at most 1.
+        /// With 1, a surface still does not shadow itself.
         reach: f64,
     },
     /// A directional light, whose rays are parallel.
     Directional {
-        /// The vector to the light, of any length but 0. A shadow ray is as long.
+        /// The vector to the light, of any nonzero length. Shadow rays have the same length.
         toward: [f32; 3],
-        /// The part of that vector, from its far end (`t = 0`) to the surface (`t = 1`), that can hold a
-        /// blocker, as for a point light. A triangle casts its shadow from `1 - reach` of it on.
+        /// The fraction of that vector, from its far end (`t = 0`) to the surface (`t = 1`), in which a
+        /// blocker counts, as for a point light. A triangle casts its shadow from `1 - reach` of it on.
         reach: f64,
     },
 }
@@ -46,18 +46,18 @@ pub enum Light {
 /// One edge of a silhouette.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline {
-    /// Two indices into [`Adjacency::points`], in the order in which the edge runs along the faces that
-    /// face the light (counter-clockwise around each of them, as seen from there).
+    /// Two indices into [`Adjacency::points`], in the direction of the faces that face the light
+    /// (counter-clockwise around each of them, as seen from the light).
     pub ends: [u32; 2],
-    /// How many more faces run along it this way than the other way; above 0.
+    /// How many more faces run along it this way than the other way; positive.
     pub count: u32,
 }
 
 /// For each face, 1 if its normal (c2 - c1) ^ (c3 - c1) points toward the light, -1 if it points away, and
 /// 0 if the face casts no shadow: it is edge-on to the light, without area, or not finite.
 ///
-/// For a point light, the sign is that of the exact determinant. For a directional one it is that
-/// of the exact determinant of the face's sides, rounded to f64.
+/// For a point light, the sign is that of the exact determinant. For a directional one it is that of the
+/// exact determinant of the face's sides, which are rounded to f64.
 pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     let coord = |[x, y, z]: Vector| Coord3D { x, y, z };
     let face = |face: usize| {
@@ -81,7 +81,7 @@ pub fn facing(adjacency: &Adjacency, light: &Light) -> Vec<i8> {
     (0..adjacency.faces().len()).map(face).collect()
 }
 
-/// The edges at which the faces do not cancel, after those that face away from the light are flipped.
+/// The edges at which the faces do not cancel, after those facing away from the light are flipped.
 ///
 /// # Panics
 /// If `facing` does not have one entry for each face.

@@ -1,7 +1,7 @@
-//! Which pixels an outline covers, decided in whole numbers: exact ownership of shared edges.
+//! Which pixels an outline covers, decided in integers, with exact ownership of shared edges.
 //!
-//! The corners stand at whole parts of a pixel. Each edge crosses the centre lines of some rows, and
-//! on each it names the first pixel whose centre is not left of it:
+//! The corners are at multiples of a fraction of a pixel. Each edge crosses the centre lines of some rows,
+//! and on each it yields the first pixel whose centre is not to its left:
 //!
 //! ```text
 //!     row's centre line   . . .\. . . . . . . ./. . . .     . pixel centres
@@ -9,15 +9,15 @@
 //!                            +1  |1 1 1 1 1 1| -1           there on; the one on the right runs up: -1.
 //! ```
 //!
-//! The running sum along the row is the outline's winding number at each centre: +1 inside of an
-//! outline that runs counter-clockwise (y up), -1 inside of a clockwise one, 0 outside.
+//! The running sum along the row is the outline's winding number at each centre: +1 inside an outline that
+//! runs counter-clockwise (y up), -1 inside a clockwise one, 0 outside.
 //!
-//! **Ownership.** An edge takes the rows with `top <= centre < bottom` and the pixels from
-//! `crossing <= centre` on. That is the top-left rule: a centre exactly on an edge belongs to the
-//! facet to the right of it, or below it if it is level. Two facets at one edge use the same whole
-//! numbers for it with opposite signs, so the sum of windings over a closed surface is 0 at every
-//! centre, and every centre that the front covers is covered by the same number of front and back
-//! facets: no gap and no overlap, however thin the facets are.
+//! **Ownership.** An edge takes the rows with `top <= centre < bottom` and the pixels from `crossing <=
+//! centre` on. That is the top-left rule: a centre exactly on an edge belongs to the facet to its right, or
+//! below it if the edge is horizontal. Two facets at one edge use the same integers for it with opposite
+//! signs, so the sum of windings over a closed surface is 0 at every centre, and every centre that the front
+//! covers is covered equally often by front and back facets: no gaps and no overlaps, however thin the facets
+//! are.
 
 use crate::view::SUBPIXEL_BITS;
 
@@ -33,14 +33,14 @@ pub(crate) struct Crossings {
     rows: [Vec<(u32, i32)>; BAND as usize],
 }
 
-/// The first row (or pixel) whose centre is not before a coordinate.
+/// The first row (or column) whose centre is not before a coordinate.
 pub(crate) fn first_centre(x: i32) -> u32 {
     ((i64::from(x) - HALF + PIXEL - 1) >> SUBPIXEL_BITS).max(0) as u32
 }
 
 impl Crossings {
-    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a winding other
-    /// than 0 in the rows `top..bottom`, which lie in one band.
+    /// Calls `span(row, from, to, winding)` for each run of pixels `from..to` with a nonzero winding number
+    /// in the rows `top..bottom`, which are in one band.
     #[inline(always)]
     pub(crate) fn spans(
         &mut self,
@@ -74,7 +74,7 @@ impl Crossings {
     /// Where one edge crosses the rows.
     #[inline(always)]
     fn edge(&mut self, from: [i32; 2], to: [i32; 2], (top, bottom): (u32, u32)) {
-        // Both facets at an edge must do the same arithmetic: always from the upper end down.
+        // Both facets at an edge must do the same arithmetic, so always go from the upper end down.
         let (high, low, step) = if from[1] < to[1] { (from, to, 1) } else { (to, from, -1) };
         let first = first_centre(high[1]).max(top);
         let end = first_centre(low[1]).min(bottom);
@@ -82,8 +82,8 @@ impl Crossings {
             return;
         }
 
-        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling of
-        // (x - HALF) / PIXEL: the quotient and remainder of whole numbers below 2^62.
+        // The crossing is at x = high.x + (centre - high.y) * dx / dy, and its pixel is the ceiling of (x -
+        // HALF) / PIXEL: the quotient and remainder of integers below 2^62.
         let dx = i64::from(low[0]) - i64::from(high[0]);
         let dy = i64::from(low[1]) - i64::from(high[1]);
         let below = i64::from(first) * PIXEL + HALF - i64::from(high[1]);
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_cut_up_square_is_covered_once() {
-        // A fan of slivers around an inner point: together they are the square, each centre once.
+        // A fan of slivers around an inner point; together they cover the square, each centre once.
         let mut state = 3;
         for _ in 0..50 {
             let side = 32 << 16;

@@ -1,4 +1,4 @@
-//! Shadows by counting: how many volumes a visible point is in.
+//! Shadows by counting: how many shadow volumes contain a visible point.
 //!
 //! ```text
 //!   eye  o-----------(------P----)---->     Along the line of directions, behind the visible point P, the
@@ -7,15 +7,14 @@
 //!   eye  o--(-----)---------P---------->    volumes that P is in: 0 is lit.
 //! ```
 //!
-//! Counting behind P ("z-fail") rather than before it is right wherever the eye is, also within a
-//! shadow, because all volumes end in the end: the far caps at infinity are behind every P. Outlines
-//! are drawn by the same exact spans as facets. Their winding number is the +1 or -1, so whatever
-//! closes up in space closes up at every pixel.
+//! Counting behind P ("z-fail") instead of in front of it is right wherever the eye is, also in a shadow,
+//! because every volume is closed: the far caps at infinity are behind every P. Outlines are drawn with the
+//! same exact spans as facets. Their winding number is the +1 or -1, so anything closed in space is closed at
+//! every pixel.
 //!
-//! **A surface and its own near cap** are in one plane where the light's reach is 1. Both depths are
-//! computed by the same operations from the same corners, so they are equal to the bit, and a tie is
-//! decided so that the face is not in its own shadow: an entering surface counts as behind, a
-//! leaving one as before.
+//! **A surface and its own near cap** are in one plane if the light's reach is 1. Both depths are computed by
+//! the same operations from the same corners, so they have the same bits, and a tie is decided so that the
+//! face is not in its own shadow: an entering surface counts as behind, a leaving one as in front.
 
 use intertri::Hit;
 use intertri::simd::{Lanes, Mask, Simd, WithSimd, dispatch};
@@ -30,15 +29,14 @@ use crate::view::{PixelDirections, View};
 use crate::volume::Volume;
 use crate::z_buffer::{centres, plane};
 
-/// Which pixels the light reaches, given what each of them shows (by whatever engine): `false` where
-/// a face of the volume's mesh is between the visible point and the light. A pixel that shows nothing
-/// is lit.
+/// The pixels that the light reaches, given what each of them shows (from any engine): `false` if a face of
+/// the volume's mesh is between the visible point and the light. A pixel that shows nothing is lit.
 ///
-/// The hits belong to the volume's own mesh, whose planes give the depths; of a hit on something
-/// else (an index that the mesh does not have) the `t` is taken, for a direction of unit length.
+/// The hits must be on the volume's mesh, whose planes give the depths; for other hits (an index that the
+/// mesh does not have) the depth is computed from `t`, for a direction of unit length.
 ///
 /// # Panics
-/// If `hits` has not one entry a pixel.
+/// Panics if `hits` does not have one entry per pixel.
 pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     let width = view.width() as usize;
     assert_eq!(hits.len(), width * view.height() as usize, "one hit a pixel");
@@ -69,7 +67,7 @@ pub fn lit(view: &View, hits: &[Hit], volume: &Volume<'_>) -> Vec<bool> {
     lit
 }
 
-/// `q`, the inverse of the view depth, of what each pixel shows; 0 for nothing.
+/// `q`, the inverse of the view depth, for each pixel; 0 for a miss.
 fn depths(
     view: &View,
     directions: &PixelDirections,
@@ -85,7 +83,7 @@ fn depths(
             if !hit.is_hit() {
                 continue;
             }
-            // Neighbouring pixels mostly show one face.
+            // Neighbouring pixels mostly show the same face.
             if last.is_none_or(|(face, _)| face != hit.triangle) {
                 let face = usize::try_from(hit.triangle).ok().filter(|&f| f < mesh.faces().len());
                 let plane =
@@ -101,7 +99,7 @@ fn depths(
     depths
 }
 
-/// The surfaces of a volume that are drawn in one view.
+/// The surfaces of a volume, to be drawn in one view.
 struct Surfaces<'a> {
     view: &'a View,
     directions: &'a PixelDirections,
@@ -116,7 +114,7 @@ impl Surfaces<'_> {
         let Some(cap) = volume.cap(face) else { return };
         let arm = |point| sub(volume.near(point), view.eye());
 
-        // The depth comes from the corners in their own order, for equal bits with the surface.
+        // The depth is computed from the corners in their own order, for the same bits as the surface.
         let outline = cap.map(|point| view.project(arm(point), 1.0, near));
         batch.push(view, outline, 1, || {
             let own = volume.adjacency().faces()[face].map(|point| volume.near(point));
@@ -130,7 +128,7 @@ impl Surfaces<'_> {
         }
     }
 
-    /// One side: from the edge of the silhouette, turned round, to infinity.
+    /// One side: from an edge of the silhouette, reversed, to infinity.
     fn side(&self, batch: &mut Batch, i: usize) {
         let Self { view, directions, volume, near } = *self;
         let side = volume.silhouette()[i];
@@ -145,7 +143,7 @@ impl Surfaces<'_> {
             let [p, q] = [a, b].map(|point| volume.near(point));
             let normal = cross(sub(q, p), volume.far(a));
             let arms = [p, q].map(|p| sub(p, view.eye()));
-            // The near points are the nearest, unless the side comes back toward the eye's plane.
+            // The near points are the nearest, unless the side comes back toward the plane of the eye.
             let back = [a, b].map(|point| view.depth(volume.far(point))).into_iter();
             let depths = arms.map(|arm| view.depth(arm)).into_iter();
             let (_, hi) = range(depths.chain(back.filter(|&w| w < 0.0)));
@@ -154,8 +152,8 @@ impl Surfaces<'_> {
     }
 }
 
-/// One band's counters; they cannot wrap, since there are fewer than 2^30 faces. Rows are a little
-/// longer than the picture, for lanes that stand over.
+/// The counters of one band; they cannot wrap, because there are fewer than 2^30 faces. Rows are slightly
+/// longer than the picture, to fill the last lanes.
 #[derive(Default)]
 struct Counters {
     stride: usize,
@@ -200,7 +198,7 @@ impl WithSimd for Count<'_> {
                     let xs = centres::<S::F64x8>(x);
                     let surface = plane.at(xs);
                     let visible = S::F64x8::load(&depths[at..]);
-                    // Behind is a smaller q; a tie counts where the line of directions enters.
+                    // A smaller q is behind; a tie counts where the line of directions enters.
                     let behind =
                         if winding > 0 { surface.le(visible) } else { surface.lt(visible) };
                     let bits = (behind & xs.lt(end)).bits();

@@ -1,4 +1,4 @@
-//! The two ways in which work is shared out, over all threads or, without `parallel`, one by one.
+//! The two ways to distribute work over all threads; without `parallel`, it runs sequentially.
 
 /// `work(i)` for every `i < count`, in the order of i.
 pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
@@ -11,8 +11,8 @@ pub(crate) fn map<R: Send>(count: usize, work: impl Fn(usize) -> R + Sync + Send
     (0..count).map(work).collect()
 }
 
-/// `work(i, part, scratch)` for the i-th `length` elements of `all`, the last part may be shorter.
-/// A scratch serves one part after another.
+/// `work(i, part, scratch)` for the i-th `length` elements of `all`; the last part may be shorter. A scratch
+/// is reused from part to part.
 pub(crate) fn parts<T: Send, S: Default>(
     all: &mut [T],
     length: usize,

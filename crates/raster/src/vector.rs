@@ -1,4 +1,4 @@
-//! Three f64: what the set-up of facets and volumes computes with.
+//! Vectors of three f64, for the set-up of facets and volumes.
 
 pub(crate) type Vector = [f64; 3];
 

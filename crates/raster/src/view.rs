@@ -11,18 +11,18 @@
 //!          +---------------(W,H)-+          with X in +-half_width, Y in +-half_height
 //! ```
 //!
-//! A point at `eye + a` has the view depth `w = forward & a`, the scale of `d` that reaches it. Its
-//! inverse `q = 1 / w` changes linearly over the picture within one plane, and the `t` of a ray of
-//! unit length is `w * |d| = |d| / q`.
+//! A point at `eye + a` has the view depth `w = forward & a`, the factor by which `d` must be scaled to reach
+//! it. Its inverse `q = 1 / w` is linear over the picture within one plane, and the `t` of a ray of unit
+//! length is `w * |d| = |d| / q`.
 
 use std::fmt;
 
 use crate::clip::Point4;
 use crate::vector::{Vector, add, dot, double, length, scale, sub};
 
-/// Each pixel is cut into `2^SUBPIXEL_BITS` parts along either axis.
+/// Each pixel is divided into `2^SUBPIXEL_BITS` parts along each axis.
 ///
-/// With 16 and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
+/// With 16 bits and at most 2^14 pixels a coordinate has 30 bits, so that all edge arithmetic fits i64.
 pub const SUBPIXEL_BITS: u32 = 16;
 
 /// The largest width and height of a picture.
@@ -30,9 +30,8 @@ pub const MAX_SIDE: u32 = 1 << 14;
 
 /// An eye and its picture.
 ///
-/// The rays of the same eye that a tracer shoots are `eye + t * d / |d|` with [`View::direction`] `d`
-/// at the centres of the pixels, up to rounding to f32; [`View::tolerance`] says how far that
-/// rounding moves them.
+/// A tracer's rays from the same eye are `eye + t * d / |d|` with [`View::direction`] `d` at the centres of
+/// the pixels, up to rounding to f32; [`View::tolerance`] bounds the effect of that rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     eye: Vector,
@@ -45,7 +44,7 @@ pub struct View {
     height: u32,
 }
 
-/// Where the lines of directions go, linearly over the picture: `origin + x * dx + y * dy`.
+/// The lines of directions as a linear function of the picture: `origin + x * dx + y * dy`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PixelDirections {
     pub(crate) origin: Vector,
@@ -54,13 +53,12 @@ pub(crate) struct PixelDirections {
 }
 
 impl View {
-    /// A view from `eye` along the axes right, up and forward, of `width` times `height` square
-    /// pixels, with half of the picture's height being `half_height` at distance 1 (the tangent of
-    /// half the vertical field of view).
+    /// A view from `eye` along the axes right, up and forward, of `width` times `height` square pixels; half
+    /// the picture's height is `half_height` at distance 1 (the tangent of half the vertical field of view).
     ///
     /// # Errors
-    /// If a number is not finite, the axes are not of unit length and at right angles to 1e-9,
-    /// `half_height` is not positive, or a side of the picture is 0 or more than [`MAX_SIDE`].
+    /// Fails if a number is not finite, the axes are not orthonormal to 1e-9, `half_height` is not positive,
+    /// or a side of the picture is 0 or more than [`MAX_SIDE`].
     ///
     /// ```
     /// use intertri_raster::View;
@@ -94,17 +92,17 @@ impl View {
         Ok(Self { eye: double(eye), right, up, forward, half_width, half_height, width, height })
     }
 
-    /// Pixels in a row.
+    /// The width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// The height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Where the eye is.
+    /// The position of the eye.
     pub fn eye(&self) -> [f64; 3] {
         self.eye
     }
@@ -114,13 +112,13 @@ impl View {
         [self.right, self.up, self.forward]
     }
 
-    /// Half of the picture's height at distance 1.
+    /// Half the picture's height at distance 1.
     pub(crate) fn half_height(&self) -> f64 {
         self.half_height
     }
 
-    /// The line of directions through a point of the picture, in pixels from its top left corner; its part along
-    /// `forward` is 1.
+    /// The line of directions through a point of the picture, in pixels from its top left corner; its
+    /// component along `forward` is 1.
     pub fn direction(&self, x: f64, y: f64) -> [f64; 3] {
         let PixelDirections { origin, dx, dy } = self.pixel_directions();
         add(origin, add(scale(dx, x), scale(dy, y)))
@@ -148,10 +146,10 @@ impl View {
         (1.0 + self.half_width * self.half_width + self.half_height * self.half_height).sqrt()
     }
 
-    /// How far, in pixels, a traced ray and this crate's picture can disagree about where an edge is.
+    /// How far apart, in pixels, a traced ray and this crate's picture can place an edge.
     ///
-    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its directions
-    /// to f32, here the corners of facets are snapped to 2^-16 of a pixel.
+    /// It is the sum of two roundings, derived in `docs/raster.md`: the tracer rounds its directions to f32,
+    /// and here the corners of facets are snapped to 2^-16 of a pixel.
     pub fn tolerance(&self) -> f64 {
         let pixels = f64::from(self.height) / (2.0 * self.half_height);
         let longest = self.longest();
@@ -166,8 +164,8 @@ impl View {
     }
 
     /// A point at `eye + arm` (`weight` 1) or at infinity in the direction `arm` (`weight` 0), in the
-    /// homogeneous coordinates of this picture with a near wall at the view depth `near` and the far
-    /// one at infinity.
+    /// homogeneous coordinates of this picture, with the near wall at the view depth `near` and the far one
+    /// at infinity.
     pub(crate) fn project(&self, arm: Vector, weight: f64, near: f64) -> Point4 {
         let w = self.depth(arm);
         Point4 {
@@ -178,13 +176,13 @@ impl View {
         }
     }
 
-    /// Where a point of the picture is, in pixels from its top left corner.
+    /// The position of a point in the picture, in pixels from its top left corner.
     pub(crate) fn pixel(&self, point: Point4) -> [f64; 2] {
         let half = [self.width, self.height].map(|side| f64::from(side) * 0.5);
         [(1.0 + point.x / point.w) * half[0], (1.0 - point.y / point.w) * half[1]]
     }
 
-    /// [`View::pixel`] in whole parts of a pixel, never outside of the picture. NaN becomes 0.
+    /// [`View::pixel`] in integer fractions of a pixel, clamped to the picture. NaN becomes 0.
     pub(crate) fn snap(&self, point: Point4) -> [i32; 2] {
         let [x, y] = self.pixel(point).map(|x| (x * f64::from(1 << SUBPIXEL_BITS)).round() as i32);
         let limit = |side: u32| (side << SUBPIXEL_BITS) as i32;
@@ -192,16 +190,16 @@ impl View {
     }
 }
 
-/// Why there is no such view.
+/// Why a view is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ViewError {
     /// Width and height are not both between 1 and [`MAX_SIDE`].
     Size(u32, u32),
     /// The eye has a NaN or an infinity.
     Eye,
-    /// The axes are not three unit vectors at right angles.
+    /// The axes are not three orthogonal unit vectors.
     Axes,
-    /// Half of the picture's height (or width) at distance 1 is not between 1e-9 and 1e9.
+    /// Half the picture's height (or width) at distance 1 is not between 1e-9 and 1e9.
     Field(f64),
 }
 

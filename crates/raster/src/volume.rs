@@ -1,4 +1,4 @@
-//! Document C: the volumes of shadow behind the faces, as closed surfaces.
+//! Document C: the shadow volumes behind the faces, as closed surfaces.
 //!
 //! ```text
 //!           * light          Each face throws a volume: all that is behind it as seen from the
@@ -10,14 +10,15 @@
 //!  far a ------- far b
 //! ```
 //!
-//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`).
-//! Its BIG is infinity here: a far point is a direction, `w = 0` in homogeneous coordinates, so no
-//! number is too small for the scene or too large for the arithmetic. For a directional light all far
-//! points are one, the sides are triangles, and the far cap is nothing.
+//! This is the document's quad with its two new vertices in the right order (`docs/documents.md`). Its BIG is
+//! infinity here: a far point is a direction, `w = 0` in homogeneous coordinates, so no number is too small
+//! for the scene or too large for the arithmetic. For a directional light all far points coincide, the sides
+//! are triangles, and there is no far cap.
 //!
-//! A point is in as many volumes as there are faces between it and the light: the surfaces' winding around it. That is
-//! true of every mesh, open, self-intersecting, wound at random, or with many faces at an edge, and it is what a
-//! two-sided shadow ray finds. Faces that are edge-on to the light cast nothing.
+//! A point is in as many volumes as there are faces between it and the light: the winding number of the
+//! surfaces around it. That holds for every mesh, whether open, self-intersecting, inconsistently wound, or
+//! with many faces at an edge, and it is what a two-sided shadow ray finds. Faces that are edge-on to the
+//! light cast nothing.
 
 use std::fmt;
 
@@ -25,14 +26,14 @@ use crate::adjacency::Adjacency;
 use crate::silhouette::{Light, Outline, facing, silhouette};
 use crate::vector::{Vector, add, double, scale, sub};
 
-/// The shadow volumes of a mesh in one light; they do not depend on who looks.
+/// The shadow volumes of a mesh in one light; they do not depend on the view.
 #[derive(Clone, Debug)]
 pub struct Volume<'a> {
     adjacency: &'a Adjacency,
     light: Light,
     facing: Vec<i8>,
     silhouette: Vec<Outline>,
-    /// Where the volume begins behind each point, and in which direction it goes on from there.
+    /// Where the volume begins behind each point, and the direction in which it continues.
     near: Vec<Vector>,
     far: Vec<Vector>,
 }
@@ -41,7 +42,7 @@ impl<'a> Volume<'a> {
     /// The volumes behind all faces of a mesh.
     ///
     /// # Errors
-    /// If the light is not finite, has no direction, or a reach that is not above 0 and at most 1.
+    /// Fails if the light is not finite, has no direction, or has a reach that is not above 0 and at most 1.
     pub fn new(adjacency: &'a Adjacency, light: Light) -> Result<Self, LightError> {
         let finite = |p: [f32; 3]| p.iter().all(|x| x.is_finite());
         let (Light::Point { position: place, reach } | Light::Directional { toward: place, reach }) =
@@ -60,7 +61,7 @@ impl<'a> Volume<'a> {
         let silhouette = silhouette(adjacency, &facing);
         let points = adjacency.points().iter().copied().map(double);
         let (near, far) = match light {
-            // The face itself must keep its bits where the reach is 1.
+            // The face itself must keep its bits if the reach is 1.
             Light::Point { position, reach } => points
                 .map(|p| (p, sub(p, double(position))))
                 .map(|(p, away)| (add(p, scale(away, (1.0 - reach) / reach)), away))
@@ -88,8 +89,8 @@ impl<'a> Volume<'a> {
         &self.silhouette
     }
 
-    /// The face's points in the order in which they run counter-clockwise for the light, and `None`
-    /// for a face that throws no shadow.
+    /// The face's points in counter-clockwise order as seen from the light, and `None` for a face that casts
+    /// no shadow.
     pub(crate) fn cap(&self, face: usize) -> Option<[u32; 3]> {
         let [a, b, c] = self.adjacency.faces()[face];
         match self.facing[face] {
@@ -104,7 +105,7 @@ impl<'a> Volume<'a> {
         self.near[point as usize]
     }
 
-    /// The direction in which it goes on from there.
+    /// The direction in which it continues from there.
     pub(crate) fn far(&self, point: u32) -> Vector {
         self.far[point as usize]
     }

@@ -8,21 +8,21 @@ use crate::vector::{double, sub};
 use crate::view::View;
 use crate::z_buffer::plane;
 
-/// By which part of its distance an edge may lie behind what its pixel shows and still be drawn.
+/// The fraction of its distance by which an edge may lie behind its pixel's surface and still be drawn.
 ///
-/// A pixel's own facet is only known at its centre, and an edge passes by there at up to half a pixel;
-/// on a curved surface the next facet's plane may then lie a little before it.
+/// A pixel's facet is only known at its centre, and an edge passes up to half a pixel away; on a curved
+/// surface the next facet's plane may be slightly in front of it there.
 const SLACK: f64 = 1.0 / 500.0;
 
-/// Which pixels edges of a mesh pass through where they are not hidden by what the view shows of it.
+/// The pixels through which edges of a mesh pass, except where the picture's surfaces hide them.
 ///
 /// `edges` are pairs of indices into [`Adjacency::points`]: all of [`Adjacency::edges`], or a
-/// [`silhouette`](crate::silhouette()) for a light at the eye. An edge is hidden where the plane of the triangle that
-/// its pixel shows is nearer than the edge, there where the edge passes, by more than a five hundredth of the distance.
-/// An edge with a NaN or an infinity is not drawn.
+/// [`silhouette`](crate::silhouette()) for a light at the eye. An edge is hidden if, where it passes, the
+/// plane of the triangle that its pixel shows is nearer than the edge by more than one five-hundredth of the
+/// distance. An edge with a NaN or an infinity is not drawn.
 ///
 /// # Panics
-/// If `hits` has not one entry a pixel, or an edge names a point that is not there.
+/// Panics if `hits` does not have one entry per pixel, or an edge refers to a missing point.
 pub fn wire(
     view: &View,
     hits: &[Hit],
@@ -34,14 +34,14 @@ pub fn wire(
     let directions = view.pixel_directions();
     let mut drawn = vec![false; hits.len()];
     for ends in edges {
-        // Cut the edge down to the picture; z = 0 leaves the sides and w > 0.
+        // Clip the edge to the picture; z = 0 leaves only the sides and w > 0.
         let [a, b] = ends.map(|end| {
             let arm = sub(double(adjacency.points()[end as usize]), view.eye());
             Point4 { z: 0.0, ..view.project(arm, 1.0, 0.0) }
         });
         let Some((a, b)) = clip_edge(a, b) else { continue };
 
-        // One step a pixel along it. On the screen q = 1 / w is linear, as x and y are.
+        // One step per pixel along it. On the screen q = 1 / w is linear, as are x and y.
         let ([ax, ay], [bx, by]) = (view.pixel(a), view.pixel(b));
         let (aq, bq) = (1.0 / a.w, 1.0 / b.w);
         let steps = (bx - ax).abs().max((by - ay).abs()).ceil();
@@ -53,7 +53,7 @@ pub fn wire(
             let (x, y, q) = (ax + t * (bx - ax), ay + t * (by - ay), aq + t * (bq - aq));
             let pixel = (y as usize).min(height - 1) * width + (x as usize).min(width - 1);
 
-            // Is what is shown there in front of the edge?
+            // Is the surface shown there in front of the edge?
             let face = usize::try_from(hits[pixel].triangle).ok();
             let face = face.filter(|&face| face < adjacency.faces().len());
             let plane =

@@ -1,8 +1,8 @@
-//! Document B: which facet a pixel shows. The nearest of those that cover its centre.
+//! Document B: which facet a pixel shows, that is, the nearest of those that cover its centre.
 //!
-//! 1. Every facet is clipped, snapped to parts of a pixel and sorted into bands of rows.
-//! 2. In each band, the rows of each facet become runs of pixels, which its winding number decides in
-//!    whole numbers, and each run keeps the facet where it is nearer than what was there.
+//! 1. Every facet is clipped, snapped to fractions of a pixel and sorted into bands of rows.
+//! 2. In each band, the rows of each facet become runs of pixels, determined by its winding number in
+//! integers, and each run keeps the facet where it is nearer than what was there.
 //! 3. The facet that remains in a pixel becomes a [`Hit`] in f64.
 
 use intertri::internal::Coefficients;
@@ -16,31 +16,30 @@ use crate::threads;
 use crate::vector::{Vector, add, cross, dot, double, sub};
 use crate::view::{PixelDirections, View};
 
-/// How many facets a picture takes.
+/// The most facets of a picture.
 const MAX_FACETS: usize = i32::MAX as usize;
 
 /// What each pixel of a view shows of a set of facets, row by row from the top left.
 ///
-/// A facet is an outline of three or more corners in one plane; convex or concave, wound either way,
-/// and seen from both sides. It covers the pixels whose centres its outline winds around; a centre
-/// exactly on an edge belongs to the facet to its right, or below it, so that facets which share
-/// an edge never both have it and never both leave it. An outline that crosses itself covers what it
-/// winds around a number of times other than zero.
+/// A facet is an outline of three or more corners in one plane, convex or concave, with either winding, and
+/// two-sided. It covers the pixels whose centres its outline winds around. A centre exactly on an edge
+/// belongs to the facet to its right, or below it, so that of two facets that share an edge exactly one has
+/// it. An outline that crosses itself covers the points with a nonzero winding number.
 ///
 /// - `triangle` of a [`Hit`] is the facet's index in the slice.
-/// - `t` is the distance from the eye, which is a ray's `t` for rays of unit length. It belongs to
-///   the facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is
-///   seen, `threshold` being the one of the rays; the smallest `t` owns the pixel, and of equal ones
-///   the lowest facet.
-/// - `u` and `v` are the weights of the second and third corner, of which the facet's plane has
-///   `c1 + u (c2 - c1) + v (c3 - c1)`; for a facet of more corners too.
+/// - `t` is the distance from the eye, which is a ray's `t` for rays of unit length. It belongs to the
+///   facet's plane, and is never nearer or farther than its corners. Only `t > threshold` is visible, where
+///   `threshold` is that of the rays; the smallest `t` owns the pixel, and if several are equal, the lowest
+///   facet.
+/// - `u` and `v` are the weights of the second and third corner: a point of the facet's plane is `c1 + u (c2
+///   - c1) + v (c3 - c1)`, also for a facet with more corners.
 ///
-/// Nothing is seen of a facet with fewer than three corners, with a NaN or an infinity, without area
-/// (the sum of its corners' cross products is 0), or in one plane with the eye. The plane of an
-/// outline that is not flat has its mean normal, through its first corner.
+/// A facet is invisible if it has fewer than three corners, a NaN or an infinity, no area (the sum of its
+/// corners' cross products is 0), or is in one plane with the eye. The plane of an outline that is not flat
+/// has its mean normal, through its first corner.
 ///
 /// # Panics
-/// If there are 2^31 facets or more, or `threshold` is negative, infinite or NaN.
+/// Panics if there are 2^31 facets or more, or `threshold` is negative, infinite or NaN.
 ///
 /// ```
 /// use intertri_raster::{View, facets};
@@ -83,7 +82,7 @@ where
             for (x, hit) in hits.iter_mut().enumerate() {
                 let at = row * buffer.stride + x;
                 let Ok(facet) = usize::try_from(buffer.facet[at]) else { continue };
-                // Neighbouring pixels mostly show one facet.
+                // Neighbouring pixels mostly show the same facet.
                 if last.is_none_or(|(same, _)| same != facet) {
                     last = Some((facet, coefficients(view, facets[facet].as_ref())));
                 }
@@ -99,13 +98,13 @@ where
 /// [`facets`] of triangles.
 ///
 /// # Panics
-/// As [`facets`].
+/// As for [`facets`].
 pub fn triangles(view: &View, triangles: &[Triangle], threshold: f64) -> Vec<Hit> {
     facets::<[[f32; 3]; 3]>(view, bytemuck::cast_slice(triangles), threshold)
 }
 
-/// The depth of a facet, or `None` if it has no area or lies in one plane with the eye. Its normal is
-/// the sum of the cross products over the fan around the first corner, as the reference has it.
+/// The depth of a facet, or `None` if it has no area or is in one plane with the eye. Its normal is the sum
+/// of the cross products over the fan around the first corner, as in the reference.
 pub(crate) fn plane<C>(view: &View, directions: &PixelDirections, corners: C) -> Option<FacetPlane>
 where
     C: IntoIterator<Item = Vector, IntoIter: Clone>,
@@ -140,7 +139,7 @@ fn prepare(
     batch.push(view, outline, tag, || plane(view, directions, corners.iter().copied().map(double)));
 }
 
-/// One band's pixels. Rows are a little longer than the picture, for lanes that stand over.
+/// The pixels of one band. Rows are slightly longer than the picture, to fill the last lanes.
 #[derive(Default)]
 struct Buffer {
     stride: usize,
@@ -174,7 +173,7 @@ impl WithSimd for Draw<'_> {
 
         let top = band as u32 * BAND;
         for (piece, outline, rows) in batches.iter().flat_map(|batch| batch.of_band(band)) {
-            // Only what comes this close can lie before the threshold: t = |d| / q, and |d| >= 1.
+            // Only a facet that comes this close can be in front of the threshold: t = |d| / q, and |d| >= 1.
             let close = piece.plane.hi() * threshold >= 1.0;
             crossings.spans(outline, rows, |y, from, to, _| {
                 let centre = f64::from(y) + 0.5;
@@ -207,7 +206,7 @@ impl WithSimd for Draw<'_> {
     }
 }
 
-/// The centres of a pixel and those after it.
+/// The centres of a pixel and of the following ones.
 #[inline(always)]
 pub(crate) fn centres<D: Lanes<Scalar = f64>>(x: usize) -> D {
     const STEPS: [f64; 16] = {
@@ -233,7 +232,7 @@ fn lengths<D: Lanes<Scalar = f64>>(directions: &PixelDirections, x: D, y: f64) -
     (dx * dx + dy * dy + dz * dz).sqrt()
 }
 
-/// What the weights of a facet's second and third corner are computed from (document D).
+/// The numbers from which the weights of a facet's second and third corner are computed (document D).
 fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
     let first = Triangle([corners[0], corners[1], corners[2]]);
     Coefficients::new(&first, view.eye().map(|x| x as f32))
@@ -243,7 +242,7 @@ fn coefficients(view: &View, corners: &[[f32; 3]]) -> Coefficients {
 fn resolve(view: &View, seen: &Coefficients, facet: usize, q: f64, x: u32, y: u32) -> Hit {
     let (d, long) = view.through(x, y);
     let (u, v) = seen.weights(d);
-    // A facet may begin with three corners in a line.
+    // A facet may begin with three collinear corners.
     let weight = |w: f64| if w.is_finite() { w } else { 0.0 };
     Hit { t: long / q, u: weight(u), v: weight(v), triangle: facet as u32, geometry: 0 }
 }
@@ -299,9 +298,9 @@ mod tests {
 
     #[test]
     fn a_closed_surface_is_crossed_as_often_one_way_as_the_other() {
-        // Tetrahedra anywhere, also around the eye and across its plane: at every pixel the windings
-        // of the four faces, clipped and snapped, add up to the same number, 0 or -1 (the eye is
-        // inside, and only sees faces from behind), or +1 where the tetrahedron is inside out.
+        // Tetrahedra anywhere, also around the eye and across its plane: at every pixel the windings of the
+        // four faces, clipped and snapped, add up to the same number: 0, or -1 (the eye is inside and only
+        // sees back faces), or +1 if the tetrahedron is inside out.
         let view = ahead(40, 40);
         let mut state = 2;
         let mut around = 0;

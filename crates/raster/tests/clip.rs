@@ -1,9 +1,9 @@
-//! Document E against its scalar reference, and what two facets at an edge rely on.
+//! Document E against its scalar reference, and the properties that two facets at an edge rely on.
 
 use intertri_raster::{ALL_WALLS, NO_FAR_WALL, Point4, Scratch, clip_edge, clip_facet, outcode};
 use intertri_reference::clip_edge as reference;
 
-/// Numbers in -1..1, the same every time.
+/// Numbers in -1..1, the same on every run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -13,7 +13,7 @@ impl Numbers {
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A point about the volume, sometimes behind the eye, on a wall, or far away.
+    /// A point near the volume, sometimes behind the eye, on a wall, or far away.
     fn point(&mut self) -> Point4 {
         let w = self.next() + 0.5;
         let [x, y, z] = [(); 3].map(|()| {
@@ -41,7 +41,7 @@ fn edges_are_cut_as_the_reference_cuts_them() {
         kinds[usize::from(visible)] += 1;
         match clip_edge(a, c) {
             None => {
-                // The two may differ by rounding where the edge touches the volume's own edge.
+                // The two may differ by rounding where the edge touches an edge of the volume.
                 let gap = (ra.x - rc.x).abs() + (ra.y - rc.y).abs() + (ra.w - rc.w).abs();
                 assert!(!visible || gap < 1e-9 * (1.0 + ra.x.abs()), "{a:?} {c:?}");
             }
@@ -92,7 +92,7 @@ fn a_facet_behind_the_eye_or_beside_the_volume_is_nowhere() {
     assert!(clip_facet(behind, NO_FAR_WALL, &mut scratch).is_empty());
     let right = behind.map(|p| Point4::new(p.x + 5.0, p.y, 0.0, 1.0));
     assert!(clip_facet(right, ALL_WALLS, &mut scratch).is_empty());
-    // Beyond the far wall, which only one of the two has.
+    // Beyond the far wall, which only one of the two clips against.
     let far = behind.map(|p| Point4::new(p.x * 0.1, p.y * 0.1, 2.0, 1.0));
     assert!(clip_facet(far, ALL_WALLS, &mut scratch).is_empty());
     assert_eq!(clip_facet(far, NO_FAR_WALL, &mut scratch), far);
@@ -113,8 +113,8 @@ fn what_is_left_of_a_facet_is_inside_and_in_its_plane() {
         for p in outline {
             let least = p.boundaries().into_iter().fold(f64::INFINITY, f64::min);
             assert!(least > -1e-12 * size, "{corners:?}: {p:?}");
-            // The determinant of four points of one plane (through the origin of x, y, z, w: the
-            // span of the corners) is 0.
+            // The determinant of four coplanar points (in the hyperplane through the origin of x, y, z, w:
+            // the span of the corners) is 0.
             let rows = [corners[0], corners[1], corners[2], *p].map(|p| [p.x, p.y, p.z, p.w]);
             assert!(det4(rows).abs() < 1e-12 * size.powi(3), "{corners:?}: {p:?}");
         }
@@ -138,8 +138,8 @@ fn det4(m: [[f64; 4]; 4]) -> f64 {
 
 #[test]
 fn two_facets_at_an_edge_cut_it_at_the_same_bits() {
-    // The corners that both outlines have lie on the shared edge; each must be found in both. The
-    // walls' own corners and the corners of one facet alone are in one only.
+    // The corners that both outlines have are on the shared edge; each must be in both. The walls' own
+    // corners, and the corners of one facet only, are in one.
     let mut numbers = Numbers(4);
     let (mut one, mut other) = (Scratch::default(), Scratch::default());
     let mut cut = 0;

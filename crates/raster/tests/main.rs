@@ -1,4 +1,4 @@
-//! Both rasterisers from outside: pictures and shadows against scalar references and rays.
+//! Both rasterizers through their public interface: pictures and shadows against scalar references and rays.
 
 mod clip;
 mod common;

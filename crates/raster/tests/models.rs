@@ -1,4 +1,4 @@
-//! Both eyes on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
+//! Both renderers on whole scenes at 1024 x 768: the z-buffer against rays, volumes against shadow rays.
 
 use crate::common::{rays_of, view_of};
 use intertri::{Hit, Mode, Ray, Threshold};
@@ -8,8 +8,8 @@ use intertri_raster::{
 use intertri_scene::{Light as Lamp, Scene, hit_point, load, shade};
 use intertri_trace::Bvh;
 
-/// Draws and traces a scene, and wants that nothing differs but what the rule excuses; and that this
-/// is next to nothing, or the rule would hide something.
+/// Draws and traces a scene, and checks that only excused differences occur, and that there are almost none;
+/// otherwise the rule might hide something.
 fn check(name: &str, scene: &Scene) {
     let (width, height) = (1024, 768);
     let soup = scene.mesh.to_triangles();
@@ -55,7 +55,7 @@ fn check(name: &str, scene: &Scene) {
         assert!(count(verdicts, Verdict::Excused) < 50, "{name}");
     }
 
-    // The same texture coordinates: but at the borders of texels, colors differ by rounding alone.
+    // With the same texture coordinates, colors differ only by rounding, except at the borders of texels.
     if scene.texture.is_some() {
         let [one, other] = [&drawn, &traced]
             .map(|hits| shade(scene, width, height, hits, &by_rays).unwrap().pixels().to_vec());
@@ -64,7 +64,7 @@ fn check(name: &str, scene: &Scene) {
         assert!(differ < 20, "{name}: {differ}");
     }
 
-    // The rule is no blanket: some rows that are one pixel off are found out.
+    // The rule does not excuse everything: rows that are shifted by one pixel are detected.
     let mut shifted = traced.clone();
     let middle = width as usize * 380..width as usize * 400;
     shifted[middle].rotate_right(1);

@@ -1,4 +1,4 @@
-//! Shadow volumes against brute-force shadow rays, for good meshes and every kind of bad one.
+//! Shadow volumes against brute-force shadow rays, for well-formed meshes and every kind of malformed one.
 
 use crate::common::{Numbers, ball, cuboid, floor, view_of};
 use intertri::{Hit, Mode, Ray, Triangle};
@@ -20,7 +20,7 @@ fn directional(toward: [f32; 3]) -> Light {
     Light::Directional { toward, reach: 1.0 }
 }
 
-/// What a brute-force shadow ray says of every pixel. The shown triangle does not shadow itself.
+/// A brute-force shadow ray's answer for every pixel. The shown triangle does not shadow itself.
 fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bool> {
     let width = view.width() as usize;
     let one = |(i, hit): (usize, &Hit)| {
@@ -49,8 +49,8 @@ fn by_rays(view: &View, hits: &[Hit], soup: &[Triangle], light: Light) -> Vec<bo
     hits.iter().enumerate().map(one).collect()
 }
 
-/// Draws, counts, traces, and wants no difference that the rule does not excuse. Gives back how many
-/// pixels are dark, and how many differ.
+/// Draws, counts, traces, and checks that the rule excuses every difference. Returns how many pixels are
+/// dark, and how many differ.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usize) {
     let view = view_of(camera, SIZE.0, SIZE.1);
     let hits = triangles(&view, soup, THRESHOLD);
@@ -74,7 +74,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], light: Light) -> (usize, usi
     (dark, verdicts.iter().filter(|v| **v != Verdict::Same).count())
 }
 
-/// The lights that the tests use everywhere: near, far, at the eye, behind it, below, and parallel.
+/// The lights used by all tests: near, far, at the eye, behind it, below, and parallel.
 fn lights(camera: &Camera) -> Vec<Light> {
     let mut lights = Vec::new();
     for position in
@@ -83,7 +83,7 @@ fn lights(camera: &Camera) -> Vec<Light> {
         lights.extend([point(position, REACH), point(position, 1.0)]);
     }
     for toward in [[0.3, 1.0, 0.2], [-1.0, 0.4, 0.0], [0.0, 1e-3, 1.0], [0.0, 0.0, -5.0]] {
-        // A way that leads out of the scene.
+        // A vector that leads out of the scene.
         let long = toward.map(|x| 20.0 * x);
         lights.extend([directional(toward), Light::Directional { toward: long, reach: REACH }]);
     }
@@ -94,8 +94,8 @@ fn camera() -> Camera {
     Camera::new([1.2, 1.8, 3.5], [0.0, 0.0, 0.0], Camera::UP, 50.0).unwrap()
 }
 
-/// All lights over one mesh; most of them must find shadow, and no more than `few` pixels, of all
-/// lights together, may need an excuse.
+/// Runs all lights over one mesh; most of them must find shadow, and for all lights together at most `few`
+/// pixels may need an excuse.
 fn all_lights(camera: &Camera, soup: &[Triangle], few: usize) {
     let (mut with_shadow, mut excused) = (0, 0);
     let lights = lights(camera);
@@ -128,7 +128,7 @@ fn boxes_that_touch_and_stand_on_the_floor() {
 
 #[test]
 fn an_open_mesh() {
-    // A ball with a third of its triangles torn out, and single sheets.
+    // A ball with a third of its triangles removed, and single sheets.
     let mut numbers = Numbers(2);
     let mut soup = ball(&mut numbers, 8, 0.1);
     soup.retain(|_| numbers.next() > -0.3);
@@ -139,7 +139,7 @@ fn an_open_mesh() {
 
 #[test]
 fn many_faces_at_an_edge() {
-    // Fins around one axis: 9 triangles with a common edge, and each of them doubled on one side.
+    // Fins around one axis: 9 triangles with a common edge, one side of each duplicated.
     let (top, bottom) = ([0.0, 1.0, 0.0], [0.0, -0.8, 0.0]);
     let mut soup = floor(-1.0, 3.0);
     for i in 0..9 {
@@ -174,7 +174,7 @@ fn a_mesh_that_runs_through_itself() {
     let mut soup = numbers.soup(60, 0.8, 0.8);
     soup.extend(cuboid([-0.9, -0.4, -0.5], [0.3, 0.4, 0.5]));
     soup.extend(cuboid([-0.3, -0.7, -0.2], [0.9, 0.2, 0.8]));
-    // Triangles without area and beyond the numbers do not cast.
+    // Triangles without area or with infinite coordinates do not cast shadows.
     soup.push(Triangle([[0.0; 3], [1.0; 3], [1.0; 3]]));
     soup.push(Triangle([[0.0; 3], [1.0; 3], [2.0; 3]]));
     soup.push(Triangle([[f32::NAN; 3], [1.0; 3], [2.0, 1.0, 0.0]]));
@@ -185,7 +185,7 @@ fn a_mesh_that_runs_through_itself() {
 
 #[test]
 fn the_eye_within_a_shadow() {
-    // Under a table, in a room, and in a ball that is dark all over.
+    // Under a table, in a room, and in a ball that is completely dark.
     let mut room = ball(&mut Numbers(7), 6, 0.0);
     for triangle in &mut room {
         triangle.0 = triangle.0.map(|p| p.map(|x| x * 6.0));
@@ -199,8 +199,8 @@ fn the_eye_within_a_shadow() {
             same_as_rays(&camera, soup, light);
         }
     }
-    // Light from outside falls on the outside of the wall between, which these single sheets show on
-    // their inside too, and on nothing else.
+    // Light from outside falls on the outside of the wall in between, which these single sheets also show on
+    // their inside, and on nothing else.
     let camera = Camera::new([0.3, -0.2, 1.0], [0.0, -0.5, -1.0], Camera::UP, 75.0).unwrap();
     let outside = [20.0, 30.0, 10.0];
     same_as_rays(&camera, &room, point(outside, REACH));
@@ -231,7 +231,7 @@ fn the_light_in_a_mesh_on_a_face_and_at_a_corner() {
             same_as_rays(&camera, &soup, point(place, reach));
         }
     }
-    // From within the box nothing of the floor is lit.
+    // From inside the box, nothing of the floor is lit.
     let (dark, _) = same_as_rays(&camera, &soup, point([0.1, 0.2, 0.0], REACH));
     assert!(dark > 1000, "{dark}");
 }
@@ -255,7 +255,8 @@ fn a_light_along_a_face() {
 
 #[test]
 fn one_sheet_throws_one_shadow_and_none_on_itself() {
-    // From above: the sheet and its shadow on the floor, twice as large from half the height.
+    // From above: the sheet and its shadow on the floor, twice as large because the sheet is at half the
+    // height.
     let mut soup = floor(0.0, 4.0);
     soup.extend(floor(1.0, 0.5));
     let camera = Camera::new([0.0, 6.0, 0.01], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0], 60.0).unwrap();
@@ -288,7 +289,7 @@ fn one_sheet_throws_one_shadow_and_none_on_itself() {
 
 #[test]
 fn a_thousand_volumes_do_not_wrap_a_counter() {
-    // 70,000 sheets over each other: more than 16 bits count, and a multiple of 2^16 is not light.
+    // 70,000 stacked sheets: more than 16 bits count, and a multiple of 2^16 is not light.
     let mut soup = floor(-1.0, 3.0);
     for _ in 0..32_768 {
         soup.extend(floor(0.5, 0.4));
@@ -308,7 +309,7 @@ fn a_thousand_volumes_do_not_wrap_a_counter() {
 
 #[test]
 fn points_are_welded_and_silhouettes_are_the_documents() {
-    // A box whose every triangle has its own corners, some with the other zero.
+    // A box in which every triangle has its own corners, some with negative zeros.
     let mut soup = cuboid([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]);
     for triangle in soup.iter_mut().step_by(2) {
         triangle.0 = triangle.0.map(|p| p.map(|x| if x == 0.0 { -0.0 } else { x }));
@@ -319,8 +320,8 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
         let [one, other] = edge.sides else { panic!("a closed mesh") };
         assert_ne!(one.forward, other.forward, "wound consistently");
     }
-    // Seen along a diagonal the outline has six edges, of the front and of the back: 2 each. They
-    // make one closed way.
+    // Seen along a diagonal the outline has six edges, each of the front and of the back: 2 each. They form
+    // one closed loop.
     let looks = facing(&adjacency, &directional([1.0, 2.0, 3.0]));
     assert_eq!(
         (looks.iter().filter(|f| **f == 1).count(), looks.iter().filter(|f| **f == -1).count()),
@@ -331,7 +332,7 @@ fn points_are_welded_and_silhouettes_are_the_documents() {
     for edge in &outline {
         assert_eq!(outline.iter().filter(|next| next.ends[0] == edge.ends[1]).count(), 1);
     }
-    // The document's own: front faces alone.
+    // The document's own silhouette: only front faces.
     let fronts: Vec<i8> = looks.iter().map(|f| (*f).max(0)).collect();
     let documents = silhouette(&adjacency, &fronts);
     assert!(documents.iter().all(|edge| edge.count == 1));

@@ -27,11 +27,11 @@ fn a_box_shows_nine_of_its_edges() {
     for &ends in &edges {
         let at_back = ends.iter().any(|&end| adjacency.points()[end as usize] == corner);
         let pixels = visible(ends);
-        // A hidden edge still ends at two corners that are seen, or at one.
+        // A hidden edge still ends at two visible corners, or at one.
         assert!(if at_back { pixels <= 2 } else { pixels >= 20 }, "{ends:?}: {pixels}");
     }
 
-    // The silhouette alone: six edges, and all of them seen.
+    // The silhouette alone: six edges, all of them visible.
     let eye = Light::Point { position: camera.eye(), reach: 1.0 };
     let outline = silhouette(&adjacency, &facing(&adjacency, &eye));
     assert_eq!(outline.len(), 6);

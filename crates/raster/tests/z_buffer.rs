@@ -1,4 +1,4 @@
-//! The z-buffer: against document B's reference and the rays, and in every awkward place.
+//! The z-buffer: against document B's reference and rays, and in all awkward cases.
 
 use crate::common;
 use crate::common::{Numbers, ball, floor, rays_of, view_of};
@@ -10,13 +10,13 @@ use intertri_scene::Camera;
 
 const THRESHOLD: f64 = 1e-9;
 
-/// From the origin along -z, 90 degrees high.
+/// A view from the origin along -z with a field of view of 90 degrees.
 fn ahead(width: u32, height: u32) -> View {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
     View::new([0.0; 3], axes, 1.0, width, height).unwrap()
 }
 
-/// Draws, traces by brute force, and wants no difference that the rule does not excuse.
+/// Draws, traces by brute force, and checks that the rule excuses every difference.
 fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> Vec<Hit> {
     let view = view_of(camera, width, height);
     let drawn = triangles(&view, soup, THRESHOLD);
@@ -27,7 +27,7 @@ fn same_as_rays(camera: &Camera, soup: &[Triangle], width: u32, height: u32) -> 
     for (i, verdict) in verdicts.iter().enumerate() {
         assert_ne!(*verdict, Verdict::Unexcused, "pixel {i}: {:?}, {:?}", drawn[i], traced[i]);
         if *verdict == Verdict::Same && drawn[i].is_hit() {
-            // The ray's own f32 rounding changes t by so much of the slope.
+            // The f32 rounding of the ray changes t by this fraction of the slope.
             let [c1, c2, c3] =
                 soup[drawn[i].triangle as usize].0.map(|c| Vector::from(c.map(f64::from)));
             let normal = ((c2 - c1) ^ (c3 - c1)).unit();
@@ -50,7 +50,7 @@ fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
         let mut polygons: Vec<Vec<[f32; 3]>> = Vec::new();
         let mut reference = ZBuffer::new(width as usize, height as usize);
         for facet in 0..12 {
-            // A regular outline in a tilted plane: exactly flat only up to f32, so mind the edges.
+            // A regular outline in a tilted plane, which is flat only up to f32 rounding, so avoid the edges.
             let corners = 3 + numbers.below(9);
             let (z, radius) = (-3.0 - numbers.next(), 0.3 + 0.3 * (numbers.next() + 1.0));
             let (x, y) = (numbers.next() * 1.5, numbers.next());
@@ -81,7 +81,7 @@ fn facets_of_any_number_of_corners_are_where_the_reference_has_them() {
             differing += usize::from(ours != *facet);
         }
     }
-    // The reference snaps nothing: a centre within 2^-17 of an edge may go the other way.
+    // The reference does not snap: a centre within 2^-17 of an edge may be decided differently.
     assert!(seen > 50_000 && differing <= 3, "{differing} of {seen}");
 }
 
@@ -91,7 +91,7 @@ fn random_soups_look_like_their_rays() {
     let mut covered = 0;
     for (count, size) in [(40, 1.0), (300, 0.2), (20, 8.0), (60, 0.01)] {
         let soup = numbers.soup(count, 1.0, size);
-        // From outside, and from within: facets cross the plane of the eye and reach behind it.
+        // From outside, and from inside, where facets cross the plane of the eye and reach behind it.
         for eye in [[2.0, 1.5, 3.0], [0.1, 0.05, -0.2]] {
             let camera = Camera::new(eye, [0.0, 0.3, 0.1], Camera::UP, 70.0).unwrap();
             let drawn = same_as_rays(&camera, &soup, 120, 90);
@@ -123,7 +123,7 @@ fn a_floor_reaches_to_the_horizon_and_below_the_feet() {
     let camera = Camera::new([0.0; 3], [0.3, -0.2, -1.0], Camera::UP, 120.0).unwrap();
     let drawn = same_as_rays(&camera, &soup, 160, 120);
     assert!(drawn[0].triangle == Hit::NO_TRIANGLE && drawn[160 * 119].is_hit());
-    // And one that touches the eye but for a hair.
+    // And one that almost touches the eye.
     let soup = floor(-1e-6, 1.0);
     let drawn = same_as_rays(&camera, &soup, 160, 120);
     assert!(drawn[160 * 119].is_hit());
@@ -141,7 +141,7 @@ fn larger_than_the_picture_and_behind_the_eye() {
 
 #[test]
 fn slivers_and_facets_without_area() {
-    // Needles and caps, and three or two equal corners, among others: as the rays see them.
+    // Needles and caps, and triangles with two or three equal corners, among others, as rays see them.
     let mut numbers = Numbers(9);
     let mut soup = Vec::new();
     for i in 0..200 {
@@ -172,7 +172,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
     assert!(
         triangles(&view, &soup, THRESHOLD).iter().all(|hit| !hit.is_hit() || hit.triangle == 4)
     );
-    // The range of f32 itself.
+    // The limits of f32.
     let big = [a, b, c].map(|p| p.map(|x: f32| x * 1e38));
     assert!(triangles(&view, &[Triangle(big)], THRESHOLD)[16 * 32 + 16].is_hit());
     let small = [a, b, c].map(|p| p.map(|x: f32| x * 1e-38));
@@ -185,7 +185,7 @@ fn what_is_not_finite_or_lies_in_one_plane_with_the_eye_is_not_there() {
 
 #[test]
 fn nothing_is_nearer_than_the_threshold() {
-    // A plane that runs away from just before the eye: what lies before t = 0.5 lets through.
+    // A plane that starts just in front of the eye; the part before t = 0.5 is invisible.
     let slope = Triangle([[-40.0, -0.1, 1.0], [40.0, -0.1, 1.0], [0.0, -0.1, -80.0]]);
     let wall = Triangle([[-90.0, -90.0, -9.0], [90.0, -90.0, -9.0], [0.0, 180.0, -9.0]]);
     let view = ahead(64, 64);
@@ -220,11 +220,11 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
         })
         .collect();
     let hits = facets(&view, &[&outline[..]], THRESHOLD);
-    // A circle of the radius of 50 pixels.
+    // A circle with a radius of 50 pixels.
     let covered = hits.iter().filter(|hit| hit.is_hit()).count() as f64;
     assert!((covered - std::f64::consts::PI * 2500.0).abs() < 40.0, "{covered}");
     for (i, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.is_hit()) {
-        // u and v lead from the first corner to where the line of sight is.
+        // u and v lead from the first corner to the point on the line of sight.
         let d = view.direction((i % 200) as f64 + 0.5, (i / 200) as f64 + 0.5);
         let [c1, c2, c3] = [0, 1, 2].map(|k| outline[k].map(f64::from));
         for k in 0..2 {
@@ -236,7 +236,7 @@ fn a_facet_of_a_thousand_corners_and_its_weights() {
 
 #[test]
 fn a_concave_facet_is_drawn_as_it_is() {
-    // A comb with three teeth, cut by the picture's left and right walls too.
+    // A comb with three teeth, also clipped by the picture's left and right walls.
     let comb: [[f32; 2]; 12] = [
         [-3.01, -1.01],
         [3.01, -1.01],
@@ -283,7 +283,7 @@ fn a_wrong_picture_is_not_excused() {
         verdicts.iter().filter(|v| **v == Verdict::Unexcused).count()
     };
     assert_eq!(count(&good), 0);
-    // A picture shifted by a pixel, one without its nearest triangle, and one of noise.
+    // A picture shifted by one pixel, one without its nearest triangle, and one of noise.
     let mut shifted = good.clone();
     shifted.rotate_right(1);
     assert!(count(&shifted) > 50);

@@ -1,9 +1,8 @@
 //! Plain loops over all triangles, whose answers every faster search must equal.
 //!
-//! A hit counts where [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open
-//! at its far end, so that a `t` of infinity never counts, whatever `t_max` is; a NaN in the interval
-//! refuses everything. With a threshold of 0 or more, a ray or triangle that is not finite is never
-//! hit.
+//! A hit counts if [`Scene::inter_tri`] returns 1 and `t_min <= t < t_max`. The interval is open at its far
+//! end, so that a `t` of infinity never counts, whatever `t_max` is; a NaN in the interval rejects
+//! everything. With a threshold of 0 or more, a ray or triangle that is not finite is never hit.
 
 use alloc::vec::Vec;
 
@@ -13,20 +12,20 @@ impl Scene {
     /// `t`, if the ray hits triangle `obj` with `t_min <= t < t_max`.
     ///
     /// # Panics
-    /// If `obj` is out of bounds.
+    /// Panics if `obj` is out of bounds.
     pub fn hit(&self, obj: usize, ray: &Ray, t_min: f64, t_max: f64) -> Option<f64> {
         let mut t = f64::NAN;
         let inside = self.inter_tri(obj, ray, &mut t) == 1;
         (inside && t_min <= t && t < t_max).then_some(t)
     }
 
-    /// The number and `t` of the triangle with the smallest `t`. Where two have an equal `t`, the one
-    /// with the lower number.
+    /// The number and `t` of the triangle with the smallest `t`. If two have the same `t`, the lower number
+    /// wins.
     pub fn closest(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<(usize, f64)> {
         let mut closest = None;
         let mut t_closest = t_max;
         for obj in 0..self.trian.len() {
-            // Only a smaller t displaces the triangle that came first.
+            // Only a smaller t displaces an earlier triangle.
             if let Some(t) = self.hit(obj, ray, t_min, t_closest) {
                 closest = Some((obj, t));
                 t_closest = t;

@@ -16,17 +16,16 @@
 //! V = AP ^ AB     v = V & PN / den  a division only after a hit
 //! ```
 //!
-//! # Where the document errs
-//! - Its **listing** accepts a negative `T & AP` (there simply called `t`, though it is not yet
-//!   divided). The listing lets only `den > 0` through, so that is a point behind the viewer: a
-//!   triangle in front of the eye is not drawn, and its mirror image behind the eye is. Here the
-//!   test is `> 0`.
-//! - Its **example** puts the triangle at z = 0, into the eye's own plane, where `T & AP` is 0 and
-//!   nothing is drawn with either sign. Put it at z = 1.
+//! # Errors in the document
+//! - Its **listing** accepts a negative `T & AP` (called `t` there, though it is not yet divided). The
+//!   listing requires `den > 0`, so that is a point behind the viewer: a triangle in front of the eye is not
+//!   drawn, and its mirror image behind the eye is. Here the test is `> 0`.
+//! - Its **example** puts the triangle at z = 0, in the plane of the eye, where `T & AP` is 0 and nothing is
+//!   drawn with either sign. Put it at z = 1.
 //!
-//! # What the listing does in odd cases, kept as it is
-//! - The conditions on u and v leave only `den > 0`: **one side** of the triangle is seen, that
-//!   towards which its normal `T` points.
+//! # Edge cases of the listing, kept as they are
+//! - The conditions on u and v imply `den > 0`: only **one side** of the triangle is visible, the one that
+//!   its normal `T` points to.
 //! - The edge opposite A, `u + v = 1`, is **outside**; the other two edges and A are inside.
 //! - NaN is a miss, and so is a triangle without area.
 
@@ -50,7 +49,7 @@ impl Corner {
     }
 }
 
-/// The coefficients that depend on the triangle alone, computed once for a scene.
+/// The coefficients that depend only on the triangle, computed once for a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trig {
     /// The corner A.
@@ -63,7 +62,7 @@ pub struct Trig {
     pub d: Vector,
     /// The coefficients of `t`, a normal of the triangle: `-d`.
     pub t: Vector,
-    /// The first texture coordinate: at A, its growth along AB, its growth along AC.
+    /// The first texture coordinate: its value at A, its growth along AB, its growth along AC.
     pub tu: Vector,
     /// The second texture coordinate, likewise.
     pub tv: Vector,
@@ -85,7 +84,7 @@ pub struct Viewpoint {
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meeting {
-    /// Distance in multiples of the length of the ray's direction; over 0.
+    /// The distance in multiples of the length of the ray's direction; positive.
     pub t: f64,
     /// The weight of B.
     pub u: f64,
@@ -123,10 +122,10 @@ impl Trig {
 }
 
 impl Viewpoint {
-    /// The document's test, corrected, of the ray from this viewpoint along `dir`.
+    /// The document's test, corrected, for the ray from this viewpoint along `dir`.
     ///
-    /// Only the side is seen towards which the normal `AB ^ AC` points: `dir` runs against it. A
-    /// point on AB or AC is a hit; one on BC, the ends included, is not; nor is one at the viewpoint.
+    /// Only the side that the normal `AB ^ AC` points to is visible: `dir` runs against it. A point on AB or
+    /// AC is a hit; a point on BC, including its ends, is not, and neither is one at the viewpoint.
     pub fn inter(&self, dir: Vector) -> Option<Meeting> {
         let u = self.u & dir;
         let v = self.v & dir;
@@ -136,12 +135,11 @@ impl Viewpoint {
     }
 }
 
-/// The document's texture: 256 times the exclusive or of the coordinates' whole parts, rounded
-/// towards 0. As a colour 0xRRGGBB that is a green that repeats every 256 texels, for coordinates
-/// from 0 to 255.
+/// The document's texture: 256 times the exclusive or of the coordinates' integer parts, rounded toward 0. As
+/// a colour 0xRRGGBB that is a green that repeats every 256 texels, for coordinates from 0 to 255.
 ///
-/// Coordinates that no `i32` holds count as the nearest one that does, and NaN as 0; a product that
-/// no `i32` holds loses its high bits.
+/// Coordinates beyond `i32` count as the nearest one in range, and NaN as 0; a product beyond `i32` loses its
+/// high bits.
 pub fn xor_pattern(tx: f64, ty: f64) -> i32 {
     (tx as i32 ^ ty as i32).wrapping_mul(256)
 }

@@ -12,28 +12,28 @@
 //!                   h4
 //! ```
 //!
-//! The point lies inside where the cross product of each side with the way to the point looks the
-//! way that the normal looks. The triangle has two sides: the sign of `nrm & dir` does not matter.
+//! The point is inside if the cross product of each side with the vector to the point has the direction of
+//! the normal. The triangle is two-sided: the sign of `nrm & dir` does not matter.
 //!
-//! # What the document leaves open, and what is chosen here
+//! # What the document leaves open, and the choices made here
 //! - **The length of the normal.** The document only says that triangles are "initialised in a
 //!   special way". Here `nrm` has length 1, so that the parallel test does not depend on the size of
 //!   the triangle. It does depend on the length of `dir`.
-//! - **The value of `Threshold`.** The document gives none. Here it is a field of [`Scene`], by
-//!   default [`THRESHOLD`]. One number serves two purposes: the smallest `|nrm & dir|` that is not
-//!   parallel, and the largest `t` that is still no hit.
+//! - **The value of `Threshold`.** The document gives none. Here it is a field of [`Scene`], by default
+//!   [`THRESHOLD`]. One number serves two purposes: the smallest `|nrm & dir|` that does not count as
+//!   parallel, and the largest `t` that does not count as a hit.
 //!
-//! # What the listing does in odd cases, kept as it is
-//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0
-//!   nothing is parallel: then `t = 0 / 0` is NaN, and the last line refuses it.)
-//! - **A miss leaves `t` changed** if only the edges or the last line refused it; a parallel ray
-//!   leaves `t` alone.
-//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is
-//!   false. It is the last line, `t > Threshold`, that returns 0.
-//! - **Infinity**: there is no upper bound on `t`, so a `t` that overflows to infinity can return 1.
-//!   Where hits are searched ([`closest`](crate::closest)) the interval excludes it. For an infinite
-//!   direction `t` is 0 or NaN, for an infinite origin or vertex it is infinite or NaN: a ray or a
-//!   triangle that is not finite is never hit with a finite `t` (for a threshold of 0 or more).
+//! # Edge cases of the listing, kept as they are
+//! - A triangle **without area** has `nrm = 0` and is parallel to every ray. (With a threshold of 0 nothing
+//!   is parallel; then `t = 0 / 0` is NaN, and the last line rejects it.)
+//! - **A miss leaves `t` changed** if only the edges or the last line rejected it; a parallel ray leaves `t`
+//!   unchanged.
+//! - **NaN passes** the parallel test and all three edge tests, because every comparison with it is false.
+//!   The last line, `t > Threshold`, returns 0.
+//! - **Infinity**: there is no upper bound on `t`, so a `t` that overflows to infinity can return 1. In
+//!   searches for hits ([`closest`](crate::closest)) the interval excludes it. For an infinite direction `t`
+//!   is 0 or NaN; for an infinite origin or vertex it is infinite or NaN. So a ray or a triangle that is not
+//!   finite is never hit with a finite `t` (for a threshold of 0 or more).
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -42,8 +42,8 @@ use crate::vector::Vector;
 
 /// The default of [`Scene::threshold`].
 ///
-/// Far above the rounding of f64 (about 1e-16) in a unit-sized scene and far below its features.
-/// A scene whose distances or directions are of the order of 1e-9 needs a smaller one, 0 included.
+/// Far above the rounding of f64 (about 1e-16) in a unit-sized scene and far below its features. A scene
+/// whose distances or directions are of the order of 1e-9 needs a smaller one, such as 0.
 pub const THRESHOLD: f64 = 1e-9;
 
 /// A half-line: the points `org + dir * t`. `dir` need not have unit length.
@@ -56,13 +56,13 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray from anything that is three numbers.
+    /// A ray from anything that converts to vectors.
     pub fn new(org: impl Into<Vector>, dir: impl Into<Vector>) -> Self {
         Self { org: org.into(), dir: dir.into() }
     }
 }
 
-/// A triangle of the table: three vertex numbers and what is computed once from them.
+/// A triangle of the table: three vertex numbers and the values computed once from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trian {
     /// The first corner, a number in [`Scene::vertx`].
@@ -71,7 +71,7 @@ pub struct Trian {
     pub c2: usize,
     /// The third corner.
     pub c3: usize,
-    /// The normal `h4 ^ h5` divided by its length; zero where the triangle has no area.
+    /// The normal `h4 ^ h5` divided by its length; zero if the triangle has no area.
     pub nrm: Vector,
     /// `c2 - c1`
     pub h4: Vector,
@@ -91,18 +91,18 @@ pub struct Scene {
     pub vertx: Vec<Vector>,
     /// `Trian`: the triangles.
     pub trian: Vec<Trian>,
-    /// `Threshold`: see the [module](self). Any f64 is taken as it is, NaN and negative ones too.
+    /// `Threshold`: see the [module](self). Any f64 is used as it is, even NaN and negative ones.
     pub threshold: f64,
 }
 
-/// A triangle that names a vertex that is not there.
+/// A triangle that names a missing vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IndexOutOfRange {
     /// The number of the triangle, from 0.
     pub triangle: usize,
     /// The vertex that it names.
     pub index: usize,
-    /// How many vertices there are.
+    /// The number of vertices.
     pub vertices: usize,
 }
 
@@ -119,11 +119,10 @@ impl fmt::Display for IndexOutOfRange {
 impl core::error::Error for IndexOutOfRange {}
 
 impl Scene {
-    /// A scene from a vertex table and three vertex numbers a triangle, with the default threshold.
+    /// A scene from a vertex table and three vertex numbers per triangle, with the default threshold.
     ///
     /// # Errors
-    /// If a triangle names a vertex that is not there: the first such triangle and its first such
-    /// vertex.
+    /// If a triangle names a missing vertex: the first such triangle and its first such vertex.
     pub fn new(
         vertx: Vec<Vector>,
         corners: impl IntoIterator<Item = [usize; 3]>,
@@ -139,7 +138,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// A scene from triangles that share nothing: triangle `i` has the vertices `3i`, `3i+1`, `3i+2`.
+    /// A scene from separate triangles: triangle `i` has the vertices `3i`, `3i+1`, `3i+2`.
     pub fn from_triangles(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Self {
         let mut scene = Self { vertx: Vec::new(), trian: Vec::new(), threshold: THRESHOLD };
         for triangle in triangles {
@@ -165,12 +164,12 @@ impl Scene {
 
     /// Whether the ray meets triangle `obj`: 1 or 0. Edges and corners belong to the triangle.
     ///
-    /// `t` becomes the distance to the triangle's plane, in multiples of `|dir|`, whenever the ray
-    /// is not parallel to it, also where the answer is 0; otherwise it stays as it is. Odd cases
-    /// are listed in the [module](self).
+    /// `t` becomes the distance to the triangle's plane, in multiples of `|dir|`, unless the ray is parallel
+    /// to it, even if the result is 0; for a parallel ray it is unchanged. The [module](self) lists edge
+    /// cases.
     ///
     /// # Panics
-    /// If there is no triangle `obj`.
+    /// Panics if there is no triangle `obj`.
     pub fn inter_tri(&self, obj: usize, ray: &Ray, t: &mut f64) -> i32 {
         let tmp = &self.trian[obj];
         let c1 = self.vertx[tmp.c1];
@@ -189,7 +188,7 @@ impl Scene {
         let h1 = ray.org + ray.dir * *t;
         let h2 = h1 - c1;
 
-        // Is that point outside of one of the three edges? Not if it lies on it.
+        // Is that point outside one of the three edges? Not if it lies on it.
         if (tmp.nrm & (tmp.h4 ^ h2)) < 0.0
             || (tmp.nrm & (h2 ^ tmp.h5)) < 0.0
             || (tmp.nrm & (tmp.h6 ^ (h1 - c2))) < 0.0
@@ -205,7 +204,7 @@ impl Scene {
     /// triangle `obj`, so that `c1 + h4 * u + h5 * v = org + dir * t` up to rounding.
     ///
     /// By Cramer's rule (document D, [`crate::cramer`]), without `t`, without the normal's length, and
-    /// without asking whether the point lies inside. The operations, in the order that fixes the bits:
+    /// whether or not the point is inside. The operations, in the order that determines the bits:
     ///
     /// ```text
     /// a = c1 - org
@@ -214,11 +213,11 @@ impl Scene {
     /// v = ((a ^ h4) & dir) / den
     /// ```
     ///
-    /// Infinite or NaN where the ray is parallel to the plane, the triangle has no area, or an
-    /// input is not finite.
+    /// Infinite or NaN if the ray is parallel to the plane, the triangle has no area, or an input is not
+    /// finite.
     ///
     /// # Panics
-    /// If there is no triangle `obj`.
+    /// Panics if there is no triangle `obj`.
     pub fn barycentric(&self, obj: usize, ray: &Ray) -> (f64, f64) {
         let tmp = &self.trian[obj];
         let a = self.vertx[tmp.c1] - ray.org;

@@ -1,4 +1,4 @@
-//! Document C: the silhouette that a light sees, and the volume of shadow behind it.
+//! Document C: the silhouette that a light sees, and the shadow volume behind it.
 //!
 //! ```text
 //!     light                       A face that looks at the light is "front culled", the others are
@@ -11,24 +11,24 @@
 //!    4 --- 3     the edge again, BIG further along the light
 //! ```
 //!
-//! # Where the document errs
-//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the
-//! triangles (index2, index1, index3) and (index4, index3, index1) a quad. They are none: the two
-//! overlap in a quarter of it, leave a quarter uncovered, and wind in opposite directions, so that a
-//! stencil counts them against each other. With the **two new vertices exchanged**, `index3` below
-//! `index2` and `index4` below `index1`, the same index triples, in the same order, are the quad of
-//! the drawing. That is what stands here. Its winding is then the reverse of the front-culled face's
-//! along their common edge, so that lit faces and sides bound one closed, outward-looking volume.
+//! # Errors in the document
+//! It sets `index3 = index1 + BIG * lightdir` and `index4 = index2 + BIG * lightdir` and calls the triangles
+//! (index2, index1, index3) and (index4, index3, index1) a quad. They are not: the two overlap in a quarter
+//! of it, leave a quarter uncovered, and wind in opposite directions, so that a stencil counts them against
+//! each other. With the **two new vertices exchanged**, `index3` below `index2` and `index4` below `index1`,
+//! the same index triples, in the same order, are the quad of the drawing. This file does that. Its winding
+//! is then the reverse of the front-culled face's along their common edge, so that lit faces and sides bound
+//! one closed, outward-facing volume.
 //!
-//! # What the document leaves open, and what is chosen here
+//! # What the document leaves open, and the choices made here
 //! - **A missing neighbour** (an open mesh) counts as back culled, so that the volume stays closed.
-//! - **The light.** `lightdir` is the way that light travels; the test of a face uses the way to the
-//!   light. For a light at a point both differ from vertex to vertex and have unit length here, so
-//!   that BIG is a distance.
+//! - **The light.** `lightdir` is the direction in which light travels; the test of a face uses the direction
+//!   to the light. For a point light both differ from vertex to vertex and have unit length here, so that BIG
+//!   is a distance.
 //! - **Caps and drawing** are only announced in the document. They are not part of this file.
 //!
-//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes
-//! it, and its adjacency table cannot say anything else.
+//! The mesh must be wound consistently and have at most two faces at an edge; the document assumes this, and
+//! its adjacency table cannot express anything else.
 
 use alloc::vec::Vec;
 
@@ -44,7 +44,7 @@ pub enum Light {
 }
 
 impl Light {
-    /// The way from a point to the light, of any length.
+    /// The vector from a point to the light, of any length.
     fn seen_from(self, p: Vector) -> Vector {
         match self {
             Self::Directional(to_light) => to_light,
@@ -53,7 +53,7 @@ impl Light {
     }
 }
 
-/// The document's `ADJ` of one face `[index1, index2, index3]`: its neighbours over the edges
+/// The document's `ADJ` of one face `[index1, index2, index3]`: its neighbours across the edges
 /// index1-index2, index2-index3 and index3-index1; `None` where the mesh is open.
 pub type Adj = [Option<usize>; 3];
 
@@ -73,7 +73,7 @@ pub struct Sides {
 /// light and one without area are front culled; one with a NaN is back culled.
 ///
 /// # Panics
-/// If a face names a vertex that is not there.
+/// Panics if a face names a missing vertex.
 pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec<bool> {
     let front = |&[c1, c2, c3]: &[usize; 3]| {
         let normal = (vertx[c2] - vertx[c1]) ^ (vertx[c3] - vertx[c1]);
@@ -82,11 +82,11 @@ pub fn front_culled(vertx: &[Vector], faces: &[[usize; 3]], light: Light) -> Vec
     faces.iter().map(front).collect()
 }
 
-/// The edges between front-culled faces and back-culled neighbours, face by face, each in the order
-/// in which it stands in the front-culled face.
+/// The edges between front-culled faces and back-culled neighbours, face by face, each in the direction of
+/// the front-culled face.
 ///
 /// # Panics
-/// If `faces`, `adj` and `front` differ in length, or a neighbour is not there.
+/// Panics if `faces`, `adj` and `front` differ in length, or a neighbour is missing.
 pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usize; 2]> {
     assert!(faces.len() == adj.len() && faces.len() == front.len(), "one entry a face");
     let mut edges = Vec::new();
@@ -105,11 +105,11 @@ pub fn silhouette(faces: &[[usize; 3]], adj: &[Adj], front: &[bool]) -> Vec<[usi
 
 /// A quad for each edge of the silhouette, from the edge to `big` behind it.
 ///
-/// `big` is the document's big number: a distance that leaves the scene. An edge that goes through the position of the
-/// light, or runs along the light, makes a quad without area.
+/// `big` is the document's big number: a distance that leaves the scene. An edge through the position of the
+/// light, or along the light, makes a quad without area.
 ///
 /// # Panics
-/// If an edge names a vertex that is not there.
+/// Panics if an edge names a missing vertex.
 pub fn extrude(vertx: &[Vector], edges: &[[usize; 2]], light: Light, big: f64) -> Sides {
     let mut vertx = Vec::from(vertx);
     let mut triangles = Vec::new();

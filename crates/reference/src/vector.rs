@@ -4,8 +4,8 @@ use core::ops::{Add, BitAnd, BitXor, Mul, Sub};
 
 /// A point or a direction. `a & b` is the dot product and `a ^ b` the cross product.
 ///
-/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&`
-/// and `^` bind weaker than `+` and `*` but stronger than `<`, and `&` stronger than `^`, so
+/// Each operation rounds once, in the order in which it is written; nothing is fused. In Rust `&` and `^`
+/// bind more loosely than `+` and `*` but more tightly than `<`, and `&` more tightly than `^`, so
 /// expressions that mix them need the document's brackets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
@@ -23,17 +23,17 @@ impl Vector {
         Self { x, y, z }
     }
 
-    /// The square root of the vector's product with itself.
+    /// The length: the square root of the vector's product with itself.
     #[expect(clippy::eq_op, reason = "`&` is the dot product")]
     pub fn length(self) -> f64 {
         sqrt(self & self)
     }
 
-    /// Length 1 in the same direction: each component divided by the length.
+    /// A vector of length 1 in the same direction: each component divided by the length.
     ///
-    /// A vector whose length is 0, be it by underflow (below 1e-162), stays as it is. One whose
-    /// length overflows (above 1e154) becomes zero. A component that is not finite becomes NaN, and
-    /// a NaN makes all three NaN.
+    /// A vector whose length is 0, even by underflow (below 1e-162), is returned unchanged. One whose length
+    /// overflows (above 1e154) becomes zero. A component that is not finite becomes NaN, and a NaN makes all
+    /// three NaN.
     pub fn unit(self) -> Self {
         let len = self.length();
         if len == 0.0 { self } else { Self::new(self.x / len, self.y / len, self.z / len) }
@@ -131,8 +131,8 @@ pub fn sqrt(x: f64) -> f64 {
         e -= 1;
     }
 
-    // The root of m * 2^54, rounded down, has 54 bits: those of the result and one to round by. The
-    // root is never half way: half way it would be odd, its square too, and m * 2^54 is even.
+    // The root of m * 2^54, rounded down, has 54 bits: those of the result and one to round by. The root is
+    // never exactly halfway: a halfway root would be odd, and so its square, but m * 2^54 is even.
     let root = (u128::from(m) << 54).isqrt() as u64;
     let rounded = (root + 1) >> 1;
 

@@ -1,4 +1,4 @@
-//! Document B: which facet a pixel shows, by the signs of cross products and the smallest depth.
+//! Document B: which facet a pixel shows, from the signs of cross products and the smallest depth.
 //!
 //! ```text
 //!          a2                   v_k = a_(k+1) - a_k    along the outline, closed at its end
@@ -9,29 +9,29 @@
 //!            v3
 //! ```
 //!
-//! Facets are convex and have three vertices or more. Their vertices stand on the screen: x and y in
-//! pixels, z the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
+//! Facets are convex and have three vertices or more. Their vertices are on the screen: x and y in pixels, z
+//! the depth. The pixel in column `n` and row `m` has its centre at `(n + 0.5, m + 0.5)`.
 //!
 //! # What the scan lost, and what is added here
 //! - **The minus signs** of the differences and of `c_kz`. They follow from the document's figure.
-//! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run
-//!   clockwise where y points up (counter-clockwise on a screen whose y grows downward). A picture
-//!   has both, so [`ZBuffer::draw`] mirrors the rule for the others.
-//! - **Facets without area.** For three vertices on a line every `c_kz` is 0 all along that line,
-//!   and for three equal ones everywhere. [`ZBuffer::draw`] leaves such facets out.
-//! - **The depth within a facet**, where its plane meets the pixel's projector. A facet of four or
-//!   more vertices that is not flat gets the plane of its mean normal through its first vertex. The
-//!   nearer a facet is to being seen edge-on, the less its depth can be trusted.
+//! - **The other orientation.** The document's rule, every `c_kz <= 0`, holds for outlines that run clockwise
+//!   if y points up (counter-clockwise on a screen with y downward). A picture has both, so [`ZBuffer::draw`]
+//!   mirrors the rule for the others.
+//! - **Facets without area.** For three collinear vertices every `c_kz` is 0 all along their line, and for
+//!   three equal ones everywhere. [`ZBuffer::draw`] leaves such facets out.
+//! - **The depth within a facet**, where its plane meets the pixel's projector. A facet of four or more
+//!   vertices that is not flat gets the plane of its mean normal through its first vertex. The closer a facet
+//!   is to edge-on, the less accurate its depth.
 //!
-//! A concave facet is drawn only in the part that sees all of its edges from inside; cut it into
-//! convex ones first, as the document does with curved ones.
+//! Only the part of a concave facet that sees all of its edges from inside is drawn; cut it into convex ones
+//! first, as the document does with curved ones.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::vector::Vector;
 
-/// The document's `c_kz` for each vertex of the outline, in its order; z is not looked at.
+/// The document's `c_kz` for each vertex of the outline, in order; z is ignored.
 pub fn turns(outline: &[Vector], p: Vector) -> impl Iterator<Item = f64> {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(move |(&a, &b)| {
@@ -47,31 +47,31 @@ pub fn inside(outline: &[Vector], p: Vector) -> bool {
     turns(outline, p).all(|c| c <= 0.0)
 }
 
-/// A picture that knows for each pixel the nearest facet so far.
+/// A picture that stores the nearest facet so far for each pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZBuffer {
-    /// Pixels in a row.
+    /// The width in pixels.
     pub width: usize,
-    /// Rows.
+    /// The height in pixels.
     pub height: usize,
-    /// The smallest z, row by row; infinity where no facet is.
+    /// The smallest z, row by row; infinity where there is no facet.
     pub depth: Vec<f64>,
-    /// The number of the facet that has it.
+    /// The number of the facet with that z.
     pub facet: Vec<Option<usize>>,
 }
 
 impl ZBuffer {
-    /// A picture of nothing.
+    /// An empty picture.
     pub fn new(width: usize, height: usize) -> Self {
         let pixels = width * height;
         Self { width, height, depth: vec![f64::INFINITY; pixels], facet: vec![None; pixels] }
     }
 
-    /// Draws a convex facet under a number of the caller's choice.
+    /// Draws a convex facet under a number chosen by the caller.
     ///
-    /// A facet owns the pixels whose centres lie in it or on its outline and whose depth is smaller
-    /// than what is there, so of equal depths the first one drawn stays. Depth has no near or far
-    /// limit. Fewer than three vertices, no area, and vertices that are not finite draw nothing.
+    /// A facet owns the pixels whose centres lie in it or on its outline and whose depth is smaller than what
+    /// is there; if depths are equal, the first one drawn stays. Depth has no near or far limit. Facets with
+    /// fewer than three vertices, without area, or with vertices that are not finite are not drawn.
     pub fn draw(&mut self, facet: usize, outline: &[Vector]) {
         let Some((&a1, others)) = outline.split_first() else { return };
 

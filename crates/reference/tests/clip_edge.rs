@@ -1,4 +1,4 @@
-//! Document E: trivial answers, cuts at each wall, walls themselves, and the exact part that is left.
+//! Document E: trivial answers, clipping at each wall, points on walls, and the exact remaining part.
 
 use intertri_reference::clip_edge::{Point4, clip_edge, outcode};
 use proptest::prelude::*;
@@ -55,20 +55,20 @@ fn each_wall_cuts_either_end() {
 
 #[test]
 fn the_second_end_is_cut_from_the_old_first_end() {
-    // Were C computed from the new A, it would come out at 0.625 or so instead of 1.
+    // If C were computed from the new A, it would be about 0.625 instead of 1.
     let (answer, a, c) = clip(p(-3.0, 0.0, 0.0, 1.0), p(5.0, 0.0, 0.0, 1.0));
     assert_eq!((answer, a.x, c.x), (1, -1.0, 1.0));
-    // And with A inside, where nothing is put aside, A must stay.
+    // If A is inside, nothing is stored in the temporary, and A must stay.
     let a = p(0.5, 0.5, 0.5, 1.0);
     assert_eq!(clip(a, p(0.5, 0.5, 2.5, 1.0)), (1, a, p(0.5, 0.5, 1.0, 1.0)));
 }
 
 #[test]
 fn past_a_corner_of_the_volume_the_interval_closes_early() {
-    // Outside of x on one end and of y on the other, passing the corner (1, 1) outside.
+    // One end is outside in x and the other in y, and the edge passes the corner (1, 1) outside.
     let (a, c) = (p(3.0, 0.0, 0.0, 1.0), p(0.0, 3.0, 0.0, 1.0));
     assert_eq!(clip(a, c), (0, a, c));
-    // Through the corner itself: one point is left.
+    // Through the corner itself: one point remains.
     let (answer, a, c) = clip(p(2.0, 0.0, 0.0, 1.0), p(0.0, 2.0, 0.0, 1.0));
     assert_eq!((answer, a, c), (1, p(1.0, 1.0, 0.0, 1.0), p(1.0, 1.0, 0.0, 1.0)));
 }
@@ -90,7 +90,7 @@ fn an_edge_through_the_eyes_plane_loses_what_is_behind() {
     let (a, c) = (p(0.0, 0.0, 0.5, 1.0), p(0.0, 0.0, 0.5, -1.0));
     assert_eq!(clip(a, c), (1, a, p(0.0, 0.0, 0.5, 0.5)));
     assert_eq!(clip(c, a), (1, p(0.0, 0.0, 0.5, 0.5), a));
-    // Wholly behind, and the point without a place.
+    // Entirely behind, and the point without a position.
     assert_eq!(clip(p(0.1, 0.0, 0.0, -1.0), p(0.0, 0.2, 0.0, -3.0)).0, 0);
     assert_eq!(clip(p(0.0, 0.0, 0.0, 0.0), p(0.0, 0.0, 0.0, 0.0)).0, 0);
 }
@@ -124,14 +124,14 @@ fn depth_inside(a: Point4, c: Point4, t: f64) -> f64 {
 }
 
 proptest! {
-    // The same cases every time.
+    // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// The remaining part is inside, and the part cut off is outside: walks along the edge.
+    /// The remaining part is inside, and the rest outside: walks along the edge.
     #[test]
     fn the_part_that_is_left_is_the_part_inside(a in point(), c in point()) {
         let (answer, new_a, new_c) = clip(a, c);
-        // Where along the old edge is a point? By its longest coordinate.
+        // The position of a point along the old edge, from its longest coordinate.
         let parts = |q: Point4| [q.x - a.x, q.y - a.y, q.z - a.z, q.w - a.w];
         let whole = parts(c);
         let longest = (0..4).max_by(|&i, &j| whole[i].abs().total_cmp(&whole[j].abs())).unwrap();
@@ -147,14 +147,14 @@ proptest! {
                 prop_assert!(depth < 1e-12, "cut at {t}: {depth}");
             }
         }
-        // An end that was inside has not moved by a bit.
+        // An end that was inside has not changed by a bit.
         if answer == 1 {
             prop_assert!(depth_inside(a, c, 0.0) <= 0.0 || new_a == a);
             prop_assert!(depth_inside(a, c, 1.0) <= 0.0 || new_c == c);
         }
     }
 
-    /// The other direction is the same part.
+    /// The opposite direction gives the same part.
     #[test]
     fn direction_does_not_matter(a in point(), c in point()) {
         let (one, a1, c1) = clip(a, c);

@@ -2,7 +2,7 @@
 
 use intertri_reference::{Ray, Scene};
 
-/// Layers at the given heights, each over the ray of `ray`.
+/// Layers at the given heights, all met by the ray of `ray`.
 fn layers(heights: &[f32]) -> Scene {
     Scene::from_triangles(heights.iter().map(|&z| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]]))
 }

@@ -1,4 +1,4 @@
-//! Document A: the ordinary answers, and each odd case that its page lists.
+//! Document A: the ordinary answers, and each edge case that its page lists.
 
 use intertri_reference::{IndexOutOfRange, Ray, Scene, THRESHOLD, Vector};
 use proptest::prelude::*;
@@ -14,7 +14,7 @@ fn down(x: f64, y: f64) -> Ray {
     Ray::new([x, y, 0.0], [0.0, 0.0, 1.0])
 }
 
-/// What `inter_tri` returns, and what it leaves in a `t` that was 42.
+/// The result of `inter_tri`, and the value of a `t` that was 42 before.
 fn ask(scene: &Scene, ray: &Ray) -> (i32, f64) {
     let mut t = 42.0;
     (scene.inter_tri(0, ray, &mut t), t)
@@ -68,12 +68,12 @@ fn threshold_is_open_for_parallel_and_for_t() {
     assert_eq!(with_dz(-THRESHOLD), (0, 5.0 / -THRESHOLD));
     assert_eq!(with_dz(THRESHOLD.next_down()), (0, 42.0));
     assert_eq!(with_dz(-THRESHOLD.next_down()), (0, 42.0));
-    // t equal to the threshold is no hit; the next larger one is.
+    // t equal to the threshold is not a hit; the next larger one is.
     let plane = Scene::from_triangles([TRIANGLE.map(|[x, y, _]| [x, y, 0.0])]);
     let from = |z: f64| ask(&plane, &Ray::new([0.25, 0.25, z], [0.0, 0.0, 1.0])).0;
     assert_eq!(from(-THRESHOLD), 0);
     assert_eq!(from(-THRESHOLD.next_up()), 1);
-    // The normal has unit length: the size of a triangle does not make it parallel.
+    // The normal has unit length, so a triangle's size does not make it parallel.
     let tiny = Scene::from_triangles([TRIANGLE.map(|[x, y, z]| [x * 1e-20, y * 1e-20, z])]);
     assert_eq!(ask(&tiny, &down(1e-21, 1e-21)), (1, 5.0));
 }
@@ -87,7 +87,7 @@ fn without_area_is_parallel_to_everything() {
         let scene = Scene::from_triangles([triangle]);
         assert_eq!(scene.trian[0].nrm, Vector::default());
         assert_eq!(ask(&scene, &down(0.0, 0.0)), (0, 42.0), "{triangle:?}");
-        // Nothing is parallel with a threshold of 0: the last line refuses t = NaN.
+        // With a threshold of 0 nothing is parallel: the last line rejects t = NaN.
         let (answer, t) = ask(&scene.with_threshold(0.0), &down(0.0, 0.0));
         assert!(answer == 0 && t.is_nan(), "{triangle:?}");
     }
@@ -108,13 +108,13 @@ fn nan_passes_every_test_but_the_last() {
         let (answer, t) = ask(&Scene::from_triangles([triangle]), &down(0.25, 0.25));
         assert!(answer == 0 && t.is_nan(), "NaN in input {i} of the triangle");
     }
-    // The edge tests do let NaN through: with a finite t, only they could refuse this point.
+    // The edge tests do let NaN through: with a finite t, only they could reject this point.
     let mut broken = scene();
     broken.trian[0].h4.x = f64::NAN;
     broken.trian[0].h5.x = f64::NAN;
     broken.trian[0].h6.x = f64::NAN;
     assert_eq!(ask(&broken, &down(7.0, 7.0)), (1, 5.0));
-    // A NaN threshold refuses everything, but late.
+    // A NaN threshold rejects everything, but late.
     assert_eq!(ask(&scene().with_threshold(f64::NAN), &down(0.25, 0.25)), (0, 5.0));
 }
 
@@ -170,10 +170,10 @@ fn an_index_out_of_range_is_an_error_that_says_where() {
 }
 
 proptest! {
-    // The same cases every time.
+    // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// u and v say the same point as t, for the plane as a whole.
+    /// u, v and t describe the same point, for the whole plane.
     #[test]
     fn barycentric_weights_rebuild_the_point(
         c in prop::array::uniform9(-1.0f32..1.0),
@@ -192,7 +192,7 @@ proptest! {
         prop_assert!((there - here).length() < 1e-8 * (1.0 + here.length()), "{here:?} {there:?}");
     }
 
-    /// The weights of a point that is known.
+    /// The weights of a known point.
     #[test]
     fn barycentric_weights_are_those_of_the_aim(u in 0.0f64..1.0, v in 0.0f64..1.0, flip: bool) {
         let scene = scene();

@@ -1,4 +1,4 @@
-//! The five documents, each by its examples and where it errs.
+//! The five documents: their examples, and their errors.
 
 mod clip_edge;
 mod closest;

@@ -26,7 +26,7 @@ fn at(vertx: &[Vector], triangle: [usize; 3]) -> [Vector; 3] {
     triangle.map(|index| vertx[index])
 }
 
-/// Sides, the lit faces as one cap, and their images at the far end, turned over, as the other.
+/// The sides, the lit faces as one cap, and their images at the far end, reversed, as the other.
 fn closed(
     vertx: &[Vector],
     faces: &[[usize; 3]],
@@ -52,7 +52,7 @@ fn closed(
     (edges.len(), volume)
 }
 
-/// How often each directed edge occurs, less its reverse; empty for a closed surface.
+/// How often each directed edge occurs, minus its reverse; empty for a closed surface.
 fn open_edges(volume: &[[Vector; 3]]) -> usize {
     let key = |p: Vector| <[f64; 3]>::from(p).map(f64::to_bits);
     let mut count = BTreeMap::new();
@@ -65,7 +65,7 @@ fn open_edges(volume: &[[Vector; 3]]) -> usize {
     count.values().filter(|n| **n != 0).count()
 }
 
-/// By the divergence theorem; positive where the surface looks outward.
+/// The volume, by the divergence theorem; positive if the surface faces outward.
 fn contents(volume: &[[Vector; 3]]) -> f64 {
     volume.iter().map(|&[a, b, c]| (a & (b ^ c)) / 6.0).sum()
 }
@@ -75,7 +75,7 @@ fn a_directional_light_on_a_cube() {
     let (vertx, faces) = cube();
     assert_eq!(faces.len(), 12);
     let lit_from = |x, y, z| Light::Directional(Vector::new(x, y, z));
-    // Onto the top alone: its two triangles and four edges; the upright faces are edge-on (0 >= 0).
+    // Light on the top only: its two triangles and four edges; the vertical faces are edge-on (0 >= 0).
     let front = front_culled(&vertx, &faces, lit_from(0.0, 0.0, 1.0));
     assert_eq!(front.iter().filter(|front| **front).count(), 10);
     // From a general direction: three sides, six edges.
@@ -91,7 +91,7 @@ fn edges_keep_the_order_of_the_front_culled_face() {
     let adj = [[None, Some(1), None], [Some(0), None, None]];
     assert_eq!(silhouette(&faces, &adj, &[true, false]), [[0, 1], [1, 2], [2, 0]]);
     assert_eq!(silhouette(&faces, &adj, &[false, true]), [[2, 1], [1, 3], [3, 2]]);
-    // A missing neighbour is back culled; a present front-culled one is not.
+    // A missing neighbour counts as back culled; a present front-culled one does not.
     assert_eq!(silhouette(&faces, &adj, &[true, true]), [[0, 1], [2, 0], [1, 3], [3, 2]]);
     assert_eq!(silhouette(&faces, &adj, &[false, false]), [[0; 2]; 0]);
 }
@@ -111,7 +111,7 @@ fn volumes_are_closed_and_look_outward() {
     ] {
         for faces in [&faces, &open, &single] {
             let light = match light {
-                // A length of 1 makes the test's own far ends those of `extrude`, bit for bit.
+                // With a length of 1 the test's own far ends are those of `extrude`, bit for bit.
                 Light::Directional(to_light) => Light::Directional(to_light.unit()),
                 place @ Light::Point(_) => place,
             };
@@ -124,26 +124,26 @@ fn volumes_are_closed_and_look_outward() {
             assert!(contents(&volume) >= 0.0, "{light:?}, {} faces", faces.len());
         }
     }
-    // A square of 2 by 2 drawn out by 100, from the two top faces.
+    // A square of 2 by 2 extruded by 100, from the two top faces.
     let top: Vec<_> = faces[2..4].to_vec();
     let (edges, volume) =
         closed(&vertx, &top, Light::Directional(Vector::new(0.0, 0.0, 1.0)), 100.0);
     assert_eq!((edges, volume.len()), (4, 12));
     assert!((contents(&volume) - 400.0).abs() < 1e-9);
-    // A light inside the cube sees no front: no volume at all.
+    // A light inside the cube sees no front, so there is no volume.
     let inside = Light::Point(Vector::new(0.1, 0.2, 0.3));
     assert!(closed(&vertx, &faces, inside, 100.0).1.is_empty());
 }
 
 #[test]
 fn the_documents_vertices_would_make_no_quad() {
-    // The edge from (0, 0, 0) to (1, 0, 0), light from above, drawn out by 1.
+    // The edge from (0, 0, 0) to (1, 0, 0), with light from above, extruded by 1.
     let vertx = [Vector::default(), Vector::new(1.0, 0.0, 0.0)];
     let light = Light::Directional(Vector::new(0.0, 0.0, 1.0));
     let area = |[a, b, c]: [Vector; 3]| ((b - a) ^ (c - a)).y / 2.0;
 
-    // As it stands: index3 from index1 and index4 from index2. The halves wind against each other,
-    // and the point beside the edge from index2 to index4 is in neither.
+    // As in the document: index3 from index1 and index4 from index2. The halves wind in opposite directions,
+    // and the point next to the edge from index2 to index4 is in neither.
     let listed = [vertx[0], vertx[1], Vector::new(0.0, 0.0, -1.0), Vector::new(1.0, 0.0, -1.0)];
     let (first, second) = (at(&listed, [1, 0, 2]), at(&listed, [3, 2, 0]));
     assert_eq!(area(first), -area(second));
@@ -154,7 +154,7 @@ fn the_documents_vertices_would_make_no_quad() {
     };
     assert!(!contains(first) && !contains(second));
 
-    // With the new vertices exchanged the same triples are the quad.
+    // With the new vertices exchanged, the same triples form the quad.
     let sides = extrude(&vertx, &[[0, 1]], light, 1.0);
     assert_eq!(sides.triangles, [[1, 0, 2], [3, 2, 0]]);
     assert_eq!(sides.vertx[2..], [listed[3], listed[2]]);
@@ -169,7 +169,7 @@ fn odd_lights() {
     // NaN: nothing is front culled, so there is nothing to draw.
     let nan = Light::Directional(Vector::new(f64::NAN, 0.0, 0.0));
     assert!(front_culled(&vertx, &faces, nan).iter().all(|front| !front));
-    // At a vertex: the edge's end stays where it is.
+    // At a vertex: the edge's end stays in place.
     let sides = extrude(&vertx, &[[0, 1]], Light::Point(vertx[0]), 10.0);
     assert_eq!(sides.vertx[9], vertx[0]);
     assert_eq!(sides.vertx[8], Vector::new(11.0, -1.0, -1.0));

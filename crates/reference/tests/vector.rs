@@ -20,7 +20,7 @@ fn operators_are_the_documents() {
 fn dot_is_summed_from_left_to_right_without_fusing() {
     let a = Vector::new(1.0, 1e16, -1e16);
     assert_eq!(a & Vector::new(1.0, 1.0, 1.0), 0.0, "not 1: the 1 is lost in 1e16 first");
-    // 1 + 2^-30 squared ends in 2^-60, which rounding drops; a fused product would keep it.
+    // The square of 1 + 2^-30 ends in 2^-60, which rounding drops; a fused product would keep it.
     let e = 1.0 + f64::powi(2.0, -30);
     assert_eq!(Vector::new(-(e * e), e, 0.0) & Vector::new(1.0, e, 0.0), 0.0);
     assert_eq!((Vector::new(e, e, 0.0) ^ Vector::new(e, e, 0.0)).z, 0.0);
@@ -44,7 +44,7 @@ fn unit_vectors_at_the_ends_of_the_range() {
 #[track_caller]
 fn check_sqrt(x: f64) {
     let (ours, std) = (sqrt(x), x.sqrt());
-    // The sign and payload of a NaN are nobody's promise.
+    // The sign and payload of a NaN are unspecified.
     assert!(
         ours.to_bits() == std.to_bits() || (ours.is_nan() && std.is_nan()),
         "sqrt({x:e}) is {ours:e}, not {std:e}"
@@ -71,10 +71,10 @@ fn sqrt_of_random_bits_and_around_squares() {
     };
     for _ in 0..1_000_000 {
         let bits = random();
-        // Any double at all, and any subnormal.
+        // Any double, and any subnormal.
         check_sqrt(f64::from_bits(bits));
         check_sqrt(f64::from_bits(bits >> 12));
-        // Squares and their neighbours, where rounding is tightest.
+        // Squares and their neighbours, where rounding is hardest.
         let root = f64::from_bits(bits >> 12 | 1023 << 52);
         let square = (root * root).to_bits();
         for neighbour in square - 1..=square + 1 {

@@ -1,4 +1,4 @@
-//! Document B: the inside test in both orientations, any number of vertices, depth, and bad facets.
+//! Document B: the inside test in both orientations, any number of vertices, depth, and degenerate facets.
 
 use intertri_reference::z_buffer::{ZBuffer, inside, turns};
 use intertri_reference::{Ray, Scene, Vector};
@@ -9,7 +9,7 @@ fn v(x: f64, y: f64, z: f64) -> Vector {
     Vector::new(x, y, z)
 }
 
-/// A regular outline of `n` vertices that runs clockwise where y points up.
+/// A regular outline of `n` vertices, clockwise if y points up.
 fn round(n: usize, x: f64, y: f64, radius: f64) -> Vec<Vector> {
     let turn = |k| -std::f64::consts::TAU * f64::from(k) / n as f64;
     (0..n as i32).map(|k| v(x + radius * turn(k).cos(), y + radius * turn(k).sin(), 1.0)).collect()
@@ -84,7 +84,7 @@ fn nearest_wins_and_the_first_of_equals_stays() {
 
 #[test]
 fn crossing_facets_split_the_picture_where_they_cross() {
-    // One rises from 0 to 10 over 10 columns, the other falls: they cross at x = 5.
+    // One rises from 0 to 10 over 10 columns, the other falls; they cross at x = 5.
     let rising = [v(0.0, 0.0, 0.0), v(10.0, 0.0, 10.0), v(10.0, 1.0, 10.0), v(0.0, 1.0, 0.0)];
     let falling = rising.map(|p| v(p.x, p.y, 10.0 - p.z));
     let buffer = draw(10, 1, &[&rising, &falling]);
@@ -111,15 +111,15 @@ fn without_area_or_not_finite_draws_nothing() {
             assert_eq!(draw(5, 5, &[&[b, c, v(0.0, 2.0, 1.0), p]]), nothing, "{p:?}");
         }
     }
-    // A repeated vertex takes nothing away.
+    // A repeated vertex changes nothing.
     assert_eq!(draw(5, 5, &[&[a, a, b, c]]), draw(5, 5, &[&[a, b, c]]));
 }
 
 proptest! {
-    // The same cases every time.
+    // The same cases on every run.
     #![proptest_config(ProptestConfig { cases: 2000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Documents A and B see the same: rays along z through the pixel centres.
+    /// Documents A and B agree: rays along z through the pixel centres.
     #[test]
     fn agrees_with_inter_tri(c in prop::collection::vec(prop::array::uniform3(0.0f32..12.0), 3..=24)) {
         let triangles: Vec<[[f32; 3]; 3]> = c.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
@@ -131,7 +131,7 @@ proptest! {
         for m in 0..12 {
             for n in 0..12 {
                 let p = v(n as f64 + 0.5, m as f64 + 0.5, -1.0);
-                // Rounding may decide where a centre is on an outline or a facet nearly edge-on.
+                // Rounding may decide if a centre is on an outline or a facet is nearly edge-on.
                 let close = triangles.iter().any(|triangle| {
                     turns(&triangle.map(Vector::from), p).any(|c| c.abs() < 1e-6)
                 });

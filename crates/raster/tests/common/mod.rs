@@ -1,10 +1,10 @@
-//! What the tests share: views and their rays, random numbers, and shapes.
+//! Shared by the tests: views and their rays, random numbers, and shapes.
 
 use intertri::{Ray, Triangle};
 use intertri_raster::View;
 use intertri_scene::Camera;
 
-/// A view that looks where a camera looks.
+/// A view with the position and direction of a camera.
 pub(crate) fn view_of(camera: &Camera, width: u32, height: u32) -> View {
     View::new(camera.eye(), camera.axes(), camera.half_height(), width, height).unwrap()
 }
@@ -15,28 +15,28 @@ pub(crate) fn rays_of(camera: &Camera, width: u32, height: u32) -> Vec<Ray> {
     (0..height).flat_map(row).collect()
 }
 
-/// Numbers that are the same every time.
+/// Numbers that are the same on every run.
 pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
-    /// In -1..1.
+    /// A number in -1..1.
     pub(crate) fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 
-    /// A whole number below a limit.
+    /// An integer below a limit.
     pub(crate) fn below(&mut self, limit: usize) -> usize {
         ((self.next() + 1.0) * 0.5 * limit as f64) as usize
     }
 
-    /// A point in a cube of half the side `size` about the origin.
+    /// A point in a cube with half the side `size` around the origin.
     pub(crate) fn point(&mut self, size: f64) -> [f32; 3] {
         [(); 3].map(|()| (self.next() * size) as f32)
     }
 
-    /// Triangles of about a size, anywhere in a cube.
+    /// Triangles of about a given size, anywhere in a cube.
     pub(crate) fn soup(&mut self, count: usize, cube: f64, size: f64) -> Vec<Triangle> {
         let triangle = |_| {
             let place = self.point(cube);
@@ -50,8 +50,8 @@ pub(crate) fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points move in and out by
-/// up to `rough` of their distance, wound outward.
+/// A closed surface around the origin: a sphere of `n` by `2 n` cells whose points are moved in or out by up
+/// to `rough` of their distance, with outward winding.
 pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle> {
     let pi = std::f64::consts::PI;
     let mut ring = |i: usize| -> Vec<[f32; 3]> {
@@ -83,7 +83,7 @@ pub(crate) fn ball(numbers: &mut Numbers, n: usize, rough: f64) -> Vec<Triangle>
     triangles
 }
 
-/// A box from corner to corner, 12 triangles.
+/// A box between two corners, of 12 triangles.
 pub(crate) fn cuboid(min: [f32; 3], max: [f32; 3]) -> Vec<Triangle> {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 1 { max[axis] } else { min[axis] };

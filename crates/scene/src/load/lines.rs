@@ -24,8 +24,8 @@ impl<R: BufRead> Lines<R> {
         Self { input, line: Vec::new(), end: LineEnd::default(), number: 0 }
     }
 
-    /// The lines of a text whose lines all end in a carriage return; a line feed after one belongs to the
-    /// next line.
+    /// The lines of a text whose lines all end in a carriage return; a line feed after one is not part of the
+    /// line's end.
     pub(super) fn of_returns(input: R) -> Self {
         Self { end: LineEnd::Return, ..Self::new(input) }
     }
