@@ -1,4 +1,5 @@
-//! Which of a million points a mesh holds, and so its volume: `cargo run --release --example contains`.
+//! Counts how many of a million points are inside a mesh, and estimates its volume: `cargo run --release
+//! --example contains`.
 
 use std::f32::consts::TAU;
 use std::time::Instant;
@@ -9,7 +10,7 @@ use intertri_trace::{Containment, Solid, SolidError};
 /// A torus about the y axis, its corners counter-clockwise as seen from outside.
 fn torus(around: usize, across: usize, large: f32, small: f32) -> Vec<Triangle> {
     let corner = |i: usize, j: usize| {
-        // The last ring is the first, to the bit, so that the mesh is closed.
+        // The last ring equals the first, bit for bit, so that the mesh is closed.
         let (i, j) = ((i % around) as f32, (j % across) as f32);
         let (a, b) = (i / around as f32 * TAU, j / across as f32 * TAU);
         let radius = large + small * b.cos();
@@ -27,7 +28,7 @@ fn main() -> Result<(), SolidError> {
     let mesh = torus(512, 256, 2.0, 0.75);
     let solid = Solid::new(&mesh)?;
 
-    // A grid of points over the box around it.
+    // A grid of points in the box around the torus.
     let at = |i: usize, cells: usize, size: f32| ((i as f32 + 0.5) / cells as f32 - 0.5) * size;
     let point =
         |i: usize| [at(i % 128, 128, 6.0), at(i / 128 % 64, 64, 2.0), at(i / 8192, 128, 6.0)];
@@ -44,7 +45,7 @@ fn main() -> Result<(), SolidError> {
     println!("a volume of {volume:.2}, of a true torus {exact:.2}");
     assert!((volume / exact - 1.0).abs() < 0.01);
 
-    // Exactly: a vertex lies on the surface, and one step of f32 away from the axis it is outside.
+    // The test is exact: a vertex lies on the surface, and one step of f32 away from the axis is outside.
     let [x, y, z] = mesh[0].0[0];
     assert_eq!(solid.classify([x, y, z]), Containment::Surface);
     assert_eq!(solid.classify([x.next_up(), y, z]), Containment::Outside);

@@ -6,7 +6,7 @@ use intertri::Ray;
 use intertri_trace::{BuildError, Bvh};
 
 fn main() -> Result<(), BuildError> {
-    // A sea of waves: positions, and three indices a triangle.
+    // A wavy sea: positions, and three indices per triangle.
     let side = 257_u32;
     let wave = |x: u32, z: u32| {
         let (x, z) = (x as f32 / 16.0, z as f32 / 16.0);
@@ -32,7 +32,7 @@ fn main() -> Result<(), BuildError> {
     println!("{} triangles, {} rays, {seen} hits", sea.len(), rays.len());
     println!("{:.1} million rays a second", rays.len() as f64 / seconds * 1e-6);
 
-    // The same as asking one by one.
+    // A single query gives the same answer.
     assert_eq!(hits[600_000].some(), sea.closest(&rays[600_000]));
     Ok(())
 }

@@ -1,11 +1,12 @@
-//! A mesh that moves: refitted each frame, built anew where it has worn: `cargo run --release --example moving_mesh`.
+//! A moving mesh: refitted each frame, and rebuilt once it is worn: `cargo run --release --example
+//! moving_mesh`.
 
 use std::time::Instant;
 
 use intertri::{Hit, Ray, Triangle};
 use intertri_trace::Bvh;
 
-/// A column of squares that is twisted the more, the later it is.
+/// A column of squares that twists more and more with time.
 fn column(turn: f32) -> Vec<Triangle> {
     let (around, up) = (200, 200);
     let corner = |i: usize, j: usize| {
@@ -49,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             traced * 1e3
         );
 
-        // The answers are those of a new tree, however worn it is; but a new one may be worth it.
+        // The answers are those of a new tree, however worn it is; but a new one may be faster.
         if refit.is_worn() {
             let anew = Bvh::new(&triangles)?;
             assert_eq!(anew.closest(&rays[99_000]), hits[99_000].some());

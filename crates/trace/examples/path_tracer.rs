@@ -1,6 +1,8 @@
-//! A closed room, a ball and a lamp, by path tracing: `cargo run --release --example path_tracer [picture.ppm]`.
+//! A path tracer for a closed room with a ball and a lamp: `cargo run --release --example path_tracer
+//! [picture.ppm]`.
 //!
-//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments to the lamp.
+//! All paths are traced together, bounce by bounce: one batch of rays, then one batch of segments to the
+//! lamp.
 
 use std::error::Error;
 use std::f32::consts::PI;
@@ -27,7 +29,7 @@ fn dot(a: V, b: V) -> f32 {
 fn unit(a: V) -> V {
     a.map(|x| x / dot(a, a).sqrt())
 }
-/// A number in 0..1, the same in every run.
+/// A number in 0..1, the same on every run.
 fn random(state: &mut u64) -> f32 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
     (*state >> 40) as f32 / (1 << 24) as f32
@@ -47,18 +49,18 @@ fn ball() -> Vec<Triangle> {
         .collect()
 }
 
-/// A ray, its pixel, and the share of the light along it that reaches the pixel.
+/// A ray, its pixel, and the fraction of the light along it that reaches the pixel.
 type Path = (Ray, usize, V);
 
-/// Traces paths to their next hits, adds what the lamp lights there, and returns the paths from there on.
+/// Traces paths to their next hits, adds the lamp's light there, and returns the paths that continue.
 fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<Path> {
     let rays: Vec<Ray> = paths.iter().map(|path| path.0).collect();
     let (mut next, mut segments, mut lit) = (Vec::new(), Vec::new(), Vec::new());
     for (&(ray, pixel, share), hit) in paths.iter().zip(room.closest_batch(&rays)) {
-        // The room is closed: a ray that misses would have slipped through an edge.
+        // The room is closed: a ray that misses has slipped through an edge.
         let normal = room.normal(&hit).expect("no ray is lost");
         if hit.geometry == LAMP {
-            // Only the camera sees the lamp by chance: further on, the segments have counted it.
+            // Only the camera sees the lamp directly; at later hits, the segments already account for it.
             let seen = if ray.origin == EYE { LIGHT } else { 0.0 };
             picture[pixel] = each(|k| picture[pixel][k] + seen);
             continue;
@@ -67,13 +69,13 @@ fn bounce(room: &Bvh, paths: &[Path], picture: &mut [V], seed: &mut u64) -> Vec<
         let normal = if dot(normal, ray.dir) > 0.0 { normal.map(|x| -x) } else { normal };
         let share = each(|k| share[k] * COLORS[hit.geometry as usize][k]);
 
-        // On: the normal plus a point on the unit sphere has each direction as often as its cosine demands.
+        // The path continues: the normal plus a point on the unit sphere is cosine-distributed.
         let (z, a) = (2.0 * random(seed) - 1.0, 2.0 * PI * random(seed));
         let flat = (1.0 - z * z).sqrt();
         let dir = each(|k| normal[k] + [flat * a.cos(), flat * a.sin(), z][k]);
         let ray = room.spawn_ray(&hit, dir);
 
-        // To a point of the lamp, whose area is 0.64.
+        // A point of the lamp, whose area is 0.64.
         let light = [0.8 * random(seed) - 0.4, 0.98, 0.8 * random(seed) - 0.4];
         let to = each(|k| light[k] - ray.origin[k]);
         let cosines = dot(unit(to), normal).max(0.0) * unit(to)[1].max(0.0);

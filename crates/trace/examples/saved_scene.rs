@@ -1,4 +1,4 @@
-//! A hierarchy that is built once, and loaded ever after: `cargo run --release --example saved_scene`.
+//! A hierarchy that is built once and loaded from then on: `cargo run --release --example saved_scene`.
 
 use std::fs::{self, File};
 use std::time::Instant;
@@ -7,7 +7,7 @@ use intertri::Ray;
 use intertri_trace::Bvh;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A sea of waves: half a million triangles.
+    // A wavy sea: half a million triangles.
     let side = 513_u32;
     let wave = |x: u32, z: u32| {
         let (x, z) = (x as f32 / 16.0, z as f32 / 16.0);
@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sea = Bvh::from_indexed(&positions, &triangles)?;
     println!("{} triangles, built in {:.1} ms", sea.len(), start.elapsed().as_secs_f64() * 1e3);
 
-    // To a file and back.
+    // Write it to a file and read it back.
     let path = std::env::temp_dir().join(format!("sea-{}.itri", std::process::id()));
     sea.write_to(File::create(&path)?)?;
     let bytes = fs::metadata(&path)?.len();
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ray = Ray::new([8.0, 3.0, 8.0], [0.1, -1.0, 0.2]);
     assert_eq!(loaded.closest(&ray), sea.closest(&ray));
 
-    // A damaged file is an error of one line.
+    // A damaged file gives a one-line error.
     let mut saved = sea.to_bytes();
     saved[123_456] ^= 1;
     println!("{}", Bvh::<f32>::from_bytes(&saved).unwrap_err());

@@ -1,7 +1,7 @@
 //! A room with a window, a lamp and a one-sided screen: `cargo run --release --example select`.
 //!
-//! Several meshes in one hierarchy, and queries that count some of their triangles: by a mask, by the side
-//! from which they are met, and without what a ray has hit before.
+//! Several meshes in one hierarchy, and queries that select some of their triangles: by a mask, by side, and
+//! without previous hits.
 
 use std::error::Error;
 
@@ -16,7 +16,7 @@ const HELPER: u32 = 0b100;
 /// The names of the geometries, in the order of the meshes.
 const NAMES: [&str; 4] = ["walls", "window", "lamp", "screen"];
 
-/// A rectangle of two triangles, seen counter-clockwise from where `a`, `b`, `c` are.
+/// A rectangle of two triangles, counter-clockwise as seen from the side where `a`, `b`, `c` are.
 fn rectangle(a: [f32; 3], b: [f32; 3], c: [f32; 3]) -> [Triangle; 2] {
     let d = [0, 1, 2].map(|k| a[k] + c[k] - b[k]);
     [Triangle::new(a, b, c), Triangle::new(c, d, a)]
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let z = |z: f32| rectangle([-4.0, -4.0, z], [-4.0, 4.0, z], [4.0, 4.0, z]);
     let walls = [z(0.0), z(10.0)].concat();
     let (window, lamp) = (z(6.0), rectangle([-1.0, -1.0, 8.0], [-1.0, 1.0, 8.0], [1.0, 1.0, 8.0]));
-    // It is met from its back.
+    // The rays meet its back.
     let screen = rectangle([-4.0, -4.0, 4.0], [4.0, -4.0, 4.0], [4.0, 4.0, 4.0]);
     let mut bvh = Bvh::from_meshes(&[&walls, &window, &lamp, &screen])?;
     for (geometry, mask) in [SOLID, GLASS, SOLID | HELPER, SOLID].into_iter().enumerate() {
@@ -44,12 +44,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("from {:?}: {}", ray.origin, told(hits));
     }
 
-    // All but glass, with back faces culled.
+    // Everything except glass, with back faces culled.
     let lists = bvh.query().mask(SOLID).faces(Faces::Front).all_batch(&rays, None)?;
     println!("solid fronts: {}; {}", told(lists.of(0)), told(lists.of(1)));
     assert!(lists.items.iter().all(|hit| [0, 2].contains(&hit.geometry)));
 
-    // The next hit of each ray, behind its first.
+    // The next hit of each ray, after its first.
     let first = bvh.closest_batch(&rays);
     let skip: Vec<&[Hit]> = first.iter().map(std::slice::from_ref).collect();
     let next = bvh.query().skip(&skip).closest_batch(&rays);

@@ -23,7 +23,7 @@ fn main() -> Result<(), SolidError> {
         (0..around).flat_map(|i| (0..across).flat_map(move |j| square(i, j))).collect();
     let solid = Solid::new(&torus)?;
 
-    // A grid of 100 points a side.
+    // A grid with 100 points per side.
     let at = |i: usize| (i as f32 - 49.5) / 30.0;
     let points: Vec<[f32; 3]> =
         (0..1_000_000).map(|i| [at(i % 100), at(i / 100 % 100), at(i / 10_000)]).collect();

@@ -1,9 +1,9 @@
 //! Particles through concrete, steel and water at UTM coordinates: `cargo run --release --example transport 10000000`.
 //!
-//! A particle flies straight until it collides, and is then absorbed or scattered. A third of the particles are aimed exactly
-//! at corners, a third at edges. A particle is lost if the medium of a segment is not the one at its middle, if there is a
-//! gap in its path, or if it is not outside in the end. Points closer to a wall than coordinates are to each other may be
-//! rounded to its other side; these are counted apart.
+//! A particle flies straight until it collides, and is then absorbed or scattered. A third of the particles
+//! are aimed exactly at corners, a third at edges. A particle is lost if the medium of a segment differs from
+//! the one at its midpoint, if its path has a gap, or if it does not end outside. Points closer to a wall
+//! than the spacing of coordinates may be rounded to its other side; they are counted separately.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -15,14 +15,14 @@ const CONCRETE: u32 = 0;
 const STEEL: u32 = 1;
 const WATER: u32 = 2;
 
-/// Collisions a metre, and the part of them that absorb.
+/// Collisions per metre, and the fraction of them that absorb.
 const PER_METRE: [f64; 3] = [1.5, 6.0, 2.0];
 const ABSORBED: f64 = 0.5;
 
 /// A corner of the site, in metres.
 const SITE: [f64; 3] = [500_123.0, 4_649_776.0, 311.0];
 
-/// More than coordinates and their roundings.
+/// More than the rounding of coordinates.
 const BESIDE: f64 = 1e-8;
 
 /// A number in `0..1`.
@@ -34,7 +34,7 @@ fn random(state: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// A number of which differences have no rounding.
+/// A number whose differences are exact.
 fn on_grid(x: f64) -> f64 {
     (x * 1024.0).round() / 1024.0
 }
@@ -64,7 +64,7 @@ fn block(low: [f64; 3], high: [f64; 3]) -> Vec<Triangle64> {
     halves.map(|face| Triangle64(face.map(corner))).collect()
 }
 
-/// Where particles have gone.
+/// What happened to the particles.
 #[derive(Default)]
 struct Tally {
     segments: usize,
@@ -84,7 +84,7 @@ fn along(ray: &Ray64, t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| ray.origin[k] + t * ray.dir[k])
 }
 
-/// Flies particles to their next collision, and returns the rays of those that are scattered.
+/// Flies particles to their next collision, and returns the rays of the scattered ones.
 fn fly(media: &Media<f64>, rays: &[Ray64], state: &mut u64, tally: &mut Tally) -> Vec<Ray64> {
     let paths = media.segments_batch(rays).expect("memory for a batch");
     let (mut scattered, mut points, mut expected) = (Vec::new(), Vec::new(), Vec::new());
@@ -131,7 +131,7 @@ fn main() -> Result<(), MediaError<f64>> {
     let count = std::env::args()
         .nth(1)
         .map_or(100_000, |count| count.parse().expect("a number of particles"));
-    // Two blocks that share a wall, a steel globe in both of them, and water within.
+    // Two blocks that share a wall, a steel globe that reaches into both, and water inside it.
     let meshes = [
         (CONCRETE, block([0.0, 0.0, 0.0], [2.0, 2.0, 2.0])),
         (CONCRETE, block([2.0, 0.0, 0.0], [4.0, 2.0, 2.0])),

@@ -6,17 +6,17 @@ pub enum Containment {
     /// The mesh does not wind around it.
     #[default]
     Outside,
-    /// The mesh winds around it, this many times: once, if its corners run counter-clockwise as seen from outside;
-    /// more where parts overlap, less than 0 where they are inside out.
+    /// The mesh winds around it this many times: once, if its corners run counter-clockwise as seen from
+    /// outside; more often where parts overlap, and a negative number of times where they are inside out.
     Inside(i32),
     /// It lies on a triangle.
     Surface,
 }
 
 impl Containment {
-    /// Whether the mesh winds around the point an odd number of times; on the surface, too. From a solid by
-    /// [`Solid::assume_closed`](crate::Solid::assume_closed) that is parity: whether a ray from the point crosses an odd
-    /// number of triangles, whichever way they are turned.
+    /// Whether the mesh winds around the point an odd number of times; also true on the surface. For a solid
+    /// from [`Solid::assume_closed`](crate::Solid::assume_closed) this is parity: whether a ray from the
+    /// point crosses an odd number of triangles, whatever their winding.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -46,7 +46,7 @@ impl Containment {
         let times = match self {
             Self::Outside => 0,
             Self::Inside(times) => times,
-            // A point on the surface stays there, whatever is crossed farther on.
+            // A point on the surface stays there, whatever the ray crosses later.
             Self::Surface => return self,
         };
         match times + leave {

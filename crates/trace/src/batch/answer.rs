@@ -1,4 +1,4 @@
-//! What a batch may be asked for, one answer a ray.
+//! The possible answers of a batch, one per ray.
 
 use intertri::{Crossings, Hit, Hit32};
 
@@ -10,15 +10,15 @@ pub trait Answer: Copy + Send + Sync {
     /// The answer for a ray that hits nothing.
     const MISS: Self;
 
-    /// Whether rays of one origin are traced in bundles for it, so that their order matters.
+    /// Whether rays that share an origin are traced in bundles for this answer, so that their order matters.
     const IN_BUNDLES: bool;
 
-    /// Where a traversal writes such answers.
+    /// Wraps a slice of answers for a traversal to write to.
     fn output(answers: &mut [Self]) -> BatchOutput<'_>;
 }
 
-/// What [`Query::closest_batch_into`](crate::Query::closest_batch_into) writes: [`Hit`], with t, u and v in f64, or
-/// [`Hit32`], with f32. The set is closed.
+/// What [`Query::closest_batch_into`](crate::Query::closest_batch_into) writes: [`Hit`], with t, u and v in
+/// f64, or [`Hit32`], with f32. The trait is sealed.
 pub trait HitRecord: Answer {}
 
 impl HitRecord for Hit {}

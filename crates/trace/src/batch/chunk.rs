@@ -14,20 +14,20 @@ use crate::walk::bundle::{
 };
 use crate::walk::stream::Stream;
 
-/// Rays outside any bundle are traced as a stream once there are this many: more would not fit into the cache. Rays
-/// that a bundle could not trace wait until the end of the chunk, because some CPUs lower their clock rate for a while
-/// after a bundle.
+/// Rays outside any bundle are traced as a stream once there are this many; more would not fit into the
+/// cache. Rays that a bundle could not trace wait until the end of the chunk, because some CPUs lower their
+/// clock rate for a while after a bundle.
 const STREAM: usize = 4096;
 
 /// Rays of the smallest bundle.
 const SMALLEST: usize = 16;
 
-/// Where a bundle takes more work a ray, in tests of a packet, the next have no more rays than
-/// [`BUSY_RAYS`]: triangles that are small beside the bundle are compared with fewer windows in vain.
+/// If a bundle takes more work per ray, in packet tests, the next bundles have no more than [`BUSY_RAYS`]
+/// rays: triangles that are small compared with the bundle are then tested against fewer windows in vain.
 const BUSY: usize = 5;
 const BUSY_RAYS: usize = 256;
 
-/// Rays in a row, as the traversal sees them.
+/// Consecutive rays, as the traversal sees them.
 #[derive(Clone, Copy)]
 pub(super) struct Chunk<'a> {
     pub(super) tree: &'a Tree,
@@ -37,7 +37,7 @@ pub(super) struct Chunk<'a> {
 }
 
 impl Chunk<'_> {
-    /// Traces them.
+    /// Traces the rays.
     pub(super) fn trace(self, output: BatchOutput<'_>) -> Counts {
         match output {
             BatchOutput::Containments(containments) => self.trace_beams(containments),
@@ -45,7 +45,7 @@ impl Chunk<'_> {
         }
     }
 
-    /// Finds where rays start that go the same way: by beams, and those that are left as a stream.
+    /// Classifies the origins of parallel rays with beams, and of the rays that are left with a stream.
     fn trace_beams(self, containments: &mut [Containment]) -> Counts {
         let Self { tree, filter, rays, .. } = self;
         let mut counts = Counts::default();
@@ -59,8 +59,8 @@ impl Chunk<'_> {
     }
 }
 
-/// Traces some rays of a chunk as a stream. Not inlined into the chunks of every level, or each would have the streams
-/// of every level again.
+/// Traces rays of a chunk as a stream. Not inlined into the chunks of each level, which would then contain
+/// the streams of each level again.
 #[inline(never)]
 fn trace_stream(
     chunk: &Chunk<'_>,
@@ -72,7 +72,7 @@ fn trace_stream(
     filter.level().run(Stream { tree, filter, rays, ids, output, selection, counts });
 }
 
-/// A chunk and where its answers go.
+/// A chunk and its output.
 struct TraceChunk<'a, 'b> {
     chunk: Chunk<'a>,
     output: BatchOutput<'b>,
@@ -86,7 +86,7 @@ impl WithSimd for TraceChunk<'_, '_> {
         let Self { chunk, mut output } = self;
         let Chunk { tree, filter, selection, rays: all } = chunk;
         let (any, every) = (output.any(), output.every());
-        // Bundles know nothing of selections, and crossings are counted ray by ray.
+        // Bundles do not support selections, and crossings are counted ray by ray.
         let bundles = selection.is_none() && (!every || matches!(output, BatchOutput::Pairs(_)));
         let mut projection = Projection::<S>::empty();
         let (mut scratch, mut results) = (Scratch::default(), Results::default());
@@ -97,7 +97,7 @@ impl WithSimd for TraceChunk<'_, '_> {
             let end = (at + size).min(all.len());
             let (rays, next) = (&all[at..end], &all[end..]);
 
-            // Coherent rays make a bundle, unless they go too far apart: then a smaller one.
+            // Coherent rays form a bundle, unless they diverge too much; then a smaller one.
             results.clear();
             let bundle =
                 if bundles { bundle_of((rays, next, RayId(at as u32)), filter, any) } else { None };
@@ -127,7 +127,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                     );
                     (true, left, work)
                 }
-                // Fewer rays that follow each other may still be close together.
+                // Fewer consecutive rays may still be close together.
                 Outcome::TooWide if size > SMALLEST => {
                     size /= 4;
                     continue;
@@ -135,7 +135,7 @@ impl WithSimd for TraceChunk<'_, '_> {
                 Outcome::TooWide | Outcome::NotCoherent => (false, u64::MAX, 0),
             };
 
-            // The other rays wait for the next stream, except those whose query for any hit is already answered.
+            // The other rays wait for the next stream, except those whose any-hit query is already answered.
             if left != 0 || projection.has_outliers {
                 let over = |ray: usize| any && results.is_hit(ray);
                 let is_left =
@@ -156,8 +156,8 @@ impl WithSimd for TraceChunk<'_, '_> {
     }
 }
 
-/// The rays as a bundle, if they share their origin. Queries for any hit can also be traced backwards, so there a common
-/// end is enough.
+/// The rays as a bundle, if they share their origin. For any-hit queries, a common end is enough, because
+/// these rays can be traced backward.
 #[inline(always)]
 fn bundle_of<'a>(
     (rays, next, first): (&'a [Ray], &'a [Ray], RayId),
@@ -174,7 +174,7 @@ fn bundle_of<'a>(
     reversed.is_some().then_some(BundleRays { rays, first, next, reversed })
 }
 
-/// How many rays the next bundle has: it may be larger again where a larger one would begin.
+/// The size of the next bundle: it may be larger again at a position where a larger one would begin.
 fn next_size(mut size: usize, at: usize, is_busy: bool) -> usize {
     let most = if is_busy { BUSY_RAYS } else { RAYS };
     while size < most && at.is_multiple_of(4 * size) {

@@ -6,9 +6,9 @@
 //!   hits      a        b  c
 //! ```
 //!
-//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. Where bundles do not know t
-//! and the weights yet, they are computed eight side by side. Pairs are put in the order of the rays, then each ray's
-//! are sorted.
+//! A chunk of rays lists pairs of a ray and a triangle, as streams and bundles find them. If bundles do not
+//! know t and the weights yet, these are computed for eight pairs at a time. The pairs are put in the order
+//! of the rays, then those of each ray are sorted.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{Pairs, Resolver};
@@ -29,8 +29,8 @@ use crate::walk::{BatchOutput, HitPairs};
 /// [`Query::all_batch`](crate::Query::all_batch) and [`Query::crossings_batch`](crate::Query::crossings_batch) return.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lists<T> {
-    /// Where the items of each ray begin and, after the last, where they end: one more than there are rays, from
-    /// 0 up, as in the lists of Arrow.
+    /// The start of each ray's items and, after the last, their end: one more entry than there are rays,
+    /// starting at 0, as in Arrow's lists.
     pub offsets: Vec<i64>,
     /// The items, each ray's by t; if two have the same t, by index.
     pub items: Vec<T>,
@@ -43,7 +43,7 @@ pub type HitLists = Lists<Hit>;
 pub type CrossingLists = Lists<Crossing>;
 
 impl<T> Lists<T> {
-    /// How many rays there are.
+    /// The number of rays.
     pub fn len(&self) -> usize {
         self.offsets.len().saturating_sub(1)
     }
@@ -56,7 +56,7 @@ impl<T> Lists<T> {
     /// The items of a ray.
     ///
     /// # Panics
-    /// If the ray is out of bounds.
+    /// Panics if the ray is out of bounds.
     pub fn of(&self, ray: usize) -> &[T] {
         &self.items[self.offsets[ray] as usize..self.offsets[ray + 1] as usize]
     }
@@ -67,9 +67,9 @@ impl<T> Lists<T> {
     }
 }
 
-/// What a list holds: a hit, or a crossing, which is a hit and its side.
+/// An item of a list: a hit, or a crossing, which is a hit with its side.
 pub(crate) trait ListItem: Clone + Send {
-    /// From a hit, and whether the ray leaves through it, which takes a while to find out.
+    /// Creates an item from a hit, and whether the ray leaves through it, which is expensive to compute.
     fn new(hit: Hit, leaves: impl FnOnce() -> bool) -> Self;
     /// The hit.
     fn hit(&self) -> &Hit;
@@ -107,14 +107,14 @@ impl ListItem for Crossing {
     }
 }
 
-/// Rays a thread takes at a time: few enough for their lists to stay in the cache.
+/// Rays that a thread takes at a time: few enough for their lists to stay in the cache.
 const CHUNK: usize = 1 << 12;
 
-/// Chunks per thread in a round, after which their lists are concatenated. Each round reuses the memory of the last,
-/// because the system allocates memory more slowly than hits are found.
+/// Chunks per thread in a round, after which their lists are concatenated. Each round reuses the memory of
+/// the last, because allocating memory takes longer than finding the hits.
 const ROUND: usize = 8;
 
-/// Lists every hit of many rays; of each ray the first `limit`, if there is a limit.
+/// Lists every hit of many rays; with a `limit`, the first ones of each ray.
 pub(crate) fn lists<S: Backend, T: ListItem>(
     batch: &RayBatch<'_, S>,
     limit: Option<usize>,
@@ -124,13 +124,14 @@ pub(crate) fn lists<S: Backend, T: ListItem>(
     lists.offsets.push(0);
     let mut chunks = Vec::new();
     chunks.resize_with((ROUND * threads::count()).min(rays.div_ceil(CHUNK)), ChunkLists::new);
-    // Rounds: the scratch memory of a chunk is used again, and only finished lists grow with the number of rays.
+    // In rounds, so that the scratch memory of chunks is reused, and only finished lists grow with the number
+    // of rays.
     for from in (0..rays).step_by(chunks.len().max(1) * CHUNK) {
         let starts = (from..rays).step_by(CHUNK);
         threads::pieces(chunks.iter_mut().zip(starts.clone()), |_, (lists, from)| {
             lists.begin();
             batch.pieces(from..rays.min(from + CHUNK), |chunk, _| {
-                // A thread cannot return an error, so it leaves a mark.
+                // A thread cannot return an error, so it sets a flag.
                 lists.is_full |= lists.list(&chunk, limit).is_err();
             });
         });
@@ -142,7 +143,7 @@ pub(crate) fn lists<S: Backend, T: ListItem>(
 }
 
 impl<T: Clone> Lists<T> {
-    /// Adds those of the next rays.
+    /// Appends the items of the next rays.
     fn add(&mut self, chunk: &ChunkLists<T>) -> Result<(), NoMemory> {
         let ChunkLists { ends, items, is_full: false, .. } = chunk else { return Err(NoMemory) };
         let first = self.items.len();
@@ -155,14 +156,14 @@ impl<T: Clone> Lists<T> {
 
 /// The items of a chunk of rays.
 struct ChunkLists<T> {
-    /// As they are found.
+    /// The pairs in the order in which they are found.
     pairs: HitPairs,
-    /// Where those of each ray end.
+    /// The end of each ray's items.
     ends: Vec<usize>,
-    /// Ray by ray, the slot of each triangle it hits and the index of that pair.
+    /// For each ray in turn, the slot of each triangle it hits and the index of that pair.
     slots: Vec<(LeafSlot, u32)>,
     items: Vec<T>,
-    /// Whether there is too little memory.
+    /// Whether memory has run out.
     is_full: bool,
 }
 
@@ -201,12 +202,13 @@ impl<T: ListItem> ChunkLists<T> {
         Ok(())
     }
 
-    /// Puts the pairs in the order of their rays.
+    /// Sorts the pairs by ray.
     fn by_ray(&mut self, chunk: &Chunk<'_>) -> Result<(), NoMemory> {
         let Chunk { tree, filter, rays, .. } = *chunk;
         let Self { pairs: HitPairs { pairs, hits: met, .. }, ends, slots, items, .. } = self;
 
-        // How many each ray has, then where they begin; placing them moves that to where they end.
+        // Count the pairs of each ray, and sum the counts to starts; placing the pairs advances these to
+        // ends.
         ends.try_reserve(rays.len())?;
         ends.resize(rays.len(), 0);
         // A counting sort by ray: it takes two passes over the pairs and no comparison.
@@ -237,12 +239,12 @@ impl<T: ListItem> ChunkLists<T> {
     }
 }
 
-/// The first and last items of each ray.
+/// The range of items of each ray.
 fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
     ends.iter().scan(0, |begin, &end| Some(std::mem::replace(begin, end)..end))
 }
 
-/// Computes the hits of those pairs whose hit is not known yet.
+/// Computes the hits of the pairs whose hit is not known yet.
 struct Meet<'a> {
     tree: &'a Tree,
     rays: &'a [Ray],
@@ -257,7 +259,7 @@ impl WithSimd for Meet<'_> {
     fn run<S: Simd>(self) {
         let Self { tree, rays, resolver, pairs: HitPairs { pairs, hits, .. } } = self;
 
-        // Eight pairs side by side, of any rays.
+        // Eight pairs at a time, of any rays.
         let (mut eight, mut waiting) = (Pairs::new(), 0);
         let (mut ids, mut to) = ([(RayId(0), LeafSlot(0)); 8], [0; 8]);
         for (i, &(id, slot)) in pairs.iter().enumerate() {
@@ -300,7 +302,7 @@ fn sort<T: ListItem>(
     }
 }
 
-/// The same where some rounded t are equal.
+/// Sorts the items if some rounded t are equal.
 #[cold]
 #[inline(never)]
 fn sort_ties<T: ListItem>(
@@ -310,7 +312,7 @@ fn sort_ties<T: ListItem>(
     slots: &mut [(LeafSlot, u32)],
     items: &mut [T],
 ) {
-    // Many triangles may lie on one another: each comparison finds theirs by bisection.
+    // Many triangles may coincide, so each comparison finds its triangles by bisection.
     let index = |&(slot, _): &(LeafSlot, u32)| tree.index_of(slot).0;
     slots.sort_unstable_by_key(index);
     let triangle = |hit: &Hit| {
@@ -327,14 +329,14 @@ fn sort_ties<T: ListItem>(
     }
 }
 
-/// Keeps this many items of each ray.
+/// Keeps at most this many items of each ray.
 fn cut<T: Clone>(ends: &mut [usize], items: &mut Vec<T>, limit: usize) {
     let (mut begin, mut kept) = (0_usize, 0);
     for end in ends {
         let some = begin..(*end).min(begin.saturating_add(limit));
         begin = *end;
         for i in some {
-            // Kept items move to the front, in their order; `kept` never passes `i`.
+            // Kept items move to the front, in order; `kept` never exceeds `i`.
             items.swap(kept, i);
             kept += 1;
         }
@@ -351,13 +353,13 @@ mod tests {
     use crate::Bvh;
     use crate::util::threads;
 
-    /// More than a round: each ray has its own list, whatever the chunks before it left behind.
+    /// With more rays than fit in a round, each ray has its own list, whatever earlier chunks left behind.
     #[test]
     fn rounds_of_chunks_follow_each_other() {
         let wall = |z| Triangle([[0.0, 0.0, z], [9.0, 0.0, z], [0.0, 9.0, z]]);
         let bvh = Bvh::new(&[wall(7.0), wall(5.0), wall(6.0)]).unwrap();
         let count = ROUND * threads::count() * CHUNK + 2 * CHUNK + 3;
-        // How many hits the i-th ray has.
+        // The number of hits of the i-th ray.
         let hits = |i: usize| [3, 0, 1, 2][(i / 5 + i / CHUNK) % 4];
         let ray = |i: usize| {
             let from = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 6.5], [1.0, 1.0, 5.5]];

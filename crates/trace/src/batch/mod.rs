@@ -1,4 +1,4 @@
-//! Many rays: in chunks over the threads, each chunk behind one entry into the CPU's level.
+//! Traces many rays in chunks on all threads; each chunk enters the CPU's instruction level once.
 //!
 //! ```text
 //!   closest_batch ──► runs ──► pieces over threads ──► trace_part ──► bundles, streams or beams
@@ -31,11 +31,12 @@ use chunk::Chunk;
 use rows::{Run, runs};
 use tiles::Band;
 
-/// Rays a thread takes at a time, at least and at most. The previous bundle shows how to begin the next.
+/// The largest number of rays that a thread takes at a time. The previous bundle determines the size of the
+/// next.
 const CHUNK: usize = 4096;
 const CHUNKS: usize = 16;
 
-/// If there are fewer rays than the threads could take, each takes at least this many.
+/// If there are too few rays for full chunks, each thread takes at least this many.
 const SMALLEST: usize = 256;
 
 /// The rays of one call, with the query's mode and selection.
@@ -48,10 +49,10 @@ pub(crate) struct RayBatch<'a, S: Backend> {
 }
 
 impl<S: Backend> RayBatch<'_, S> {
-    /// Traces all rays, on all threads where there are threads. Pixels that come in rows are traced in tiles.
+    /// Traces all rays, on all threads if there are any. Pixels that come in rows are traced in tiles.
     ///
     /// # Panics
-    /// If there is not one answer a ray.
+    /// Panics if there is not one answer per ray.
     pub(crate) fn trace<A: Answer>(&self, answers: &mut [A]) -> Counts {
         assert_eq!(self.rays.len(), answers.len(), "one answer a ray");
         let runs: Vec<_> =
@@ -71,9 +72,10 @@ impl<S: Backend> RayBatch<'_, S> {
         })
     }
 
-    /// The runs of rays that are traced in the same way.
+    /// Splits the rays into runs that are traced in the same way.
     fn runs<A: Answer>(&self) -> Vec<Run> {
-        // Only bundles gain from tiles. They know nothing of selections, whose lists go by the order of the rays.
+        // Only bundles benefit from tiles. They do not support selections, whose lists follow the order of
+        // the rays.
         if A::IN_BUNDLES && self.selection.is_none() {
             runs(self.rays)
         } else {
@@ -81,7 +83,7 @@ impl<S: Backend> RayBatch<'_, S> {
         }
     }
 
-    /// Traces rows of pixels on this thread, from this ray on.
+    /// Traces rows of pixels on this thread, starting at this ray.
     fn trace_band<A: Answer>(&self, whole: &Band, begin: usize, answers: &mut [A]) -> Counts {
         let (mut gathered, mut found, mut counts) = (Vec::new(), Vec::new(), Counts::default());
         let band = whole.within(answers.len());
@@ -107,7 +109,7 @@ impl<S: Backend> RayBatch<'_, S> {
         counts
     }
 
-    /// Hands some of the rays to a traversal, in f32, a piece after the other.
+    /// Hands rays to a traversal in f32, one piece after the other.
     fn pieces(&self, range: Range<usize>, mut trace: impl FnMut(Chunk<'_>, Range<usize>)) {
         let Self { tree, originals, mode, selection, rays } = *self;
         for from in range.clone().step_by(S::PIECE) {
@@ -120,10 +122,10 @@ impl<S: Backend> RayBatch<'_, S> {
     }
 }
 
-/// The answers of anything, in chunks over all threads.
+/// Computes answers for any items, in chunks on all threads.
 ///
 /// # Panics
-/// If the slices differ in length.
+/// Panics if the slices differ in length.
 pub(crate) fn chunks<R: Sync, A: Send>(
     of: &[R],
     answers: &mut [A],
@@ -134,7 +136,7 @@ pub(crate) fn chunks<R: Sync, A: Send>(
     add(of.chunks(size).zip(answers.chunks_mut(size)), |(of, answers)| each(of, answers))
 }
 
-/// The counts of some pieces, each done on one thread.
+/// Sums the counts of pieces, each of which is processed by one thread.
 fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sync) -> Counts {
     let counts = Mutex::new(Counts::default());
     threads::pieces(pieces, |_, piece| {
@@ -146,11 +148,11 @@ fn add<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(P) -> Counts + Sy
     counts.into_inner().unwrap_or_default()
 }
 
-/// How the rays of a run are shared by threads.
+/// How the rays of a run are distributed to threads.
 struct Pieces {
-    /// How many rays a piece has.
+    /// The number of rays in a piece.
     size: usize,
-    /// The band that a piece is, if the rays are pixels in rows.
+    /// The shape of a piece, if the rays are pixels in rows.
     band: Option<Band>,
 }
 
@@ -165,7 +167,7 @@ impl Pieces {
     }
 }
 
-/// Some chunks a thread, so that all are done at about the same time.
+/// Several chunks per thread, so that all threads finish at about the same time.
 fn chunk_size(rays: usize) -> usize {
     let threads = threads::count();
     if rays < threads * CHUNK {
@@ -194,26 +196,26 @@ mod tests {
         Bvh::new(&triangles).unwrap()
     }
 
-    /// A picture of the sheet, and what a light sees of it: bundles are traced and change nothing.
+    /// A picture of the sheet, and shadow rays from a light to it: bundles are used, and change no answer.
     #[test]
     fn bundles_are_taken_and_change_nothing() {
         bundles_change_nothing(&sheet(30));
     }
 
-    /// Many rays a triangle: what they share is computed once.
+    /// Many rays per triangle: the values they share are computed once.
     #[test]
     fn bundles_that_share_triangles_change_nothing() {
         bundles_change_nothing(&sheet(7));
     }
 
-    /// Some thirty triangles a ray: bundles are tried, and most rays go one by one.
+    /// About thirty triangles per ray: bundles are tried, and most rays are traced one by one.
     #[test]
     fn bundles_that_are_too_dense_change_nothing() {
         bundles_change_nothing(&sheet(360));
     }
 
     fn bundles_change_nothing(bvh: &Bvh) {
-        // The direction of one ray is foreign to its bundle.
+        // One ray's direction differs from the rest of its bundle.
         let ray = |i: usize| {
             let (square, i) = (i / 256, i % 256);
             let at = |k: usize| (k as f32 - 28.0) / 40.0;
@@ -233,7 +235,7 @@ mod tests {
         }
         assert!(hits.iter().filter(|hit| hit.is_hit()).count() > 2000);
 
-        // Every hit, to the sheet and beyond: those of packets that are left are listed once.
+        // Every hit, to the sheet and beyond: hits of packets that the bundle left to others are listed once.
         let exact = Mode::exact();
         let (lists, of_exact) = (
             bvh.query().mode(mode).all_batch(&rays, None),
@@ -248,7 +250,7 @@ mod tests {
         );
         assert!(lists.items.len() > 2000 && of_exact.items.len() > 2000);
 
-        // The same in f64, off from what f32 holds.
+        // The same in f64, with coordinates that are not exact in f32.
         let off = |x: f32| f64::from(x) + 1e-9;
         let corners = |triangle: &Triangle| TriangleOf(triangle.0.map(|corner| corner.map(off)));
         let triangles: Vec<_> = bvh.to_triangles().iter().map(corners).collect();
@@ -259,7 +261,7 @@ mod tests {
         assert!(of_f64.iter().zip(&rays64).all(|(hits, ray)| *hits == bvh64.query().all(ray)));
         assert!(of_f64.items.len() > 2000);
 
-        // In another order the same rays have little in common.
+        // In another order the same rays are not coherent.
         let mixed: Vec<Ray> = (0..4096).map(|i| rays[i * 1021 % 4096]).collect();
         let bundled = hits.clone();
         bvh.query().mode(mode).closest_batch_into(&mixed, &mut hits);

@@ -1,6 +1,6 @@
-//! Which rays of a batch are pixels that come in rows.
+//! Detects which rays of a batch are pixels in rows.
 //!
-//! The caller does not say so: at the end of each row the direction jumps back.
+//! The caller does not say so, but at the end of each row the direction jumps back.
 //!
 //! ```text
 //!   ┌──────────────────────►
@@ -8,7 +8,7 @@
 //!   ...
 //! ```
 //!
-//! A look at two rows and at the ends of some others costs nothing beside tracing them.
+//! Looking at two rows and at the ends of some others costs almost nothing compared with tracing them.
 
 use std::ops::Range;
 
@@ -17,31 +17,31 @@ use intertri::RayOf;
 use super::tiles::{LOWEST, TILE};
 use crate::scalar::Backend;
 
-/// The least width of a picture, in pixels.
+/// The smallest width of a picture, in pixels.
 const SHORTEST: usize = TILE;
 
-/// The greatest width that is looked for.
+/// The largest width that is searched for.
 const LONGEST: usize = 1 << 14;
 
-/// The least height of a picture.
+/// The smallest height of a picture.
 const FEWEST: usize = LOWEST;
 
-/// The direction is compared with the one this many pixels on. At the end of a row it must jump back by at least half of
-/// that, so rays may be jittered within their pixels.
+/// The direction is compared with that of the ray this many pixels later. At the end of a row it must jump
+/// back by at least half of that, so rays may be jittered within their pixels.
 const STEP: usize = 8;
 
-/// Rays after which rows are looked for again, if none begin here.
+/// If no rows begin here, they are searched for again after this many rays.
 const AGAIN: usize = 1 << 16;
 
-/// Rays that follow each other.
+/// A run of consecutive rays.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Run {
     pub(super) rays: Range<usize>,
-    /// How many pixels a row has, if they are a picture's in rows.
+    /// The width of the rows, if the rays are the pixels of a picture.
     pub(super) width: Option<usize>,
 }
 
-/// Rays in their order, as runs of rows and of others.
+/// Splits rays into runs of rows and of others.
 pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut add = |rays: Range<usize>, width: Option<usize>| match runs.last_mut() {
@@ -53,7 +53,7 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     while at < rays.len() {
         let rows = Rows(&rays[at..]);
         let Some((first, width)) = rows.find() else {
-            // Not rows here; a picture may begin later.
+            // There are no rows here, but a picture may begin later.
             let end = rays.len().min(at + AGAIN);
             add(at..end, None);
             at = end;
@@ -68,11 +68,11 @@ pub(super) fn runs<S: Backend>(rays: &[RayOf<S>]) -> Vec<Run> {
     runs
 }
 
-/// Rays that may come in rows.
+/// Rays that may be in rows.
 struct Rows<'a, S: Backend>(&'a [RayOf<S>]);
 
 impl<S: Backend> Rows<'_, S> {
-    /// Where the first row begins, and how many pixels each has.
+    /// The start of the first row, and the width of the rows.
     fn find(&self) -> Option<(usize, usize)> {
         if self.0.len() < FEWEST * SHORTEST {
             return None;
@@ -84,21 +84,21 @@ impl<S: Backend> Rows<'_, S> {
         is_picture.then_some((begin, width))
     }
 
-    /// Where the row ends that begins at a ray, if it does soon.
+    /// The end of the row that begins at a ray, if it is found soon.
     fn end_of(&self, begin: usize) -> Option<usize> {
         let along = self.step(begin, begin + STEP)?;
         let most = self.0.len().min(begin + LONGEST);
         (begin + 1..most).find(|&i| self.jumps_back(i, along, STEP))
     }
 
-    /// Whether the direction jumps back just before a ray, by at least half of a distance in pixels.
+    /// Whether the direction jumps back just before a ray, by at least half the change over this many pixels.
     fn jumps_back(&self, ray: usize, along: [f64; 3], pixels: usize) -> bool {
-        // Compared along the row, in units of its steps: jitter within a few pixels is no jump.
+        // Compared along the row, in units of its steps, so that jitter within a few pixels is not a jump.
         let half = 0.5 * (pixels as f64 / STEP as f64) * dot(along, along);
         self.step(ray - 1, ray).is_some_and(|step| dot(step, along) < -half)
     }
 
-    /// How many rows of one picture follow each other.
+    /// The number of consecutive rows of one picture.
     fn count(&self, begin: usize, width: usize) -> usize {
         let origin = |ray: &RayOf<S>| ray.origin.map(Into::<f64>::into).map(f64::to_bits);
         let Some(from) = self.0.get(begin).map(origin) else { return 0 };
@@ -108,13 +108,13 @@ impl<S: Backend> Rows<'_, S> {
             let Some(along) = self.step(first, first + STEP) else { return false };
             let ends =
                 first + width == self.0.len() || self.jumps_back(first + width, along, width);
-            // All rows of a picture start at one point; only the ends of each row are looked at.
+            // All rows of a picture start at one point; only the ends of each row are checked.
             origin(&self.0[first]) == from && origin(last) == from && ends
         };
         (0..(self.0.len() - begin) / width).take_while(is_row).count()
     }
 
-    /// By how much the direction of one ray differs from another's.
+    /// The difference of the directions of two rays.
     fn step(&self, from: usize, to: usize) -> Option<[f64; 3]> {
         let (from, to) = (self.0.get(from)?.dir, self.0.get(to)?.dir);
         Some([0, 1, 2].map(|k| to[k].into() - from[k].into()))
@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(runs(&rows(0.0, 40, 9)), [run(0..360, rows_of(40))]);
         assert_eq!(runs(&rows(0.0, 500, 20)), [run(0..10_000, rows_of(500))]);
 
-        // Two cameras, and a row that is not whole at either end.
+        // Two cameras, with an incomplete row at either end.
         let two = [&rows(0.0, 50, 10)[20..], &rows(1.0, 60, 10)[..585]].concat();
         let seen = [run(0..30, None), run(30..480, rows_of(50)), run(480..1020, rows_of(60))];
         assert_eq!(runs(&two)[..3], seen);

@@ -1,7 +1,7 @@
-//! Pixels that come in rows are traced tile by tile.
+//! Traces pixels that come in rows tile by tile.
 //!
-//! Rays of one origin are fastest where 1024 that follow each other make a narrow cone. A row of pixels is a flat fan,
-//! so a block of rows is read row by row, four pixels at a time, and put where its tiles want them:
+//! Rays of one origin are fastest if 1024 consecutive ones form a narrow cone. A row of pixels is a flat fan,
+//! so a block of rows is read row by row, four pixels at a time, and copied to where its tiles need them:
 //!
 //! ```text
 //!   128 pixels of 32 rows          tiles of 32 by 32       in Z-order, by packets of 4 by 4
@@ -10,39 +10,40 @@
 //!   ──────────────────────►       └────┴────┴────┴────┘       8  9 12 13
 //! ```
 //!
-//! Memory is read and written in long runs, and a block fits the second cache. Answers do not depend on it.
+//! Memory is read and written in long runs, and a block fits the second-level cache. The answers do not
+//! depend on it.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use intertri::internal::prefetch_early;
 
-/// Pixels a side of a tile.
+/// The side of a tile in pixels.
 pub const TILE: usize = 32;
 
-/// Pixels a side of a packet.
+/// The side of a packet in pixels.
 const PACKET: usize = 4;
 
-/// Pixels of a row that are taken at a time.
+/// Pixels of a row that are copied at a time.
 const ACROSS: usize = 4 * TILE;
 
-/// Bands per thread, at least: several, so that all threads finish at about the same time.
+/// The least number of bands per thread: several, so that all threads finish at about the same time.
 const BANDS: usize = 4;
 
-/// Rows of a band of a picture, at least.
+/// The least number of rows in a band of a picture.
 pub const LOWEST: usize = TILE / 4;
 
 /// Rows of pixels that are traced together.
 #[derive(Clone)]
 pub struct Band {
-    /// Pixels of a row.
+    /// The width of a row in pixels.
     width: usize,
     rows: usize,
     whole: BlockOrder,
     right: BlockOrder,
 }
 
-/// Where the pixels of a block go: row by row, where each four begin among its rays.
+/// Where the pixels of a block are copied to: row by row, the start of each group of four among its rays.
 #[derive(Clone)]
 struct BlockOrder {
     width: usize,
@@ -50,12 +51,12 @@ struct BlockOrder {
     begins: Vec<u16>,
 }
 
-/// Some columns of a band.
+/// Several columns of a band.
 #[derive(Clone, Copy)]
 pub struct Block<'a> {
-    /// The pixel of the band in its corner.
+    /// The index in the band of its first pixel.
     first: usize,
-    /// Pixels of a row of the band.
+    /// The width of the band's rows in pixels.
     row: usize,
     order: &'a BlockOrder,
 }
@@ -64,7 +65,7 @@ impl Band {
     /// A band of a picture whose rows have this width: as high as a tile, unless that leaves too few bands for the threads.
     pub fn of_picture(width: usize, pixels: usize, threads: usize) -> Self {
         let mut rows = TILE;
-        // Lower bands where there are few, so that all threads have some.
+        // Make bands lower if there are too few for all threads.
         while rows > LOWEST && pixels / (width * rows) < BANDS * threads {
             rows /= 2;
         }
@@ -77,17 +78,17 @@ impl Band {
         Self { width, rows, whole: BlockOrder::new(width.min(ACROSS), rows), right }
     }
 
-    /// How many pixels it has.
+    /// The number of its pixels.
     pub fn pixels(&self) -> usize {
         self.width * self.rows
     }
 
-    /// How many rows it has.
+    /// The number of its rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// This one, or a band of the whole rows among fewer pixels.
+    /// This band, or one with the whole rows of fewer pixels.
     pub fn within(&self, pixels: usize) -> Cow<'_, Self> {
         if pixels < self.pixels() {
             Cow::Owned(Self::new(self.width, pixels / self.width))
@@ -125,20 +126,21 @@ impl BlockOrder {
     }
 }
 
-/// The packets of a tile in Z-order: their x and y.
+/// The x and y of the packets of a tile in Z-order.
 fn z_order() -> [(usize, usize); (TILE / PACKET).pow(2)] {
-    // The bits of n in turn belong to x and y.
+    // The bits of n belong alternately to x and y.
     let even = |n: usize| (0..3).map(|bit| (n >> (2 * bit) & 1) << bit).sum();
     std::array::from_fn(|n| (even(n), even(n >> 1)))
 }
 
 impl Block<'_> {
-    /// How many pixels it has.
+    /// The number of its pixels.
     pub fn pixels(&self) -> usize {
         self.order.width * self.order.height
     }
 
-    /// Its rows: the pixels of the band in each, and where its fours begin among the gathered rays.
+    /// Its rows: for each, its pixels in the band, and where its groups of four begin among the gathered
+    /// rays.
     pub fn rows(&self) -> impl Iterator<Item = (Range<usize>, &[u16])> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let rows = begins.chunks_exact(width.div_ceil(PACKET).max(1));
@@ -148,7 +150,7 @@ impl Block<'_> {
         })
     }
 
-    /// A row of it by fours: where these begin among the gathered rays, and how many rays each has.
+    /// A row in groups of four: where they begin among the gathered rays, and how many rays each has.
     pub fn fours(&self, row: usize) -> impl Iterator<Item = (usize, usize)> {
         let BlockOrder { width, ref begins, .. } = *self.order;
         let fours = width.div_ceil(PACKET);
@@ -158,13 +160,14 @@ impl Block<'_> {
             .map(move |(&begin, x)| (begin.into(), PACKET.min(width - x)))
     }
 
-    /// Copies its rays, of those that begin with the band's, tile by tile.
+    /// Copies its rays, out of rays that begin with the band's, tile by tile.
     pub(super) fn gather<R: Copy>(&self, rays: &[R], gathered: &mut Vec<R>) {
         gathered.resize(self.pixels(), rays[0]);
         for (row, begins) in self.rows() {
             let (fours, rest) = rays[row].as_chunks::<PACKET>();
             for (four, &begin) in fours.iter().zip(begins) {
-                // Four rays at a time: a packet's row is contiguous in the picture and in the tile.
+                // Four rays at a time, because a packet's row is contiguous both in the picture and in the
+                // tile.
                 gathered[begin.into()..][..PACKET].copy_from_slice(four);
             }
             if let Some(&begin) = begins.last() {
@@ -173,7 +176,7 @@ impl Block<'_> {
         }
     }
 
-    /// The rows of the block that comes next, in this band or the one below; they may lie beyond the picture.
+    /// The rows of the next block, in this band or the one below; they may lie beyond the picture.
     pub fn next_rows(&self) -> impl Iterator<Item = Range<usize>> {
         let BlockOrder { width, height, .. } = *self.order;
         let right = self.first + width;
@@ -183,12 +186,12 @@ impl Block<'_> {
         (next..).step_by(self.row).take(height).map(move |start| start..start + width)
     }
 
-    /// Prefetches the rays of the block that comes next.
+    /// Prefetches the rays of the next block.
     pub(super) fn prefetch_next<R>(&self, rays: &[R]) {
         self.next_rows().filter_map(|row| rays.get(row)).for_each(prefetch_early);
     }
 
-    /// Writes its answers to those of the band.
+    /// Writes its answers to the band's.
     pub fn scatter<A: Copy>(&self, found: &[A], answers: &mut [A]) {
         for (row, begins) in self.rows() {
             let (fours, rest) = answers[row].as_chunks_mut::<PACKET>();

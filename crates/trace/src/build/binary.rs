@@ -1,7 +1,7 @@
-//! Builds the two-way tree top down, and on the way back up plans how to cut it into wide nodes.
+//! Builds the two-way tree top down, and plans on the way back up how to cut it into wide nodes.
 //!
-//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so
-//! that both sides of a cut can be built at once without sharing anything:
+//! A subtree over `n` triangles owns `n` consecutive references and `n - 1` consecutive nodes, so both sides
+//! of a cut can be built in parallel without sharing anything:
 //!
 //! ```text
 //!   refs   [ left: l ............ | right: n - l ........ ]
@@ -22,23 +22,23 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// With at least this many triangles, two sides are built in parallel, and progress is reported.
 const MANY: usize = 1 << 12;
 
-/// Boxes binned or measured in one go, by one thread.
+/// Boxes binned or measured at a time by one thread.
 const CHUNK: usize = 1 << 15;
 
-/// Added to the area of every box, so that among boxes without area fewer nodes win.
+/// Added to the area of every box, so that for boxes without area the tree with fewer nodes wins.
 pub(super) const TRIFLE: f32 = 1e-20;
 
-/// The whole: at least one reference, and one node fewer.
+/// The whole tree: at least one reference, and one node fewer.
 pub(super) struct Binary {
     pub refs: Vec<PrimRef>,
-    /// Each node's box, and for inner nodes, as words, the number of triangles of its left side and its
-    /// plan. Plain numbers, so that the memory comes zeroed and is not touched before it is used.
+    /// Each node's box; for inner nodes also, as words, the number of triangles on its left side and its
+    /// plan. Plain numbers, so that the memory is allocated as zeros and not touched before it is used.
     inner: Box<[[f32; 8]]>,
-    /// Nodes that replace those at the top, the root last, if parts were moved.
+    /// Nodes that replace those at the top if parts were moved; the root is the last.
     pub moved: Vec<Moved>,
 }
 
-/// A node whose sides may be anywhere.
+/// A node whose sides may be at any position.
 pub(super) struct Moved {
     pub bounds: Aabb,
     pub sides: [Subtree; 2],
@@ -60,7 +60,7 @@ impl Binary {
         Subtree { node, first: 0, count: self.refs.len() }
     }
 
-    /// Adds a node whose sides may be anywhere.
+    /// Adds a node whose sides may be at any position.
     pub(super) fn put(&mut self, moved: Moved) -> Subtree {
         let [Subtree { first, count, .. }, right] = moved.sides;
         let node = self.inner.len() + self.moved.len();
@@ -69,13 +69,13 @@ impl Binary {
     }
 
     fn moved(&self, part: Subtree) -> Option<&Moved> {
-        // One triangle has no node.
-        // Moved nodes are numbered behind those of the build.
+        // A single triangle has no node.
+        // Moved nodes are numbered after those of the build.
         let number = part.node.checked_sub(self.inner.len()).filter(|_| part.count > 1)?;
         self.moved.get(number)
     }
 
-    /// A subtree of few triangles is a block, which is not divided.
+    /// Whether a subtree has so few triangles that it is a block, which is not divided.
     pub(super) fn is_block(&self, part: Subtree) -> bool {
         part.count <= BLOCK && self.moved(part).is_none()
     }
@@ -112,7 +112,7 @@ impl Binary {
     }
 }
 
-/// Builds the tree over at least one triangle. It does not depend on the level.
+/// Builds the tree over at least one triangle. The result does not depend on the level.
 pub(super) fn build(
     mut refs: Vec<PrimRef>,
     level: Level,
@@ -120,7 +120,7 @@ pub(super) fn build(
 ) -> Result<Binary, NoMemory> {
     let mut inner = zeros(refs.len() - 1)?;
     let builder = Builder::new(&refs, level, progress);
-    // Cuts are looked for between the centres of boxes, so each part passes on the box around its centres.
+    // Cuts are searched between the centres of boxes, so each part passes on the box around its centres.
     let centres = builder.centres(&refs);
     builder.large(&mut refs, &mut inner, &centres, 0);
     Ok(Binary { refs, inner, moved: Vec::new() })
@@ -149,7 +149,8 @@ impl<'a> Builder<'a> {
             a
         };
         let all = gather(refs, &around, &both);
-        // Coordinates are scaled by the size of the scene, so that areas of any scene stay within f32.
+        // Coordinates are scaled by the size of the scene, so that the areas of any scene are in the range of
+        // f32.
         let (total, done) = (refs.len(), AtomicUsize::new(0));
         Self { level, scale: all.bounds().scale(), total, done, progress }
     }
@@ -159,7 +160,7 @@ impl<'a> Builder<'a> {
         gather(refs, &one, &Centres::join)
     }
 
-    /// A subtree whose sides may be built side by side. Its depth is bounded by [`MAX_DEPTH`].
+    /// A subtree whose sides may be built in parallel. Its depth is bounded by [`MAX_DEPTH`].
     fn large(
         &self,
         refs: &mut [PrimRef],
@@ -174,7 +175,7 @@ impl<'a> Builder<'a> {
             (self.progress)(done, self.total);
             return built;
         }
-        // Both sides own separate parts of the references and the nodes, so threads share nothing.
+        // Both sides own disjoint parts of the references and the nodes, so threads share nothing.
         let (left, [ca, cb]) = self.level.run(Cut { builder, refs, centres, depth });
         let (lr, rr) = refs.split_at_mut(left);
         let (here, li, ri) = nodes_of(inner, left);
@@ -183,12 +184,12 @@ impl<'a> Builder<'a> {
         self.level.run(Finish { builder, here, left, a, b })
     }
 
-    /// The cost of a subtree's area.
+    /// The area of a subtree's box, for its cost.
     #[inline(always)]
     fn area<S: Simd>(&self, sides: &SimdAabb) -> f32 {
         let mut size = [0.0; 4];
         sides.size::<S>(Lanes::splat(self.scale)).store(&mut size);
-        // Half of the surface: the factor 2 is the same for all boxes, so it changes no comparison.
+        // Half of the surface: the factor 2 is the same for all boxes, so it does not change comparisons.
         let [x, y, z, _] = size;
         x * (y + z) + y * z + TRIFLE
     }
@@ -215,7 +216,7 @@ impl WithSimd for Small<'_> {
             for r in &refs[1..] {
                 sides.join(&r.0);
             }
-            // A block needs no inner node; its first one keeps the box. A single triangle has none.
+            // A block needs no inner node; its first one stores the box. A single triangle has none.
             if let Some(here) = inner.first_mut() {
                 *here = sides.0;
             }
@@ -261,13 +262,14 @@ impl WithSimd for Cut<'_> {
                 return split::partition::<S>(refs, &binning, cut);
             }
         }
-        // All centres are equal, or the tree is too deep: cut in half, in order, at full blocks.
+        // All centres are equal, or the tree is too deep: cut the references in half, in order, at full
+        // blocks.
         // Full blocks on the left, so that at most one block of the subtree is not full.
         ((count / 2).next_multiple_of(BLOCK), [*centres; 2])
     }
 }
 
-/// Writes a node whose two sides are built.
+/// Writes a node whose two sides have been built.
 struct Finish<'a> {
     builder: &'a Builder<'a>,
     here: &'a mut [f32; 8],
@@ -305,14 +307,14 @@ fn node(sides: &SimdAabb, left: usize, plan: Plan) -> [f32; 8] {
     node.0
 }
 
-/// The node itself, those of its left side, and those of its right.
+/// Splits nodes into the node itself, those of its left side, and those of its right.
 #[inline(always)]
 fn nodes_of(
     inner: &mut [[f32; 8]],
     left: usize,
 ) -> (&mut [f32; 8], &mut [[f32; 8]], &mut [[f32; 8]]) {
     let (here, below) = inner.split_at_mut(1);
-    // `l` triangles on the left have `l - 1` nodes; the rest is the right side's.
+    // `l` triangles on the left have `l - 1` nodes; the rest belong to the right side.
     let (a, b) = below.split_at_mut(left - 1);
     (&mut here[0], a, b)
 }
@@ -331,7 +333,7 @@ impl WithSimd for CentresOf<'_> {
     }
 }
 
-/// References in their bins.
+/// Sorts references into bins.
 struct BinsOf<'a> {
     refs: &'a [PrimRef],
     binning: &'a Binning,
@@ -345,14 +347,14 @@ impl WithSimd for BinsOf<'_> {
     }
 }
 
-/// Many references in their bins, on all threads.
+/// Sorts many references into bins, on all threads.
 #[inline(never)]
 fn bins(level: Level, refs: &[PrimRef], binning: &Binning) -> Bins {
     let one = |refs: &[PrimRef]| level.run(BinsOf { refs, binning });
     gather(refs, &one, &|a, b| a.join(&b))
 }
 
-/// Does chunks side by side and joins their results, always in the same order.
+/// Processes chunks in parallel and joins their results, always in the same order.
 fn gather<T: Send>(
     refs: &[PrimRef],
     one: &(impl Fn(&[PrimRef]) -> T + Sync),
@@ -361,7 +363,7 @@ fn gather<T: Send>(
     if refs.len() <= CHUNK {
         return one(refs);
     }
-    // Always at the middle, however many threads there are.
+    // Always at the middle, independent of the number of threads.
     let (a, b) = refs.split_at(refs.len() / 2);
     let (a, b) = join(|| gather(a, one, both), || gather(b, one, both));
     both(a, b)

@@ -1,13 +1,13 @@
-//! Checks that a tree is well formed. It is slow, and only for tests.
+//! Checks that a tree is well formed. This is slow, and only for tests.
 
 use super::layout::{Layout, MAX_DEPTH};
 use crate::tree::{Aabb, BLOCK, EMPTY, HitBounds, LEAF, NONE, hit_bounds};
 use intertri::Triangle;
 
 impl Layout {
-    /// Walks the whole tree. Fails with a message if a triangle with a box is not in exactly one block, or one
-    /// without a box is in any; if a box is not exactly that of its contents; if a node or block does not have
-    /// exactly one parent; or if the depth is not the stored one.
+    /// Traverses the whole tree. Fails with a message if a triangle with a box is not in exactly one block,
+    /// or one without a box is in any; if a box is not exactly that of its contents; if a node or block does
+    /// not have exactly one parent; or if the depth is not the stored one.
     pub(crate) fn check(&self, triangles: &[Triangle]) -> Result<(), String> {
         let mut walk = Walk {
             tree: self,
@@ -17,7 +17,7 @@ impl Layout {
             nodes: vec![0; self.nodes.len()],
             depth: 0,
         };
-        // From the root down, every node and block is counted when it is reached. A child that is missing, has two
+        // Count every node and block when it is reached, from the root down. A child that is missing, has two
         // parents or is part of a cycle shows in the counts.
         walk.node(0, 1)?;
         // Triangles with a box are in exactly one block. Others are never hit, or are leaves of a second tree.
@@ -73,8 +73,8 @@ impl Walk<'_> {
                 }
             };
             let (bounds, sides) = (node.bounds(slot), content.without_least_sides());
-            // Equal, not just large enough: a box that is too large changes no answer, so no other test would notice
-            // it.
+            // Test for equality, not only for containment: a box that is too large changes no answer, so no
+            // other test would notice it.
             if (0..3).any(|k| bounds.lo[k] != sides.lo[k] || bounds.hi[k] != sides.hi[k]) {
                 return Err(format!("node {index} slot {slot}: {bounds:?} around {content:?}"));
             }
@@ -88,8 +88,8 @@ impl Walk<'_> {
         let block: &[u32; BLOCK] = &self.tree.blocks[index];
         let full = block.iter().take_while(|&&i| i != NONE).count();
         let ascends = block[..full].windows(2).all(|w| w[0] < w[1]);
-        // The order of a block's triangles must not depend on how the build went, or equal trees would have different
-        // bytes.
+        // The order of a block's triangles must not depend on how the build ran, or equal trees would have
+        // different bytes.
         if full == 0 || !ascends || block[full..].iter().any(|&i| i != NONE) {
             return Err(format!("block {index} is {block:?}"));
         }

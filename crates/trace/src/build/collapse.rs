@@ -4,14 +4,14 @@
 //! section 3. For each two-way node and each `i`, this computes the least cost of representing the node's triangles by at
 //! most `i` children of some wide node:
 //!
-//! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, where the two-way
-//!   tree ends.
-//! - Several children either divide `i` between the two sides, or make do with `i - 1`.
+//! - One child is either a wide node, whose eight slots are divided between the two sides, or a block, which
+//!   ends the two-way tree.
+//! - Several children either divide `i` between the two sides, or use only `i - 1`.
 
 /// The cost of visiting a node.
 pub(crate) const NODE: f32 = 1.0;
 
-/// The cost of visiting a block, however full it is.
+/// The cost of visiting a block, whether full or not.
 pub(crate) const LEAF: f32 = 1.0;
 
 /// The least costs of representing a subtree by at most 1 to 7 children; they never increase.
@@ -24,7 +24,7 @@ pub(super) struct Costs([f32; 7]);
 pub(super) struct Plan(pub u32);
 
 impl Costs {
-    /// A block, however many children it could be.
+    /// The costs of a block, which are the same for any number of children.
     #[inline(always)]
     pub(super) fn of_block(area: f32) -> Self {
         Self([area * LEAF; 7])
@@ -53,7 +53,7 @@ impl Costs {
         let mut costs = [one; 7];
         for i in 1..7 {
             costs[i] = shared[i + 1];
-            // Fewer children are no dearer: take that plan, which 0 stands for.
+            // Fewer children cost no more: use that plan, which 0 stands for.
             if costs[i - 1] <= costs[i] {
                 costs[i] = costs[i - 1];
                 plan &= !(7 << (3 * (i - 1)));

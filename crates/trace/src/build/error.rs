@@ -8,23 +8,23 @@ use std::fmt;
 pub enum BuildError {
     /// Triangles are numbered with 31 bits.
     TooManyTriangles {
-        /// How many there were.
+        /// The number of triangles.
         count: usize,
     },
     /// There is too little memory.
     OutOfMemory {
-        /// How many triangles there were.
+        /// The number of triangles.
         count: usize,
     },
     /// An index is out of bounds.
     BadIndex {
-        /// The mesh, by its order among several.
+        /// The mesh, if there are several.
         geometry: usize,
         /// The triangle within it.
         triangle: usize,
         /// The index of its vertex.
         index: u32,
-        /// How many vertices the mesh has.
+        /// The number of vertices in the mesh.
         vertices: usize,
     },
 }

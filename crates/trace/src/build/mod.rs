@@ -1,21 +1,19 @@
-//! The builder: triangles in, wide nodes and blocks of triangles out.
+//! The builder: takes triangles, and returns wide nodes and blocks of triangles.
 //!
 //! ```text
 //! triangles ── prim_refs ──> boxes ── binary ──> two-way tree ── reinsert, wide ──> nodes of 8, blocks of 8
 //! ```
 //!
-//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); those that are not finite are
-//!    left out.
-//! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`]
-//!    puts boxes in a row, and [`sweep`] finds the cheapest cut of it. On the way back up, [`collapse`]
-//!    finds by dynamic programming how to cut the tree into nodes of eight and blocks of eight at the
-//!    least cost.
-//! 3. [`reinsert`]: where large triangles make it pay, parts of that tree are moved.
-//! 4. [`wide`]: the nodes and blocks of that plan, written in the order in which rays visit them.
+//! 1. [`prim_refs`]: the box of each triangle, as one row of lanes ([`simd_aabb`]); triangles that are not
+//! finite are left out.
+//! 2. [`binary`]: a two-way tree down to blocks of triangles by the surface-area heuristic: [`split`] sorts
+//! boxes into a row of bins, and [`sweep`] finds its cheapest cut. On the way back up, [`collapse`] finds by
+//! dynamic programming how to cut the tree into nodes of eight and blocks of eight at the least cost.
+//! 3. [`reinsert`]: moves parts of that tree if large triangles make it worthwhile.
+//! 4. [`wide`]: writes the nodes and blocks of that plan in the order in which rays visit them.
 //!
-//! The result depends on the triangles alone, never on the number of threads or the CPU's lanes. At
-//! its peak the builder holds about 64 bytes a triangle besides its input and the tree, which itself
-//! takes 14 to 30.
+//! The result depends only on the triangles, never on the number of threads or the CPU's lanes. At its peak
+//! the builder uses about 64 bytes per triangle besides its input and the tree, which itself takes 14 to 30.
 
 mod binary;
 #[cfg(test)]
@@ -49,8 +47,8 @@ use prim_refs::{PrimRef, Prims};
 pub(crate) use triangles::Triangles;
 
 impl Tree {
-    /// Builds a hierarchy, and reports from time to time how many triangles are done, of how many. The calls come from
-    /// any thread and may overtake each other.
+    /// Builds a hierarchy, and occasionally reports how many triangles are done, and of how many. The calls
+    /// may come from any thread and out of order.
     pub(crate) fn over(
         triangles: &(impl Triangles + ?Sized),
         progress: &(dyn Fn(usize, usize) + Sync),
@@ -71,8 +69,9 @@ impl Tree {
     ) -> Result<Self, NoMemory> {
         let Layout { nodes, blocks, depth, lean, thin, has_degenerate } =
             layout_at(triangles, Level::best(), progress)?;
-        // A triangle's slot, eight a leaf, has 32 bits.
-        // Leaves below the root come first; those that follow are reached by the second tree or tested with every ray.
+        // A triangle's slot, with eight per leaf, has 32 bits.
+        // Leaves below the root come first; later ones are reached by the second tree or tested with every
+        // ray.
         let boxed = blocks.len();
         if boxed + thin.len() > MOST_LEAVES {
             return Err(NoMemory);
@@ -95,7 +94,7 @@ impl Tree {
             cost_as_built: None,
         };
         if has_degenerate {
-            // Lanes of triangles without area must be dead to rays.
+            // Lanes of triangles without area must not be hit by rays.
             let bounds = tree.fit_leaves(triangles)?;
             tree.note_degenerate(&bounds)?;
         }
@@ -103,8 +102,8 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds leaves of triangles that are not below the root, and of those without area, which no ray hits. Neighbours go
-    /// together, below the second tree.
+    /// Adds leaves for triangles that are not below the root, and for those without area, which no ray hits.
+    /// Neighbours share leaves, below the second tree.
     pub(crate) fn add_unboxed(
         &mut self,
         triangles: &(impl Triangles + ?Sized),
@@ -132,7 +131,7 @@ impl Tree {
     }
 }
 
-/// The wide nodes over boxes, each a leaf of its own with a number, and their depth.
+/// The wide nodes over numbered boxes, each of which is a leaf, and the depth of the nodes.
 pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), NoMemory> {
     if boxes.is_empty() {
         return Ok((vec![Node::NO_CHILDREN], 1));
@@ -165,7 +164,7 @@ pub(crate) fn nodes_over(boxes: &[(Aabb, u32)]) -> Result<(Vec<Node>, usize), No
     Ok((nodes, depth + 1))
 }
 
-/// Triangles eight by eight, neighbours together, and the boxes around them.
+/// Groups triangles by eight, neighbours together, with the boxes around them.
 fn in_eights(
     triangles: &(impl Triangles + ?Sized),
     some: &[u32],
@@ -194,7 +193,7 @@ fn in_eights(
             *index = some[i as usize];
             all.join(&bounds(index));
         }
-        // Ascending, as in every leaf.
+        // In ascending order, as in every leaf.
         indices.sort_unstable();
         eights.push(indices);
         boxes.push(all);

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 #[derive(Clone, Copy, Debug, Zeroable)]
 pub(super) struct PrimRef(pub SimdAabb);
 
-/// Keeps indices from looking like numbers so small that arithmetic on them is slow.
+/// Keeps indices from being subnormal numbers, on which arithmetic is slow.
 const NORMAL: u32 = 1 << 30;
 
 impl PrimRef {
@@ -31,7 +31,7 @@ impl PrimRef {
 pub(super) struct Prims {
     /// The boxes of all triangles that go below the root, in order.
     pub refs: Vec<PrimRef>,
-    /// How far outside of its box the reference may hit one of those.
+    /// How far outside its box the reference may hit one of them.
     pub lean: f32,
     /// Triangles that the reference may hit anywhere.
     pub thin: Vec<u32>,
@@ -41,14 +41,14 @@ pub(super) struct Prims {
 
 /// Collects the references of all triangles.
 pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, NoMemory> {
-    // Non-negative floats are ordered like their bits, so an integer maximum will do.
+    // Non-negative floats have the order of their bits, so an integer maximum works.
     let most = AtomicU32::new(0);
     let (rare, degenerate) = (AtomicBool::new(false), AtomicBool::new(false));
     let mut refs = each(triangles.count(), |i| {
         let (mut sides, index) = match triangles.hit_bounds(i) {
             HitBounds::Box { bounds, lean } => {
-                // A plain load first: most triangles do not raise the maximum, and a write would send the cache line
-                // between cores.
+                // A plain load first: most triangles do not raise the maximum, and a write would move the
+                // cache line between cores.
                 if lean.to_bits() > most.load(Ordering::Relaxed) {
                     most.fetch_max(lean.to_bits(), Ordering::Relaxed);
                 }
@@ -63,15 +63,15 @@ pub(super) fn collect(triangles: &(impl Triangles + ?Sized)) -> Result<Prims, No
                 (SimdAabb::EMPTY, NONE)
             }
         };
-        // The row is used in f32 arithmetic as a whole, and a small index would be a subnormal number there.
+        // The whole row is used in f32 arithmetic, and a small index would be a subnormal number there.
         sides.set_word(0, index ^ NORMAL);
         PrimRef(sides)
     })?;
 
     let mut thin = Vec::new();
     if rare.into_inner() {
-        // These are so rare that a second pass looks for them; a list in the first pass would have to be shared by all
-        // threads.
+        // Thin triangles are so rare that a second pass searches for them; a list in the first pass would
+        // have to be shared by all threads.
         let is_thin = |i: usize| matches!(triangles.hit_bounds(i), HitBounds::Thin(_));
         for i in (0..refs.len()).filter(|&i| refs[i].index() == NONE && is_thin(i)) {
             thin.try_reserve(1)?;

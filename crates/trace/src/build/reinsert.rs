@@ -12,8 +12,8 @@
 //!                              ▯ [══]
 //! ```
 //!
-//! Only the nodes with the largest boxes are moved, because rays meet them most. A trial with a few of them decides
-//! whether it pays at all: it does in interiors with long walls, not in scans.
+//! Only the nodes with the largest boxes are moved, because rays meet them most often. A trial with a few of
+//! them decides whether it is worthwhile: it is in interiors with long walls, not in scans.
 
 use super::binary::{Binary, Moved, Subtree, TRIFLE};
 use super::collapse::Costs;
@@ -23,17 +23,17 @@ use crate::util::threads::join;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// One node is moved for this many triangles, up to a limit.
+/// One node is moved per this many triangles, up to a limit.
 const SHARE: usize = 32;
 const MOST: usize = 2048;
 
 /// One in this many of them takes part in the trial.
 const FEW: usize = 8;
 
-/// Reinsertion pays if it lowers the cost by at least this share.
+/// Reinsertion is worthwhile if it lowers the cost by at least this fraction.
 const LEAST_GAIN: f64 = 1.0 / 32.0;
 
-/// How often each is moved.
+/// How many times each node is moved.
 const ROUNDS: usize = 2;
 
 /// With at least this many triangles, two sides are processed in parallel.
@@ -42,7 +42,7 @@ const MANY: usize = 1 << 12;
 /// No node.
 const NONE: usize = usize::MAX;
 
-/// Moves parts of a tree. Its boxes and plans are then like those of a build.
+/// Moves parts of a tree. Its boxes and plans are then like those of a new build.
 pub(super) fn reinsert(binary: &mut Binary) {
     // The trial moves an eighth of the nodes once; only if that lowers the cost enough is the whole effort made.
     let most = (binary.refs.len() / SHARE).min(MOST);
@@ -54,7 +54,7 @@ pub(super) fn reinsert(binary: &mut Binary) {
     }
 }
 
-/// The nodes with the largest boxes, from the root, which is the first, down to parts that stay as they are.
+/// The nodes with the largest boxes, from the root, which is the first, down to parts that stay unchanged.
 struct Top(Vec<Node>);
 
 #[derive(Clone)]
@@ -84,7 +84,7 @@ impl Top {
         let root = binary.root();
         let mut top = vec![Node::new(binary, root, NONE)];
         // An area is not negative, so its bits compare like its value.
-        // Always the node with the largest box is opened next: rays meet those most.
+        // Always open the node with the largest box next, because rays meet it most often.
         let mut largest = BinaryHeap::from([(u64::MAX, 0, root)]);
         while top.len() < most
             && let Some((_, parent, part)) = largest.pop()
@@ -107,7 +107,7 @@ impl Top {
         let (before, mut waiting) = (self.cost(), Vec::new());
         for _ in 0..rounds {
             let mut order: Vec<usize> = (1..self.0.len()).collect();
-            // By the index where areas are equal, so that the result is the same on every machine.
+            // Ordered by index if areas are equal, so that the result is the same on every machine.
             order.sort_by_key(|&i| Reverse((self.0[i].area.to_bits(), i)));
             for i in order {
                 self.reinsert(i, &mut waiting);
@@ -126,13 +126,13 @@ impl Top {
         let parent = self.0[i].parent;
         let above = self.0[parent].parent;
         let Below::Sides([a, b]) = self.0[parent].below else { return };
-        // A child of the root has no grandparent that could take its sibling, so it stays.
+        // A child of the root has no grandparent to take its sibling, so it stays.
         if above == NONE {
             return;
         }
         let sibling = if a == i { b } else { a };
-        // Taken out, together with its parent: the sibling moves up. The area of the parent, and what all boxes above
-        // shrink by, is the cost that any new position has to beat.
+        // Take it out with its parent: the sibling moves up. The area of the parent, plus the shrinkage of
+        // all boxes above, is the cost that any new position has to beat.
         //         above              above            above
         //           │                  │                │
         //         parent     ─►     sibling     ─►      ···
@@ -150,7 +150,7 @@ impl Top {
         self.find_bounds(parent);
     }
 
-    /// Replaces a child of a node by another.
+    /// Replaces a child of a node.
     fn replace(&mut self, parent: usize, old: usize, new: usize) {
         self.0[new].parent = parent;
         if let Below::Sides(sides) = &mut self.0[parent].below {
@@ -158,7 +158,7 @@ impl Top {
         }
     }
 
-    /// Recomputes the boxes of a node and of all its ancestors. Returns by how much their areas shrink.
+    /// Recomputes the boxes of a node and of all its ancestors. Returns how much their areas shrink.
     fn find_bounds(&mut self, mut i: usize) -> f64 {
         let mut less = 0.0;
         while i != NONE
@@ -174,7 +174,8 @@ impl Top {
         less
     }
 
-    /// The node next to which a box costs least, by branch and bound, starting from a position of known cost.
+    /// Finds the node next to which a box costs least, by branch and bound, starting from a position of known
+    /// cost.
     fn cheapest_place(
         &self,
         bounds: &Aabb,
@@ -183,11 +184,12 @@ impl Top {
         waiting: &mut Vec<(f64, usize)>,
     ) -> usize {
         let own = area(bounds);
-        // Nodes next to whose children it may cost less, each with the growth of itself and its ancestors.
+        // Nodes whose children may be better siblings, each with the growth of itself and its ancestors.
         waiting.clear();
         waiting.push((self.with(0, bounds) - self.0[0].area, 0));
         while let Some((grown, i)) = waiting.pop() {
-            // Below this node the new parent's area is at least the box's own: a lower bound that cuts the search.
+            // Below this node the new parent's area is at least the box's own, which gives a lower bound that
+            // prunes the search.
             if grown + own >= cost {
                 continue;
             }
@@ -197,11 +199,11 @@ impl Top {
 
             // Visit the side that grows less first: it lowers the bound soonest.
             let near = usize::from(grows[1] < grows[0]);
-            // Both are pushed, the nearer last, so that it is popped first.
+            // Push both, the nearer last, so that it is popped first.
             for k in [1 - near, near] {
                 if grown + both[k] < cost {
-                    // Beside `sides[k]` the new parent has the area of both boxes, and the ancestors have grown by
-                    // `grown`.
+                    // Next to `sides[k]`, the new parent has the area of both boxes, and the ancestors have
+                    // grown by `grown`.
                     (cost, place) = (grown + both[k], sides[k]);
                 }
                 waiting.push((grown + grows[k], sides[k]));
@@ -217,13 +219,13 @@ impl Top {
 
     /// Writes the inner nodes into the tree, unless some path would have more than `deepest` nodes.
     fn write(&self, binary: &mut Binary, deepest: usize) {
-        // A path that is too long would overflow the traversal's stacks, so the whole change is dropped.
+        // A path that is too long would overflow the traversal's stacks, so the whole change is discarded.
         if self.write_node(0, binary, (self.0[0].bounds.scale(), deepest)).is_none() {
             binary.moved.clear();
         }
     }
 
-    /// Writes a node and all below it.
+    /// Writes a node and everything below it.
     fn write_node(
         &self,
         i: usize,
@@ -276,7 +278,7 @@ fn cost_area(bounds: &Aabb, scale: f32) -> f32 {
 /// Half of a box's surface.
 fn area(bounds: &Aabb) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|k| f64::from(bounds.hi[k]) - f64::from(bounds.lo[k]));
-    // In f64, because costs are sums of many areas whose differences decide.
+    // In f64, because the costs are sums of many areas, and small differences decide.
     x * (y + z) + y * z
 }
 
@@ -310,7 +312,8 @@ mod tests {
         binary::build(refs, Level::best(), &|_, _| ()).unwrap()
     }
 
-    /// Compares the position found with the cost of the whole tree for every possible position of the node.
+    /// Compares the position that is found with every possible position of the node, by the cost of the whole
+    /// tree.
     #[test]
     fn a_node_goes_where_it_costs_least() {
         let mut top = Top::of(&room(2000), 120);

@@ -11,7 +11,7 @@ use crate::tree::Aabb;
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Simd};
 
-/// A row: six sides and two words.
+/// Six sides and two words.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(transparent)]
 pub(super) struct SimdAabb(pub [f32; 8]);
@@ -44,7 +44,8 @@ impl SimdAabb {
     #[inline(always)]
     pub(super) fn join(&mut self, other: &Self) {
         for (a, b) in self.0.iter_mut().zip(&other.0) {
-            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which no box has.
+            // A comparison compiles to `maxps`; `f32::max` would add instructions for NaN, which does not
+            // occur.
             *a = if *a > *b { *a } else { *b };
         }
     }
@@ -52,7 +53,7 @@ impl SimdAabb {
     /// The lengths along the axes, in units of `1 / scale`; the last lane is meaningless.
     #[inline(always)]
     pub(super) fn size<S: Simd>(&self, scale: S::F32x4) -> S::F32x4 {
-        // hi - lo, as the lower sides are stored with the other sign. Scaled first, because the difference might
+        // hi - lo, because the lower sides are stored negated. Scaled first, because the difference might
         // overflow.
         S::F32x4::load(&self.0[4..]) * scale + S::F32x4::load(&self.0) * scale
     }
@@ -64,7 +65,7 @@ impl SimdAabb {
         S::F32x4::load(&self.0[4..]) * scale - S::F32x4::load(&self.0) * scale
     }
 
-    /// [`SimdAabb::centre`] along one axis: the same operations.
+    /// [`SimdAabb::centre`] along one axis, with the same operations.
     #[inline(always)]
     pub(super) fn centre_along(&self, axis: usize, scale: f32) -> f32 {
         self.0[axis % 4 + 4] * scale - self.0[axis % 4] * scale

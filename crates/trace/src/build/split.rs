@@ -1,6 +1,6 @@
 //! Finds where to cut a set of boxes in two.
 //!
-//! Boxes are thrown into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
+//! Boxes are sorted into bins by their centres (Wald, *On fast Construction of SAH-based Bounding Volume
 //! Hierarchies*, 2007):
 //!
 //! ```text
@@ -19,7 +19,7 @@ const SOME: usize = 32;
 /// Bins along each axis; a power of two, so that a mask keeps every index inside.
 const BINS: usize = ROW;
 
-/// With at least this many boxes, two sets of bins pay.
+/// With at least this many boxes, a second set of bins is worthwhile.
 const MANY: usize = 200;
 
 /// Adding this number rounds to an integer in the low bits: the vector form of a conversion.
@@ -37,8 +37,8 @@ pub(super) struct Binning {
 impl Binning {
     /// For `count` boxes with these centres.
     pub(super) fn new(count: usize, centres: &Centres, scale: f32) -> Self {
-        // A little less than all bins, so that the last centre falls into the last. An axis along
-        // which all centres are equal has them all in bin 0.
+        // Slightly less than all bins, so that the last centre falls into the last bin. If all centres are
+        // equal along an axis, all are in bin 0.
         let bins = if count <= SOME { BINS / 2 } else { BINS };
         let sides = centres.lo.iter().zip(&centres.hi);
         let mut per_unit = [0.0; 4];
@@ -59,16 +59,16 @@ impl Binning {
         bins
     }
 
-    /// The bin along one axis: the same operations.
+    /// The bin along one axis, with the same operations.
     #[inline(always)]
     fn bin(&self, sides: &SimdAabb, axis: usize) -> f32 {
-        // The same operations as for all axes at once, so a box never falls into another bin here.
+        // With the same operations as for all axes at once, so that a box never falls into another bin here.
         let at = sides.centre_along(axis, self.scale) - self.origin[axis % 4];
         (at * self.per_unit[axis % 4] - 0.5) + ROUND
     }
 }
 
-/// How many boxes fell into each bin of each axis, and the box around them.
+/// The number of boxes in each bin of each axis, and the box around them.
 pub(super) struct Bins {
     sides: [[SimdAabb; BINS]; 3],
     count: [[u32; BINS]; 3],
@@ -79,8 +79,8 @@ impl Bins {
 
     #[inline(always)]
     pub(super) fn of<S: Simd>(refs: &[PrimRef], binning: &Binning) -> Self {
-        // Neighbours often go to the same bin, and each update would have to wait for the one before. So
-        // many boxes alternate between two sets of bins.
+        // Neighbours often go to the same bin, and each update would have to wait for the one before. So with
+        // many boxes, two sets of bins alternate.
         let mut all = Self::EMPTY;
         let (pairs, last) = if refs.len() > MANY { refs.as_chunks::<2>() } else { (&[][..], refs) };
         for r in last {
@@ -103,7 +103,7 @@ impl Bins {
         let at = binning.bins::<S>(sides.centre::<S>(scale));
         let row = S::F32x8::load(&sides.0);
         for ((sides, count), at) in self.sides.iter_mut().zip(&mut self.count).zip(at) {
-            // With ROUND added, the low bits of the float are the bin's number.
+            // With ROUND added, the low bits of the float are the bin number.
             let bin = at.to_bits() as usize % BINS;
             let around = &mut sides[bin].0;
             S::F32x8::load(around).max(row).store(around);
@@ -114,7 +114,7 @@ impl Bins {
     pub(super) fn join(mut self, other: &Self) -> Self {
         for axis in 0..3 {
             for bin in 0..BINS {
-                // Maxima and integer sums: the order in which bins are joined does not matter.
+                // Maxima and integer sums do not depend on the order in which bins are joined.
                 self.sides[axis][bin].join(&other.sides[axis][bin]);
                 self.count[axis][bin] += other.count[axis][bin];
             }
@@ -122,8 +122,7 @@ impl Bins {
         self
     }
 
-    /// The cheapest cut: its axis and the first bin of its right side. `None` where all boxes are
-    /// in one bin.
+    /// The cheapest cut: its axis and the first bin of its right side. `None` if all boxes are in one bin.
     #[inline(always)]
     pub(super) fn best<S: Simd>(&self, binning: &Binning) -> Option<(usize, usize)> {
         let mut cuts = Cuts::new();
@@ -141,7 +140,8 @@ pub(super) fn centres<S: Simd>(refs: &[PrimRef], scale: f32) -> Centres {
     let (mut centres, scale) = (CentreLanes::none(), S::F32x4::splat(scale));
     let all = <S::F32x4 as Lanes>::Mask::from_bits(0b1111);
     for PrimRef(sides) in refs {
-        // Around the centres and not around the boxes: one large triangle would otherwise leave most bins empty.
+        // Use the box around the centres, not around the boxes: one large triangle would otherwise leave most
+        // bins empty.
         centres.reach(sides.centre::<S>(scale), all);
     }
     centres.store()
@@ -158,8 +158,8 @@ pub(super) fn partition<S: Simd>(
     let mut left = 0;
     let (mut a, mut b) = (CentreLanes::none(), CentreLanes::none());
     let (cut, scale) = (ROUND + first_right as f32, S::F32x4::splat(binning.scale));
-    // Without a branch, which would be mispredicted every other time: everything is swapped to
-    // the end of the left side, which grows only if it belongs there.
+    // Without a branch, which would be mispredicted every other time: every reference is swapped to the end
+    // of the left side, which grows only if it belongs there.
     for i in 0..refs.len() {
         let r = refs[i];
         let (centre, bin) = (r.0.centre::<S>(scale), binning.bin(&r.0, axis));

@@ -10,7 +10,7 @@ use super::simd_aabb::SimdAabb;
 use crate::util::lane_ops::smallest;
 use intertri::simd::{Lanes, Mask, Simd};
 
-/// Boxes in a row, at most.
+/// The most boxes in a row.
 pub(super) const ROW: usize = 16;
 
 /// The costs of all cuts along all axes.
@@ -37,7 +37,7 @@ impl Cuts {
 
         // Sizes of both sides, with the number of triangles in the fourth lane.
         let (mut left, mut right) = ([[0.0; 4]; ROW], [[0.0; 4]; ROW]);
-        // From the right end, box i and all behind it; then from the left end, all before box i.
+        // From the right end, the union of box i and all after it; then from the left end, of all before it.
         let (mut side, mut number) = (S::F32x8::splat(f32::NEG_INFINITY), 0);
         for i in (1..n).rev() {
             // Lower sides are stored negated, so the union is one maximum.
@@ -54,7 +54,7 @@ impl Cuts {
 
         // Four cuts at a time. An empty side has an infinite area, which times 0 triangles is NaN.
         for first in (0..n).step_by(4) {
-            // Transposed, a register holds one length of four cuts.
+            // After the transpose, a register contains one length of four cuts.
             let rows = |sides: &[[f32; 4]; ROW]| {
                 let row = |i: usize| S::F32x4::load(&sides[first + i]);
                 S::transpose([row(0), row(1), row(2), row(3)])
@@ -78,7 +78,7 @@ impl Cuts {
         let bits = [x.le(least).bits(), y.le(least).bits(), z.le(least).bits()];
         let axis = (0..3).find(|&axis| bits[axis] != 0)?;
         let cut = bits[axis].trailing_zeros() as usize;
-        // Infinite where every cut has an empty side: all centres are in one bin.
+        // Infinite if every cut has an empty side, that is, all centres are in one bin.
         self.0[axis][cut].is_finite().then_some((axis, cut))
     }
 }
@@ -111,7 +111,7 @@ mod tests {
         }
     }
 
-    /// Rows of every length, with empty boxes here and there, against areas and counts added up.
+    /// Rows of every length, with some empty boxes, compared with areas and counts added up.
     #[test]
     fn costs_are_areas_times_counts() {
         let mut random = random();

@@ -8,14 +8,14 @@ use crate::util::lane_ops::lanes_of;
 
 /// The triangles that a hierarchy is built over.
 pub(crate) trait Triangles: Sync {
-    /// How many there are.
+    /// The number of triangles.
     fn count(&self) -> usize;
-    /// The box in which one can be hit.
+    /// The box in which a triangle can be hit.
     fn hit_bounds(&self, i: usize) -> HitBounds;
     /// The triangles of a leaf, side by side.
     fn block(&self, indices: &[u32; BLOCK]) -> TriangleBlock<8>;
-    /// The same, with dead lanes for triangles that cannot be hit in a box; and the box around all others and those
-    /// without area, which keep their corners.
+    /// The same after a refit, with dead lanes for triangles that cannot be hit in a box; and the box around
+    /// all others and those without area, which keep their corners.
     fn moved(&self, indices: &[u32; BLOCK]) -> (TriangleBlock<8>, LeafBounds);
 }
 
@@ -41,7 +41,7 @@ impl Triangles for [Triangle] {
     }
 }
 
-/// The triangles of a leaf side by side.
+/// Loads the triangles of a leaf side by side.
 struct SideBySide<'a> {
     triangles: &'a [Triangle],
     indices: &'a [u32; BLOCK],
@@ -61,7 +61,7 @@ impl WithSimd for SideBySide<'_> {
     }
 }
 
-/// The triangles of a leaf where they are now, and the box around them.
+/// Loads the triangles of a leaf at their new positions, with the box around them.
 struct Moved<'a> {
     triangles: &'a [Triangle],
     indices: &'a [u32; BLOCK],
@@ -93,8 +93,8 @@ impl WithSimd for Moved<'_> {
     }
 }
 
-/// Fills the lanes without a triangle with one that can be hit, or with any triangle that has an area. A filler without
-/// area would be loaded from a saved hierarchy as a triangle of its own.
+/// Fills the lanes without a triangle with one that can be hit, or with any triangle that has an area. A
+/// filler without area would be loaded from a saved hierarchy as a triangle of its own.
 fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let absent = 0xff & !present;
     if absent == 0 {
@@ -103,7 +103,7 @@ fn fill_absent(corners: &mut [[[f32; 8]; 3]; 3], present: u32, live: u32) {
     let from = lanes_of(live).next();
     for (k, rows) in corners.iter_mut().enumerate() {
         for (axis, row) in rows.iter_mut().enumerate() {
-            // Without a live triangle: corners at 1 on each axis, which span an area.
+            // If no triangle is live, use corners at 1 on each axis, which span an area.
             let x = from.map_or(if k == axis { 1.0 } else { 0.0 }, |from| row[from]);
             lanes_of(absent).for_each(|lane| row[lane] = x);
         }

@@ -1,4 +1,4 @@
-//! The nodes and blocks of the plan, written from the root down.
+//! Writes the nodes and blocks of the plan, from the root down.
 
 use super::binary::{Binary, Subtree};
 use super::layout::Layout;
@@ -6,10 +6,10 @@ use crate::tree::{Aabb, BLOCK, EMPTY, LEAF, NONE, Node};
 use crate::util::memory::NoMemory;
 use crate::util::threads::join;
 
-/// Subtrees of fewer triangles than this are written by one thread each.
+/// Each subtree with fewer triangles than this is written by one thread.
 const PART: usize = 1 << 14;
 
-/// A node still to be written: its subtree, its index, and the number of its ancestors.
+/// A node still to be written: its subtree, its index, and its number of ancestors.
 #[derive(Clone, Copy)]
 struct Task {
     part: Subtree,
@@ -19,14 +19,14 @@ struct Task {
 
 /// Writes the wide tree.
 pub(super) fn write(binary: &Binary) -> Result<Layout, NoMemory> {
-    // The top first; then the subtrees below it in parallel, each as a separate tree.
+    // Write the top first, then the subtrees below it in parallel, each as a separate tree.
     let mut below = Vec::new();
     let mut tree = write_part(binary, binary.root(), Some(&mut below))?;
     let parts = in_parts(binary, &below)?;
     tree.nodes.try_reserve_exact(parts.iter().map(|part| part.nodes.len()).sum())?;
     tree.blocks.try_reserve_exact(parts.iter().map(|part| part.blocks.len()).sum())?;
 
-    // The root of each goes where the top left a gap, the rest to the end.
+    // The root of each goes into the gap that the top left for it, the rest to the end.
     for (task, part) in below.iter().zip(parts) {
         let (nodes, blocks) = (tree.nodes.len() as u32 - 1, tree.blocks.len() as u32);
         let mut moved = part.nodes.into_iter().map(|mut node| {
@@ -81,8 +81,8 @@ fn write_part(
         let boxes: [Aabb; 8] =
             std::array::from_fn(|i| children.get(i).map_or(Aabb::EMPTY, |c| binary.bounds(*c)));
         let slots = slots(&boxes[..count]);
-        // Blocks are written now, side by side; nodes get adjacent indices and are filled later, the first
-        // of them next.
+        // Blocks are written now, next to each other; nodes get adjacent indices and are filled later,
+        // starting with the first.
         tree.nodes.try_reserve(count)?;
         tree.blocks.try_reserve(count)?;
         let first = tree.nodes.len();
@@ -103,7 +103,7 @@ fn write_part(
             index: first + k,
             depth: task.depth + 1,
         }));
-        // The first child is popped next, so nodes lie in memory in the order in which rays visit them.
+        // The first child is popped next, so nodes are in memory in the order in which rays visit them.
         tasks[start..].reverse();
     }
     Ok(tree)
@@ -116,7 +116,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     if binary.is_block(root) {
         return (out, 1);
     }
-    // Divides the eight slots, depth first. Each waiting subtree has at least one slot, so at most 8 wait.
+    // Divide the eight slots depth first. Each waiting subtree has at least one slot, so at most 8 wait.
     let mut count = 0;
     let mut waiting = [(root, 0); 8];
     let mut n = share(binary, root, 8, &mut waiting, 0);
@@ -136,7 +136,7 @@ fn children(binary: &Binary, root: Subtree) -> ([Subtree; 8], usize) {
     (out, count)
 }
 
-/// Puts the two sides of a subtree onto the waiting list, the left one to be taken first.
+/// Pushes the two sides of a subtree onto the waiting list, the left one on top.
 fn share(
     binary: &Binary,
     part: Subtree,
@@ -146,7 +146,7 @@ fn share(
 ) -> usize {
     let left = binary.plan(part).map_or(0, |p| p.left(places));
     let [a, b] = binary.sides(part);
-    // The left side is pushed last and divided first: children come out from left to right.
+    // The left side is pushed last and divided first, so children come out from left to right.
     waiting[n] = (b, places - left);
     waiting[n + 1] = (a, left);
     n + 2
@@ -162,7 +162,7 @@ fn block(binary: &Binary, part: Subtree) -> [u32; BLOCK] {
     block
 }
 
-/// The node over up to eight boxes, each a leaf with a number.
+/// The node over up to eight numbered boxes, each of which is a leaf.
 pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     let all: [Aabb; 8] =
         std::array::from_fn(|i| boxes.get(i).map_or(Aabb::EMPTY, |(bounds, _)| *bounds));
@@ -174,9 +174,9 @@ pub(super) fn leaf_node(boxes: &[(Aabb, u32)]) -> Node {
     node
 }
 
-/// A slot for each child, by octant: slot `s` is the first that rays of octant `s` look at, so it
-/// gets the child that lies farthest towards the side where those rays come from. The pair of child and
-/// slot with the largest difference is chosen first, as by Ylitie, Karras and Laine (2017, section 3.3).
+/// A slot for each child, by octant: rays of octant `s` look at slot `s` first, so it gets the child that is
+/// farthest toward the side where those rays come from. The pair of child and slot with the largest
+/// difference is chosen first, as by Ylitie, Karras and Laine (2017, section 3.3).
 fn slots(boxes: &[Aabb]) -> [usize; 8] {
     let mut all = Aabb::EMPTY;
     for b in boxes {
@@ -184,11 +184,11 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
     }
     let scale = all.scale();
     let middle = all.centre(scale);
-    // How far each child lies along the mean direction of each slot's rays.
+    // The position of each child along the mean direction of each slot's rays.
     let mut along = [[0.0; 8]; 8];
     for (row, b) in along.iter_mut().zip(boxes) {
-        // Slot bits are signs of the direction: rays of octant o see slot o first, so it should hold the child that
-        // lies farthest against their direction.
+        // Slot bits are signs of the direction: rays of octant o look at slot o first, so it should contain
+        // the child that is farthest against their direction.
         let c = b.centre(scale);
         let [x, y, z] = [c[0] - middle[0], c[1] - middle[1], c[2] - middle[2]];
         *row = [
@@ -209,7 +209,7 @@ fn slots(boxes: &[Aabb]) -> [usize; 8] {
         let (mut least, mut best) = (f32::INFINITY, (waiting.trailing_zeros() as usize, 0));
         for child in (0..boxes.len()).filter(|c| waiting >> c & 1 == 1) {
             for slot in 0..8 {
-                // Greedy: the pair of a child and a slot that fit best is taken, then the best of those left.
+                // Greedy: the best pair of a child and a slot is taken, then the best of the rest.
                 if open[slot] && along[child][slot] < least {
                     (least, best) = (along[child][slot], (child, slot));
                 }

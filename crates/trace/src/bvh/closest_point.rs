@@ -1,4 +1,4 @@
-//! The closest point of the mesh, for one point or for many.
+//! The closest point of the mesh, for one point or many.
 
 use intertri::Counts;
 
@@ -8,13 +8,13 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The point of the mesh that is closest to a given one, where it is not farther than a radius, which may be
-    /// infinite: its [`distance`](ClosestPoint::distance) is compared with that. Within a radius below 0, or NaN,
-    /// there is none. Masks of geometries do not matter.
+    /// The point of the mesh that is closest to a given point, unless its
+    /// [`distance`](ClosestPoint::distance) exceeds `radius`, which may be infinite. There is none if the
+    /// radius is negative or NaN. Masks of geometries have no effect.
     ///
-    /// The triangle is truly the closest; of those that are exactly as close, which neighbours often are, the
-    /// lowest index. A triangle without an area is the segment or the point that its corners span; one with a corner
-    /// that is not finite is not there. A point that is not finite has no closest one.
+    /// The triangle is truly the closest; if several are exactly as close, as neighbours often are, the
+    /// lowest index wins. A triangle without area is the segment or the point that its corners span; one with
+    /// a corner that is not finite is ignored. A point that is not finite has no closest point.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -32,7 +32,8 @@ impl<S: BvhScalar> Bvh<S> {
         answer[0].some()
     }
 
-    /// [`Bvh::closest_point`] of many points, on all threads; [`ClosestPoint::NONE`] for a point that has none.
+    /// [`Bvh::closest_point`] for many points, on all threads; [`ClosestPoint::NONE`] for a point without
+    /// one.
     pub fn closest_point_batch(&self, points: &[[S; 3]], radius: f64) -> Vec<ClosestPoint> {
         let mut closest = vec![ClosestPoint::NONE; points.len()];
         self.closest_point_batch_into(points, radius, &mut closest);
@@ -42,7 +43,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`Bvh::closest_point_batch`] into a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn closest_point_batch_into(
         &self,
         points: &[[S; 3]],

@@ -10,7 +10,7 @@ use crate::tree::Tree;
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// A mesh by its vertices and, for each triangle, three of their indices.
+/// A mesh given by its vertices and, for each triangle, three vertex indices.
 ///
 /// ```
 /// use intertri_trace::{Bvh, IndexedMesh};
@@ -37,7 +37,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles that share vertices.
     ///
     /// # Errors
-    /// If an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -59,10 +59,10 @@ impl<S: BvhScalar> Bvh<S> {
         Self::new(&corners.map_err(out_of_memory)?)
     }
 
-    /// [`Bvh::from_meshes`] of meshes by their vertices and indices.
+    /// [`Bvh::from_meshes`] for meshes given by vertices and indices.
     ///
     /// # Errors
-    /// If an index is out of bounds, there are 2^31 triangles or more, or too little memory.
+    /// Fails if an index is out of bounds, there are 2^31 triangles or more, or too little memory.
     ///
     /// See [`IndexedMesh`] for an example.
     pub fn from_indexed_meshes(meshes: &[IndexedMesh<'_, S>]) -> Result<Self, BuildError> {
@@ -80,8 +80,8 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`Bvh::refit`] to vertices that have moved.
     ///
     /// # Errors
-    /// If an index is out of bounds, or there are more triangles or fewer: then nothing has changed. If there is too
-    /// little memory: then the hierarchy holds no triangle any more.
+    /// Fails if an index is out of bounds or the number of triangles differs; nothing has changed then. Also
+    /// fails if there is too little memory; the hierarchy is then empty.
     pub fn refit_indexed(
         &mut self,
         vertices: &[[S; 3]],

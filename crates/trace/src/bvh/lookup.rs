@@ -1,7 +1,7 @@
 //! The triangle of a hit, and rays that leave it.
 //!
-//! Leaves know the indices of their triangles, not the other way round. The way back is a table of 4 bytes a triangle,
-//! made when it is first needed.
+//! Leaves store the indices of their triangles, but not the other way round. The inverse is a table of 4
+//! bytes per triangle, created on first use.
 
 use intertri::{Hit, LeafSlot, RayOf, TriangleId, TriangleOf};
 
@@ -10,12 +10,12 @@ use crate::scalar::BvhScalar;
 use crate::tree::MeshTriangle;
 use crate::util::lane_ops::lanes_of;
 
-/// The slot of a triangle that is not stored: one with a corner that is not finite.
+/// The slot of a triangle that is not stored because a corner is not finite.
 const NOWHERE: LeafSlot = LeafSlot(u32::MAX);
 
 /// The triangle, normal and secondary rays of a hit.
 ///
-/// The first of these calls makes a table of 4 bytes a triangle, so it takes longer than the others.
+/// The first of these calls creates a table of 4 bytes per triangle, so it takes longer than later ones.
 impl<S: BvhScalar> Bvh<S> {
     /// The triangle of a hit; `None` for a miss or an unknown triangle.
     ///
@@ -35,13 +35,13 @@ impl<S: BvhScalar> Bvh<S> {
         (slot != NOWHERE).then(|| self.triangle_in(slot))
     }
 
-    /// The normal of the triangle of a hit, not of unit length: [`TriangleOf::normal`].
+    /// The normal of a hit's triangle, not normalized: [`TriangleOf::normal`].
     pub fn normal(&self, hit: &Hit) -> Option<[f64; 3]> {
         self.triangle(hit).map(|triangle| triangle.normal())
     }
 
-    /// A ray from where another ray hit, in any direction, which never hits the triangle that it leaves:
-    /// [`spawn_ray`](intertri::spawn_ray). From a miss it is a ray that hits nothing, whatever its interval.
+    /// A ray from a hit in any direction that never hits the triangle it starts from:
+    /// [`spawn_ray`](intertri::spawn_ray). From a miss, it is a ray that hits nothing, whatever its interval.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
@@ -59,7 +59,7 @@ impl<S: BvhScalar> Bvh<S> {
         }
     }
 
-    /// A ray from where another ray hit to a point, such as a light, which is at `t = 1`:
+    /// A ray from a hit to a point, such as a light, which is at `t = 1`:
     /// [`spawn_ray_to`](intertri::spawn_ray_to).
     pub fn spawn_ray_to(&self, hit: &Hit, point: [S; 3]) -> RayOf<S> {
         match self.triangle(hit) {
@@ -68,10 +68,10 @@ impl<S: BvhScalar> Bvh<S> {
         }
     }
 
-    /// How far it is from a hit to the next triangle against the normal: how thick a solid is there, if its corners run
-    /// counter-clockwise as seen from outside. The hit's own triangle does not count. `None` if there is nothing behind,
-    /// for a miss, and where the triangle has no area. The start is the hit's point after rounding, as that of
-    /// [`Bvh::spawn_ray`].
+    /// The distance from a hit to the next triangle against the normal: the thickness of a solid there, if
+    /// its corners run counter-clockwise as seen from outside. The hit's own triangle does not count. `None`
+    /// if nothing is behind it, for a miss, and if the triangle has no area. The start is the hit's point
+    /// after rounding, as for [`Bvh::spawn_ray`].
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::{Ray, Triangle}};
@@ -99,8 +99,8 @@ impl<S: BvhScalar> Bvh<S> {
         self.slots.get_or_init(|| {
             let mut slots = vec![NOWHERE; self.tree.triangles];
             for (i, leaf) in self.tree.leaves.iter().enumerate() {
-                // A refitted triangle may be in two leaves, in one of which it is dead; only where it is present does
-                // it count.
+                // A refitted triangle may be in two leaves and dead in one of them; only the leaf where it is
+                // present counts.
                 for lane in lanes_of(self.tree.present(i)) {
                     slots[leaf.indices[lane] as usize] = LeafSlot((8 * i + lane) as u32);
                 }

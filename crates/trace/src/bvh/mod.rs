@@ -20,9 +20,9 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 
 /// A bounding volume hierarchy over triangles.
 ///
-/// Its answers equal those of a plain loop over all triangles, index and bits of t: they depend neither on the
-/// hierarchy nor on the number of threads. Trace rays by its shortcuts, or by a [`query`](Bvh::query) with your own
-/// settings.
+/// Its answers equal those of a plain loop over all triangles, index and bits of t: they depend neither on
+/// the hierarchy nor on the number of threads. Trace rays with its shortcuts, or with a [`query`](Bvh::query)
+/// with your own settings.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -35,9 +35,10 @@ use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 /// # Ok::<(), intertri_trace::BuildError>(())
 /// ```
 ///
-/// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and is
-/// right on these coordinates. Traversal uses f32 copies about the scene's centre. The originals decide where the copies
-/// do not, and yield t, u and v. They take 72 bytes more for each triangle. Hits are always decided exactly.
+/// Over [`Triangle64`](type@intertri::Triangle64) it is a `Bvh<f64>`, takes [`Ray64`](intertri::Ray64), and
+/// is right on these coordinates. Traversal uses f32 copies relative to the scene's centre. The originals
+/// decide where the copies cannot, and determine t, u and v. They take 72 more bytes per triangle. Hits are
+/// always decided exactly.
 ///
 /// ```
 /// use intertri_trace::Bvh;
@@ -63,17 +64,17 @@ impl<S: BvhScalar> Bvh<S> {
     /// Builds a hierarchy over triangles, which keep their indices.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or too little memory.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Self::with_progress(triangles, &|_, _| ())
     }
 
-    /// A hierarchy over several meshes: each is a geometry, numbered by its order among them. Hits name the geometry
-    /// and the triangle's number within it. If two hits have the same t, the lower geometry is closer, then the lower
-    /// triangle.
+    /// Builds a hierarchy over several meshes: each is a geometry, numbered in order. A hit has the number of
+    /// its geometry and of the triangle within it. If two hits have the same t, the lower geometry wins, then
+    /// the lower triangle.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or too little memory.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -96,13 +97,14 @@ impl<S: BvhScalar> Bvh<S> {
         Self::of_geometries(&all, meshes.iter().map(|mesh| mesh.len()))
     }
 
-    /// Over the triangles of several meshes, one mesh's after the other's.
+    /// Builds over the concatenated triangles of several meshes.
     fn of_geometries(
         triangles: &[TriangleOf<S>],
         counts: impl ExactSizeIterator<Item = usize> + Clone,
     ) -> Result<Self, BuildError> {
         let count = triangles.len();
-        // Before the tree, which takes much longer: if the table does not fit, this fails early.
+        // Allocated before the tree is built, which takes much longer: if the table does not fit, this fails
+        // early.
         let geometries =
             Geometries::of(counts).map_err(|NoMemory| BuildError::OutOfMemory { count })?;
         let mut bvh = Self::new(triangles)?;
@@ -110,11 +112,11 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bvh)
     }
 
-    /// [`Bvh::new`], calling `progress` from time to time with how many triangles are done, of how many. The calls
-    /// come from any thread and may overtake each other.
+    /// Like [`Bvh::new`], but occasionally calls `progress` with the number of triangles that are done, and
+    /// their total. The calls may come from any thread and out of order.
     ///
     /// # Errors
-    /// If there are 2^31 triangles or more, or too little memory.
+    /// Fails if there are 2^31 triangles or more, or too little memory.
     pub fn with_progress(
         triangles: &[TriangleOf<S>],
         progress: Progress<'_>,
@@ -123,16 +125,16 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// From a tree and the data stored with it.
+    /// Combines a tree and the data stored with it.
     fn of_parts(tree: Tree, originals: S::Originals) -> Self {
-        // The table of slots is made by the first call that needs it; most programs never do.
+        // The table of slots is created by the first call that needs it; most programs never do.
         Self { tree, originals, slots: OnceLock::new() }
     }
 
-    /// A copy, as by [`Clone`], or an error where that would abort.
+    /// A copy, as from [`Clone`], but returns an error if there is too little memory.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -147,18 +149,18 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(Self::of_parts(tree, originals))
     }
 
-    /// How many triangles it was built over.
+    /// The number of triangles it was built over.
     pub fn len(&self) -> usize {
         self.tree.triangles
     }
 
-    /// Whether it was built over no triangle.
+    /// Whether it was built over no triangles.
     pub fn is_empty(&self) -> bool {
         self.tree.triangles == 0
     }
 
-    /// The smallest and largest corner of the box around all triangles that can be hit; `None` where there
-    /// are none. It looks at each of them.
+    /// The smallest and largest corner of the box around all triangles that can be hit; `None` if there are
+    /// none. Visits each of them.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -169,7 +171,7 @@ impl<S: BvhScalar> Bvh<S> {
     pub fn bounds(&self) -> Option<[[S; 3]; 2]> {
         let mut all: Option<[[S; 3]; 2]> = None;
         for (leaf, first) in self.tree.leaves.iter().zip((0..).step_by(8)) {
-            // Live lanes only: triangles that cannot be hit do not count.
+            // Only live lanes: triangles that cannot be hit do not count.
             for lane in lanes_of(leaf.block.live()) {
                 for corner in self.triangle_in(LeafSlot(first + lane as u32)).0 {
                     all = Some(joined(all, corner));
@@ -179,12 +181,12 @@ impl<S: BvhScalar> Bvh<S> {
         all
     }
 
-    /// How many geometries there are: the meshes of [`Bvh::from_meshes`], else 1.
+    /// The number of geometries: the meshes of [`Bvh::from_meshes`], otherwise 1.
     pub fn geometries(&self) -> usize {
         self.tree.geometries.count()
     }
 
-    /// The same with all triangles in one mesh that every mask has: hits count triangles through all meshes.
+    /// Merges all geometries into one, which every mask selects: hits number triangles across all meshes.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -200,14 +202,15 @@ impl<S: BvhScalar> Bvh<S> {
         self
     }
 
-    /// Sets the mask of a geometry: 32 bits that mean what you like; at first all are set. A query of rays counts a
-    /// geometry if its mask and the [query's](crate::Query::mask) have a bit in common, so one whose mask is 0 never
-    /// counts. Closest points and [`Solid`](crate::Solid) count all triangles, whatever their masks.
+    /// Sets the mask of a geometry: 32 bits whose meaning you choose; at first all are set. A ray query
+    /// considers a geometry if its mask and the [query's](crate::Query::mask) have a bit in common, so one
+    /// whose mask is 0 is never considered. Closest points and [`Solid`](crate::Solid) consider all
+    /// triangles, whatever their masks.
     ///
     /// See [`Query::mask`](crate::Query::mask) for an example.
     ///
     /// # Panics
-    /// If the geometry is out of bounds.
+    /// Panics if the geometry is out of bounds.
     pub fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.tree.geometries.set_mask(geometry, mask);
     }
@@ -220,8 +223,8 @@ impl<S: BvhScalar> Bvh<S> {
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The triangles, in the order in which they were given. Those with a corner that is not finite are not kept: all
-    /// their coordinates are NaN here.
+    /// The triangles in their original order. Those with a corner that is not finite are not stored: here all
+    /// their coordinates are NaN.
     ///
     /// ```
     /// use intertri_trace::{Bvh, intertri::Triangle};
@@ -233,7 +236,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     ///
     /// # Panics
-    /// If there is too little memory for them.
+    /// Panics if there is too little memory for them.
     pub fn to_triangles(&self) -> Vec<TriangleOf<S>> {
         self.try_to_triangles().expect("memory for the triangles of a hierarchy")
     }
@@ -245,7 +248,7 @@ impl<S: BvhScalar> Bvh<S> {
         let mut triangles = filled(self.tree.triangles, nothing)?;
         for (i, leaf) in self.tree.leaves.iter().enumerate() {
             for lane in lanes_of(self.tree.present(i)) {
-                // Leaves know their triangles' indices. Those that are in no leaf were not finite, and stay NaN.
+                // Leaves know their triangles' indices. Triangles in no leaf were not finite, and stay NaN.
                 triangles[leaf.indices[lane] as usize] =
                     self.triangle_in(LeafSlot((8 * i + lane) as u32));
             }
@@ -254,7 +257,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// A box with one more point in it.
+/// A box extended by a point.
 fn joined<S: Scalar>(all: Option<[[S; 3]; 2]>, point: [S; 3]) -> [[S; 3]; 2] {
     let [mut lo, mut hi] = all.unwrap_or([point; 2]);
     for k in 0..3 {

@@ -1,4 +1,4 @@
-//! The same hierarchy around triangles that have moved.
+//! Refits the hierarchy to triangles that have moved.
 
 use intertri::TriangleOf;
 
@@ -7,16 +7,16 @@ use crate::refit::{Refit, RefitError};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Moves the triangles: their new corners, all of them in the order in which they were given. The tree stays
-    /// as it is; its boxes are fitted to the corners, on all threads.
+    /// Moves the triangles. Pass the new corners of all of them, in the original order. The tree keeps its
+    /// structure, and its boxes are fitted to the corners, on all threads.
     ///
-    /// Answers are those of a hierarchy built anew, bit for bit. It takes a small part of the time of a build, but the
-    /// more the triangles move against each other, the longer rays take; [`Refit`] shows how worn the tree is.
-    /// Triangles may lose their area or stop being finite, and come back.
+    /// Answers are those of a newly built hierarchy, bit for bit. A refit takes a small part of the time of a
+    /// build, but the more the triangles move relative to each other, the slower rays become; [`Refit`] shows
+    /// how worn the tree is. Triangles may lose their area or stop being finite, and recover later.
     ///
     /// # Errors
-    /// If there are more triangles or fewer: then nothing has changed. If there is too little memory: then it
-    /// holds no triangle any more.
+    /// Fails if the number of triangles differs; nothing has changed then. Also fails if there is too little
+    /// memory; the hierarchy is then empty.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -31,7 +31,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn refit(&mut self, triangles: &[TriangleOf<S>]) -> Result<Refit, RefitError> {
-        // Triangles may move to other leaves, so the table is made again when it is needed.
+        // Triangles may move to other leaves, so the table is recreated when it is needed.
         self.slots.take();
         S::refit(&mut self.tree, &mut self.originals, triangles)
     }

@@ -1,4 +1,4 @@
-//! The hierarchy to bytes and back.
+//! Saves and loads the hierarchy.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -11,9 +11,9 @@ use crate::save::{LoadError, Slice, Stream};
 use crate::scalar::BvhScalar;
 
 impl<S: BvhScalar> Bvh<S> {
-    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes on every CPU and number of threads.
+    /// The hierarchy as bytes, for [`Bvh::from_bytes`]: the same bytes for every CPU and number of threads.
     ///
-    /// They hold the triangles that are finite, their numbers, and the tree: 60 to 90 bytes a triangle in f32.
+    /// They contain the finite triangles, their numbers, and the tree: 60 to 90 bytes per triangle in f32.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -28,7 +28,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// ```
     ///
     /// # Panics
-    /// If memory runs out; [`Bvh::write_to`] returns an error instead.
+    /// Panics if memory runs out; [`Bvh::write_to`] returns an error instead.
     pub fn to_bytes(&self) -> Vec<u8> {
         self.try_to_bytes().expect("memory for a saved hierarchy")
     }
@@ -41,23 +41,24 @@ impl<S: BvhScalar> Bvh<S> {
         Ok(bytes.0)
     }
 
-    /// Writes [`Bvh::to_bytes`], some at a time.
+    /// Writes [`Bvh::to_bytes`] in pieces.
     ///
     /// # Errors
-    /// If they cannot be written.
+    /// Fails if they cannot be written.
     pub fn write_to(&self, mut output: impl Write) -> io::Result<()> {
         S::write(&self.tree, &self.originals, &mut output)
     }
 
-    /// A hierarchy that was saved.
+    /// Loads a saved hierarchy.
     ///
     /// Any bytes yield an error or a sound hierarchy: every child, number and box is checked against its
     /// contents. An attacker who fixes up the checksums can remove or replace triangles, but cannot make a
     /// query miss a stored one. The checksums detect damage; they are not a signature.
     ///
     /// # Errors
-    /// If they are not a saved hierarchy, damaged, cut off, followed by more, of a later version, too large
-    /// for the memory, or over the other scalar ([`LoadError::Scalar`]).
+    /// Fails if the bytes are not a saved hierarchy, are damaged, truncated or followed by others, were
+    /// written by a later version, are too large for the memory, or are over the other scalar
+    /// ([`LoadError::Scalar`]).
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LoadError> {
         let mut input = Slice::new(bytes);
         let (tree, originals) = S::read(&mut input)?;
@@ -66,10 +67,10 @@ impl<S: BvhScalar> Bvh<S> {
     }
 
     /// [`Bvh::from_bytes`] from a stream. Bytes after the hierarchy are not read. Memory grows with the bytes
-    /// that arrive, whatever the header promises. It reads large pieces, so a buffered reader gains nothing.
+    /// that arrive, whatever the header claims. It reads large pieces, so a buffered reader does not help.
     ///
     /// # Errors
-    /// As [`Bvh::from_bytes`]; and if it cannot be read.
+    /// As for [`Bvh::from_bytes`]; also fails if the stream cannot be read.
     pub fn read_from(input: impl Read) -> Result<Self, LoadError> {
         let (tree, originals) = S::read(&mut Stream::new(input, 0))?;
         Ok(Self::of_parts(tree, originals))
@@ -78,7 +79,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// [`Bvh::from_bytes`] of a file.
     ///
     /// # Errors
-    /// As [`Bvh::from_bytes`]; and if it cannot be read.
+    /// As for [`Bvh::from_bytes`]; also fails if the file cannot be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         let file = File::open(path)?;
         let metadata = file.metadata()?;
@@ -89,7 +90,7 @@ impl<S: BvhScalar> Bvh<S> {
             input.end()?;
             return Ok(Self::of_parts(tree, originals));
         }
-        // A pipe or a device, or a system without reads at a position: read as a stream.
+        // A pipe or a device, or a system without positioned reads: read it as a stream.
         let size = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         let mut input = Stream::new(file, size);
         let (tree, originals) = S::read(&mut input)?;
@@ -98,7 +99,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// Bytes that report an error when they cannot grow.
+/// Bytes that return an error if they cannot grow.
 struct Bytes(Vec<u8>);
 
 impl Write for Bytes {

@@ -1,11 +1,11 @@
-//! What the verbs collect of the hits that a walk finds.
+//! What the queries collect from the hits that a traversal finds.
 
 use std::cmp::Ordering;
 
 use intertri::internal::exact;
 use intertri::{Ray64, Triangle64};
 
-/// A hit: the instance, the triangle's position in its mesh, and the triangle in the world.
+/// A hit: the instance, the triangle's position in its mesh, and the triangle in world space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) instance: u32,
@@ -14,28 +14,28 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// What breaks ties.
+    /// The order of hits with equal t.
     pub(super) fn key(&self) -> (u32, u32) {
         (self.instance, self.position)
     }
 }
 
-/// What a verb makes of hits.
+/// How a query collects hits.
 pub(super) trait Collect {
-    /// Whether hits farther than those collected do not count.
+    /// Whether hits farther than those collected are ignored.
     const SHORTENS: bool;
 
     /// Takes a hit. Returns false if no other hit counts.
     fn take(&mut self, hit: Candidate) -> bool;
 
-    /// No hit counts at a larger t, nor surely at this one.
+    /// Hits at a larger t are ignored; a hit at exactly this t may be.
     fn far(&self) -> f64;
 }
 
 /// The closest hit.
 pub(super) struct Closest<'a> {
     pub(super) ray: &'a Ray64,
-    /// The closest so far, and its t, rounded once.
+    /// The closest hit so far, and its t, correctly rounded.
     pub(super) best: Option<(f64, Candidate)>,
 }
 
@@ -63,7 +63,7 @@ impl Collect for Closest<'_> {
     fn far(&self) -> f64 {
         match &self.best {
             None => self.ray.t_max,
-            // A rival at the same t, rounded, is before the next number.
+            // A competitor with the same rounded t is before the next number.
             Some((t, _)) => t.next_up().max(f64::MIN_POSITIVE).min(self.ray.t_max),
         }
     }

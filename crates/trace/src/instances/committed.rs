@@ -1,4 +1,4 @@
-//! A committed scene: what queries read, and what it takes to make it.
+//! A committed scene: the data that queries read, and how it is built.
 
 use std::sync::Arc;
 
@@ -8,19 +8,20 @@ use super::top::{InstanceBox, Top};
 use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 
-/// The number of no mesh: of an instance that was removed.
+/// The mesh number of an instance that was removed.
 pub(super) const NO_MESH: u32 = u32::MAX;
 
-/// Products of a matrix and coordinates at least this large (2^-140), or 0, add up to no number too small for f64 lanes.
+/// If products of a matrix and coordinates are at least this large (2^-140), or 0, no sum of them is too
+/// small for f64 lanes.
 const SMALLEST: f64 = f64::from_bits((1023 - 140) << 52);
 
-/// No sum may be larger: 2^299.
+/// No sum may be larger than this: 2^299.
 const LARGEST: f64 = f64::from_bits((1023 + 299) << 52);
 
-/// Instances that are looked at in a row.
+/// The number of instances that a thread processes at a time.
 const PART: usize = 1 << 12;
 
-/// An instance as the user placed it.
+/// An instance as placed by the user.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     pub(super) matrix: Matrix,
@@ -36,11 +37,11 @@ pub(super) struct MeshEntry {
     pub(super) extent: Extent,
 }
 
-/// What a placement means for rays.
+/// A placement, prepared for rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub(super) inverse: Inverse,
-    /// Whether f64 lanes lose nothing of its corners' numbers but by rounding.
+    /// Whether computing its corners in f64 lanes loses nothing except by rounding.
     pub(super) is_tame: bool,
 }
 
@@ -51,11 +52,11 @@ pub(super) struct Committed {
     pub(super) frames: Vec<Frame>,
     pub(super) meshes: Vec<Option<MeshEntry>>,
     pub(super) top: Top,
-    /// A stack size that suffices for every mesh.
+    /// A stack size that is sufficient for every mesh.
     pub(super) mesh_stack: usize,
 }
 
-/// A frame, and a box around its instance; `None` where it counts for nothing.
+/// A frame, and a box around its instance; `None` if the instance is hidden, removed or empty.
 type Looked = (Frame, Option<[[f64; 3]; 2]>);
 
 impl Committed {
@@ -65,7 +66,7 @@ impl Committed {
     ) -> Result<Self, NoMemory> {
         let (mut frames, mut boxes) = (room(placed.len())?, room(placed.len())?);
         let look = |placed: &Placed| Frame::look(placed, mesh_of(&meshes, placed));
-        // A part at a time, so that what is on the way stays small.
+        // One part at a time, so that temporary memory stays small.
         for (part, first) in placed.chunks(PART).zip((0_u32..).step_by(PART)) {
             let mut looked: Vec<Looked> = room(part.len())?;
             looked.resize(part.len(), (Frame::NONE, None));
@@ -76,13 +77,13 @@ impl Committed {
             }
         }
         let top = Top::over(&boxes)?;
-        // One stack serves all meshes in turn, so it is as deep as the deepest needs.
+        // All meshes share one stack, so it is as deep as the deepest needs.
         let stacks = meshes.iter().flatten().map(|entry| entry.mesh.tree().stack);
         let mesh_stack = stacks.max().unwrap_or(0);
         Ok(Self { placed, frames, meshes, top, mesh_stack })
     }
 
-    /// The mesh of an instance; none if the instance was removed.
+    /// The mesh of an instance; `None` if the instance was removed.
     #[inline]
     pub(super) fn mesh(&self, instance: usize) -> Option<&MeshEntry> {
         mesh_of(&self.meshes, &self.placed[instance])
@@ -99,7 +100,7 @@ impl Frame {
 
     /// The frame of an instance and the box around it.
     fn look(placed: &Placed, mesh: Option<&MeshEntry>) -> Looked {
-        // Without a box an instance is not in the tree, which is all that hiding and removing take.
+        // An instance without a box is not in the tree, which is all that hiding and removing require.
         let Some(MeshEntry { extent, .. }) = mesh.filter(|_| placed.is_visible) else {
             return (Self::NONE, None);
         };
@@ -113,13 +114,14 @@ impl Frame {
     }
 }
 
-/// Whether f64 lanes lose nothing of the corners' numbers but by rounding.
+/// Whether computing the corners in f64 lanes loses nothing except by rounding.
 fn is_tame(m: &Matrix, extent: &Extent, sizes: &[f64; 3]) -> bool {
     let mut least = f64::INFINITY;
     for (i, x) in m.iter().enumerate() {
-        // Nothing is multiplied with the last column.
+        // Nothing is multiplied by the last column.
         let by = if i % 4 == 3 { 1.0 } else { extent.least };
-        // By its bits, without the sign: a comparison with 0 would take subnormal numbers for 0 where the CPU is set so.
+        // Compare the bits without the sign: if the CPU is set to flush subnormal numbers, a comparison with
+        // 0 would treat them as 0.
         if x.to_bits() << 1 != 0 {
             least = least.min(x.abs() * by);
         }

@@ -1,4 +1,4 @@
-//! What can be wrong with a change of a scene.
+//! Errors in changing a scene.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::util::memory::NoMemory;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// An entry of a matrix is NaN or infinite: its place among the twelve.
+    /// An entry of a matrix is NaN or infinite, at this position.
     NotFinite {
         /// The row, from 0.
         row: usize,
@@ -18,7 +18,7 @@ pub enum SceneError {
     },
     /// There is no such instance, or it was removed.
     NoInstance(InstanceId),
-    /// There are as many instances as there may be.
+    /// The scene has the maximum number of instances.
     TooManyInstances,
     /// There is too little memory.
     OutOfMemory,

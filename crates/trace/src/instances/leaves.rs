@@ -1,4 +1,4 @@
-//! The triangles of leaves, tested where an instance has them in the world.
+//! Tests the triangles of leaves at an instance's position in the world.
 
 use intertri::internal::RayLanes;
 use intertri::internal::exact::{self, decide};
@@ -17,7 +17,7 @@ use crate::walk::single::Visit;
 /// The numbers of a matrix, each in every lane.
 #[inline(always)]
 pub(super) fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
-    // Not by `map`, which is not always inlined.
+    // Not `map`, which is not always inlined.
     let mut rows = [Lanes::splat(0.0); 12];
     for (to, from) in rows.iter_mut().zip(m) {
         *to = Lanes::splat(*from);
@@ -25,20 +25,20 @@ pub(super) fn splat<S: Simd>(m: &[f64; 12]) -> [S::F64x8; 12] {
     rows
 }
 
-/// Tests the triangles of leaves where an instance has them.
+/// Tests the triangles of leaves at an instance's position in the world.
 pub(super) struct VisitLeaves<'a, S: Simd, X: BvhScalar, C> {
     pub(super) bvh: &'a Bvh<X>,
     pub(super) matrix: &'a Matrix,
     pub(super) rows: [S::F64x8; 12],
     pub(super) instance: u32,
     pub(super) ray: &'a Ray64,
-    /// The ray, up to where hits count.
+    /// The ray, up to the largest t that counts.
     pub(super) lanes: RayLanes<S::F64x8>,
     pub(super) rule: Rule,
-    /// Whether lanes lose nothing of the numbers but by rounding.
+    /// Whether computing in lanes loses nothing except by rounding.
     pub(super) is_tame: bool,
     pub(super) collect: &'a mut C,
-    /// A t of the ray, times this, is one in the units of the mesh's tree.
+    /// The factor from a t of the ray to one in the units of the mesh's tree.
     pub(super) unit: f64,
     pub(super) go_on: bool,
 }
@@ -47,7 +47,7 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
     #[inline(always)]
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Bvh { tree, originals, .. } = self.bvh;
-        // Eight triangles to the world by the definition, and the first tier of the exact test, side by side.
+        // Eight triangles placed in the world by definition, and the first tier of the exact test, in lanes.
         let [a, b, c] = X::leaf_corners::<S>(tree, originals, leaf);
         let rows = &self.rows;
         let decided = decide([placed(rows, a), placed(rows, b), placed(rows, c)], &self.lanes);
@@ -57,7 +57,8 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
             let plain = self.plain(leaf);
             (miss, sure) = (miss & plain, sure & plain);
         }
-        // What is not a sure miss is a sure hit or left to integers; both are rare, so they go one by one.
+        // Anything that is not a certain miss is a certain hit or left to integers; both are rare, so they
+        // are processed one by one.
         let left = tree.present(leaf) & !miss;
         if left != 0 {
             self.go_on = self.settle(leaf, left, sure);
@@ -71,19 +72,19 @@ impl<S: Simd, X: BvhScalar, C: Collect> Visit for VisitLeaves<'_, S, X, C> {
 }
 
 impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
-    /// Where hits no longer count, in the units of the mesh's tree.
+    /// The t from which on hits no longer count, in the units of the mesh's tree.
     #[inline(always)]
     pub(super) fn far(&self) -> f32 {
         rounded_up(self.collect.far(), self.unit)
     }
 
-    /// The triangle in a slot, in the world.
+    /// The triangle in a slot, in world space.
     fn triangle(&self, slot: LeafSlot) -> Triangle64 {
         let corners = self.bvh.triangle_in(slot).0;
         placed_triangle(self.matrix, corners.map(|corner| corner.map(Into::into)))
     }
 
-    /// The lanes of a leaf in which f64 loses nothing but by rounding.
+    /// The lanes of a leaf in which f64 loses nothing except by rounding.
     #[cold]
     #[inline(never)]
     fn plain(&self, leaf: usize) -> u32 {
@@ -92,7 +93,8 @@ impl<S: Simd, X: BvhScalar, C: Collect> VisitLeaves<'_, S, X, C> {
         (0..8).filter(is_plain).map(|lane| 1 << lane).sum()
     }
 
-    /// Takes the hits of some lanes of a leaf, of which some are sure. Returns false if no other hit counts.
+    /// Takes the hits among some lanes of a leaf; those in `sure` are certain. Returns false if no other hit
+    /// counts.
     #[inline(never)]
     fn settle(&mut self, leaf: usize, lanes: u32, sure: u32) -> bool {
         let Tree { geometries, .. } = &self.bvh.tree;

@@ -1,4 +1,4 @@
-//! Placements as numbers: corners and boxes in the world, and rays in the frame of a mesh.
+//! Placements as numbers: corners and boxes in world space, and rays in mesh space.
 //!
 //! ```text
 //!   mesh ──► corners ((m0·x + m1·y) + m2·z) + m3     the definition, rounded four times
@@ -6,7 +6,7 @@
 //!     └── N ≈ A⁻¹ ── ray ◄───┘ rounding, and ‖I - N A‖: added to it, by how much boxes are widened
 //! ```
 //!
-//! Bounds and proofs: `docs/numerics/instances.md`.
+//! `docs/numerics/instances.md` has the bounds and proofs.
 
 use intertri::simd::{Lanes, Vec3};
 use intertri::{Ray64, TriangleOf};
@@ -16,39 +16,40 @@ use super::mesh::Extent;
 /// Half an ulp of 1 in f64.
 const W: f64 = f64::EPSILON / 2.0;
 
-/// A corner in the world is off by this share of its last summand, which is rounded once, and four times the others,
-/// which are rounded up to four times.
+/// The error of a corner in world space is this fraction of its last summand, which is rounded once, plus
+/// four times the others, which are rounded up to four times.
 const CORNER: f64 = 1.02 * W;
 
-/// A box in the world is widened by this share of the same sizes.
+/// A box in world space is widened by this fraction of the same magnitudes.
 const BOX: f64 = 20.0 * W;
 
-/// An origin, a direction in the frame of a mesh: off by this share of the inverse's size times their own.
+/// The errors of an origin and of a direction in mesh space are this fraction of the inverse's magnitude
+/// times their own.
 const ORIGIN: f64 = 5.0 * W;
 const DIR: f64 = 4.0 * W;
 
 /// A bound of `ρ / (1 - ρ)` over ρ, for ρ up to [`DEFECT`].
 const INVERSE: f64 = 1.01;
 
-/// `‖I - N A‖` may be this large: 2^-10. So may the share that a direction is off by.
+/// The largest `‖I - N A‖` to accept: 2^-10. Also the largest relative error of a direction.
 const DEFECT: f64 = 1.0 / 1024.0;
 
-/// An entry of `I - N A` is off by this share of the sizes that it is the sum of.
+/// The error of an entry of `I - N A` is this fraction of the magnitudes that it is the sum of.
 const PRODUCT: f64 = 5.0 * W;
 
-/// More than underflow takes, once it is multiplied by one of the shares above.
+/// More than the effect of underflow, once it is multiplied by one of the fractions above.
 const TINY: f64 = 4.0 * f64::MIN_POSITIVE;
 
-/// Sums of sizes beyond this (2^1000) could overflow in products.
+/// Sums of magnitudes above this (2^1000) could overflow in products.
 const ENORMOUS: f64 = f64::from_bits((1023 + 1000) << 52);
 
-/// Rounds sums of sizes up.
+/// Rounds sums of magnitudes up.
 const UP: f64 = 1.0 + 1e-12;
 
 /// The rows of a 3×4 matrix, one after the other.
 pub(super) type Matrix = [f64; 12];
 
-/// A point of a mesh in the world: the definition.
+/// A point of a mesh in world space, by definition.
 #[inline(always)]
 pub(super) fn placed<D: Lanes>(m: &[D; 12], p: Vec3<D>) -> Vec3<D> {
     Vec3 {
@@ -58,7 +59,7 @@ pub(super) fn placed<D: Lanes>(m: &[D; 12], p: Vec3<D>) -> Vec3<D> {
     }
 }
 
-/// A triangle of a mesh in the world.
+/// A triangle of a mesh in world space.
 #[inline]
 pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<f64> {
     TriangleOf(corners.map(|corner| {
@@ -67,7 +68,7 @@ pub(super) fn placed_triangle(m: &Matrix, corners: [[f64; 3]; 3]) -> TriangleOf<
     }))
 }
 
-/// Along each axis of the world, a bound of the sum of sizes that a coordinate is made of.
+/// For each axis of the world, a bound on the sum of magnitudes in a coordinate.
 #[inline]
 pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     let [x, y, z] = extent.largest();
@@ -76,12 +77,13 @@ pub(super) fn sizes(m: &Matrix, extent: &Extent) -> [f64; 3] {
     })
 }
 
-/// A box in the world that holds all corners, as defined, of triangles in a box of the mesh. May be infinite.
+/// A box in world space that contains all corners, as defined, of the triangles in a box of the mesh. May be
+/// infinite.
 #[inline(always)]
 pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -> [[f64; 3]; 2] {
     let [mut from, mut to] = [[0.0; 3]; 2];
-    // Middle and half a size: |A| takes the half to the reach in the world, whatever the signs of the matrix. Halves are
-    // taken first, so that no sum overflows.
+    // The centre and half the size: |A| maps the half to the extent in world space, whatever the signs of the
+    // matrix. Numbers are halved first, so that no sum overflows.
     let middle = [0, 1, 2].map(|k| 0.5 * lo[k] + 0.5 * hi[k]);
     let half = [0, 1, 2].map(|k| 0.5 * hi[k] - 0.5 * lo[k]);
     for k in 0..3 {
@@ -94,15 +96,15 @@ pub(super) fn world_box(m: &Matrix, [lo, hi]: [[f64; 3]; 2], sizes: &[f64; 3]) -
     [from, to]
 }
 
-/// How rays get into the frame of a mesh: a matrix N near the inverse, and how near it is.
+/// How rays are transformed to mesh space: a matrix N near the inverse, and a bound on its error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inverse {
     rows: [[f64; 3]; 3],
-    /// A bound of `‖I - N A‖`; NaN or large if there is no useful inverse.
+    /// A bound on `‖I - N A‖`; NaN or large if there is no useful inverse.
     defect: f32,
-    /// The largest sum of sizes of a row of N.
+    /// The largest sum of magnitudes in a row of N.
     size: f32,
-    /// How far, along an axis of the mesh, a corner as defined may be from the corner given.
+    /// How far, along an axis of the mesh, a corner as defined may be from the given corner.
     corner: f32,
 }
 
@@ -111,7 +113,7 @@ pub(super) struct Inverse {
 pub(super) struct TreeRay {
     pub(super) origin: [f64; 3],
     pub(super) dir: [f64; 3],
-    /// How far outside of its box a hit may seem to lie.
+    /// How far outside its box a hit may appear.
     pub(super) room: f64,
 }
 
@@ -123,14 +125,14 @@ impl Inverse {
     pub(super) fn new(m: &Matrix, extent: &Extent) -> Self {
         let a = [0, 4, 8].map(|i| [m[i], m[i + 1], m[i + 2]]);
         let rows = near_inverse(a);
-        // However N was computed, its residual is what bounds the error; so the elimination needs no proof of its own.
+        // However N was computed, its residual bounds the error, so the elimination needs no proof.
         let defect = defect(&rows, &a);
         let sizes = sizes(m, extent);
         if sizes.iter().any(|&size| size > ENORMOUS) {
             return Self::NONE;
         }
         let (mut size, mut corner) = (0.0_f64, 0.0_f64);
-        // The last summand is rounded once and the others four times: (1) of the proof, without its factor w.
+        // The last summand is rounded once and the others four times: (1) in the proof, without its factor w.
         let rounded = [0, 1, 2].map(|i| 4.0 * sizes[i] - 3.0 * m[4 * i + 3].abs());
         for [x, y, z] in rows.map(|row| row.map(f64::abs)) {
             size = size.max(x + y + z);
@@ -140,7 +142,8 @@ impl Inverse {
         Self { rows, defect: up(defect), size: up(size * UP), corner: up(CORNER * UP * corner) }
     }
 
-    /// A ray in the units of a mesh's tree, whose coordinates reach to ±`reach`. `None` if its bounds are useless.
+    /// A ray in the units of a mesh's tree, whose coordinates reach to ±`reach`. `None` if its error bounds
+    /// are useless.
     #[inline(always)]
     pub(super) fn tree_ray(
         &self,
@@ -155,23 +158,23 @@ impl Inverse {
         let length = largest(dir);
         let off_origin = INVERSE * defect * largest(at) + ORIGIN * size * largest(from);
         let off_dir = INVERSE * defect * length + DIR * size * largest(ray.dir);
-        // False with a NaN.
+        // The condition is false for NaN.
         if !(defect <= DEFECT && off_dir <= DEFECT * length) {
             return None;
         }
         let (scale, reach) = (extent.scale, f64::from(reach));
         let origin = [0, 1, 2].map(|k| (at[k] - extent.centre[k]) * scale);
-        // (3) of the proof: what the corners and the origin are off by, and what the direction adds on the way to the far
-        // side of the mesh.
+        // (3) in the proof: the errors of the corners and the origin, and the error that the direction adds
+        // on the way to the far side of the mesh.
         let near = (f64::from(self.corner) + off_origin) * scale;
         let room = near + INVERSE * (off_dir / length) * (largest(origin) + reach + near);
         let room = room * UP;
-        // A hundredth of a mesh costs little; much more, and boxes in the world are better.
+        // A hundredth of the mesh's size costs little; with much more, boxes in world space are better.
         (room <= 0.25 * reach).then(|| TreeRay { origin, dir: dir.map(|x| x * scale), room })
     }
 }
 
-/// The largest size of a coordinate.
+/// The largest magnitude of a coordinate.
 #[inline(always)]
 pub(super) fn largest([x, y, z]: [f64; 3]) -> f64 {
     x.abs().max(y.abs()).max(z.abs())
@@ -182,7 +185,8 @@ fn times(rows: &[[f64; 3]; 3], [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|i| rows[i][0] * x + rows[i][1] * y + rows[i][2] * z)
 }
 
-/// A matrix near the inverse, by elimination with the largest pivot of each column; anything if there is none.
+/// A matrix near the inverse, by elimination with the largest pivot of each column; arbitrary if there is
+/// none.
 fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut n = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     for k in 0..3 {
@@ -194,7 +198,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         }
         a.swap(k, pivot);
         n.swap(k, pivot);
-        // A pivot of 0 makes infinities and NaNs, which the defect finds.
+        // A pivot of 0 makes infinities and NaNs, which the defect detects.
         let by = 1.0 / a[k][k];
         (a[k], n[k]) = (a[k].map(|x| x * by), n[k].map(|x| x * by));
         for i in (0..3).filter(|&i| i != k) {
@@ -208,7 +212,7 @@ fn near_inverse(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     n
 }
 
-/// A bound of `‖I - N A‖`, the largest sum of sizes of a row.
+/// A bound on `‖I - N A‖`, the largest sum of magnitudes in a row.
 fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
     let mut worst = 0.0_f64;
     for (i, row) in n.iter().enumerate() {
@@ -219,7 +223,7 @@ fn defect(n: &[[f64; 3]; 3], a: &[[f64; 3]; 3]) -> f64 {
             let sizes = x.abs() + y.abs() + z.abs() + one;
             sum += (one - x - y - z).abs() + PRODUCT * sizes + TINY;
         }
-        // Not by `max`, which would lose a NaN.
+        // Not `max`, which would lose a NaN.
         if sum.is_nan() || sum > worst {
             worst = sum;
         }
@@ -242,8 +246,8 @@ mod tests {
     const EXTENT: Extent =
         Extent { bounds: [[-1.0; 3], [1.0; 3]], centre: [0.0; 3], scale: 1.0, least: 1.0 };
 
-    /// Corners that are placed far out are rounded by nearly as much as the bound has, and never by more: here the
-    /// matrix only scales by a power of two, so the way back is exact.
+    /// Corners that are placed far out are rounded by almost as much as the bound, and never by more. Here
+    /// the matrix only scales by a power of two, so the inverse is exact.
     #[test]
     fn corners_are_rounded_by_less_than_the_bound() {
         let mut random = random();
@@ -253,7 +257,7 @@ mod tests {
             let mut m: Matrix = [0.0; 12];
             for i in 0..3 {
                 m[5 * i] = scale;
-                // A little above a power of two, where rounding takes the largest share.
+                // Slightly above a power of two, where rounding is relatively largest.
                 let far = 1.0 + 1e-3 * f64::from(random()) * f64::from(random());
                 m[4 * i + 3] = far * (30.0 * f64::from(random())).floor().exp2();
             }
@@ -270,8 +274,8 @@ mod tests {
         assert!(worst > 0.6, "{worst}");
     }
 
-    /// A ray that is brought into the frame of a mesh passes within its room of where a point goes that is on it, exactly,
-    /// in the world: the point is placed by a matrix of small integers, with nothing to round.
+    /// A ray transformed to mesh space passes, within its bound, the position of a point that is exactly on
+    /// it in world space. The point is placed by a matrix of small integers, so nothing is rounded.
     #[test]
     fn rays_in_the_frame_pass_within_their_room() {
         let mut random = random();
@@ -283,7 +287,7 @@ mod tests {
             for (i, m) in m.iter_mut().enumerate() {
                 *m = if i % 4 == 3 { whole(1e6) } else { whole(size) };
             }
-            // From one vertex to another, in a mesh whose coordinates are fractions of 64.
+            // From one vertex to another, in a mesh whose coordinates are multiples of 1/64.
             let [from, to] = [0; 2].map(|_| [0; 3].map(|_| whole(64.0) / 64.0));
             let placed = |p| {
                 let Vec3 { x, y, z } = placed(&m, Vec3::<f64>::splat(p));

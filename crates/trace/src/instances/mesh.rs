@@ -9,7 +9,7 @@ use crate::scalar::BvhScalar;
 use crate::tree::{Node, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// A mesh that instances share: a [`Bvh`] in f32 or f64. Either converts into it.
+/// A mesh that instances share: a [`Bvh`] in f32 or f64, both of which convert into it.
 #[derive(Clone, Debug)]
 pub enum SceneMesh {
     /// In f32.
@@ -40,7 +40,7 @@ impl SceneMesh {
         }
     }
 
-    /// Where it is in memory, by which it is recognised.
+    /// Its address in memory, by which it is recognized.
     pub(super) fn address(&self) -> usize {
         match self {
             Self::F32(mesh) => Arc::as_ptr(mesh).addr(),
@@ -48,7 +48,7 @@ impl SceneMesh {
         }
     }
 
-    /// What a scene has to know of it.
+    /// The properties that a scene needs to know.
     pub(super) fn extent(&self) -> Extent {
         match self {
             Self::F32(mesh) => Extent::of(mesh),
@@ -57,15 +57,15 @@ impl SceneMesh {
     }
 }
 
-/// Where a mesh is, and in which units its tree is.
+/// The position of a mesh, and the units of its tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     /// The box around all triangles that are finite.
     pub(super) bounds: [[f64; 3]; 2],
-    /// The tree has `(x - centre) * scale` of a coordinate x.
+    /// The tree stores `(x - centre) * scale` for a coordinate x.
     pub(super) centre: [f64; 3],
     pub(super) scale: f64,
-    /// The smallest coordinate that is not 0, in size.
+    /// The smallest magnitude of a nonzero coordinate.
     pub(super) least: f64,
 }
 
@@ -78,7 +78,7 @@ impl Extent {
             for lane in lanes_of(tree.present(i)) {
                 let triangle = mesh.triangle_in(LeafSlot((8 * i + lane) as u32));
                 for &x in triangle.0.as_flattened() {
-                    // By its bits: a CPU may be set to read small numbers as 0.
+                    // Use the bits: a CPU may be set to read subnormal numbers as 0.
                     if x.rank() != 0 {
                         least = least.min(Into::<f64>::into(x).abs());
                     }
@@ -87,7 +87,7 @@ impl Extent {
         }
         let mut extent =
             Self { bounds: [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], centre, scale, least };
-        // The boxes below the roots hold all triangles; those of the thin ones hang on a root of their own.
+        // The boxes below the roots contain all triangles; the thin ones are below a root of their own.
         let roots = [Some(&tree.nodes[0]), tree.nodes.get(tree.thin_root as usize)];
         for (node, slot) in
             roots.into_iter().flatten().flat_map(|node| (0..8).map(move |i| (node, i)))
@@ -111,14 +111,14 @@ impl Extent {
         })
     }
 
-    /// The largest size of a coordinate along each axis; 0 if there is no triangle.
+    /// The largest magnitude of a coordinate along each axis; 0 if there are no triangles.
     #[inline]
     pub(super) fn largest(&self) -> [f64; 3] {
         let [lo, hi] = self.bounds;
         [0, 1, 2].map(|k| if lo[k] <= hi[k] { lo[k].abs().max(hi[k].abs()) } else { 0.0 })
     }
 
-    /// Whether there is no triangle.
+    /// Whether there are no triangles.
     pub(super) fn is_empty(&self) -> bool {
         self.bounds[0][0] > self.bounds[1][0]
     }

@@ -1,4 +1,4 @@
-//! Instances: meshes that share a tree, each placed in the world by a matrix, in scenes that move.
+//! Instances: meshes that share a tree, each placed in the world by a matrix, in scenes that can change.
 //!
 //! ```text
 //!   Scene ── add, place, show, remove ──► commit ──► SceneSnapshot ── closest, any, all, crossings
@@ -6,8 +6,8 @@
 //!     tree of instances over boxes in the world, an inverse of each matrix with its bounds
 //! ```
 //!
-//! Triangles are tested where the definition puts their corners in the world, in f64 lanes, and exactly where these do
-//! not decide. So the frame of a mesh decides about boxes alone.
+//! Triangles are tested at the world coordinates that the definition gives their corners, in f64 lanes, and
+//! exactly where these cannot decide. So the transformation to mesh space only affects boxes.
 
 mod collect;
 mod committed;

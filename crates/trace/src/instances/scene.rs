@@ -1,4 +1,4 @@
-//! The scene that is edited: instances are added, removed, placed, hidden, and committed.
+//! The scene that you edit: instances are added, removed, placed, hidden, and committed.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -12,13 +12,13 @@ use crate::tree::LEAF;
 
 /// Instances of meshes, each placed by a matrix of its own, that may move between queries.
 ///
-/// A matrix has three rows of four numbers, one row after the other. A corner (x, y, z) of the mesh is at
-/// `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, each operation rounded in f64: these corners are what
-/// rays meet, and answers are those of a `Bvh<f64>` over them, bit for bit. Any finite matrix will do: it may scale,
-/// shear and mirror, and one that flattens a mesh makes a flat mesh.
+/// A matrix has three rows of four numbers, one row after the other. A corner (x, y, z) of the mesh is placed
+/// at `((m0 x + m1 y) + m2 z) + m3` along the first axis, and so on, with each operation rounded in f64. Rays
+/// meet these corners, and the answers are those of a `Bvh<f64>` over them, bit for bit. Any finite matrix is
+/// allowed: it may scale, shear and mirror, and one that flattens a mesh makes a flat mesh.
 ///
-/// Changes count once they are committed. A [`SceneSnapshot`] never changes, so other threads may query one while the
-/// scene is edited.
+/// Changes take effect when they are committed. A [`SceneSnapshot`] never changes, so other threads may query
+/// one while you edit the scene.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -44,13 +44,13 @@ use crate::tree::LEAF;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// By number; those that were removed have no mesh. Shared with the last snapshot until the scene is changed.
+    /// By number; removed instances have no mesh. Shared with the last snapshot until the scene is changed.
     placed: Arc<Vec<Placed>>,
-    /// The numbers that are free.
+    /// The free numbers.
     free: Vec<u32>,
-    /// By number; those without instances are forgotten.
+    /// By number; meshes without instances are dropped.
     meshes: Vec<Option<MeshEntry>>,
-    /// How many instances each mesh has.
+    /// The number of instances of each mesh.
     uses: Vec<usize>,
     /// The number of the mesh at an address.
     numbers: HashMap<usize, u32>,
@@ -65,7 +65,7 @@ impl Scene {
     /// Adds an instance of a mesh: an `Arc<Bvh<f32>>` or an `Arc<Bvh<f64>>`.
     ///
     /// # Errors
-    /// If an entry of the matrix is NaN or infinite, or there is too little memory.
+    /// Fails if an entry of the matrix is NaN or infinite, or there is too little memory.
     pub fn add(
         &mut self,
         mesh: impl Into<SceneMesh>,
@@ -91,16 +91,16 @@ impl Scene {
         Ok(InstanceId(id))
     }
 
-    /// Removes an instance. Its number goes to an instance that is added later.
+    /// Removes an instance. Its number is reused for an instance added later.
     ///
     /// # Errors
-    /// If there is no such instance.
+    /// Fails if there is no such instance.
     pub fn remove(&mut self, id: InstanceId) -> Result<(), SceneError> {
-        // The slot stays, so that the numbers of the others do.
+        // The slot stays, so that the others keep their numbers.
         let mesh = std::mem::replace(&mut self.instance(id)?.mesh, NO_MESH) as usize;
         self.free.push(id.0);
         self.uses[mesh] -= 1;
-        // The last instance of a mesh takes it along.
+        // The last instance of a mesh takes the mesh with it.
         if self.uses[mesh] == 0
             && let Some(entry) = self.meshes[mesh].take()
         {
@@ -109,10 +109,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Places an instance anew.
+    /// Changes the placement of an instance.
     ///
     /// # Errors
-    /// If there is no such instance, or an entry of the matrix is NaN or infinite.
+    /// Fails if there is no such instance, or an entry of the matrix is NaN or infinite.
     pub fn place(&mut self, id: InstanceId, matrix: [f64; 12]) -> Result<(), SceneError> {
         check(&matrix)?;
         self.instance(id)?.matrix = matrix;
@@ -122,13 +122,13 @@ impl Scene {
     /// Shows an instance, or hides it from all queries.
     ///
     /// # Errors
-    /// If there is no such instance.
+    /// Fails if there is no such instance.
     pub fn show(&mut self, id: InstanceId, is_visible: bool) -> Result<(), SceneError> {
         self.instance(id)?.is_visible = is_visible;
         Ok(())
     }
 
-    /// How many instances there are, hidden ones among them.
+    /// The number of instances, including hidden ones.
     pub fn len(&self) -> usize {
         self.placed.len() - self.free.len()
     }
@@ -143,16 +143,16 @@ impl Scene {
         self.placed.get(id.index()).is_some_and(|placed| placed.mesh != NO_MESH)
     }
 
-    /// The scene as it is now, for queries. Builds the tree of instances anew, on all threads.
+    /// The current scene, for queries. Rebuilds the tree of instances, on all threads.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     pub fn commit(&self) -> Result<SceneSnapshot, SceneError> {
         let committed = Committed::new(self.placed.clone(), self.meshes.clone())?;
         Ok(SceneSnapshot::new(committed))
     }
 
-    /// The instance of a number.
+    /// The instance with a number.
     fn instance(&mut self, id: InstanceId) -> Result<&mut Placed, SceneError> {
         if self.contains(id) {
             Ok(&mut Arc::make_mut(&mut self.placed)[id.index()])

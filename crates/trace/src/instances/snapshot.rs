@@ -17,20 +17,20 @@ use crate::util::threads;
 
 /// A [`Scene`](crate::Scene) as it was committed. It never changes; clones share it.
 ///
-/// Answers are those of the mode `exact` on the corners in the world, which [`Scene`](crate::Scene) defines: t, u and v
-/// are rounded once. If two hits have the same t, the lower instance is closer, then the lower geometry, then the lower
-/// triangle. Instances that are hidden, and geometries whose mask is 0, never count.
+/// Answers are those of the mode `exact` on the corners in world space, as [`Scene`](crate::Scene) defines
+/// them: t, u and v are correctly rounded. If two hits have the same t, the lower instance wins, then the
+/// lower geometry, then the lower triangle. Hidden instances, and geometries whose mask is 0, are ignored.
 #[derive(Clone, Debug)]
 pub struct SceneSnapshot {
     committed: Arc<Committed>,
     level: Level,
 }
 
-/// Rays of a batch that a thread traces in a row.
+/// The number of rays of a batch that a thread takes at a time.
 const PIECE: usize = 1 << 6;
 
 thread_local! {
-    /// The thread's stacks, which outlive a query.
+    /// The thread's stacks, which are kept between queries.
     static SCRATCH: Cell<Option<SceneScratch>> = const { Cell::new(None) };
 }
 
@@ -39,7 +39,7 @@ impl SceneSnapshot {
         Self { committed: Arc::new(committed), level: Level::best() }
     }
 
-    /// The same at a level of CPU instructions. Answers do not depend on it.
+    /// Sets the level of CPU instructions. Answers do not depend on it.
     pub fn at(self, level: Level) -> Self {
         Self { level, ..self }
     }
@@ -64,8 +64,8 @@ impl SceneSnapshot {
         self.all_by(ray, Rule::Closed)
     }
 
-    /// Where a ray crosses the meshes, by t, as [`SceneSnapshot::all`] has them; but a point on an edge or a corner of a
-    /// mesh belongs to one of its triangles.
+    /// The crossings of a ray with the meshes, sorted like [`SceneSnapshot::all`]; but a point on an edge or
+    /// a corner of a mesh belongs to only one of its triangles.
     pub fn crossings(&self, ray: &Ray64) -> Vec<SceneHit> {
         self.all_by(ray, Rule::Once)
     }
@@ -74,7 +74,7 @@ impl SceneSnapshot {
         let mut all = All { t_max: ray.t_max, hits: Vec::new() };
         self.trace(ray, rule, &mut all);
         let mut found = all.hits;
-        // In order of the index, then of t, by a sort that keeps what is equal in order.
+        // Sort by index, then by t with a stable sort.
         found.sort_unstable_by_key(Candidate::key);
         let t: Vec<f64> = found.iter().map(|hit| exact::t(ray, &hit.triangle)).collect();
         let mut order: Vec<usize> = (0..found.len()).collect();
@@ -103,19 +103,19 @@ impl SceneSnapshot {
 
     fn trace<C: Collect>(&self, ray: &Ray64, rule: Rule, collect: &mut C) {
         let scene = &*self.committed;
-        // Taken out while in use: a query from within a query would find none, and make its own.
+        // Taken out while in use: a query within a query finds none, and creates its own.
         let kept = SCRATCH.try_with(Cell::take).ok().flatten();
         let mut scratch =
             kept.filter(|kept| kept.fits(scene)).unwrap_or_else(|| SceneScratch::new(scene));
         self.level.run(Trace { scene, ray, rule, scratch: &mut scratch, collect });
-        // Where the thread is about to end, nobody will want it.
+        // If the thread is about to end, it is not needed any more.
         let _ = SCRATCH.try_with(|last| last.set(Some(scratch)));
     }
 }
 
-/// Many rays a call, on all threads; `answers[i]` belongs to `rays[i]`.
+/// Many rays per call, on all threads; `answers[i]` belongs to `rays[i]`.
 impl SceneSnapshot {
-    /// [`SceneSnapshot::closest`] of many rays; [`SceneHit::MISS`] for a ray that hits nothing.
+    /// [`SceneSnapshot::closest`] for many rays; [`SceneHit::MISS`] for a ray that hits nothing.
     pub fn closest_batch(&self, rays: &[Ray64]) -> Vec<SceneHit> {
         let mut hits = vec![SceneHit::MISS; rays.len()];
         let closest = |i: usize| self.closest(&rays[i]).unwrap_or(SceneHit::MISS);
@@ -123,25 +123,25 @@ impl SceneSnapshot {
         hits
     }
 
-    /// [`SceneSnapshot::any`] of many rays.
+    /// [`SceneSnapshot::any`] for many rays.
     pub fn any_batch(&self, rays: &[Ray64]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
         threads::write(&mut any, PIECE, |i| self.any(&rays[i]));
         any
     }
 
-    /// [`SceneSnapshot::all`] of many rays, in compact arrays.
+    /// [`SceneSnapshot::all`] for many rays, in compact arrays.
     ///
     /// # Errors
-    /// If there is too little memory for the hits.
+    /// Fails if there is too little memory for the hits.
     pub fn all_batch(&self, rays: &[Ray64]) -> Result<Lists<SceneHit>, OutOfMemory> {
         self.lists(rays, Rule::Closed)
     }
 
-    /// [`SceneSnapshot::crossings`] of many rays, in compact arrays.
+    /// [`SceneSnapshot::crossings`] for many rays, in compact arrays.
     ///
     /// # Errors
-    /// If there is too little memory for the crossings.
+    /// Fails if there is too little memory for the crossings.
     pub fn crossings_batch(&self, rays: &[Ray64]) -> Result<Lists<SceneHit>, OutOfMemory> {
         self.lists(rays, Rule::Once)
     }

@@ -12,7 +12,7 @@ use crate::scalar::crowd;
 use crate::tree::{Aabb, Node, Tree};
 use crate::util::memory::{NoMemory, room};
 
-/// The tree over the boxes of instances, in f32 about the middle of the scene.
+/// The tree over the boxes of instances, in f32 relative to the centre of the scene.
 #[derive(Debug)]
 pub(super) struct Top {
     pub(super) nodes: Vec<Node>,
@@ -20,13 +20,13 @@ pub(super) struct Top {
     frame: LocalFrame,
     /// The largest coordinate of a box.
     reach: f32,
-    /// How many instances are below the nodes.
+    /// The number of instances below the nodes.
     pub(super) boxed: usize,
     /// The instances whose boxes are infinite.
     pub(super) everywhere: Vec<u32>,
 }
 
-/// An instance and the box that holds it.
+/// An instance and a box that contains it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InstanceBox {
     pub(super) instance: u32,
@@ -55,14 +55,14 @@ impl Top {
         }
         let middle =
             |one: &&InstanceBox| [0, 1, 2].map(|k| 0.5 * one.bounds[0][k] + 0.5 * one.bounds[1][k]);
-        // f32 is most precise near 0, so the frame is centred where most instances are: a distant one must not make all
-        // other boxes coarse.
+        // f32 is most precise near 0, so the frame is centred where most instances are: a distant one must
+        // not make all other boxes coarse.
         let frame = LocalFrame::around(around, crowd(finite.iter().map(middle)));
 
         let (mut reach, mut scaled) = (0.0_f32, room(finite.len())?);
         for one in &finite {
             let [lo, hi] = one.bounds;
-            // The frame widens the boxes of triangles outward, and a box is that of two of its corners.
+            // The frame rounds the boxes of triangles outward; a box is that of two of its corners.
             let Some([lo, hi]) = frame.bounds(&TriangleOf([lo, hi, lo])) else {
                 everywhere.try_reserve(1)?;
                 everywhere.push(one.instance);
@@ -87,7 +87,7 @@ impl Top {
     #[inline(always)]
     pub(super) fn slabs<S: Simd>(&self, ray: &Ray64) -> Option<TreeSlabs> {
         let ((centre, _), scale) = (self.frame.centre_and_exponent(), self.frame.scale());
-        // Boxes were rounded outward, and a hit lies in its box: there is nothing else to make room for.
+        // Boxes were rounded outward and contain their hits, so no other margin is needed.
         let origin = [0, 1, 2].map(|k| (ray.origin[k] - centre[k]) * scale);
         let ray = TreeRay { origin, dir: ray.dir.map(|x| x * scale), room: 0.0 };
         TreeSlabs::new::<S>(&ray, self.reach)

@@ -1,4 +1,4 @@
-//! One ray through a scene: through the tree of instances, into the mesh of each, and to the triangles in the world.
+//! Traces one ray through a scene: the tree of instances, the mesh of each, and the triangles in world space.
 //!
 //! ```text
 //!   world   tree of instances ──► an instance             triangles as placed, in f64 lanes ──► exact
@@ -25,7 +25,7 @@ use crate::scalar::BvhScalar;
 use crate::tree::{EMPTY, LEAF, Node};
 use crate::walk::single::{SlabLanes, TraversalScratch, Visit, Walk};
 
-/// The stacks of a ray: one through the instances, one through a mesh.
+/// The stacks of a ray: one for the instances, one for a mesh.
 pub(super) struct SceneScratch {
     instances: Box<TraversalScratch>,
     mesh: Box<TraversalScratch>,
@@ -44,7 +44,7 @@ impl SceneScratch {
     }
 }
 
-/// A ray through a scene.
+/// The traversal of a scene by one ray.
 pub(super) struct Trace<'a, C> {
     pub(super) scene: &'a Committed,
     pub(super) ray: &'a Ray64,
@@ -60,7 +60,7 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
     fn run<S: Simd>(self) {
         let Self { scene, ray, rule, scratch, collect } = self;
         let is_finite = ray.origin.iter().chain(&ray.dir).all(|x| x.is_finite());
-        // False with a NaN.
+        // The condition is false for NaN.
         if !(is_finite && ray.t_min < ray.t_max) {
             return;
         }
@@ -76,14 +76,14 @@ impl<C: Collect> WithSimd for Trace<'_, C> {
             unit: 1.0,
             level: PhantomData::<S>,
         };
-        // Instances without finite boxes come first: a hit in them shortens the walk.
+        // Instances without finite boxes come first, because a hit in them shortens the traversal.
         for &instance in &top.everywhere {
             if visitor.visit(instance as usize).is_none() {
                 return;
             }
         }
         let Some(TreeSlabs { slabs, octant, unit }) = top.slabs::<S>(ray) else {
-            // Too far out, or of an extreme length: all of them.
+            // Too far out, or of extreme length: test all instances.
             let mut all = instances_below(&top.nodes);
             let _ = all.try_for_each(|instance| visitor.visit(instance).map(|_| ()));
             return;
@@ -116,11 +116,11 @@ struct VisitInstances<'a, S, C> {
     scene: &'a Committed,
     ray: &'a Ray64,
     rule: Rule,
-    /// Whether f64 lanes lose nothing of the ray's numbers but by rounding.
+    /// Whether computing with the ray in f64 lanes loses nothing except by rounding.
     is_tame: bool,
     scratch: &'a mut TraversalScratch,
     collect: &'a mut C,
-    /// A t of the ray, times this, is one in the units of the top tree.
+    /// The factor from a t of the ray to one in the units of the top tree.
     unit: f64,
     level: PhantomData<S>,
 }
@@ -131,7 +131,7 @@ impl<S: Simd, C: Collect> Visit for VisitInstances<'_, S, C> {
         let Some(MeshEntry { mesh, extent }) = self.scene.mesh(instance) else {
             return Some(rounded_up(self.collect.far(), self.unit));
         };
-        // By a call, which leaves the walk its registers.
+        // A separate function, which leaves registers to the traversal.
         let go_on = match mesh {
             SceneMesh::F32(bvh) => S::vectorize(
                 #[inline(always)]
@@ -174,7 +174,8 @@ impl<S: Simd, C: Collect> VisitInstances<'_, S, C> {
             WorldWalk { tree, extent, matrix, sizes, ray }.run(&mut leaves);
             return leaves.go_on;
         };
-        // From here on, a t of the walk is one of the ray times this power of two: the frame scales the direction.
+        // From here on, a t of the traversal is one of the ray times this power of two, because the frame
+        // scales the direction.
         leaves.unit = unit;
         let interval = [rounded_down(ray.t_min, unit), leaves.far()];
         let (shortens, closest) = (C::SHORTENS, C::SHORTENS);

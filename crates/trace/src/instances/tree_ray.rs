@@ -1,4 +1,4 @@
-//! Rays in the units of a tree, as the slab test takes them.
+//! Rays in the units of a tree, prepared for the slab test.
 
 use intertri::Ray;
 use intertri::simd::Simd;
@@ -7,22 +7,22 @@ use super::matrix::{TreeRay, largest};
 use crate::tree::Margin;
 use crate::walk::single::{Slabs, octant};
 
-/// Origins are nearer than this (2^49), or every box counts as met.
+/// Origins must be nearer than this (2^49); otherwise every box counts as met.
 const FAR: f64 = (1_u64 << 49) as f64;
 
-/// Directions are at least this long, and at most one over it: 2^-900.
+/// The least length of a direction, whose inverse is the greatest: 2^-900.
 const SHORT: f64 = f64::from_bits((1023 - 900) << 52);
 
-/// A ray in a tree's units, its direction scaled by a power of two to a length near 1.
+/// A ray in a tree's units, with its direction scaled by a power of two to a length near 1.
 pub(super) struct TreeSlabs {
     pub(super) slabs: Slabs,
     pub(super) octant: usize,
-    /// A t of the ray, times this, is one of the slabs. A power of two.
+    /// The factor from a t of the ray to one of the slabs, a power of two.
     pub(super) unit: f64,
 }
 
 impl TreeSlabs {
-    /// `None` if numbers are so large or so small that the slab test does not take them.
+    /// `None` if numbers are too large or too small for the slab test.
     #[inline(always)]
     pub(super) fn new<S: Simd>(ray: &TreeRay, reach: f32) -> Option<Self> {
         let length = largest(ray.dir);
@@ -31,12 +31,12 @@ impl TreeSlabs {
         if !(is_near && is_sane) {
             return None;
         }
-        // The largest power of two that is not larger, and one over it.
+        // The largest power of two that is not larger, and its inverse.
         let exponent = length.to_bits() >> 52;
         let (unit, over) =
             (f64::from_bits(exponent << 52), f64::from_bits((2046 - exponent) << 52));
-        // Scaled to a length between 1 and 2, because the bounds of the slab test assume neither very long nor very short
-        // directions. A power of two rounds nothing.
+        // Scaled to a length between 1 and 2, because the bounds of the slab test exclude very long and very
+        // short directions. A power of two rounds nothing.
         let (origin, dir) = (ray.origin.map(|x| x as f32), ray.dir.map(|x| (x * over) as f32));
         let scaled = Ray::new(origin, dir);
         let room = (ray.room as f32).next_up();
@@ -45,14 +45,14 @@ impl TreeSlabs {
     }
 }
 
-/// A t in the units of slabs, rounded down, and at least 0.
+/// A t in the units of the slabs, rounded down, at least 0.
 #[inline(always)]
 pub(super) fn rounded_down(t: f64, unit: f64) -> f32 {
     let near = (t.max(0.0) * unit) as f32;
     near.next_down().max(0.0)
 }
 
-/// A t in the units of slabs, rounded up.
+/// A t in the units of the slabs, rounded up.
 #[inline(always)]
 pub(super) fn rounded_up(t: f64, unit: f64) -> f32 {
     ((t * unit) as f32).next_up().max(f32::MIN_POSITIVE)

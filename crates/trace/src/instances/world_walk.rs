@@ -1,5 +1,5 @@
-//! A ray through the boxes of a mesh as they are placed in the world: for placements that have no useful inverse, such
-//! as flat ones.
+//! Traces a ray through the boxes of a mesh as placed in the world, for placements without a useful inverse,
+//! such as flat ones.
 
 use intertri::Ray64;
 
@@ -12,10 +12,10 @@ use crate::tree::{EMPTY, LEAF, Tree};
 use crate::walk::single::Visit;
 use intertri::simd::Simd;
 
-/// A t of a plane is off by this share of itself.
+/// The relative error of a plane's t.
 const SHARE: f64 = 4.0 * f64::EPSILON;
 
-/// A walk through boxes in the world.
+/// A traversal of boxes in world space.
 pub(super) struct WorldWalk<'a> {
     pub(super) tree: &'a Tree,
     pub(super) extent: &'a Extent,
@@ -25,13 +25,13 @@ pub(super) struct WorldWalk<'a> {
 }
 
 impl WorldWalk<'_> {
-    /// Visits the leaves that the ray may meet, those of a node's children that begin first, first.
+    /// Visits the leaves that the ray may meet; of a node's children, those that begin first.
     #[inline(always)]
     pub(super) fn run<S: Simd, X: BvhScalar, C: Collect>(
         &self,
         leaves: &mut VisitLeaves<'_, S, X, C>,
     ) {
-        // Triangles too thin for the boxes of f32 have a root of their own.
+        // Triangles too thin for f32 boxes have a root of their own.
         let mut stack = vec![(0.0, 0), (0.0, self.tree.thin_root)];
         while let Some((near, child)) = stack.pop() {
             if child == EMPTY || near > leaves.collect.far() {
@@ -55,19 +55,19 @@ impl WorldWalk<'_> {
                     stack.push((near, child));
                 }
             }
-            // The nearest comes last, because a stack gives back its last first.
+            // Push the nearest last, because a stack is last in, first out.
             stack[start..].sort_unstable_by(|(a, _), (b, _)| b.total_cmp(a));
         }
     }
 }
 
-/// A t that is not after the first in a box, if the ray may be there before `far`.
+/// A lower bound on the first t in a box, if the ray may be in it before `far`.
 fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
     let (mut first, mut last) = (ray.t_min.max(0.0), far);
     for k in 0..3 {
         let (o, d) = (ray.origin[k], ray.dir[k]);
         if d == 0.0 {
-            // False with a NaN, which is in every box.
+            // False for NaN, which counts as inside every box.
             if o < lo[k] || o > hi[k] {
                 return None;
             }
@@ -77,7 +77,7 @@ fn first_t(ray: &Ray64, [lo, hi]: &[[f64; 3]; 2], far: f64) -> Option<f64> {
         let (from, to) = if d > 0.0 { (lo[k], hi[k]) } else { (hi[k], lo[k]) };
         let (from, to) = ((from - o) / d, (to - o) / d);
         let (from, to) = (from - SHARE * from.abs(), to + SHARE * to.abs());
-        // A number that has overflowed says nothing, and what underflow takes is less than this.
+        // An overflowed number gives no bound, and the effect of underflow is less than this.
         if from < f64::INFINITY {
             first = first.max(from - f64::MIN_POSITIVE);
         }
