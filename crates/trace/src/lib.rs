@@ -18,30 +18,30 @@
 //! # Ok::<(), intertri_trace::BuildError>(())
 //! ```
 //!
-//! Traversal runs in f32 lanes with conservative boxes. Leaves use the filter of the kernel, [`intertri`], and its exact
-//! arithmetic where f32 does not decide. So the hierarchy loses no hit, and no ray slips through a shared edge. An
-//! answer depends on the ray and the triangles alone: not on the tree, the number of threads, the other rays of a batch,
-//! or the CPU.
+//! Traversal runs in f32 lanes with conservative boxes. Leaves use the filter of the kernel, [`intertri`],
+//! and its exact arithmetic where f32 cannot decide. So the hierarchy loses no hit, and no ray slips through
+//! a shared edge. An answer depends only on the ray and the triangles: not on the tree, the number of
+//! threads, the other rays of a batch, or the CPU.
 //!
 //! # How to choose
 //!
 //! | you want | use |
 //! | --- | --- |
 //! | hits in the mode `exact`, among all triangles | the shortcuts of [`Bvh`]: `closest`, `any`, `all`, `crossings`, `visible` |
-//! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its verbs |
+//! | another mode, masks, culling, triangles to skip | [`Bvh::query`]; chain the settings of [`Query`], then call one of its methods |
 //! | inside or outside, winding numbers, signed distances | [`Solid`], for closed meshes and for open and damaged ones |
 //! | the media along a ray, through nested and touching solids | [`Media`] |
 //! | how thick a solid is at a hit | [`Bvh::thickness`] |
-//! | what is open, turned or doubled in a mesh | [`Solid::inspect`] |
+//! | open edges, flipped and duplicate triangles of a mesh | [`Solid::inspect`] |
 //! | the closest point of a mesh | [`Bvh::closest_point`] |
 //! | the triangle of a hit, its normal, a secondary ray | [`Bvh::triangle`], [`Bvh::normal`], [`Bvh::spawn_ray`], [`Bvh::spawn_ray_to`] |
 //! | many placements of a mesh, or objects that move | [`Scene`], whose [`commit`](Scene::commit) returns what queries read |
 //! | shadows, or whether two points see each other | [`Query::visible_batch`], which lets no surface shade itself |
 //!
-//! **One ray or many.** If you have many rays, call a batch: `closest_batch` and its sisters trace coherent rays as
-//! bundles and all others as ray streams, on all threads. A batch returns its answers; `…_into` writes them to a slice
-//! that you reuse. If you need one ray at a time, create one [`Query`] for each thread and keep it: it owns the
-//! traversal's scratch memory.
+//! **One ray or many.** If you have many rays, use a batch: `closest_batch` and the like trace coherent rays
+//! as bundles and all others as ray streams, on all threads. A batch returns its answers; `…_into` writes
+//! them to a slice that you reuse. If you need one ray at a time, create one [`Query`] per thread and keep
+//! it: it owns the traversal's scratch memory.
 //!
 //! ```
 //! use intertri_trace::{Bvh, Faces};
@@ -60,35 +60,38 @@
 //! # Ok::<(), intertri_trace::BuildError>(())
 //! ```
 //!
-//! **Which mode.** Keep [`Mode::exact`](intertri::Mode::exact), the default. Use [`Query::once`] if a point on an edge
-//! or a corner must belong to one triangle only, and `Mode::certified` if you need the bits of the scalar f64 reference.
+//! **Which mode.** Keep [`Mode::exact`](intertri::Mode::exact), the default. Use [`Query::once`] if a point
+//! on an edge or a corner must belong to only one triangle, and `Mode::certified` if you need the bits of the
+//! scalar f64 reference.
 //!
-//! **f32 or f64.** A [`Bvh`] over [`Triangle`](type@intertri::Triangle) takes coordinates in f32. If f32 does not hold
-//! your coordinates, such as UTM, build over [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same verbs
-//! and is exact for the f64 that you give. It takes more memory and time; see [`Bvh`].
+//! **f32 or f64.** A [`Bvh`] over [`Triangle`](type@intertri::Triangle) takes f32 coordinates. If yours are
+//! not exact in f32, as in UTM, build over [`Triangle64`](type@intertri::Triangle64): `Bvh<f64>` has the same
+//! methods and is exact on the f64 coordinates you pass. It takes more memory and time; see [`Bvh`].
 //!
-//! **Where triangles come from.** [`Bvh::new`] takes a slice, [`Bvh::from_indexed`] vertices and indices,
-//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry with a mask.
-//! [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved.
+//! **Input.** [`Bvh::new`] takes a slice of triangles, [`Bvh::from_indexed`] vertices and indices,
+//! [`Bvh::from_meshes`] and [`Bvh::from_indexed_meshes`] several meshes, each of which becomes a geometry
+//! with a mask. [`Bvh::refit`] follows moving vertices, and [`Bvh::load`] reads what [`Bvh::write_to`] saved.
 //!
 //! # Features
 //!
 //! - `parallel` (default): builds, refits and traces batches on all threads, with rayon.
-//! - `std` (default): chooses the CPU's best instructions at run time. Without it, the instructions that the build was
-//!   compiled for are used; the crate still needs the standard library.
+//! - `std` (default): chooses the CPU's best instructions at run time. Without it, the instructions that the
+//!   crate was compiled for are used; the crate still needs the standard library.
 //!
 //! # Threads
 //!
-//! Work runs in the rayon pool of the calling thread, which is the global one by default. To use a pool of your own,
-//! call inside of `ThreadPool::install`. [`Query::on_this_thread`] keeps a batch on the calling thread. A [`Bvh`] can be
-//! shared between threads; a [`Query`] belongs to one thread at a time.
+//! Work runs in the rayon pool of the calling thread, by default the global one. To use your own pool, call
+//! inside `ThreadPool::install`. [`Query::on_this_thread`] keeps a batch on the calling thread. A [`Bvh`] can
+//! be shared between threads; a [`Query`] belongs to one thread at a time.
 //!
 //! # Limits
 //!
-//! A hierarchy holds fewer than 2^31 triangles. It has triangles alone: no curves or user geometry. A triangle with a NaN or an infinity is never hit, nor is one without area. Too little memory for a build, a refit, a
-//! loaded file or lists of hits is an error, not an abort.
+//! A hierarchy contains fewer than 2^31 triangles, and nothing else: no curves or user geometry. A triangle
+//! with a NaN or an infinity is never hit, nor is one without area. If memory runs out in a build, a refit, a
+//! load or lists of hits, you get an error, not an abort.
 //!
-//! Build in release mode, or optimize this crate and `intertri` alone; the front page of [`intertri`] shows how.
+//! Build in release mode, or optimize only this crate and `intertri`; the front page of [`intertri`] shows
+//! how.
 mod batch;
 mod build;
 mod bvh;

@@ -1,5 +1,5 @@
-//! Which triangles count in a query. Filtering runs out of line, on candidate lanes only, so traversal is shared and
-//! unfiltered queries pay nothing.
+//! Which triangles a query considers. Filtering runs out of line, on candidate lanes only, so traversal is
+//! shared and unfiltered queries pay nothing.
 
 use std::fmt;
 
@@ -11,29 +11,29 @@ use intertri::{ClosestHit, Counts, Filter, Hit, LeafSlot, PreparedRay, Ray, RayI
 use crate::tree::{Leaf, MeshTriangle, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Which side of a triangle counts.
+/// Which sides of triangles to consider.
 ///
-/// A ray meets a triangle from its front where it runs against the normal: seen from there, the corners run
-/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode. If it is 0, the ray
-/// meets neither side.
+/// A ray meets a triangle's front if it runs against the normal: seen from there, the corners run
+/// counter-clockwise. The sign of the direction along the normal decides, exactly and in every mode. If it is
+/// 0, the ray meets neither side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Faces {
     /// Either side.
     #[default]
     Both,
-    /// The front alone: back faces are culled.
+    /// Only the front: back faces are culled.
     Front,
-    /// The back alone: front faces are culled.
+    /// Only the back: front faces are culled.
     Back,
 }
 
-/// Which triangles count for the rays of a query.
+/// The triangles to consider for the rays of a query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Selection<'a> {
-    /// A geometry counts if this and its own mask have a bit in common.
+    /// A geometry is considered if this and its own mask have a bit in common.
     pub(crate) mask: u32,
     pub(crate) faces: Faces,
-    /// The hits whose triangles each ray skips: a list a ray, or none.
+    /// The hits whose triangles each ray skips: one list per ray, or none.
     pub(crate) skip: &'a [&'a [Hit]],
 }
 
@@ -43,18 +43,18 @@ impl Selection<'_> {
         Selection { mask: u32::MAX, faces: Faces::Both, skip: &[] };
 }
 
-/// The filter of a traversal; `None` if all triangles count.
+/// The filter of a traversal; `None` if all triangles are considered.
 pub(crate) type ActiveSelection<'a> = Option<TriangleFilter<'a>>;
 
-/// Whether a triangle counts for a ray, by the ray's number in the query and the triangle's slot.
+/// Whether to consider a triangle for a ray, given the ray's index in the query and the triangle's slot.
 pub(crate) type Predicate<'a> = &'a (dyn Fn(usize, LeafSlot) -> bool + Sync);
 
-/// A selection, and a predicate that triangles also have to satisfy.
+/// A selection, and a predicate that triangles must also satisfy.
 #[derive(Clone, Copy)]
 pub(crate) struct TriangleFilter<'a> {
     selection: Selection<'a>,
     predicate: Option<Predicate<'a>>,
-    /// The number in the query of the traversal's first ray.
+    /// The index in the query of the traversal's first ray.
     first: usize,
 }
 
@@ -69,7 +69,7 @@ impl<'a> Selection<'a> {
     #[inline(always)]
     pub(crate) fn active(self, tree: &Tree) -> ActiveSelection<'a> {
         let all = self.faces == Faces::Both && self.skip.is_empty();
-        // Where nothing would be filtered out, `None` takes the path without filtering.
+        // If nothing would be filtered out, `None` takes the path without filtering.
         if all && tree.geometries.all_have(self.mask) {
             None
         } else {
@@ -88,13 +88,13 @@ impl TriangleFilter<'_> {
     pub(crate) fn part(self, from: usize, to: usize) -> Self {
         let Self { mut selection, first, .. } = self;
         if !selection.skip.is_empty() {
-            // The lists belong to rays by position, so they are cut as the rays are.
+            // The lists belong to rays by position, so they are split like the rays.
             selection.skip = &selection.skip[from..to];
         }
         Self { selection, first: first + from, ..self }
     }
 
-    /// Offers the triangles of a leaf that count to the closest hit of a ray. In a frame of its own, so that
+    /// Offers the selected triangles of a leaf to the closest hit of a ray. A separate function, so that
     /// traversal without a selection keeps its registers.
     #[inline(always)]
     fn closest_in<S: Simd>(
@@ -120,7 +120,7 @@ impl TriangleFilter<'_> {
         );
     }
 
-    /// The candidate lanes of a leaf that count for a ray.
+    /// The candidate lanes of a leaf that are selected for a ray.
     #[inline(never)]
     pub(crate) fn keep(
         &self,
@@ -135,7 +135,7 @@ impl TriangleFilter<'_> {
         let counts = |&lane: &usize| {
             let slot = LeafSlot((8 * leaf + lane) as u32);
             let position = tree.index_of(slot);
-            // The cheap tests first; the predicate may be slow.
+            // Cheap tests first; the predicate may be slow.
             tree.geometries.mask_of(position) & self.selection.mask != 0
                 && !is_among(tree, skipped, position)
                 && self.faces_count(resolver, tree, (id, ray), slot)
@@ -144,7 +144,7 @@ impl TriangleFilter<'_> {
         lanes_of(lanes).filter(counts).map(|lane| 1 << lane).sum()
     }
 
-    /// Whether the side from which a ray comes counts.
+    /// Whether the side that the ray meets is selected.
     fn faces_count(
         &self,
         resolver: Resolver<'_>,
@@ -161,14 +161,14 @@ impl TriangleFilter<'_> {
     }
 }
 
-/// Whether a triangle is one of those that were hit.
+/// Whether a triangle is one of the given hits.
 fn is_among(tree: &Tree, hits: &[Hit], position: TriangleId) -> bool {
-    // Hits name a triangle by its geometry, leaves by its position in the whole.
+    // Hits identify a triangle by its geometry, leaves by its position among all.
     let MeshTriangle { triangle, geometry } = tree.geometries.name(position);
     hits.iter().any(|hit| (hit.geometry, hit.triangle) == (geometry, triangle))
 }
 
-/// Offers the triangles of a leaf, those that count, to the closest hit of a ray.
+/// Offers the selected triangles of a leaf to the closest hit of a ray.
 #[inline(always)]
 pub(crate) fn closest_in_leaf<S: Simd>(
     selection: &ActiveSelection<'_>,
@@ -185,7 +185,7 @@ pub(crate) fn closest_in_leaf<S: Simd>(
             let (find, first) = (|slot| tree.triangle_in(slot), LeafSlot(8 * leaf as u32));
             filter.closest_in::<S>(ray, block, indices, first, find, closest, counts);
         }
-        // Counts passed by reference to a call would live in memory in all of the traversal.
+        // Counts passed by reference would be kept in memory throughout the traversal.
         Some(selection) => {
             let mut some = Counts::default();
             selection.closest_in::<S>(tree, filter, ray, leaf, closest, &mut some);
@@ -194,7 +194,7 @@ pub(crate) fn closest_in_leaf<S: Simd>(
     }
 }
 
-/// The candidate lanes of a leaf that count.
+/// The candidate lanes of a leaf that are selected.
 #[inline(always)]
 pub(crate) fn selected(
     selection: &ActiveSelection<'_>,

@@ -1,4 +1,4 @@
-//! Many rays and points a call.
+//! Many rays and points per call.
 
 use intertri::RayOf;
 
@@ -9,18 +9,18 @@ use crate::scalar::BvhScalar;
 use crate::util::memory::{NoMemory, OutOfMemory, filled, room};
 use crate::util::threads;
 
-/// Rays that are traced together, so that the lists of their crossings stay small.
+/// Rays that are traced together, few enough that the lists of their crossings stay small.
 const SLAB: usize = 1 << 16;
 
 /// Rays whose segments one thread lists at a time.
 const CHUNK: usize = 1 << 10;
 
-/// Many points or rays a call, on all threads. `answers[i]` belongs to `rays[i]`.
+/// Many points or rays per call, on all threads. `answers[i]` belongs to `rays[i]`.
 impl<S: BvhScalar> Media<S> {
-    /// [`Media::medium_at`] of many points.
+    /// [`Media::medium_at`] for many points.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     pub fn medium_at_batch(&self, points: &[[S; 3]]) -> Result<Vec<Option<u32>>, OutOfMemory> {
         let mut media = filled(points.len(), None)?;
         for (points, media) in points.chunks(SLAB).zip(media.chunks_mut(SLAB)) {
@@ -32,10 +32,10 @@ impl<S: BvhScalar> Media<S> {
         Ok(media)
     }
 
-    /// [`Media::next_crossing`] of many rays.
+    /// [`Media::next_crossing`] for many rays.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     pub fn next_crossing_batch(
         &self,
         rays: &[RayOf<S>],
@@ -48,10 +48,10 @@ impl<S: BvhScalar> Media<S> {
         Ok(next)
     }
 
-    /// [`Media::segments`] of many rays, in compact arrays.
+    /// [`Media::segments`] for many rays, in compact arrays.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     pub fn segments_batch(&self, rays: &[RayOf<S>]) -> Result<Lists<Segment>, OutOfMemory> {
         let mut lists = Lists { offsets: room(rays.len() + 1)?, items: Vec::new() };
         lists.offsets.push(0);
@@ -76,7 +76,7 @@ impl<S: BvhScalar> Media<S> {
         Ok(lists)
     }
 
-    /// All crossings of some rays, whatever their `t_max`.
+    /// All crossings of the rays, whatever their `t_max`.
     fn crossings(&self, rays: &[RayOf<S>]) -> Result<CrossingLists, OutOfMemory> {
         let mut whole = room(rays.len())?;
         whole.extend(rays.iter().map(endless));
@@ -84,7 +84,7 @@ impl<S: BvhScalar> Media<S> {
     }
 }
 
-/// The segments of some rays, and where those of each end.
+/// The segments of the rays, and the end of each ray's segments.
 fn listed<'a>(
     paths: impl Iterator<Item = Path<'a>>,
 ) -> Result<(Vec<usize>, Vec<Segment>), NoMemory> {

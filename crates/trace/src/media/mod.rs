@@ -1,4 +1,4 @@
-//! Media: closed meshes that are filled with something, and what a ray passes through.
+//! Media: closed meshes filled with materials, and the materials along a ray.
 //!
 //! ```text
 //!                ┌───────── rock ─────────┐
@@ -23,16 +23,17 @@ use crate::scalar::BvhScalar;
 use crate::solid::{Solid, SolidError, WINDING_DIR};
 use path::Path;
 
-/// Closed meshes in one hierarchy, each filled with a medium: for particles that go from one medium to the next.
+/// Closed meshes in one hierarchy, each filled with a medium, for particles that travel from medium to
+/// medium.
 ///
-/// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch and overlap: where several wind
-/// around a point, the last of them decides. So list them from the outside in. Where none does, the medium is `None`:
-/// outside.
+/// Each mesh is a geometry of the hierarchy, in the given order. Meshes may be nested, touch and overlap:
+/// where several wind around a point, the last of them decides. So list them from the outside in. Where none
+/// does, the medium is `None`, the outside.
 ///
-/// Each point of space and each part of a ray has one medium. Crossings at the same t count together, so there is nothing
-/// between solids that touch, and their order is exact. A ray that starts on a wall starts in the medium that it goes into.
-/// A ray along a wall passes the wall's corners on one side, the same for all triangles and meshes: the rule of
-/// [`Query::crossings`](crate::Query::crossings).
+/// Each point of space and each part of a ray has one medium. Crossings at the same t count together, so
+/// there is no gap between solids that touch, and their order is exact. A ray that starts on a wall starts in
+/// the medium that it enters. A ray along a wall passes the wall's corners on one side, which is the same for
+/// all triangles and meshes: the rule of [`Query::crossings`](crate::Query::crossings).
 ///
 /// ```
 /// use intertri_trace::{Media, intertri::{Ray, Triangle}};
@@ -72,11 +73,11 @@ pub struct Media<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Media<S> {
-    /// Media from closed meshes, each with the number of what it is filled with. Numbers mean what you like; meshes with the
-    /// same number are one medium.
+    /// Builds media from closed meshes, each with the number of its medium. You choose the numbers; meshes
+    /// with the same number are one medium.
     ///
     /// # Errors
-    /// If a mesh is not closed or has something that is not finite, or if the hierarchy cannot be built.
+    /// Fails if a mesh is not closed or not finite, or if the hierarchy cannot be built.
     pub fn new(meshes: &[(u32, &[TriangleOf<S>])]) -> Result<Self, MediaError<S>> {
         for (mesh, (_, triangles)) in meshes.iter().enumerate() {
             Solid::check_closed(triangles).map_err(|error| match error {
@@ -99,8 +100,8 @@ impl<S: BvhScalar> Media<S> {
         &self.media
     }
 
-    /// The medium at a point; `None` outside, and where the point is not finite. A point on a wall belongs to one side of it:
-    /// the one to which a step along (0.537, 0.351, 0.767) leads.
+    /// The medium at a point; `None` outside, and if the point is not finite. A point on a wall belongs to
+    /// the side to which a step along (0.537, 0.351, 0.767) leads.
     pub fn medium_at(&self, point: [S; 3]) -> Option<u32> {
         let ray = toward_outside(point);
         self.path(&ray, &self.bvh.crossings(&ray)).medium()
@@ -111,9 +112,10 @@ impl<S: BvhScalar> Media<S> {
         self.path(ray, &self.bvh.crossings(&endless(ray))).next_crossing()
     }
 
-    /// A ray cut where its medium changes. The segments cover it from `t_min` to `t_max`: each starts where the one before
-    /// ends. A part whose ends have the same t after rounding is left out. The length in space is `end - start` times that of
-    /// the direction. A ray without a direction, or with one that is not finite, is outside.
+    /// Splits a ray where its medium changes. The segments cover it from `t_min` to `t_max`: each starts
+    /// where the one before ends. A segment whose ends have the same t after rounding is left out. Its length
+    /// in space is `end - start` times that of the direction. A ray without a direction, or one that is not
+    /// finite, is outside.
     pub fn segments(&self, ray: &RayOf<S>) -> Vec<Segment> {
         let crossings = self.bvh.crossings(&endless(ray));
         let mut segments: Vec<Segment> = self.path(ray, &crossings).collect();
@@ -121,27 +123,27 @@ impl<S: BvhScalar> Media<S> {
         segments
     }
 
-    /// The segments of a ray with all these crossings behind its start.
+    /// The segments of a ray, given all crossings after its start.
     fn path<'a>(&'a self, ray: &RayOf<S>, crossings: &'a [Crossing]) -> Path<'a> {
         Path::new(&self.media, ray, crossings)
     }
 }
 
-/// The same ray without an end: the winding numbers at its start depend on all crossings.
+/// The ray without an end, because the winding numbers at its start depend on all crossings.
 fn endless<S: Scalar>(ray: &RayOf<S>) -> RayOf<S> {
     RayOf { t_max: S::INFINITY, ..*ray }
 }
 
-/// A ray from a point, in the direction that decides on which side of a wall it is.
+/// A ray from a point, in the direction that decides on which side of a wall the point is.
 fn toward_outside<S: Scalar>(point: [S; 3]) -> RayOf<S> {
     RayOf::new(point, WINDING_DIR.map(S::from))
 }
 
-/// Why there are no media.
+/// Why media could not be built.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MediaError<S = f32> {
-    /// A mesh is not closed, or not finite.
+    /// A mesh is not closed or not finite.
     Mesh {
         /// Its number.
         mesh: usize,

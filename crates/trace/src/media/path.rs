@@ -1,15 +1,15 @@
 //! The segments of one ray, from the last to the first.
 //!
-//! Infinitely far away nothing winds around the ray. From there back to its start, each crossing changes the winding number
-//! of one mesh by one:
+//! Infinitely far away nothing winds around the ray. Going back from there to its start, each crossing
+//! changes the winding number of one mesh by one:
 //!
 //! ```text
 //!   rock    0 ─┤ enters ├─ 1 ──────────────── 1 ───────────┤ leaves ├─ 0        read from right to left
 //!   steel   0 ──────────── 0 ─┤ enters ├─ 1 ─┤ leaves ├─ 0 ──────────── 0
 //! ```
 //!
-//! Crossings with the same t change all numbers at once. Rounding keeps their order, so those whose t are equal have equal
-//! t after rounding, too.
+//! Crossings with the same t change all their numbers at once. Rounding preserves order, so crossings with
+//! the same exact t have the same rounded t, too.
 
 use intertri::{Crossing, Hit, RayOf, Scalar};
 
@@ -18,18 +18,18 @@ use super::segment::{MediumCrossing, Segment};
 /// The segments of a ray, from the last to the first.
 pub(super) struct Path<'a> {
     media: &'a [u32],
-    /// The crossings before `end`, and those at or beyond the ray's end that have not been counted, by t.
+    /// The crossings before `end`, and those at or beyond the ray's end that have not been counted yet, by t.
     crossings: &'a [Crossing],
-    /// The meshes that wind around the ray before `end`, and how often.
+    /// The meshes that wind around the ray before `end`, with their winding numbers.
     winding: Vec<(u32, i32)>,
     start: f64,
-    /// Where the next segment ends, and the wall there.
+    /// The end of the next segment, and the wall there.
     end: f64,
     wall: Hit,
 }
 
 impl<'a> Path<'a> {
-    /// From all crossings behind the start of a ray, whatever its `t_max`.
+    /// Starts from all crossings after the start of a ray, whatever its `t_max`.
     pub(super) fn new<S: Scalar>(
         media: &'a [u32],
         ray: &RayOf<S>,
@@ -68,7 +68,7 @@ impl<'a> Path<'a> {
         mesh.map(|mesh| self.media[mesh as usize])
     }
 
-    /// Goes back across a wall.
+    /// Moves back across a wall.
     fn cross(&mut self, Crossing { hit, leaves }: &Crossing) {
         let times = if *leaves { 1 } else { -1 };
         match self.winding.iter().position(|&(mesh, _)| mesh == hit.geometry) {
@@ -99,7 +99,8 @@ impl Iterator for Path<'_> {
             }
             let before = self.mesh();
             if t < end && self.medium_of(before) != self.medium_of(after) {
-                // The ray crosses the later of both meshes here: only one of them winds around it on each side.
+                // The ray crosses the later of the two meshes here, because only one of them winds around it
+                // on each side.
                 let mesh = before.max(after);
                 let wall_here = tied.iter().find(|crossing| Some(crossing.hit.geometry) == mesh);
                 self.end = t;

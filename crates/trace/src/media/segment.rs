@@ -1,4 +1,4 @@
-//! The segments of a ray and the crossings between them, as callers see them.
+//! The segments of a ray, and the crossings between them.
 
 use intertri::Hit;
 
@@ -11,17 +11,17 @@ pub struct Segment {
     pub end: f64,
     /// The medium; `None` outside.
     pub medium: Option<u32>,
-    /// The wall at its end; [`Hit::MISS`] where the ray ends.
+    /// The wall at its end; [`Hit::MISS`] at the end of the ray.
     pub wall: Hit,
 }
 
-/// Where a ray goes from one medium into another: [`Media::next_crossing`](crate::Media::next_crossing).
+/// A crossing from one medium into another: [`Media::next_crossing`](crate::Media::next_crossing).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MediumCrossing {
-    /// The wall between them. Its geometry is the mesh.
+    /// The wall between them. Its geometry is the index of the mesh.
     pub hit: Hit,
-    /// The medium before; `None` outside.
+    /// The medium before the wall; `None` outside.
     pub left: Option<u32>,
-    /// The medium behind; `None` outside.
+    /// The medium after the wall; `None` outside.
     pub entered: Option<u32>,
 }

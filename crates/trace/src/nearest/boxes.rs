@@ -1,23 +1,24 @@
-//! Lower bounds of the distances from a point to the eight boxes of a node, or of eight triangles.
+//! Lower bounds on the distances from a point to the eight boxes of a node, or of eight triangles.
 
 use intertri::simd::{Lanes, Vec3};
 
 use crate::tree::Node;
 
-/// A computed square exceeds the exact one by at most this share: `2^-20`.
+/// The largest relative excess of a computed square over the exact one: `2^-20`.
 const SHARE: f64 = 1.0 / (1_u64 << 20) as f64;
 
-/// The most that underflow, and subnormal numbers read as 0, change a square by: `2^-120`.
+/// A bound on the effect of underflow, and of subnormal numbers read as 0, on a square: `2^-120`.
 const TINY: f64 = f64::from_bits((1023 - 120) << 52);
 
-/// The largest square, as [`squares`] has it, of a box that may hold something nearer than the root of `most`.
+/// The largest square, as computed by [`squares`], of a box that may contain something nearer than the root
+/// of `most`.
 #[inline(always)]
 pub(super) fn far_for(most: f64) -> f32 {
     ((most * (1.0 + SHARE) + TINY) as f32).next_up()
 }
 
-/// Which boxes may contain a point whose squared distance is within `far`, and their squares. The query point lies
-/// between two points.
+/// Which boxes may contain a point whose squared distance is within `far`, and their squares. The query point
+/// is between two given points.
 #[inline(always)]
 pub(super) fn squares<F: Lanes<Scalar = f32>>(
     node: &Node,
@@ -39,7 +40,7 @@ pub(super) fn squares<F: Lanes<Scalar = f32>>(
     (lo.x.le(hi.x) & square.le(F::splat(far)), square)
 }
 
-/// Which of eight triangles may be within `far`, by the boxes around them.
+/// Which of eight triangles may be within `far`, according to their bounding boxes.
 #[inline(always)]
 pub(super) fn may_be_near<F: Lanes<Scalar = f32>>(
     [a, b, c]: [Vec3<F>; 3],

@@ -10,11 +10,12 @@ use super::mesh::Mesh;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ClosestPoint {
-    /// The distance, within 0.86 units in the last place of the true one, and 0 only if that is 0. For f64 coordinates,
-    /// it is within 0.93 units if it is subnormal, and infinite if it is beyond the range of f64.
+    /// The distance. Its error is at most 0.86 units in the last place, and it is 0 only if the true one is.
+    /// For f64 coordinates, the error is at most 0.93 units if the distance is subnormal, and it is infinite
+    /// if it is beyond the range of f64.
     pub distance: f64,
-    /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest coordinate, plus `2^-1073` if
-    /// that is subnormal in f64. It is never outside of the triangle's box.
+    /// The point. The error of each coordinate is at most `2^-50` of the triangle's largest coordinate, plus
+    /// `2^-1073` if that is subnormal in f64. It is never outside the triangle's box.
     pub point: [f64; 3],
     /// The weight of the triangle's second corner, rounded once.
     pub u: f64,
@@ -37,20 +38,20 @@ impl ClosestPoint {
         geometry: 0,
     };
 
-    /// Itself, or `None` for [`ClosestPoint::NONE`].
+    /// This result, or `None` for [`ClosestPoint::NONE`].
     pub fn some(self) -> Option<Self> {
         (self.triangle != u32::MAX).then_some(self)
     }
 }
 
-/// A triangle that may be the closest: its slot in the leaves, and a lower bound of the square of its distance.
+/// A triangle that may be the closest: its slot in the leaves, and a lower bound on its squared distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) slot: LeafSlot,
     pub(super) least: f64,
 }
 
-/// The closest of some candidates; if several are exactly as close, the lowest index wins.
+/// The closest of several candidates; if several are exactly as close, the lowest index wins.
 pub(super) fn closest_of<M: Mesh>(
     mesh: M,
     point: [M::Scalar; 3],
@@ -72,7 +73,8 @@ pub(super) fn closest_of<M: Mesh>(
 
     let (slot, triangle) = best;
     let Closest { distance, weights: [u, v] } = closest(Tier::Float, point, &triangle);
-    // Only for the point: the distance and the weights are exact but for one rounding (nearest.md, section 6).
+    // Used only for the point: the distance and the weights are exact except for one rounding (nearest.md,
+    // section 6).
     let first = (1.0 - u) - v;
     let at = |axis: usize| {
         let [a, b, c]: [f64; 3] = triangle.0.map(|corner| corner[axis].into());

@@ -5,8 +5,8 @@ use intertri::{LeafSlot, Scalar, Triangle, TriangleOf};
 
 use crate::tree::Tree;
 
-/// A mesh in some scalar, and the tree over it, or over copies of it. The search works in the tree's units, in which the
-/// mesh is scaled by a power of two.
+/// A mesh in some scalar, and the tree over it or over copies of it. The search uses the tree's units, in
+/// which the mesh is scaled by a power of two.
 pub(crate) trait Mesh: Copy {
     /// The scalar of the coordinates.
     type Scalar: Scalar;
@@ -34,7 +34,7 @@ pub(crate) trait Mesh: Copy {
 /// A point in the tree's units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QueryPoint {
-    /// Two points between which it surely lies.
+    /// Two points that certainly enclose it.
     pub(crate) within: [[f32; 3]; 2],
     /// The same, widened by the error of [`Mesh::near_corners`].
     pub(crate) in_leaves: [[f32; 3]; 2],
@@ -42,7 +42,7 @@ pub(crate) struct QueryPoint {
     pub(crate) point: [f64; 3],
 }
 
-/// A mesh in f32, over which the tree is built directly.
+/// An f32 mesh, over which the tree is built directly.
 #[derive(Clone, Copy)]
 pub(crate) struct InF32<'a>(pub(crate) &'a Tree);
 

@@ -6,7 +6,7 @@
 //!   the rest   exact signs and integers: the closest triangle, its distance and point
 //! ```
 //!
-//! Bounds and proofs: `docs/numerics/nearest.md`.
+//! `docs/numerics/nearest.md` has the bounds and proofs.
 
 mod boxes;
 mod found;

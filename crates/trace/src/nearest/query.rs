@@ -1,4 +1,4 @@
-//! The closest points of many, on one thread.
+//! The closest points for many points, on one thread.
 
 use intertri::TriangleId;
 use intertri::internal::Bits;
@@ -10,7 +10,7 @@ use super::search::Search;
 use crate::morton::along_curve;
 use crate::walk::single::TraversalScratch;
 
-/// Finds the closest points to some points, on this thread, unless they are farther than a radius.
+/// Finds the closest point for each of several points, on this thread, unless it is farther than a radius.
 pub(crate) fn closest_points<M: Mesh>(
     mesh: M,
     points: &[[M::Scalar; 3]],
@@ -41,8 +41,8 @@ impl<M: Mesh> WithSimd for Points<'_, M> {
         let scaled = mesh.scaled(radius);
         let within = scaled * scaled * (1.0 + 1e-6) + 1e-60;
         let mut likely = None;
-        // In the given order, if memory runs out for a better one.
-        // Neighbouring points one after the other: then the leaf found last is a good first guess.
+        // If memory for a better order runs out, keep the given one.
+        // Neighbouring points in sequence, so that the leaf found last is a good first guess.
         let order =
             along_curve(&tree.bounds(), points.len(), |i| mesh.at(points[i]).within[0]).ok();
         for i in 0..points.len() {

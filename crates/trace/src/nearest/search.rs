@@ -1,4 +1,5 @@
-//! The traversal: visits the nearest box first, and skips boxes that are surely farther than a triangle found so far.
+//! The traversal: visits the nearest box first, and skips boxes that are certainly farther than a triangle
+//! found so far.
 
 use intertri::LeafSlot;
 use intertri::internal::exact::squares;
@@ -22,12 +23,13 @@ pub(super) struct Search<'a, M> {
 }
 
 impl<M: Mesh> Search<'_, M> {
-    /// Traverses the tree, first a leaf that is likely to be near, if one is known. Leaves the candidates.
+    /// Traverses the tree and collects candidates, beginning with a leaf that is likely to be near, if one is
+    /// known.
     #[inline(always)]
     pub(super) fn run<S: Simd>(&mut self, likely: Option<u32>, kept: &mut TraversalScratch) {
         let mesh = self.mesh;
         let (bvh, within) = (mesh.tree(), self.at.within.map(Vec3::<S::F32x8>::splat));
-        // A near leaf first makes `most` small, so that traversal skips nearly everything else.
+        // Starting with a near leaf makes `most` small, so that traversal skips nearly everything else.
         self.candidates.clear();
         if let Some(leaf) = likely {
             self.leaf::<S>(leaf as usize);
@@ -58,7 +60,8 @@ impl<M: Mesh> Search<'_, M> {
             let node = &bvh.nodes[next as usize];
             let (met, squares) = boxes::squares(node, within, far);
             next = if met.any() {
-                // The other children go in the order of octant 0: there is no ray to give them a better one.
+                // The other children come in the order of octant 0, because there is no ray to determine a
+                // better one.
                 stack.push_nearest_first::<S>(&mut top, node, 0, met, squares)
             } else {
                 BOTTOM
@@ -69,13 +72,13 @@ impl<M: Mesh> Search<'_, M> {
         self.candidates.retain(|candidate| candidate.least <= most);
     }
 
-    /// Adds the triangles of a leaf that may be the closest. Whether there are any.
+    /// Adds the triangles of a leaf that may be the closest. Returns whether there are any.
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, leaf: usize) -> bool {
         let (mesh, at) = (self.mesh, self.at);
         let within = at.in_leaves.map(Vec3::<S::F32x8>::splat);
         let far = boxes::far_for(self.most);
-        // The boxes of the eight triangles in f32 rule out most of them before any f64.
+        // In f32, the boxes of the eight triangles rule out most of them before any f64 is used.
         let near = boxes::may_be_near(mesh.near_corners(leaf), within, far);
         let near = near.bits() & mesh.tree().present(leaf);
         if near == 0 {

@@ -1,4 +1,4 @@
-//! The verbs for many rays.
+//! The queries for many rays.
 
 use intertri::{Counts, Crossings, Hit, Mode, RayOf};
 
@@ -10,22 +10,24 @@ use crate::tree::MeshTriangle;
 use crate::util::memory::OutOfMemory;
 use crate::util::threads;
 
-/// Many rays a call, on all threads.
+/// Many rays per call, on all threads.
 ///
-/// Each method returns its answers; its `…_into` variant writes them to a slice of yours and returns the number of
+/// Each method returns its answers; its `…_into` variant writes them to your slice and returns the number of
 /// tests. `answers[i]` belongs to `rays[i]`.
 ///
-/// Batches are faster if rays that are neighbours in the slice are also neighbours in space. Fastest are rays that share
-/// their origin and come as pixels, in rows of any width or in tiles, such as 32 by 32 in Z-order: the library detects
-/// them and traces 1024 in a narrow cone at a time. Answers do not depend on the order.
+/// Batches are faster if rays that are neighbours in the slice are also neighbours in space. The fastest are
+/// rays that share their origin and are the pixels of a picture, in rows of any width or in tiles, such as 32
+/// by 32 in Z-order: the library detects them and traces 1024 in a narrow cone at a time. Answers do not
+/// depend on the order.
 ///
-/// A `Vec` of answers aborts the program if there is too little memory for it, as every `Vec` does; the `…_into` variants
-/// take memory of yours. Lists of hits return an error.
+/// If there is too little memory for a `Vec` of answers, the program aborts, as for every `Vec`; the `…_into`
+/// variants use your memory. Lists of hits return an error.
 ///
 /// # Panics
-/// If rays and answers differ in number, or if there are lists of triangles to skip but not one a ray.
+/// Panics if rays and answers differ in number, or if there are lists of triangles to skip but not one per
+/// ray.
 impl<S: BvhScalar> Query<'_, S> {
-    /// [`Query::closest`] of many rays; [`Hit::MISS`] for a ray that hits nothing.
+    /// [`Query::closest`] for many rays; [`Hit::MISS`] for a ray that hits nothing.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -42,8 +44,8 @@ impl<S: BvhScalar> Query<'_, S> {
         hits
     }
 
-    /// [`Query::closest_batch`] into a slice, of [`Hit`], or of [`Hit32`](intertri::Hit32) if f32 is enough for t, u and v:
-    /// that takes less memory and time.
+    /// Like [`Query::closest_batch`], but writes to a slice of [`Hit`], or of [`Hit32`](intertri::Hit32) if
+    /// f32 is enough for t, u and v, which takes less memory and time.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -60,7 +62,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, hits)
     }
 
-    /// [`Query::closest_triangle`] of many rays; [`MeshTriangle::MISS`] for a ray that hits nothing.
+    /// [`Query::closest_triangle`] for many rays; [`MeshTriangle::MISS`] for a ray that hits nothing.
     pub fn closest_triangle_batch(&self, rays: &[RayOf<S>]) -> Vec<MeshTriangle> {
         let mut triangles = vec![MeshTriangle::MISS; rays.len()];
         self.closest_triangle_batch_into(rays, &mut triangles);
@@ -76,11 +78,11 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, triangles)
     }
 
-    /// [`Query::any`] of many rays.
+    /// [`Query::any`] for many rays.
     ///
-    /// Fastest where neighbouring rays share their origin, or all end at one point (up to rounding), at t = 1 or `t_max`,
-    /// and do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that starts on a surface may hit it,
-    /// because its origin is rounded.
+    /// This is fastest if neighbouring rays share their origin, or if all end at one point (up to rounding),
+    /// at t = 1 or `t_max`, and do not look beyond it. For shadows use [`Query::visible_batch`]: a ray that
+    /// starts on a surface may hit it, because its origin is rounded.
     pub fn any_batch(&self, rays: &[RayOf<S>]) -> Vec<bool> {
         let mut any = vec![false; rays.len()];
         self.any_batch_into(rays, &mut any);
@@ -92,11 +94,11 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_batch(self.mode, rays, any)
     }
 
-    /// [`Query::all`] of many rays, in compact arrays; of each ray the first `limit` hits, if there is a limit. With a
-    /// limit a ray looks no farther than the last hit that it keeps.
+    /// [`Query::all`] for many rays, in compact arrays; with a `limit`, only the first hits of each ray. A
+    /// ray then looks no farther than the last hit that it keeps.
     ///
     /// # Errors
-    /// If there is too little memory for the hits.
+    /// Fails if there is too little memory for the hits.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -117,10 +119,11 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.mode, rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// [`Query::crossings`] of many rays, in compact arrays; of each ray the first `limit`, if there is a limit.
+    /// [`Query::crossings`] for many rays, in compact arrays; with a `limit`, only the first ones of each
+    /// ray.
     ///
     /// # Errors
-    /// If there is too little memory for the crossings.
+    /// Fails if there is too little memory for the crossings.
     pub fn crossings_batch(
         &self,
         rays: &[RayOf<S>],
@@ -129,7 +132,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(self.crossing_mode(), rays, |batch| Ok(lists(batch, limit)?))
     }
 
-    /// How often each of many rays crosses the mesh.
+    /// How many times each of many rays crosses the mesh.
     pub fn count_crossings_batch(&self, rays: &[RayOf<S>]) -> Vec<Crossings> {
         let mut crossings = vec![Crossings::default(); rays.len()];
         self.count_crossings_batch_into(rays, &mut crossings);
@@ -146,7 +149,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_batch(mode, rays, |batch| batch.trace(answers))
     }
 
-    /// Runs `trace` on the rays: on this thread only, if the query is set so.
+    /// Runs `trace` on the rays, on this thread only if the query is set to do so.
     fn with_batch<A>(
         &self,
         mode: Mode,
@@ -154,13 +157,13 @@ impl<S: BvhScalar> Query<'_, S> {
         trace: impl FnOnce(&RayBatch<'_, S>) -> A,
     ) -> A {
         let lists = self.selection.skip.len();
-        // A list for each ray, by position; a wrong length would skip other rays' triangles.
+        // There must be one list per ray; a wrong number would skip other rays' triangles.
         let fits = lists == 0 || lists == rays.len();
         assert!(fits, "a list of triangles to skip for each ray, or none");
         self.in_threads(|| trace(&self.batch(self.active, mode, rays)))
     }
 
-    /// Traces rays among other triangles than the query's.
+    /// Traces rays with a different selection of triangles than the query's.
     pub(super) fn with_selection<A: Answer>(
         &self,
         selection: ActiveSelection<'_>,

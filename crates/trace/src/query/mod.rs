@@ -1,4 +1,4 @@
-//! `Query`: one object with the mode, the selection, the scratch memory, and every verb.
+//! `Query`: one object with the mode, the selection, the scratch memory, and every method.
 
 mod batches;
 mod shortcuts;
@@ -16,11 +16,12 @@ use crate::tree::MeshTriangle;
 use crate::walk::one_ray;
 use crate::walk::single::{LentScratch, SingleRay, TraversalScratch};
 
-/// A query: how hits are decided, which triangles count, and the verbs. [`Bvh::query`] makes one.
+/// A query: how hits are decided, which triangles are considered, and the methods that trace rays. Create one
+/// with [`Bvh::query`].
 ///
-/// By default the mode is [`Mode::exact`] and all triangles count. Each setting returns the query, so that they can be
-/// chained. Answers are those of a plain loop over the triangles that count: they do not depend on the hierarchy, the
-/// number of threads, or what was asked before.
+/// By default the mode is [`Mode::exact`] and all triangles are considered. Each setting returns the query,
+/// so that settings can be chained. Answers are those of a plain loop over the selected triangles: they do
+/// not depend on the hierarchy, the number of threads, or earlier queries.
 ///
 /// If you trace one ray at a time, keep a query for each thread and reuse it: it owns the traversal's stack and
 /// remembers where the last rays went.
@@ -153,23 +154,23 @@ impl<'a, S: BvhScalar> Query<'a, S> {
     }
 
     fn select(self, selection: Selection<'a>) -> Self {
-        // Whether anything is filtered at all is found out here, once, and not for each ray.
+        // Whether anything is filtered is determined here once, not for each ray.
         Self { selection, active: selection.active(&self.bvh.tree), ..self }
     }
 }
 
-/// One ray a call.
+/// One ray per call.
 ///
 /// # Panics
-/// If there are several lists of triangles to skip.
+/// Panics if there are several lists of triangles to skip.
 impl<S: BvhScalar> Query<'_, S> {
-    /// The closest hit; if two have the same t, the lower geometry, then the lower triangle.
+    /// The closest hit. If two have the same t, the lower geometry wins, then the lower triangle.
     #[inline]
     pub fn closest(&mut self, ray: &RayOf<S>) -> Option<Hit> {
         self.trace(ray, one_ray::closest)
     }
 
-    /// The triangle of [`Query::closest`] alone, which saves computing t, u and v.
+    /// Only the triangle of [`Query::closest`], which saves computing t, u and v.
     ///
     /// ```
     /// use intertri_trace::{Bvh, MeshTriangle};
@@ -196,8 +197,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace(ray, one_ray::all)
     }
 
-    /// Where a ray crosses the mesh, by t; if two have the same t, by geometry, then by triangle. A point on an edge or
-    /// a corner belongs to one of the triangles that have it. Crossings are decided exactly in every mode.
+    /// Where a ray crosses the mesh, by t; if two have the same t, by geometry, then by triangle. A point on
+    /// an edge or a corner belongs to only one of its triangles. Crossings are decided exactly in every mode.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -213,8 +214,8 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::crossings)
     }
 
-    /// The first of [`Query::crossings`], with its side, without tracing the whole line: for particles that go from one
-    /// medium to the next.
+    /// The first of [`Query::crossings`], with its side, without tracing the whole line: for particles that
+    /// travel from medium to medium.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -234,9 +235,10 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.crossing_mode(), ray, one_ray::next_crossing)
     }
 
-    /// Exact, and each crossing once.
+    /// The mode for crossings: exact, with each crossing counted once.
     fn crossing_mode(&self) -> Mode {
-        // Counting needs a rule that gives each shared edge to one triangle, whatever mode was chosen for hits.
+        // Counting needs a rule that assigns each shared edge to one triangle, whatever mode was chosen for
+        // hits.
         Mode::once().at(self.mode.level())
     }
 
@@ -246,7 +248,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.trace_in(self.mode, ray, verb)
     }
 
-    /// Traces a ray.
+    /// Traces a ray in a given mode.
     #[inline(always)]
     fn trace_in<A>(&mut self, mode: Mode, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let Self { bvh, active, scratch, selection, .. } = self;
@@ -256,7 +258,7 @@ impl<S: BvhScalar> Query<'_, S> {
 }
 
 impl<S: BvhScalar> Bvh<S> {
-    /// Traces a ray.
+    /// Traces a ray through a tree.
     #[inline(always)]
     fn trace_ray<A>(
         &self,
@@ -272,7 +274,7 @@ impl<S: BvhScalar> Bvh<S> {
     }
 }
 
-/// A query about one ray, in f32, compiled in this crate.
+/// A query for one ray, in f32, compiled in this crate.
 type Verb<A> = fn(SingleRay<'_>) -> A;
 
 impl<S: BvhScalar> Clone for Query<'_, S> {

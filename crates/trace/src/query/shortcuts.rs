@@ -1,4 +1,4 @@
-//! The verbs in the default mode and among all triangles.
+//! The queries in the default mode and among all triangles.
 
 use intertri::{Crossing, Hit, Mode, RayOf};
 
@@ -11,8 +11,9 @@ use crate::util::memory::OutOfMemory;
 use crate::walk::one_ray;
 use crate::walk::single::TraversalScratch;
 
-/// Shortcuts for queries in the mode [`Mode::exact`](intertri::Mode::exact) among all triangles: `bvh.closest(&ray)` is
-/// `bvh.query().closest(&ray)`. See [`Query`](crate::Query) for the verbs, and for settings.
+/// Shortcuts for queries in the mode [`Mode::exact`](intertri::Mode::exact) among all triangles:
+/// `bvh.closest(&ray)` is `bvh.query().closest(&ray)`. [`Query`](crate::Query) describes the methods, and the
+/// settings.
 impl<S: BvhScalar> Bvh<S> {
     /// The closest hit: [`Query::closest`](crate::Query::closest).
     #[inline]
@@ -59,7 +60,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// Every hit of many rays: [`Query::all_batch`](crate::Query::all_batch).
     ///
     /// # Errors
-    /// If there is too little memory for the hits.
+    /// Fails if there is too little memory for the hits.
     pub fn all_batch(&self, rays: &[RayOf<S>]) -> Result<HitLists, OutOfMemory> {
         self.query().all_batch(rays, None)
     }
@@ -67,7 +68,7 @@ impl<S: BvhScalar> Bvh<S> {
     /// The crossings of many rays: [`Query::crossings_batch`](crate::Query::crossings_batch).
     ///
     /// # Errors
-    /// If there is too little memory for the crossings.
+    /// Fails if there is too little memory for the crossings.
     pub fn crossings_batch(&self, rays: &[RayOf<S>]) -> Result<CrossingLists, OutOfMemory> {
         self.query().crossings_batch(rays, None)
     }
@@ -77,7 +78,7 @@ impl<S: BvhScalar> Bvh<S> {
         self.query().visible_batch(segments)
     }
 
-    /// Traces one ray without making a query, which takes a twentieth of the time.
+    /// Traces one ray without creating a query, which takes a twentieth of the time.
     #[inline(always)]
     fn trace_alone<A>(&self, ray: &RayOf<S>, verb: Verb<A>) -> A {
         let selection = Selection::ALL.active(&self.tree);

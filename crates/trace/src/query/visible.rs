@@ -6,8 +6,9 @@
 //!     ────●╱────  surface           by accident; all others do, exactly
 //! ```
 //!
-//! Rays are traced without the lists first, so that they can go in bundles. Those that hit something are traced again,
-//! with a predicate that leaves out the triangles at their ends. Definition: `docs/numerics/exact.md`, section 9.
+//! Rays are first traced without skip lists, so that they can be traced in bundles. Those that hit something
+//! are traced again, with a predicate that leaves out the triangles at their ends. `docs/numerics/exact.md`,
+//! section 9, has the definition.
 
 use intertri::internal::Bits;
 use intertri::internal::exact::{Tier, closest};
@@ -17,24 +18,26 @@ use super::Query;
 use crate::scalar::BvhScalar;
 use crate::selection::Selection;
 
-/// A triangle this many units of rounding from an end, or nearer, is one on which the end lies.
+/// An end lies on a triangle if the distance is at most this many rounding units.
 const UNITS: f64 = 16.0;
 
-/// Segments that are traced together: they are copied.
+/// The number of segments that are copied and traced together.
 const PIECE: usize = 1 << 16;
 
 /// Segments between points.
 ///
 /// # Panics
-/// If segments and answers differ in number, or if there are lists of triangles to skip but not one a segment.
+/// Panics if segments and answers differ in number, or if there are lists of triangles to skip but not one
+/// per segment.
 impl<S: BvhScalar> Query<'_, S> {
     /// Whether no triangle hides two points from each other, other than those on which they lie.
     ///
-    /// A point lies on a triangle if it is no farther from it than 16 units of rounding (`2^-23` or `2^-52` of the
-    /// largest coordinate of both points and the triangle's corners). So a surface does not shade itself, however its
-    /// points were rounded, also across an edge. If your points are less accurate, name their triangles by
-    /// [`Query::skip`]; a list may name the triangles of both ends. Any other triangle hides them where it meets the
-    /// ray from `a` in direction `b - a` at `0 < t < 1`. Points with a NaN or an infinity see nothing.
+    /// A point lies on a triangle if its distance is at most 16 rounding units (`2^-23` or `2^-52` of the
+    /// largest coordinate of both points and the triangle's corners). So a surface does not shade itself,
+    /// however its points were rounded, not even across an edge. If your points are less accurate, name their
+    /// triangles with [`Query::skip`]; a list may name the triangles of both ends. Any other triangle hides
+    /// the points if it meets the ray from `a` in direction `b - a` at `0 < t < 1`. Points with a NaN or an
+    /// infinity see nothing.
     ///
     /// ```
     /// use intertri_trace::Bvh;
@@ -54,9 +57,9 @@ impl<S: BvhScalar> Query<'_, S> {
         visible[0]
     }
 
-    /// [`Query::visible`] of the ends of many segments.
+    /// [`Query::visible`] for the ends of many segments.
     ///
-    /// It is fastest if segments start or end at one point, such as a light, as for [`Query::any_batch`].
+    /// This is fastest if segments start or end at one point, such as a light, as for [`Query::any_batch`].
     pub fn visible_batch(&self, segments: &[[[S; 3]; 2]]) -> Vec<bool> {
         let mut visible = vec![false; segments.len()];
         self.visible_batch_into(segments, &mut visible);
@@ -83,7 +86,7 @@ impl<S: BvhScalar> Query<'_, S> {
         }
     }
 
-    /// The same of so few that they can be copied.
+    /// The same for a number of segments that can be copied.
     fn visible_piece(
         &self,
         segments: &[[[S; 3]; 2]],
@@ -91,15 +94,15 @@ impl<S: BvhScalar> Query<'_, S> {
         reach: f64,
         visible: &mut [bool],
     ) {
-        // First without the lists, so that rays can go in bundles.
+        // Without skip lists at first, so that rays can be traced in bundles.
         let (bvh, mode) = (self.bvh, self.mode);
         let rays: Vec<_> = segments.iter().map(ray_of).collect();
         let all = Selection { skip: &[], ..selection }.active(&bvh.tree);
         self.with_selection(all, mode, &rays, visible);
 
-        // Those that hit something, which may be where they end.
+        // The segments that hit something, which may be at their ends.
         let hidden: Vec<_> = (0..segments.len()).filter(|&i| visible[i]).collect();
-        // Nearly all segments that are hidden end on a surface, whose own triangle they hit.
+        // Nearly all hidden segments end on a surface, whose own triangle they hit.
         let rays: Vec<_> = hidden.iter().map(|&i| rays[i]).collect();
         let lists: Vec<_> = match selection.skip {
             [] => Vec::new(),
@@ -115,7 +118,7 @@ impl<S: BvhScalar> Query<'_, S> {
         self.with_selection(some, mode, &rays, &mut occluded);
 
         for (visible, segment) in visible.iter_mut().zip(segments) {
-            // Nothing sees a point that is not finite.
+            // A point that is not finite sees nothing.
             *visible = segment.as_flattened().iter().all(|x| Bits::is_finite(*x));
         }
         for (&i, occluded) in hidden.iter().zip(occluded) {
@@ -126,7 +129,7 @@ impl<S: BvhScalar> Query<'_, S> {
 
 /// The ray from one end of a segment to the other.
 fn ray_of<S: BvhScalar>([a, b]: &[[S; 3]; 2]) -> RayOf<S> {
-    // Scaled before the subtraction, which may overflow even where both ends are finite.
+    // Scaled before the subtraction, which may overflow even for finite ends.
     let way = |share: f64| [0, 1, 2].map(|k| S::nearest(share * b[k].into() - share * a[k].into()));
     let dir = way(1.0);
     if dir.iter().all(|x| Bits::is_finite(*x)) {
@@ -144,7 +147,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
     let most = all.chain(ends64.as_flattened().iter().copied());
     let reach = reach * most.fold(0.0, |most: f64, x| most.max(x.abs()));
 
-    // Few triangles that hide a segment are near its ends: twice the reach has room for rounding.
+    // Few triangles that hide a segment are near its ends; twice the reach leaves a margin for rounding.
     let is_near = |end: [f64; 3]| {
         (0..3).all(|k| {
             let [a, b, c] = [0, 1, 2].map(|i| corners[i][k]);
@@ -153,7 +156,7 @@ fn lies_on<S: BvhScalar>(ends: &[[S; 3]; 2], triangle: &TriangleOf<S>, reach: f6
         })
     };
     ends.iter().zip(ends64).any(|(&end, end64)| {
-        // The exact distance decides; boxes rule out nearly all triangles before.
+        // The exact distance decides; boxes rule out nearly all triangles beforehand.
         is_near(end64) && closest(Tier::Float, end, triangle).distance <= reach
     })
 }

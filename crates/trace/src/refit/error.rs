@@ -1,16 +1,16 @@
-//! Why triangles could not be moved.
+//! Why a hierarchy could not be refitted.
 
 use std::fmt;
 
-/// Why triangles could not be moved.
+/// Why a hierarchy could not be refitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RefitError {
-    /// There are more triangles than it was built over, or fewer.
+    /// The number of triangles differs from that of the build.
     Count {
-        /// How many it was built over.
+        /// The number of triangles in the hierarchy.
         expected: usize,
-        /// How many there were.
+        /// The number of triangles passed.
         found: usize,
     },
     /// There is too little memory.
@@ -21,7 +21,7 @@ pub enum RefitError {
         triangle: usize,
         /// The index of its vertex.
         index: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
 }

@@ -6,8 +6,8 @@
 //!   the rest triangles that no box can contain, or that the build left out
 //! ```
 //!
-//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until it can be hit again. A triangle
-//! without area keeps its corners there, for closest points.
+//! A triangle keeps its lane in a leaf even while it cannot be hit: the lane is dead until it can be hit
+//! again. A triangle without area keeps its corners there, for closest points.
 
 mod error;
 #[cfg(test)]
@@ -25,8 +25,8 @@ use crate::util::threads;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Refit {
-    /// The surface-area cost now: how many nodes and leaves a random line through the box around all is expected
-    /// to visit. Leaves without a box count in full.
+    /// The current surface-area cost: how many nodes and leaves a random line through the root's box is
+    /// expected to visit. Leaves without a box always count.
     pub cost: f64,
     /// The cost when it was built.
     pub cost_as_built: f64,
@@ -36,14 +36,15 @@ impl Refit {
     /// A tree that costs this many times as much as when it was built may be worth rebuilding.
     pub const WORN: f64 = 1.5;
 
-    /// The cost now over that of the build: 1 for triangles that have not moved, more the more a tree has worn.
+    /// The current cost divided by that of the build: 1 if no triangle has moved, larger the more the tree is
+    /// worn.
     pub fn ratio(&self) -> f64 {
         self.cost / self.cost_as_built
     }
 
-    /// Whether it is time to build anew: the [`ratio`](Self::ratio) is above [`Refit::WORN`], and rays may take
-    /// longer by as much. That is a hint: answers are right however worn the tree is, and a mesh that is
-    /// crumpled may cost as much through a new one.
+    /// Whether rebuilding may be worthwhile: the [`ratio`](Self::ratio) is above [`Refit::WORN`], and rays
+    /// may take correspondingly longer. This is a hint: answers are right however worn the tree is, and for a
+    /// crumpled mesh a new tree may cost as much.
     pub fn is_worn(&self) -> bool {
         self.ratio() > Self::WORN
     }
@@ -77,12 +78,12 @@ impl Tree {
             Some(cost) => cost,
             None => self.cost()?,
         };
-        // Taken before the first refit, and compared with after each.
+        // Computed before the first refit, and compared with after each.
         self.cost_as_built = Some(cost_as_built);
 
-        // Find the triangles that are not in the tree before it changes.
+        // Find the triangles that are not in the tree before the tree changes.
         let left_out = self.left_out()?;
-        // The second tree is not refitted but built anew, since triangles enter and leave it.
+        // The second tree is rebuilt, not refitted, because triangles enter and leave it.
         self.leaves.truncate(self.boxed);
         self.nodes.truncate(self.main_nodes().len());
         let bounds = self.fit_leaves(triangles)?;
@@ -108,7 +109,7 @@ impl Tree {
 
     /// Fits the boxes of all nodes to those of the leaves.
     fn fit_nodes(&mut self, leaves: &[LeafBounds]) -> Result<(), NoMemory> {
-        // A node comes after its parent, so going backwards all children are done before their parent.
+        // A node comes after its parent, so in reverse order all children are done before their parent.
         let mut around = room(self.nodes.len())?;
         around.resize(self.nodes.len(), Aabb::EMPTY);
         let of = |child: u32, around: &[Aabb]| match child & LEAF {
@@ -122,7 +123,7 @@ impl Tree {
             }
             around[i] = all;
         }
-        // Writing the boxes into the nodes is most of the work, and no node depends on another now.
+        // Writing the boxes into the nodes is most of the work, and the nodes are independent now.
         threads::update(&mut self.nodes, |node| {
             for slot in 0..8 {
                 let child = node.children()[slot];
@@ -134,8 +135,8 @@ impl Tree {
         Ok(())
     }
 
-    /// The triangles that are no longer below the root, or never were, and can be hit; and those that are not and have no
-    /// area.
+    /// The triangles that are no longer below the root, or never were, and can be hit; and those outside it
+    /// without area.
     fn outside(
         &self,
         triangles: &(impl Triangles + ?Sized),
@@ -150,7 +151,7 @@ impl Tree {
                 outside.push(leaf.indices[lane]);
             }
         }
-        // Triangles that were never in the tree may be finite, or have an area, by now.
+        // Triangles that were never in the tree may have become finite, or gained an area.
         let mut degenerate = Vec::new();
         for &index in left_out {
             let to = match triangles.hit_bounds(index as usize) {

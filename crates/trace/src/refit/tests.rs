@@ -3,7 +3,7 @@ use intertri::{Mode, Ray, Triangle};
 use crate::util::test_numbers::random;
 use crate::{Bvh, Refit, RefitError};
 
-/// A ball with this many rings, its corners moved by a function.
+/// A ball with this many rings, with a function applied to its corners.
 fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     use std::f32::consts::PI;
     let corner = |i: usize, j: usize| {
@@ -18,7 +18,7 @@ fn ball(rings: usize, moved: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<Triangle> {
     squares.flat_map(|(i, j)| square(i, j)).collect()
 }
 
-/// The answers are those of a hierarchy that is built anew.
+/// The answers must be those of a newly built hierarchy.
 fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     let anew = Bvh::new(triangles).unwrap();
     assert_eq!(bvh.bounds(), anew.bounds());
@@ -61,7 +61,7 @@ fn assert_as_new(bvh: &Bvh, triangles: &[Triangle]) {
     };
     assert_eq!(hits(bvh), hits(&anew));
 
-    // It can be saved as it is.
+    // It can be saved in this state.
     let bytes = bvh.to_bytes();
     let loaded = Bvh::<f32>::from_bytes(&bytes).unwrap();
     assert!(loaded.to_bytes() == bytes);
@@ -84,7 +84,7 @@ fn a_ball_is_twisted_exploded_and_folded() {
         assert_as_new(&bvh, &twisted);
     }
 
-    // Folded over and over, until nothing is where it was.
+    // Moved until every triangle is somewhere else, then folded.
     let mut number = random();
     let exploded: Vec<Triangle> = ball(24, still)
         .iter()
@@ -100,14 +100,14 @@ fn a_ball_is_twisted_exploded_and_folded() {
     bvh.refit(&folded).unwrap();
     assert_as_new(&bvh, &folded);
 
-    // And back: as good as new.
+    // After moving back, the tree is as good as new.
     let back = ball(24, still);
     let Refit { cost, cost_as_built, .. } = bvh.refit(&back).unwrap();
     assert!((cost / cost_as_built - 1.0).abs() < 1e-12);
     assert_as_new(&bvh, &back);
 }
 
-/// Triangles lose their area, become needles without a box, or are not finite; at the build, or later.
+/// Triangles lose their area, become needles without a box, or are not finite, at the build or later.
 #[test]
 fn triangles_vanish_and_come_back() {
     let whole = ball(12, |p| p);

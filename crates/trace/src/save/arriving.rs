@@ -1,4 +1,4 @@
-//! Records as they arrive.
+//! Records of a section, as they arrive.
 
 use bytemuck::Zeroable;
 
@@ -16,7 +16,8 @@ pub(super) struct Arriving<T> {
 impl<T: Zeroable + Clone> Arriving<T> {
     pub(super) fn of(input: &dyn Input, entry: &Entry) -> Result<Self, NoMemory> {
         let there = input.known() as u64 >= entry.size;
-        // All memory at once where the source is known to be long enough; else with what arrives.
+        // Allocate all memory at once if the source is known to be long enough; otherwise grow with what
+        // arrives.
         let count = if there { entry.count() } else { 0 };
         Ok(Self { all: zeros(count)?.into_vec(), done: 0 })
     }

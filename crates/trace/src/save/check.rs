@@ -1,7 +1,7 @@
 //! Checks that nodes, leaves and numbers are consistent.
 //!
-//! A hierarchy that passes answers right for the triangles in its leaves: every child exists and has one parent; every
-//! box contains its contents, with the padding that needles need; no number occurs twice.
+//! A hierarchy that passes answers correctly for the triangles in its leaves: every child exists and has one
+//! parent; every box contains its contents, with the padding that needles need; no number occurs twice.
 
 use super::error::LoadError;
 use crate::build::MAX_DEPTH;
@@ -9,7 +9,8 @@ use crate::tree::{Aabb, EMPTY, Geometries, LEAF, Leaf, LeafBounds, NONE, Node};
 use crate::util::memory::{NoMemory, room};
 use crate::util::threads;
 
-/// The depth of a tree: each node but the first comes after its one parent, and each of its leaves has one.
+/// The depth of a tree in which each node except the first comes after its one parent, and each leaf has one
+/// parent.
 pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     let (mut depths, mut leaves) = (zeros::<u8>(nodes.len())?, zeros::<bool>(boxed)?);
     let wrong = LoadError::damaged("its nodes are no tree");
@@ -45,7 +46,7 @@ pub(super) fn tree(nodes: &[Node], boxed: usize) -> Result<usize, LoadError> {
     if deepest == 0 || count != boxed { wrong } else { Ok(deepest.into()) }
 }
 
-/// The geometries, each given as how many triangles it has and its mask: all triangles are in one.
+/// The geometries, each given by its number of triangles and its mask; together they contain all triangles.
 pub(super) fn geometries(all: &[(u32, u32)], triangles: u64) -> Result<Geometries, LoadError> {
     let counts = all.iter().map(|&(count, _)| count as usize);
     if counts.clone().map(|count| count as u64).sum::<u64>() != triangles {
@@ -86,8 +87,8 @@ pub(super) fn boxes(nodes: &[Node], leaves: &[LeafBounds]) -> Result<(), LoadErr
     if threads::all(nodes, holds) { Ok(()) } else { LoadError::damaged("a box is too small") }
 }
 
-/// Checks that each triangle is either in the tree once or among those left out, and that none of those without a box
-/// is also live in the tree, or listed twice.
+/// Checks that each triangle is either in the tree once or in the list of those left out, and that no
+/// triangle without a box is also live in the tree, or listed twice.
 pub(super) fn numbers(
     leaves: &[Leaf],
     boxed: usize,
@@ -96,7 +97,7 @@ pub(super) fn numbers(
 ) -> Result<(), LoadError> {
     let wrong = LoadError::damaged("the numbers of its triangles make no sense");
     let (tree, unboxed) = leaves.split_at(boxed);
-    // A bit for each triangle that occurs.
+    // One bit for each triangle that occurs.
     let mut seen = zeros::<u64>(triangles.div_ceil(64))?;
     let mut is_new = |index: u32| {
         let (word, bit) = (&mut seen[index as usize / 64], 1 << (index % 64));
@@ -114,7 +115,7 @@ pub(super) fn numbers(
     for &index in left_out {
         once = once && (index as usize) < triangles && is_new(index);
     }
-    // If each occurs once, there are as many as bits are set.
+    // If each occurs once, the number of triangles equals the number of bits set.
     let found: usize = seen.iter().map(|word| word.count_ones() as usize).sum();
     if !once || found != triangles {
         return wrong;
@@ -123,7 +124,7 @@ pub(super) fn numbers(
         return Ok(());
     }
 
-    // The triangles that may be there: those of the tree that cannot be hit, and those left out.
+    // Triangles that may be listed: those of the tree that cannot be hit, and those left out.
     let mut away = zeros::<u64>(triangles.div_ceil(64))?;
     let silent = tree.iter().flat_map(|leaf| {
         let lanes = leaf.indices.iter().take_while(|&&index| index != NONE).count();

@@ -1,4 +1,5 @@
-//! XXH64 with seed 0, as specified at <https://xxhash.com>: it detects damage, not malice, and is as fast as memory.
+//! XXH64 with seed 0, as specified at <https://xxhash.com>: it detects damage, not tampering, and is as fast
+//! as memory.
 
 const P1: u64 = 0x9e37_79b1_85eb_ca87;
 const P2: u64 = 0xc2b2_ae3d_27d4_eb4f;
@@ -6,7 +7,7 @@ const P3: u64 = 0x1656_67b1_9e37_79f9;
 const P4: u64 = 0x85eb_ca77_c2b2_ae63;
 const P5: u64 = 0x27d4_eb2f_1656_67c5;
 
-/// The XXH64 of some bytes.
+/// The XXH64 hash of bytes.
 pub fn checksum(bytes: &[u8]) -> u64 {
     let mut stripes = bytes.chunks_exact(32);
     let mut sum = P5;
@@ -65,7 +66,7 @@ fn words(stripe: &[u8]) -> impl Iterator<Item = u64> + '_ {
 mod tests {
     use super::checksum;
 
-    /// As the program `xxhsum -H1` has them.
+    /// As computed by the program `xxhsum -H1`.
     #[test]
     fn it_is_xxh64() {
         let text = b"Nobody inspects the spammish repetition";

@@ -8,25 +8,26 @@ use crate::util::memory::NoMemory;
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// It does not begin as a saved hierarchy does.
+    /// It does not begin like a saved hierarchy.
     NotSaved,
-    /// A later version of this crate has written it.
+    /// It was written by a later version of this crate.
     Newer {
         /// The part that is unknown to this version.
         what: String,
     },
-    /// An earlier version of this crate has written it, and left out triangles that closest points count.
+    /// It was written by an earlier version of this crate, which left out triangles that closest points
+    /// consider.
     Older,
-    /// Its coordinates are given in another scalar: it is a `Bvh<f64>`, or a `Bvh<f32>`.
+    /// Its coordinates are in the other scalar: it is a `Bvh<f64>`, or a `Bvh<f32>`.
     Scalar {
         /// `f32` or `f64`.
         found: &'static str,
     },
     /// It ends before it should.
     CutOff,
-    /// It is not what was written.
+    /// Its contents have changed since it was written.
     Damaged {
-        /// The damage.
+        /// What is damaged.
         what: &'static str,
     },
     /// There is too little memory.

@@ -6,10 +6,10 @@
 //!   entry   0 kind: u32        4 record: u32        8 place: u64        16 size: u64       24 checksum: u64
 //! ```
 //!
-//! `boxed` is the number of leaves in the main tree; the others are tested with every ray. `cost` is that of the tree as
-//! built, NaN unless it was refitted. `record` is the size of a section's records, and its checksum is that of the
-//! checksums of its blocks of 1024 records. The header's checksum covers its other bytes and the table, and so the whole
-//! file.
+//! `boxed` is the number of leaves in the main tree; the others are tested with every ray. `cost` is that of
+//! the tree as built, NaN unless it was refitted. `record` is the size of a section's records; the checksum
+//! of a section is that of the checksums of its blocks of 1024 records. The header's checksum covers its
+//! other bytes and the table, and so the whole file.
 //!
 //! **To add a section**, add a kind here, and its records next to those of leaves. A reader refuses a file with an unknown
 //! kind, unless the kind has the bit [`OPTIONAL`]. If the layout of nodes or leaves changes, raise [`VERSION`].
@@ -59,7 +59,7 @@ pub(super) const NUMBER: usize = 4;
 pub(super) const GEOMETRIES: u32 = 4;
 pub(super) const GEOMETRY: usize = 8;
 
-/// For f64 corners, in place of [`LEAVES`]: the frame of their copies, and the leaves.
+/// Used instead of [`LEAVES`] for f64: the frame of the copies, and the leaves.
 pub(super) const FRAME: u32 = 5;
 pub(super) const FRAME_SIZE: usize = 32;
 pub(super) const LEAVES64: u32 = 6;
@@ -88,7 +88,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// How many records it has.
+    /// The number of records.
     pub(super) fn count(&self) -> usize {
         (self.size / u64::from(self.record)) as usize
     }
@@ -103,7 +103,7 @@ pub(super) fn front(header: &Header, entries: &[Entry]) -> Vec<u8> {
     bytes.extend(header.boxed.to_le_bytes());
     bytes.extend(header.cost.to_bits().to_le_bytes());
     bytes.extend(header.size.to_le_bytes());
-    // The space of the checksum, which is written last and does not cover itself.
+    // Space for the checksum, which is written last and does not cover itself.
     bytes.resize(HEADER, 0);
     for entry in entries {
         bytes.extend(entry.kind.to_le_bytes());
@@ -120,13 +120,13 @@ fn sum_of(front: &[u8]) -> u64 {
     checksum(&[&front[..SUM], &front[HEADER..]].concat())
 }
 
-/// How many bytes of entries follow a header. Errors found here are reported before any wrong checksum.
+/// The size of the table that follows a header. Errors found here take precedence over a wrong checksum.
 pub(super) fn table_size(header: &[u8; HEADER]) -> Result<usize, LoadError> {
     if header[..8] != SAVED_MAGIC {
         return Err(LoadError::NotSaved);
     }
     let (version, sections) = (u32_at(header, 8), u32_at(header, 12));
-    // The magic number was right, so this is a saved hierarchy: say which way the versions differ.
+    // The magic number was right, so this is a saved hierarchy; report how the versions differ.
     if version > VERSION {
         return Err(LoadError::Newer { what: format!("version {version}") });
     }
@@ -155,7 +155,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
     // Apart from alignment, sections follow each other without gaps.
     let mut end = front.len() as u64;
     for Entry { kind, record, place, size, .. } in &entries {
-        // Nothing from the table sizes an allocation or indexes memory before it has passed these checks.
+        // No number from the table sizes an allocation or indexes memory before it has passed these checks.
         let sane = (1..=RECORD as u32).contains(record) && size % u64::from(*record) == 0;
         if !sane || *place != end.next_multiple_of(ALIGN as u64) || *size > u64::MAX / 4 {
             return LoadError::damaged("its table of sections makes no sense");
@@ -167,7 +167,7 @@ pub(super) fn parse(front: &[u8]) -> Result<(Header, Vec<Entry>), LoadError> {
             GEOMETRIES => *record == GEOMETRY as u32,
             FRAME => *record == FRAME_SIZE as u32 && *size == u64::from(*record),
             LEAVES64 => *record == LEAF64_SIZE as u32,
-            // What a later version adds for its own use does not keep this one from reading the rest.
+            // A later version may add optional sections without preventing this one from reading the rest.
             _ if kind & OPTIONAL != 0 => true,
             _ => return Err(LoadError::Newer { what: format!("a section of kind {kind}") }),
         };

@@ -1,4 +1,4 @@
-//! Hierarchies over f64 to bytes and back: nodes, where copies are, and leaves of corners in f64.
+//! Saves and loads hierarchies over f64: nodes, the frame of the copies, and leaves with f64 corners.
 
 use std::io::{self, Write};
 
@@ -12,7 +12,7 @@ use super::records64::{EightTriangles, write_frame, write_leaf64};
 use super::store::{Section, write_with};
 use crate::tree::{Aabb, Tree};
 
-/// Writes all of it.
+/// Writes the whole hierarchy.
 pub(crate) fn write64(
     tree: &Tree,
     frame: &LocalFrame,
@@ -31,7 +31,8 @@ pub(crate) fn write64(
     write_with(tree, sections, output)
 }
 
-/// Reads all of it, and nothing that follows: the tree, where its copies are, and the triangles leaf by leaf.
+/// Reads the whole hierarchy, and nothing after it: the tree, the frame of its copies, and the triangles leaf
+/// by leaf.
 pub(crate) fn read64(
     input: &mut dyn Input,
 ) -> Result<(Tree, LocalFrame, Vec<EightTriangles>), LoadError> {
@@ -40,10 +41,10 @@ pub(crate) fn read64(
         return LoadError::damaged("it has no frame or no leaves");
     };
 
-    // How far from the centre corners are, along each axis.
+    // The extent of the corners from the centre, along each axis.
     let mut around = Aabb::EMPTY;
     parts.bounds.iter().for_each(|leaf| around.join(&leaf.bounds));
-    // From the corners and not from the file: the filter's bounds depend on it.
+    // Computed from the corners and not taken from the file, because the filter's bounds depend on it.
     let far = |axis: usize| (-around.lo[axis]).max(around.hi[axis]).max(0.0);
     let (centre, up) = frame.centre_and_exponent();
     let frame = LocalFrame::of(centre, up, [far(0), far(1), far(2)]);

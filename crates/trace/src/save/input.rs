@@ -1,4 +1,4 @@
-//! Sources of bytes: memory, which is read in place, or a stream or a file, through one buffer.
+//! Sources of bytes: memory, which is read in place, or a stream or file, through one buffer.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -8,14 +8,14 @@ use super::error::LoadError;
 #[cfg(unix)]
 use crate::util::threads;
 
-/// The number of bytes that are read from a stream at a time.
+/// The number of bytes to read from a stream at a time.
 const PIECE: usize = 1 << 20;
 
-/// Bytes, one piece after the other.
+/// A source of bytes, in pieces.
 pub trait Input {
     /// The next `count` bytes.
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError>;
-    /// How many bytes are certain to follow.
+    /// The number of bytes that are certain to follow.
     fn known(&self) -> usize;
 }
 
@@ -29,7 +29,7 @@ impl<'a> Slice<'a> {
         Self { left: bytes }
     }
 
-    /// Nothing may follow.
+    /// Fails if anything follows.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         if self.left.is_empty() { Ok(()) } else { more() }
     }
@@ -55,12 +55,12 @@ pub(crate) struct Stream<R> {
 }
 
 impl<R: Read> Stream<R> {
-    /// A stream of which at least `known` bytes are certain to follow.
+    /// A stream with at least `known` more bytes.
     pub(crate) fn new(from: R, known: usize) -> Self {
         Self { from, buffer: Vec::new(), known }
     }
 
-    /// Nothing may follow.
+    /// Fails if anything follows.
     pub(crate) fn end(mut self) -> Result<(), LoadError> {
         if self.from.read(&mut [0])? == 0 { Ok(()) } else { more() }
     }
@@ -68,7 +68,7 @@ impl<R: Read> Stream<R> {
 
 impl<R: Read> Input for Stream<R> {
     fn take(&mut self, count: usize) -> Result<&[u8], LoadError> {
-        // A damaged table may ask for any size, so the buffer grows a piece at a time, with what arrives.
+        // A damaged table may request any size, so the buffer grows piece by piece, with what arrives.
         let mut filled = 0;
         while filled < count {
             let end = count.min(filled + PIECE);
@@ -107,7 +107,7 @@ impl Pieces {
         Self { file, at: 0, size, buffer: Vec::new() }
     }
 
-    /// Nothing may follow.
+    /// Fails if anything follows.
     pub(crate) fn end(self) -> Result<(), LoadError> {
         use std::os::unix::fs::FileExt;
         if self.file.read_at(&mut [0], self.at)? == 0 { Ok(()) } else { more() }
@@ -121,7 +121,7 @@ impl Input for Pieces {
         if count > self.known() {
             return Err(LoadError::CutOff);
         }
-        // The size of the file is known, so `count` is no larger than what is there.
+        // The size of the file is known, so `count` is at most the size of the rest.
         if self.buffer.len() < count {
             let more = count - self.buffer.len();
             self.buffer.try_reserve(more).map_err(|_| LoadError::OutOfMemory)?;
@@ -129,7 +129,7 @@ impl Input for Pieces {
         }
         let (file, at, buffer) = (&self.file, self.at, &mut self.buffer[..count]);
         threads::fill(buffer, Self::EACH, |i, to| {
-            // Reads at a position share no cursor, so threads need no lock.
+            // Positioned reads share no cursor, so threads need no lock.
             file.read_exact_at(to, at + (i * Self::EACH) as u64)
         })?;
         self.at += count as u64;

@@ -25,7 +25,7 @@ use crate::util::threads;
 /// Blocks read at a time for each thread, which are small enough for its cache.
 const BATCH: usize = 1;
 
-/// Records that a thread takes at a time, at least.
+/// The least number of records that a thread takes at a time.
 const LEAST: usize = 128;
 
 /// The contents of the sections.
@@ -34,7 +34,7 @@ pub(super) struct Parts {
     nodes: Option<Vec<Node>>,
     leaves: Option<Vec<Leaf>>,
     pub(super) bounds: Vec<LeafBounds>,
-    /// Only in f64: the frame of the copies, and the original triangles, leaf by leaf.
+    /// Only for f64: the frame of the copies, and the original triangles, leaf by leaf.
     pub(super) frame: Option<LocalFrame>,
     pub(super) originals: Option<Vec<EightTriangles>>,
     left_out: Option<Vec<u32>>,
@@ -42,13 +42,13 @@ pub(super) struct Parts {
     geometries: Option<Vec<(u32, u32)>>,
 }
 
-/// Reads all of it, and nothing that follows.
+/// Reads the whole hierarchy, and nothing after it.
 pub(crate) fn read(input: &mut dyn Input) -> Result<Tree, LoadError> {
     let (header, parts) = read_parts(input, "f32")?;
     parts.tree(&header)
 }
 
-/// Reads all sections of a hierarchy over some scalar.
+/// Reads all sections of a hierarchy in some scalar.
 pub(super) fn read_parts(
     input: &mut dyn Input,
     scalar: &'static str,
@@ -79,7 +79,7 @@ pub(super) fn read_parts(
     Ok((header, parts))
 }
 
-/// A file that is shorter than a header is probably not a truncated hierarchy, but something else.
+/// A file that is shorter than a header is probably something else, not a truncated hierarchy.
 fn not_saved(error: LoadError) -> LoadError {
     if matches!(error, LoadError::CutOff) { LoadError::NotSaved } else { error }
 }
@@ -93,7 +93,7 @@ impl Parts {
         header: &Header,
     ) -> Result<(), LoadError> {
         let triangles = header.triangles as u32;
-        // A section that comes twice would overwrite what was checked before.
+        // A duplicate section would overwrite one that was checked before.
         let again = match entry.kind {
             NODES => {
                 let nodes = read_nodes(input, entry)?;
@@ -132,7 +132,7 @@ impl Parts {
                 std::mem::replace(&mut self.frame, frame).is_some()
             }
             LEAVES64 => {
-                // The copies of the corners are computed as the leaves are read, for which the frame must be known.
+                // The copies of the corners are computed while the leaves are read, which requires the frame.
                 let Some(frame) = &self.frame else {
                     return LoadError::damaged("its leaves come before its frame");
                 };
@@ -140,7 +140,7 @@ impl Parts {
                 self.bounds = bounds;
                 self.leaves.replace(leaves).is_some() | self.originals.replace(originals).is_some()
             }
-            // An optional section is skipped, but its checksum is compared.
+            // An optional section is skipped, but its checksum is verified.
             _ => {
                 in_batches(input, entry, |_| Ok(()))?;
                 false
@@ -149,7 +149,7 @@ impl Parts {
         if again { LoadError::damaged("it has a section twice") } else { Ok(()) }
     }
 
-    /// The tree, if its parts are consistent.
+    /// Builds the tree, if its parts are consistent.
     pub(super) fn tree(self, header: &Header) -> Result<Tree, LoadError> {
         let (Some(nodes), Some(leaves)) = (self.nodes, self.leaves) else {
             return LoadError::damaged("it has no nodes or no leaves");
@@ -162,7 +162,7 @@ impl Parts {
             return LoadError::damaged("the header makes no sense");
         }
         let boxed = header.boxed as usize;
-        // Check the boxes only when the tree is known to be one: the check follows its children.
+        // Check the boxes only once this is known to be a tree, because the check follows its children.
         let (depth, numbers) = threads::join(
             || check::tree(&nodes, boxed),
             || check::numbers(&leaves, boxed, &left_out, header.triangles as usize),
@@ -189,7 +189,7 @@ impl Parts {
             geometries,
             cost_as_built: (cost >= 0.0 && cost.is_finite()).then_some(cost),
         };
-        // The second tree is not in the file. Its leaves are few, so it is built again.
+        // The second tree is not in the file. It has few leaves, so it is rebuilt.
         bvh.note_degenerate(&self.bounds)?;
         bvh.add_thin_nodes(&boxes_of(&self.bounds[boxed..])?)?;
         Ok(bvh)
@@ -257,7 +257,7 @@ fn room<T>(input: &dyn Input, entry: &Entry) -> Result<Vec<T>, NoMemory> {
     crate::util::memory::room(if there { entry.count() } else { 0 })
 }
 
-/// Passes on a section in batches of blocks, and compares its checksum.
+/// Passes on a section in batches of blocks, and verifies its checksum.
 fn in_batches(
     input: &mut dyn Input,
     entry: &Entry,
@@ -268,7 +268,7 @@ fn in_batches(
     while left > 0 {
         let size = left.min((BATCH * threads::count() * block) as u64) as usize;
         let batch = input.take(size)?;
-        // Each thread sums its own blocks while they are in the cache; `each` reads them from there.
+        // Each thread checksums its own blocks while they are in the cache; `each` reads them from there.
         let sum = |i: usize| checksum(&batch[i * block..size.min((i + 1) * block)]);
         threads::extend(&mut sums, size.div_ceil(block), 1, sum)?;
         each(batch)?;
@@ -287,7 +287,7 @@ fn all_sound<P: Send>(
     what: &'static str,
     read: impl Fn(P) -> bool + Sync,
 ) -> Result<(), LoadError> {
-    // Pieces have no result of their own, so a bad one leaves a mark.
+    // Pieces do not return results, so an invalid one sets a flag.
     let sound = AtomicBool::new(true);
     threads::pieces(pieces, |_, piece| {
         if !read(piece) {

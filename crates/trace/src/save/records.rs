@@ -5,9 +5,9 @@
 //!   leaf   3 corners of 3 rows of 8 f32: x y z; 8 u32: the triangles' numbers
 //! ```
 //!
-//! A number with its highest bit set belongs to a triangle that cannot be hit: one without area, with its own corners; or,
-//! in a refitted hierarchy, one that is not finite at present, with the corners of any triangle that has an area. All
-//! bits set mean no triangle.
+//! A number with its highest bit set belongs to a triangle that cannot be hit: one without area, with its own
+//! corners; or, in a refitted hierarchy, one that is currently not finite, with the corners of any triangle
+//! that has an area. All bits set mean no triangle.
 
 use intertri::TriangleBlock;
 use intertri::simd::{Simd, WithSimd};
@@ -15,7 +15,7 @@ use intertri::simd::{Simd, WithSimd};
 use super::format::{LEAF_SIZE, NODE};
 use crate::tree::{EMPTY, LaneBounds, Leaf, LeafBounds, NONE, Node};
 
-/// Marks the number of a triangle that can not be hit.
+/// Marks the number of a triangle that cannot be hit.
 const SILENT: u32 = 1 << 31;
 
 /// Writes a node.
@@ -33,7 +33,7 @@ pub(super) fn write_leaf(leaf: &Leaf, to: &mut [u8]) {
     }
 }
 
-/// The numbers of a leaf's triangles as they are written.
+/// The numbers of a leaf's triangles in their written form.
 pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
     let live = leaf.block.live();
     let number = move |lane: usize| {
@@ -43,18 +43,18 @@ pub(super) fn numbers_to_write(leaf: &Leaf) -> impl Iterator<Item = u32> + '_ {
     (0..8).map(number)
 }
 
-/// The numbers of a leaf and which of its triangles are live: at least one number, in ascending order, below
+/// The numbers of a leaf, and which of its triangles are live: at least one number, in ascending order, below
 /// `triangles`.
 #[inline(always)]
 pub(super) fn read_numbers(mut indices: [u32; 8], triangles: u32) -> Option<([u32; 8], u32)> {
     let (mut live, mut sound, mut next) = (0, indices[0] != NONE, 0);
     for (lane, index) in indices.iter_mut().enumerate() {
         if *index == NONE {
-            // No other number follows.
+            // No number follows an absent one.
             next = SILENT;
             continue;
         }
-        // Ascending, and with gaps at the end only, as builds make them.
+        // Ascending, and with gaps only at the end, as builds make them.
         live |= u32::from(*index & SILENT == 0) << lane;
         *index &= !SILENT;
         sound &= *index >= next && *index < triangles;
@@ -84,13 +84,13 @@ fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     let words: [u32; NODE / 4] = words(bytes);
     let rows: [[f32; 8]; 8] = bytemuck::cast(words);
-    // The last row is always empty: traversal reads it as the child of no slot.
+    // The last row is always empty; traversal reads it as the child of no slot.
     let mut sound = words[56..] == [EMPTY; 8];
     for slot in 0..8 {
         for axis in 0..3 {
             let (lo, hi) = (rows[axis][slot], rows[axis + 3][slot]);
             let is_box = lo <= hi && lo.is_finite() && hi.is_finite();
-            // An inverted box: no child, or one below which nothing can be hit.
+            // An inverted box means no child, or one below which nothing can be hit.
             let is_none = lo == f32::INFINITY && hi == f32::NEG_INFINITY;
             sound &= is_none || is_box && words[48 + slot] != EMPTY;
         }
@@ -99,8 +99,8 @@ pub(super) fn read_node(bytes: &[u8], node: &mut Node) -> bool {
     sound
 }
 
-/// Reads leaves and computes their bounds. Returns whether they are valid: finite corners, and at least one number, in
-/// ascending order, below `triangles`.
+/// Reads leaves and computes their bounds. Returns whether they are valid: finite corners, and at least one
+/// number, in ascending order, below `triangles`.
 pub(super) struct ReadLeaves<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
@@ -132,7 +132,7 @@ impl WithSimd for ReadLeaves<'_> {
             }
             *leaf = Leaf { block: TriangleBlock::of_lanes_in::<S>(corners, live), indices };
             *bounds = LaneBounds::of(&leaf.block).run::<S>();
-            // A silent triangle either has no area, which is found out here, or is not finite at present.
+            // A silent triangle either has no area, which is determined here, or is currently not finite.
             bounds.add_degenerate(&corners, silent_lanes(&indices, live));
         }
         true

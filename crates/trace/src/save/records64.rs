@@ -5,7 +5,7 @@
 //!   leaf   3 corners of 3 rows of 8 f64: x y z; 8 u32: the triangles' numbers, as for f32
 //! ```
 //!
-//! Copies are not written: a loader computes them from the corners as a build does.
+//! Copies are not written: a loader computes them from the corners, as a build does.
 
 use intertri::internal::LocalFrame;
 use intertri::internal::exact::has_area;
@@ -30,8 +30,8 @@ pub(super) fn write_frame(frame: &LocalFrame, to: &mut [u8]) {
     to[24..28].copy_from_slice(&up.to_le_bytes());
 }
 
-/// Writes a leaf, some of whose lanes may hold triangles without area. Lanes without a triangle repeat one that is live,
-/// or any that has an area.
+/// Writes a leaf, in which some lanes may contain triangles without area. Lanes without a triangle repeat a
+/// live one, or else one that has an area.
 pub(super) fn write_leaf64(leaf: &Leaf, present: u32, triangles: &EightTriangles, to: &mut [u8]) {
     let first = lanes_of(leaf.block.live()).next();
     let corners = (0..9).flat_map(|row| (0..8).map(move |lane| (row / 3, row % 3, lane)));
@@ -61,8 +61,8 @@ fn f64_at(bytes: &[u8], at: usize) -> f64 {
     f64::from_bits(u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32)
 }
 
-/// Reads leaves over f64: the leaves of their copies, the bounds of these, and the original triangles. Returns whether
-/// they are valid: finite corners, and numbers as in a leaf of f32.
+/// Reads leaves over f64: the leaves of their copies, the copies' bounds, and the original triangles. Returns
+/// whether they are valid: finite corners, and numbers as in an f32 leaf.
 pub(super) struct ReadLeaves64<'a> {
     pub bytes: &'a [u8],
     pub triangles: u32,
@@ -93,7 +93,7 @@ impl WithSimd for ReadLeaves64<'_> {
             for (x, bytes) in flat.iter_mut().zip(rows.as_chunks::<8>().0) {
                 let bits = u64::from_le_bytes(*bytes);
                 *x = f64::from_bits(bits);
-                // All exponent bits are set in infinities and NaN only.
+                // All exponent bits are set only in infinities and NaN.
                 finite &= bits & f64::INFINITY.to_bits() != f64::INFINITY.to_bits();
             }
             if !finite {
@@ -115,7 +115,7 @@ impl WithSimd for ReadLeaves64<'_> {
     }
 }
 
-/// Which of some lanes have no area.
+/// Which of the given lanes have no area.
 fn degenerate(corners: &[[[f64; 8]; 3]; 3], lanes: u32) -> u32 {
     let corner = |k: usize, lane: usize| [0, 1, 2].map(|axis| corners[k][axis][lane]);
     let triangle = |lane: usize| TriangleOf([0, 1, 2].map(|k| corner(k, lane)));

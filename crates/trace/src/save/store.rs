@@ -17,7 +17,7 @@ use crate::util::threads;
 /// A NaN that has the same bits everywhere.
 const NO_COST: f64 = f64::from_bits(0x7ff8 << 48);
 
-/// A section to be written: how many records of which size, and what writes one.
+/// A section to write: the number and size of its records, and a function that writes one.
 pub(super) struct Section<'a> {
     pub(super) kind: u32,
     pub(super) record: usize,
@@ -28,7 +28,8 @@ pub(super) struct Section<'a> {
 impl Section<'_> {
     /// A block of it.
     fn block(&self, block: usize) -> Result<Box<[u8]>, NoMemory> {
-        // Sections are never whole in memory: each block is made twice, for its checksum and for the output.
+        // Sections are never entirely in memory: each block is generated twice, for its checksum and for the
+        // output.
         let records = block * BLOCK..self.count.min((block + 1) * BLOCK);
         let mut bytes = zeros(records.len() * self.record)?;
         for (i, to) in records.zip(bytes.chunks_exact_mut(self.record)) {
@@ -54,7 +55,7 @@ impl Section<'_> {
     }
 }
 
-/// Writes all of it.
+/// Writes the whole hierarchy.
 pub(crate) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
     let leaf = |i: usize, to: &mut [u8]| write_leaf(&bvh.leaves[i], to);
     let count = bvh.leaves.len();
@@ -62,7 +63,7 @@ pub(crate) fn write(bvh: &Tree, output: &mut dyn Write) -> io::Result<()> {
     write_with(bvh, vec![leaves], output)
 }
 
-/// Writes all of it, given how its leaves are written.
+/// Writes the whole hierarchy, given a function that writes its leaves.
 pub(super) fn write_with(
     bvh: &Tree,
     leaves: Vec<Section<'_>>,
@@ -88,8 +89,9 @@ pub(super) fn write_with(
         sections.push(Section { kind: GEOMETRIES, record: GEOMETRY, count, write: &geometry });
     }
 
-    // The offsets of all sections, and their checksums.
-    // The table comes first and the output cannot seek back, so all checksums are computed before anything is written.
+    // The offsets and checksums of all sections.
+    // The table comes first and the output cannot seek, so all checksums are computed before anything is
+    // written.
     let mut end = HEADER + sections.len() * ENTRY;
     let mut entries = Vec::new();
     for section in &sections {

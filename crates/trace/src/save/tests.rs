@@ -5,7 +5,7 @@ use super::seal;
 use crate::util::test_numbers::random;
 use crate::{Bvh, LoadError};
 
-/// Triangles anywhere, some of which are needles, lie upon others, have no area, or are not finite.
+/// Triangles anywhere; some are needles, coincide, have no area, or are not finite.
 fn soup(count: usize) -> Vec<Triangle> {
     let mut number = random();
     let mut triangles: Vec<Triangle> = (0..count)
@@ -19,7 +19,7 @@ fn soup(count: usize) -> Vec<Triangle> {
             0 => triangles[i].0[2] = triangles[i].0[1],
             1 => triangles[i].0[1][2] = f32::NAN,
             2 => triangles[i] = triangles[i / 2],
-            // Needles, of some of which no box is known.
+            // Needles, some without a known box.
             3 => triangles[i] = Triangle([[0.0; 3], [1.0, 1e-9, 0.5], [2.0, 3e-9, 1.0]]),
             _ => triangles[i] = Triangle([[0.1; 3], [1.1, 0.1, 0.1], [2.1, 0.100_000_01, 0.1]]),
         }
@@ -70,7 +70,7 @@ fn geometries_and_masks_are_saved() {
         }
     }
 
-    // One triangle more in a geometry than there is.
+    // One more triangle in a geometry than there is.
     let mut bytes = Bvh::from_meshes(&[&soup[..9], &soup[9..99]]).unwrap().to_bytes();
     let last = bytes.len() - 16;
     bytes[last] += 1;
@@ -107,7 +107,8 @@ fn the_same_bytes_everywhere() {
     }
 }
 
-/// The checksum of the saved soup of 5000. It changes with the builder, or with the format, which raises the version.
+/// The checksum of the saved soup of 5000. It changes with the builder, or with the format, which then raises
+/// the version.
 const GOLDEN: u64 = 491_421_215_413_427_236;
 
 #[test]
@@ -150,7 +151,7 @@ fn every_cut_and_every_damage_is_told() {
     assert!(Bvh::<f32>::from_bytes(&damaged).is_ok());
 }
 
-/// Whatever one word is changed to, with all checksums mended: an error, or a hierarchy that is sound.
+/// If any word is changed and all checksums are repaired, the result is an error or a sound hierarchy.
 #[test]
 fn no_word_makes_an_answer_wrong() {
     let triangles = soup(120);
@@ -166,7 +167,7 @@ fn no_word_makes_an_answer_wrong() {
                 continue;
             };
             loaded += 1;
-            // The answers are those of a new tree over the same triangles.
+            // The answers must be those of a new tree over the same triangles.
             let anew = Bvh::new(&bvh.to_triangles()).unwrap();
             for ray in &rays(4) {
                 let mode = Mode::exact();
@@ -193,9 +194,9 @@ fn other_versions_are_told() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
     let text = |bytes: &[u8]| Bvh::<f32>::from_bytes(bytes).unwrap_err().to_string();
     assert!(text(&changed(&bytes, 8, &[3])).contains("newer version"));
-    // It may have left out triangles without an area.
+    // An old version may have left out triangles without area.
     assert!(text(&changed(&bytes, 8, &[1])).contains("version 1"));
-    // The third section has the triangles left out. Give it an unknown kind, required or optional.
+    // The third section lists the triangles left out. Give it an unknown kind, required or optional.
     let kind = HEADER + 2 * ENTRY;
     assert!(text(&changed(&bytes, kind, &7_u32.to_le_bytes())).contains("kind 7"));
     let optional = changed(&bytes, kind, &(7 | OPTIONAL).to_le_bytes());
@@ -211,7 +212,7 @@ fn other_versions_are_told() {
 #[test]
 fn promises_need_no_memory() {
     let bytes = Bvh::new(&soup(60)).unwrap().to_bytes();
-    // The size of the leaves: as if two billion were to come.
+    // Change the size of the leaves, as if two billion followed.
     let mut long = bytes.clone();
     let (nodes, leaves, left_out) = (HEADER, HEADER + ENTRY, HEADER + 2 * ENTRY);
     let size = 320 * ((1_u64 << 31) - 8);
@@ -222,7 +223,7 @@ fn promises_need_no_memory() {
     assert!(word(nodes + 8) > 0);
     long[left_out + 8..left_out + 16].copy_from_slice(&place.to_le_bytes());
     long[40..48].copy_from_slice(&end.to_le_bytes());
-    // The checksum of the header alone: the sections are not there.
+    // The checksum of the header only; the sections are missing.
     let front = [&long[..HEADER - 8], &long[HEADER..HEADER + 3 * ENTRY]].concat();
     let sum = super::checksum::checksum(&front);
     long[HEADER - 8..HEADER].copy_from_slice(&sum.to_le_bytes());

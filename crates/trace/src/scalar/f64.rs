@@ -1,4 +1,4 @@
-//! Given in f64: the traversal sees copies in f32, and the resolver the originals.
+//! The f64 backend: traversal uses f32 copies, and the resolver the originals.
 
 use std::cell::RefCell;
 use std::cmp::Ordering;
@@ -46,14 +46,14 @@ fn keep(
     triangles: &[Triangle64],
     kept: &mut Vec<EightTriangles>,
 ) -> Result<(), NoMemory> {
-    // Fresh zeros come from untouched pages, which the threads below touch first.
+    // Fresh zeros come from untouched pages, which the threads below are the first to touch.
     kept.truncate(tree.leaves.len());
     if kept.is_empty() {
         *kept = zeros(tree.leaves.len())?.into_vec();
     }
     kept.try_reserve(tree.leaves.len() - kept.len())?;
     kept.resize(tree.leaves.len(), Zeroable::zeroed());
-    // Lanes without a triangle may hold anything.
+    // Lanes without a triangle may contain anything.
     let some = |i: u32| triangles.get(i as usize).copied().unwrap_or(Zeroable::zeroed());
     threads::write(kept, 1 << 7, |i| tree.leaves[i].indices.map(some));
     Ok(())
@@ -88,7 +88,7 @@ impl Backend for f64 {
         ray: &Ray64,
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A {
-        // One ray needs no buffer: its copy lives on the stack.
+        // A single ray needs no buffer: its copy is on the stack.
         let copied = CopiedRays::new(tree, originals, mode, (from_ref(ray), 0..1));
         trace(&copied.filter(), &originals.frame.ray(ray))
     }
@@ -100,7 +100,7 @@ impl Backend for f64 {
         rays: (&[Ray64], Range<usize>),
         trace: impl FnOnce(Filter<'_>, &[Ray]) -> A,
     ) -> A {
-        // The memory for the copies is kept by the thread between calls.
+        // The thread keeps the memory for the copies between calls.
         let copied = CopiedRays::new(tree, originals, mode, rays);
         let mut copies = COPIES.take();
         originals.frame.rays(copied.level, copied.rays, &mut copies);
@@ -161,7 +161,7 @@ impl Backend for f64 {
         let copies = Copies::new(triangles);
         let (refit, frame) = (tree.refit(&copies)?, copies.frame);
         originals.frame = frame;
-        // The tree has moved and its originals have not: an empty tree is right, a mixed one would not be.
+        // The tree has moved but its originals have not: an empty tree is correct, a mixed one would not be.
         if let Err(NoMemory) = keep(tree, triangles, &mut originals.leaves) {
             tree.clear();
             return Err(RefitError::OutOfMemory);
@@ -179,15 +179,15 @@ impl Backend for f64 {
     }
 }
 
-/// Points that are sampled to find where most of them lie.
+/// The number of points sampled to find where most of them are.
 const SAMPLE: usize = 1000;
 
-/// The frame of all triangles that are finite.
+/// The frame around all finite triangles.
 fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     let (mut lo, mut hi) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for triangle in triangles {
         let corners = triangle.0.as_flattened();
-        // Times zero, a NaN or an infinity is NaN and stays so in the sum.
+        // Times zero, a NaN or an infinity is NaN, and the sum stays NaN.
         if corners.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
             for (i, &x) in corners.iter().enumerate() {
                 (lo[i % 3], hi[i % 3]) = (lo[i % 3].min(x), hi[i % 3].max(x));
@@ -197,7 +197,7 @@ fn frame_around(triangles: &[Triangle64]) -> LocalFrame {
     LocalFrame::around([lo, hi], crowd(triangles.iter().map(|triangle| triangle.0[0])))
 }
 
-/// The box in which most of some points lie, by a sample.
+/// The box that contains most points, estimated from a sample.
 pub(crate) fn crowd(points: impl ExactSizeIterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let step = points.len().div_ceil(SAMPLE).max(1);
     let some = points.step_by(step);
@@ -223,7 +223,7 @@ struct Copies<'a> {
 }
 
 impl<'a> Copies<'a> {
-    /// Copies about the centre of the triangles.
+    /// Copies relative to the centre of the triangles.
     fn new(triangles: &'a [Triangle64]) -> Self {
         Self { frame: frame_around(triangles), triangles, level: Level::best() }
     }
@@ -240,7 +240,7 @@ impl Triangles for Copies<'_> {
         let [lo, hi] = bounds.map(|[x, y, z]| [x, y, z, 0.0]);
         // The frame's bounds are already rounded outward by a step of f32, so no margin is needed.
         let bounds = Aabb { lo, hi };
-        // A normal that f64 rounds to zero may belong to a triangle with a tiny area, which integers find.
+        // A triangle whose f64 normal is rounded to zero may have a tiny area, which integers detect.
         if triangle.normal() == [0.0; 3] && !exact::has_area(triangle) {
             return HitBounds::Degenerate(bounds);
         }
@@ -269,7 +269,7 @@ impl Triangles for Copies<'_> {
 }
 
 impl Copies<'_> {
-    /// The copies of the triangles in some lanes, some of which are live; other lanes repeat one of them.
+    /// The copies of the triangles in the present lanes, some of them live; other lanes repeat one of them.
     fn copied(&self, indices: &[u32; BLOCK], present: u32, live: u32) -> TriangleBlock<8> {
         let Some(first) = lanes_of(present).next() else { return TriangleBlock::of_copies(&[]) };
         let mut corners = [[[0.0; BLOCK]; 3]; 3];
@@ -303,19 +303,19 @@ impl WithSimd for CopyBlock<'_> {
 }
 
 thread_local! {
-    /// The copies of rays, some after the other.
+    /// The copies of several rays.
     static COPIES: RefCell<Vec<Ray>> = const { RefCell::new(Vec::new()) };
-    /// The values of triangles that are computed for one bundle after another.
+    /// The values of triangles, computed for one bundle after another.
     static SCRATCH: RefCell<Vec<[HitCoefficients; 8]>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Rays whose copies are traced through a tree: the originals, for the resolver.
+/// Rays whose copies are traced through a tree, and the originals for the resolver.
 #[derive(Debug)]
 struct CopiedRays<'a> {
     tree: &'a Tree,
     originals: &'a Originals64,
     rays: &'a [Ray64],
-    /// Those that come later.
+    /// The rays that come later.
     later: &'a [Ray64],
     room: Room,
     rule: Rule,
@@ -335,7 +335,7 @@ impl<'a> CopiedRays<'a> {
         Self { tree, originals, rays, later, room, rule, level: mode.level() }
     }
 
-    /// The filter over copies, with these behind it.
+    /// The filter over copies, backed by these originals.
     fn filter(&self) -> Filter<'_> {
         Filter::on_copies(self, &self.room, self.level)
     }
@@ -349,13 +349,13 @@ impl<'a> CopiedRays<'a> {
 impl Originals for CopiedRays<'_> {
     fn hit(&self, ray: RayId, slot: LeafSlot) -> Option<f64> {
         let (original, triangle) = self.pair(ray, slot);
-        // The signs decide on the original numbers; t is only computed for hits.
+        // The signs are decided on the original numbers; t is only computed for hits.
         exact::hit(self.rule, original, triangle).then(|| self.t(ray, slot))
     }
 
     fn t(&self, ray: RayId, slot: LeafSlot) -> f64 {
         let (ray, triangle) = self.pair(ray, slot);
-        // The traversal's copy of a very long or short ray is scaled, and t with it.
+        // The traversal's copy of a very long or short ray is scaled, and so is t.
         exact::t_times(ray, triangle, self.originals.frame.exponent(ray))
     }
 
@@ -416,7 +416,7 @@ impl Originals for CopiedRays<'_> {
         // Different f64 origins may have the same f32 copy.
         let origin = |ray: &Ray64| ray.origin.map(f64::to_bits);
         if rays.iter().any(|ray| origin(ray) != origin(&rays[0])) {
-            // Only their copies start at one.
+            // Only their copies share an origin.
             for (&(ray, number), hit) in pairs.iter().zip(hits) {
                 let slot = slots.get(number as usize);
                 *hit =
@@ -440,7 +440,7 @@ impl Originals for CopiedRays<'_> {
     fn hits(&self, pairs: &[(RayId, LeafSlot)], hits: &mut [Hit]) {
         for (pairs, hits) in pairs.chunks(8).zip(hits.chunks_mut(8)) {
             let of = |i: usize| {
-                // Fewer than eight pairs repeat the last one, whose result is cut off.
+                // With fewer than eight pairs, the last one is repeated, and its extra results are dropped.
                 let (ray, slot) = pairs[i.min(pairs.len() - 1)];
                 let (ray, triangle) = self.pair(ray, slot);
                 (ray, triangle, self.tree.index_of(slot).0)

@@ -27,10 +27,10 @@ use crate::save::{Input, LoadError};
 use crate::tree::Tree;
 use crate::util::memory::OutOfMemory;
 
-/// Called from time to time during a build with how many triangles are done, of how many.
+/// Called occasionally during a build, with the number of triangles that are done, and their total.
 pub(crate) type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
-/// A scalar in which the triangles and rays of a [`Bvh`](crate::Bvh) may be given: f32 or f64. The set is closed.
+/// A scalar for the triangles and rays of a [`Bvh`](crate::Bvh): f32 or f64. The trait is sealed.
 pub trait BvhScalar: Backend {}
 
 impl BvhScalar for core::primitive::f32 {}
@@ -38,10 +38,10 @@ impl BvhScalar for core::primitive::f64 {}
 
 /// The operations of a hierarchy that differ between f32 and f64.
 pub trait Backend: Scalar {
-    /// The data stored with the tree: the coordinates as given, where the tree has only copies.
+    /// The data stored with the tree: the given coordinates, if the tree has only copies.
     type Originals: Clone + Debug + Send + Sync;
 
-    /// How many rays are copied for a traversal at a time, so that the copies stay in the cache.
+    /// The number of rays that are copied at a time, few enough that the copies stay in the cache.
     const PIECE: usize;
 
     /// Builds the tree and the data stored with it.
@@ -62,7 +62,7 @@ pub trait Backend: Scalar {
         trace: impl FnOnce(&Filter<'_>, &Ray) -> A,
     ) -> A;
 
-    /// Hands some of the rays of a call to a traversal, in f32, with the filter for them.
+    /// Hands several rays of a call to a traversal, in f32, with the filter for them.
     fn with_rays<A>(
         tree: &Tree,
         originals: &Self::Originals,
@@ -81,13 +81,13 @@ pub trait Backend: Scalar {
         leaf: usize,
     ) -> [Vec3<L::F64x8>; 3];
 
-    /// The centre and the scale of the tree's units: `(x - centre) * scale` of a coordinate x.
+    /// The centre and the scale of the tree's units: a coordinate x becomes `(x - centre) * scale`.
     fn frame(originals: &Self::Originals) -> ([f64; 3], f64);
 
     /// A point in the tree's units.
     fn point(originals: &Self::Originals, point: [Self; 3]) -> [f32; 3];
 
-    /// The closest points to some points, on this thread, if they are within a radius.
+    /// The closest point for each of several points, on this thread, if it is within a radius.
     fn closest_points(
         tree: &Tree,
         originals: &Self::Originals,
@@ -103,9 +103,9 @@ pub trait Backend: Scalar {
         triangles: &[TriangleOf<Self>],
     ) -> Result<Refit, RefitError>;
 
-    /// Writes all of it.
+    /// Writes the whole hierarchy.
     fn write(tree: &Tree, originals: &Self::Originals, output: &mut dyn Write) -> io::Result<()>;
 
-    /// Reads what was written.
+    /// Reads a written hierarchy.
     fn read(input: &mut dyn Input) -> Result<(Tree, Self::Originals), LoadError>;
 }

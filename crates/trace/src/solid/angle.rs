@@ -9,7 +9,7 @@
 //!                -d ──────╲         d·(A × B) = 0 and Z < 0: the ray meets the edge
 //! ```
 //!
-//! Derivation and bound: `docs/numerics/winding.md`.
+//! `docs/numerics/winding.md` has the derivation and the bound.
 
 use std::cmp::Ordering;
 use std::f64::consts::TAU;
@@ -21,11 +21,12 @@ use super::boundary::Boundary;
 use super::classify::WINDING_DIR;
 use super::seen_corner::{Axes, SeenCorner};
 
-/// More than the error of a cross product across the ray, over the products of its factors' sizes.
+/// A bound on the error of a cross product perpendicular to the ray, relative to the product of its factors'
+/// magnitudes.
 const SIDE: f64 = 64.0 * f64::EPSILON;
 
-/// The solid angle of a boundary seen from a point over the whole, which is to be added to the signed crossings of the
-/// ray from there. The point must be finite, and on no triangle.
+/// The solid angle of a boundary seen from a point, divided by that of the sphere, to be added to the signed
+/// crossings of the ray from the point. The point must be finite, and on no triangle.
 pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     let mut sum = Sum::default();
     for corners in boundary.loops() {
@@ -34,7 +35,7 @@ pub(super) fn turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> f64 {
     sum.turns()
 }
 
-/// The same nearly, and how much it may be off: small loops that are far away are left out.
+/// An approximation of the same, with a bound on its error: small distant loops are left out.
 pub(super) fn rough_turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> (f64, f64) {
     let Boundary { parts, axes, .. } = boundary;
     let (mut sum, mut off, from) = (Sum::default(), 0.0, point.map(Into::into));
@@ -50,14 +51,14 @@ pub(super) fn rough_turns<S: Scalar>(boundary: &Boundary<S>, point: [S; 3]) -> (
     (sum.turns(), off)
 }
 
-/// A loop whose solid angle is less of the whole is far away.
+/// A loop with a smaller solid angle, relative to the sphere, counts as distant.
 const FAR: f64 = 1.0 / 256.0;
 
 /// A sum of half solid angles.
 #[derive(Default)]
 struct Sum {
     angle: f64,
-    /// What the sum has lost.
+    /// A bound on what was left out of the sum.
     lost: f64,
 }
 
@@ -74,8 +75,8 @@ impl Sum {
         (self.angle + self.lost) / TAU
     }
 
-    /// Adds the angles of a loop. Angles of edges are those of complex numbers, whose product has the sum of them but for
-    /// whole turns; these are counted.
+    /// Adds the angles of a loop. The angles of edges are those of complex numbers, whose product has their
+    /// sum as its angle up to whole turns; these are counted.
     #[inline]
     fn add_loop<S: Scalar>(&mut self, axes: &Axes, point: [S; 3], corners: &[[S; 3]]) {
         let (mut re, mut im, mut turns) = (1.0_f64, 0.0_f64, 0.0);
@@ -90,11 +91,11 @@ impl Sum {
             }
             let (a, b) = (re * x - im * y, re * y + im * x);
             let size = a.abs() + b.abs();
-            // An edge that is seen as a point from its end has no angle.
+            // An edge that appears as a point from one of its ends has no angle.
             if size == 0.0 {
                 continue;
             }
-            // Two angles on one side of 0 whose sum is on the other have come round.
+            // If two angles on one side of 0 have a sum on the other side, a turn was completed.
             let is_below = im.is_sign_negative();
             if is_below == y.is_sign_negative() && is_below != b.is_sign_negative() {
                 turns += if is_below { -1.0 } else { 1.0 };
@@ -106,8 +107,8 @@ impl Sum {
     }
 }
 
-/// A number whose angle is half the solid angle between an edge and the direction opposite the ray, and whether the side on
-/// which the ray passes is to be found exactly.
+/// A number whose angle is half the solid angle between an edge and the direction opposite to the ray, and
+/// whether the side on which the ray passes has to be determined exactly.
 #[inline(always)]
 fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     let ([ax, ay], [bx, by]) = (a.across, b.across);
@@ -117,14 +118,14 @@ fn edge_number(a: &SeenCorner, b: &SeenCorner) -> (f64, f64, bool) {
     (re, im, re < 0.0 && im.abs() <= SIDE * room)
 }
 
-/// An angle near half a turn: the ray passes the edge closely, and the side on which it does is found exactly.
+/// An angle near half a turn: the ray passes close to the edge, and its side is determined exactly.
 #[cold]
 #[inline(never)]
 fn settled<S: Scalar>(point: [S; 3], edge: [[S; 3]; 2], angle: f64) -> f64 {
     match edge_side(point, WINDING_DIR.map(S::from), edge) {
         Ordering::Greater if angle > 0.0 => angle - TAU,
         Ordering::Less if angle < 0.0 => angle + TAU,
-        // The edge is seen as a point, or the point lies on it.
+        // The edge appears as a point, or the point lies on it.
         Ordering::Equal => 0.0,
         _ => angle,
     }
@@ -137,8 +138,8 @@ mod tests {
     use super::{Boundary, rough_turns, turns};
     use crate::util::test_numbers::random;
 
-    /// Fans with many edges, seen from far and near, and along the axis: small loops, and what is left out of them, differ
-    /// from the whole by no more than is said.
+    /// Fans with many edges, seen from far and near and along the axis: the sum over small loops, with some
+    /// left out, differs from the whole by at most the bound.
     #[test]
     fn small_loops_are_the_whole() {
         let mut random = random();

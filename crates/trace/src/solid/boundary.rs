@@ -1,4 +1,4 @@
-//! The boundary of a mesh: the edges that are run along more often one way than the other, as loops.
+//! The boundary of a mesh: loops of the edges that triangles traverse more often one way than the other.
 //!
 //! ```text
 //!   ┌──▶──┬──▶──┐        each triangle runs around itself; where neighbours run along an edge in opposite
@@ -14,19 +14,19 @@ use super::seen_corner::Axes;
 use crate::util::memory::{NoMemory, filled, room};
 use crate::util::stop;
 
-/// The loops of a boundary, one after the other; each has its first corner at its end again.
+/// The loops of a boundary, one after the other; each repeats its first corner at its end.
 #[derive(Clone, Debug)]
 pub(super) struct Boundary<S> {
     corners: Vec<[S; 3]>,
-    /// Where loops end.
+    /// The ends of the loops.
     ends: Vec<usize>,
-    /// The same boundary, cut into small loops.
+    /// The same boundary, divided into small loops.
     pub(super) parts: Parts<S>,
     pub(super) axes: Axes,
 }
 
 impl<S: Scalar> Boundary<S> {
-    /// The boundary of a closed mesh: none.
+    /// The boundary of a closed mesh, which is empty.
     pub(super) fn none() -> Self {
         Self { corners: Vec::new(), ends: Vec::new(), parts: Parts::NONE, axes: Axes::new() }
     }
@@ -44,9 +44,9 @@ impl<S: Scalar> Boundary<S> {
         Self::of_arcs(&arcs)
     }
 
-    /// Loops of arcs, which are sorted and lead out of every corner as often as into it.
+    /// Builds loops from sorted arcs, of which equally many lead out of every corner and into it.
     fn of_arcs(arcs: &[(Corner<S>, Corner<S>)]) -> Result<Self, NoMemory> {
-        // How many of the arcs that begin at the same corner as this one, the first of them, are used.
+        // For the first arc from each corner, how many arcs from that corner are used.
         let mut used = filled(arcs.len(), 0)?;
         let (mut corners, mut ends) = (room(2 * arcs.len())?, room(arcs.len())?);
         let mut first = 0;
@@ -64,7 +64,7 @@ impl<S: Scalar> Boundary<S> {
                     if to == from {
                         break;
                     }
-                    // As many arcs lead out of a corner as into it, so there is always one left to go on with.
+                    // As many arcs lead out of a corner as into it, so one is always left to continue with.
                     at = arcs.partition_point(|arc| arc.0 < to);
                 }
                 ends.push(corners.len());
@@ -75,7 +75,7 @@ impl<S: Scalar> Boundary<S> {
         Ok(Self { corners, ends, parts, axes: Axes::new() })
     }
 
-    /// How many edges it has.
+    /// The number of edges.
     pub(super) fn edges(&self) -> usize {
         self.corners.len() - self.ends.len()
     }
@@ -86,7 +86,7 @@ impl<S: Scalar> Boundary<S> {
     }
 }
 
-/// The corners of loops that end at these.
+/// The corners of loops with these ends.
 fn loops<'a, S>(
     corners: &'a [[S; 3]],
     ends: &'a [usize],
@@ -112,13 +112,13 @@ mod tests {
         let flat = [Triangle([a, b, c]), Triangle([c, b, a])];
         assert_eq!((edges(&flat), edges(&flat[..1])), (0, 3));
 
-        // An edge in two halves meets the whole one by a triangle without area.
+        // An edge split in two halves meets the whole edge at a triangle without area.
         let halves = [Triangle([a, b, c]), Triangle([d, c, b]), Triangle([c, d, a])];
         assert_eq!(edges(&halves), 3);
         assert_eq!(edges(&[&halves[..], &[Triangle([b, a, d])]].concat()), 0);
         assert_eq!(edges(&[&halves[..], &[Triangle([a, b, d])]].concat()), 6);
 
-        // Two of one, and one of the other.
+        // One triangle twice, and another once.
         assert_eq!(edges(&[flat[0], flat[0], flat[1]]), 3);
         assert_eq!(edges(&[flat[0], flat[0], flat[1], flat[1]]), 0);
         assert_eq!(edges(&[]), 0);
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(edges(&[flat[0], TriangleOf([a, b, [f32::NAN; 3]])]), 3);
     }
 
-    /// Loops lead along every open edge, as often as there are more triangles that way.
+    /// Loops traverse every open edge as often as it has more triangles in that direction.
     #[test]
     fn loops_are_all_that_is_open() {
         let at = |i: usize| [(i * 7 % 5) as f32, (i * 3 % 4) as f32, (i % 3) as f32];

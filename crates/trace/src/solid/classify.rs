@@ -1,4 +1,4 @@
-//! Where points lie: inside a mesh, outside, or on it.
+//! Classifies points: inside a mesh, outside, or on it.
 
 use intertri::internal::exact::is_on;
 use intertri::internal::prefetch;
@@ -13,18 +13,18 @@ use crate::walk::beam::order;
 use crate::walk::single::{SingleRay, TraversalScratch, is_held};
 use crate::walk::{BatchOutput, one_ray};
 
-/// The direction in which crossings are counted. Any direction gives the same answer; an unusual one meets few edges
-/// exactly.
+/// The direction in which crossings are counted. Any direction gives the same answer; an unusual one rarely
+/// meets edges exactly.
 pub const WINDING_DIR: [f32; 3] = [0.537_21, 0.351_37, 0.766_91];
 
-/// Points that are put in order at a time, and rays of them that are made at a time.
+/// Points that are sorted at a time, and whose rays are generated at a time.
 const SLAB: usize = 1 << 21;
 const PIECE: usize = 1 << 12;
 
-/// How many points ahead of the current one are prefetched.
+/// How far ahead of the current point to prefetch.
 const AHEAD: usize = 16;
 
-/// Where a point lies.
+/// Classifies a point.
 pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment {
     let (tree, originals) = (&bvh.tree, &bvh.originals);
     let seen = S::point(originals, point);
@@ -39,7 +39,7 @@ pub(crate) fn classify<S: BvhScalar>(bvh: &Bvh<S>, point: [S; 3]) -> Containment
     })
 }
 
-/// Where points lie, mapped by `answer`.
+/// Classifies points and converts the results with `answer`.
 pub(crate) fn classify_batch<S: BvhScalar, A: Copy + Send>(
     bvh: &Bvh<S>,
     points: &[[S; 3]],
@@ -59,7 +59,7 @@ fn classify_slab<S: BvhScalar, A: Copy + Send>(
     answers: &mut [A],
     answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) {
-    // Memory for the order of the points and their answers: with half of the points, half of it is needed.
+    // The memory for the order of the points and their answers is proportional to the number of points.
     let is_done = try_classify_slab(bvh, points, answers, answer).is_ok();
     if is_done {
         return;
@@ -80,7 +80,8 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
     answers: &mut [A],
     answer: &(impl Fn([S; 3], Containment) -> A + Sync),
 ) -> Result<(), NoMemory> {
-    // Rays along one direction from neighbouring points stay close together: beams trace sixteen of them at once.
+    // Rays in one direction from neighbouring points stay close together, so beams can trace sixteen of them
+    // at once.
     let order = order(points, WINDING_DIR.map(f64::from))?;
     let mut in_order = filled(points.len(), answer([S::ZERO; 3], Containment::Surface))?;
     chunks(&order, &mut in_order, |order, answers| {
@@ -106,11 +107,11 @@ fn try_classify_slab<S: BvhScalar, A: Copy + Send>(
     Ok(())
 }
 
-/// Rays from points of these numbers.
+/// Rays from the points with these indices.
 fn gather<S: BvhScalar>(points: &[[S; 3]], numbers: &[u32], rays: &mut Vec<RayOf<S>>) {
     rays.clear();
     let ray = |(i, &number): (usize, &u32)| {
-        // In this order the points are scattered in memory, and each look-up would miss the cache.
+        // In this order the points are scattered in memory, and each access would be a cache miss.
         if let Some(&later) = numbers.get(i + AHEAD) {
             prefetch(&points[later as usize..][..1]);
         }

@@ -1,4 +1,4 @@
-//! Signed distances: how far the mesh is, and on which side.
+//! Signed distances: the distance of the mesh, and the side.
 
 use intertri::internal::Bits;
 
@@ -9,13 +9,13 @@ use crate::nearest::ClosestPoint;
 use crate::scalar::BvhScalar;
 use crate::util::memory::filled;
 
-/// Points that are worked on at a time, so that what is kept of them in between stays small.
+/// The number of points processed at a time, so that temporary memory stays small.
 const SLAB: usize = 1 << 16;
 
 impl<S: BvhScalar> Solid<S> {
-    /// How far a point is from the mesh: below 0 inside, 0 on a triangle, above 0 outside. The sign is that of
-    /// [`Solid::classify`], and the distance is that of [`ClosestPoint::distance`], to which triangles without an area
-    /// count. NaN where the point is not finite, infinite where there is no triangle.
+    /// The distance of a point from the mesh: negative inside, 0 on a triangle, positive outside. The sign is
+    /// that of [`Solid::classify`], and the distance is [`ClosestPoint::distance`], which also considers
+    /// triangles without area. NaN if the point is not finite, infinite if there are no triangles.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -32,7 +32,7 @@ impl<S: BvhScalar> Solid<S> {
         distance[0]
     }
 
-    /// [`Solid::signed_distance`] of many points, on all threads.
+    /// [`Solid::signed_distance`] for many points, on all threads.
     pub fn signed_distance_batch(&self, points: &[[S; 3]]) -> Vec<f64> {
         let mut distances = vec![0.0; points.len()];
         self.signed_distance_batch_into(points, &mut distances);
@@ -42,14 +42,14 @@ impl<S: BvhScalar> Solid<S> {
     /// [`Solid::signed_distance_batch`] into a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn signed_distance_batch_into(&self, points: &[[S; 3]], distances: &mut [f64]) {
         assert_eq!(points.len(), distances.len(), "one distance a point");
         let mut slab = SLAB.min(points.len()).max(1);
         let (mut closest, mut inside) = loop {
             match (filled(slab, ClosestPoint::NONE), filled(slab, false)) {
                 (Ok(closest), Ok(inside)) => break (closest, inside),
-                // Fewer at a time, where there is too little memory.
+                // Try fewer at a time if there is too little memory.
                 _ if slab > 1 => slab /= 2,
                 _ => break (vec![ClosestPoint::NONE], vec![false]),
             }

@@ -1,4 +1,5 @@
-//! The edges of a mesh, by the coordinates of their ends: how often triangles run along each, one way and the other.
+//! The edges of a mesh, identified by the coordinates of their ends, and how often triangles traverse each of
+//! them in either direction.
 
 use intertri::internal::Bits;
 use intertri::{Scalar, TriangleOf};
@@ -6,13 +7,14 @@ use intertri::{Scalar, TriangleOf};
 use crate::util::memory::{NoMemory, room};
 use crate::util::stop;
 
-/// A corner as bits, both zeros alike.
+/// A corner as bits; both zeros are equal.
 pub(super) type Corner<S> = [<S as Bits>::Key; 3];
 
-/// An edge from its lower end to its higher one, whether its triangle runs that way, and the triangle.
+/// An edge from its lower end to its higher one, whether its triangle traverses it in that direction, and the
+/// triangle.
 type DirectedEdge<S> = (Corner<S>, Corner<S>, bool, usize);
 
-/// The edges of all triangles, equal ones together.
+/// The edges of all triangles, with equal ones adjacent.
 pub(super) struct Edges<S: Scalar>(Vec<DirectedEdge<S>>);
 
 /// An edge and all triangles that have it.
@@ -20,7 +22,7 @@ pub(super) struct Edges<S: Scalar>(Vec<DirectedEdge<S>>);
 pub(super) struct SharedEdge<'a, S: Scalar>(&'a [DirectedEdge<S>]);
 
 impl<S: Scalar> Edges<S> {
-    /// Those of triangles. One with a corner that is not finite has none, as it is hit by no ray.
+    /// The edges of triangles. A triangle with a corner that is not finite has none, because no ray hits it.
     pub(super) fn of(triangles: &[TriangleOf<S>]) -> Result<Self, NoMemory> {
         let edges = |(i, t): (usize, &TriangleOf<S>)| {
             let [a, b, c] = t.0.map(corner::<S>);
@@ -51,26 +53,26 @@ impl<S: Scalar> Edges<S> {
 }
 
 impl<S: Scalar> SharedEdge<'_, S> {
-    /// How many triangles run along it from its lower end, and how many from its higher one.
+    /// How many triangles traverse it from its lower end, and how many from its higher one.
     pub(super) fn counts(&self) -> [usize; 2] {
         let up = self.0.iter().filter(|(_, _, up, _)| *up).count();
         [up, self.0.len() - up]
     }
 
-    /// Whether triangles run along it as often one way as the other.
+    /// Whether triangles traverse it equally often in both directions.
     pub(super) fn is_closed(&self) -> bool {
         let [up, down] = self.counts();
         up == down
     }
 
-    /// The way that more triangles run along it, from where to where, and how many more do.
+    /// The direction in which more triangles traverse it, as its start and end, and how many more do.
     pub(super) fn excess(&self) -> (Corner<S>, Corner<S>, usize) {
         let (&(lo, hi, ..), [up, down]) = (&self.0[0], self.counts());
         let (from, to) = if up > down { (lo, hi) } else { (hi, lo) };
         (from, to, up.abs_diff(down))
     }
 
-    /// The first triangle that has it, and from where to where it runs there.
+    /// The first triangle with this edge, and the edge's start and end in that triangle.
     pub(super) fn first(&self) -> Option<(usize, [[S; 3]; 2])> {
         let first = self.0.iter().min_by_key(|(.., triangle)| *triangle);
         first.map(|&(lo, hi, up, triangle)| {

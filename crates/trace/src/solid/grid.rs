@@ -1,4 +1,4 @@
-//! Where the points of a grid lie: one ray a column.
+//! Classifies the points of a grid with one ray per column.
 //!
 //! ```text
 //!        z ▲  ·    ·    ·          A ray runs up each column, and its crossings lie between the points. From the top down, where
@@ -22,12 +22,12 @@ const SLAB: usize = 1 << 14;
 const PIECE: usize = 1 << 6;
 
 impl<S: BvhScalar> Solid<S> {
-    /// [`Solid::classify`] of all points of a grid, which is given by the coordinates along each axis: the point
-    /// `[x[i], y[j], z[k]]` has the answer `(i * y.len() + j) * z.len() + k`.
+    /// [`Solid::classify`] for all points of a grid, which is given by the coordinates along each axis: the
+    /// point `[x[i], y[j], z[k]]` has the answer `(i * y.len() + j) * z.len() + k`.
     ///
-    /// It takes one ray for each column of points along z, and so a fraction of the time of
-    /// [`classify_batch`](Solid::classify_batch), if coordinates go up and the mesh is closed. The points of other grids, and
-    /// those about open meshes, are classified one by one.
+    /// If coordinates are ascending and the mesh is closed, this takes one ray for each column of points
+    /// along z, and so a fraction of the time of [`classify_batch`](Solid::classify_batch). Otherwise the
+    /// points are classified one by one.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -50,7 +50,7 @@ impl<S: BvhScalar> Solid<S> {
     /// [`Solid::classify_grid`] into a slice.
     ///
     /// # Panics
-    /// If the slice does not have as many answers as there are points.
+    /// Panics if the slice does not have one answer per point.
     pub fn classify_grid_into(&self, axes: [&[S]; 3], all: &mut [Containment]) {
         let count = axes.iter().map(|axis| axis.len()).product::<usize>();
         assert_eq!(all.len(), count, "one answer a point");
@@ -103,7 +103,7 @@ impl<S: BvhScalar> Solid<S> {
         Ok(())
     }
 
-    /// Fills a column from the top down, but for the points on triangles, which are known.
+    /// Fills a column from the top down, except for the points on triangles, which are already known.
     fn fill(&self, [x, y]: [S; 2], z: &[S], crossings: &[Crossing], all: &mut [Containment]) {
         let bottom: f64 = z[0].into();
         let (mut above, mut containment) = (crossings, Containment::Outside);

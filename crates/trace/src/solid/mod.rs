@@ -1,4 +1,4 @@
-//! Solids: what a mesh winds around.
+//! Solids: what is inside a mesh, by winding numbers.
 
 mod angle;
 mod boundary;
@@ -29,11 +29,12 @@ use classify::classify_batch;
 use edges::{Edges, is_finite};
 pub use report::{EdgeDefect, MeshReport, TriangleDefect};
 
-/// A mesh, and the hierarchy over it: it knows inside from outside.
+/// A mesh with its hierarchy, which distinguishes inside from outside.
 ///
-/// In a closed mesh, by [`Solid::new`], every edge runs as often one way as the other, and inside and outside are exact. The
-/// mesh may be in parts, meet itself, and have triangles twice or without area. Any other mesh is a solid by
-/// [`Solid::from_soup`]: winding numbers decide. Clones share the hierarchy.
+/// In a closed mesh, made by [`Solid::new`], triangles traverse every edge equally often in both directions,
+/// and inside and outside are exact. The mesh may have several parts, intersect itself, and contain duplicate
+/// triangles or triangles without area. Any other mesh becomes a solid by [`Solid::from_soup`]; winding
+/// numbers decide. Clones share the hierarchy.
 ///
 /// ```
 /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -53,19 +54,19 @@ pub struct Solid<S: BvhScalar = f32> {
 }
 
 impl<S: BvhScalar> Solid<S> {
-    /// A solid from a closed mesh.
+    /// Makes a solid from a closed mesh.
     ///
     /// # Errors
-    /// If it is open, something is not finite, or there is no hierarchy over it.
+    /// Fails if it is open or not finite, or if the hierarchy cannot be built.
     pub fn new(triangles: &[TriangleOf<S>]) -> Result<Self, SolidError<S>> {
         Self::check_closed(triangles)?;
         Ok(Self::assume_closed(triangles)?)
     }
 
-    /// What [`Solid::new`] requires of triangles, without building a hierarchy.
+    /// Checks what [`Solid::new`] requires of triangles, without building a hierarchy.
     ///
     /// # Errors
-    /// If they are open, something is not finite, or there is too little memory.
+    /// Fails if they are open or not finite, or there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -90,36 +91,37 @@ impl<S: BvhScalar> Solid<S> {
         }
     }
 
-    /// What keeps triangles from being a closed mesh, and which of them are repeated.
+    /// Reports why triangles do not form a closed mesh, and which of them are duplicates.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     pub fn inspect(triangles: &[TriangleOf<S>]) -> Result<MeshReport<S>, BuildError> {
         let out_of_memory = |NoMemory| BuildError::OutOfMemory { count: triangles.len() };
         MeshReport::of(triangles).map_err(out_of_memory)
     }
 
-    /// A solid from any mesh, taken as closed. If it is open, answers depend on the direction in which crossings are
-    /// counted.
+    /// Makes a solid from any mesh, treated as closed. If it is open, answers depend on the direction in
+    /// which crossings are counted.
     ///
     /// # Errors
-    /// If there is no hierarchy over it.
+    /// Fails if the hierarchy cannot be built.
     pub fn assume_closed(triangles: &[TriangleOf<S>]) -> Result<Self, BuildError> {
         Ok(Self::assume_closed_bvh(Bvh::new(triangles)?))
     }
 
-    /// From an existing hierarchy, such as one that was loaded or refitted, as by [`Solid::assume_closed`]. All its
-    /// geometries together are the mesh, whatever their masks.
+    /// Like [`Solid::assume_closed`], from an existing hierarchy, such as one that was loaded or refitted.
+    /// All its geometries together form the mesh, whatever their masks.
     pub fn assume_closed_bvh(bvh: Bvh<S>) -> Self {
         Self { bvh: Arc::new(bvh), boundary: Boundary::none() }
     }
 
-    /// The hierarchy over the mesh, and nothing else. If a solid by [`Solid::with_boundary`] shares it, it is copied.
+    /// Returns only the hierarchy over the mesh. If a solid from [`Solid::with_boundary`] shares it, it is
+    /// copied.
     pub fn into_bvh(self) -> Bvh<S> {
         Arc::unwrap_or_clone(self.bvh)
     }
 
-    /// The same, shared: for instances of the mesh in a [`Scene`](crate::Scene).
+    /// The hierarchy, shared: for instances of the mesh in a [`Scene`](crate::Scene).
     pub fn shared_bvh(&self) -> Arc<Bvh<S>> {
         self.bvh.clone()
     }
@@ -129,14 +131,14 @@ impl<S: BvhScalar> Solid<S> {
         &self.bvh
     }
 
-    /// Where a point lies: inside if the [winding number](Self::winding_number), rounded to the nearest whole number, is
-    /// not 0. In a mesh whose corners run counter-clockwise as seen from outside that is where it is more than 1/2. A
-    /// point that is not finite is outside.
+    /// Classifies a point: it is inside if the [winding number](Self::winding_number), rounded to the nearest
+    /// integer, is not 0. In a mesh whose corners run counter-clockwise as seen from outside, it is inside if
+    /// that number is above 1/2. A point that is not finite is outside.
     pub fn classify(&self, point: [S; 3]) -> Containment {
         self.counted(point, classify(&self.bvh, point))
     }
 
-    /// [`Solid::classify`] of many points.
+    /// [`Solid::classify`] for many points.
     pub fn classify_batch(&self, points: &[[S; 3]]) -> Vec<Containment> {
         let mut all = vec![Containment::Outside; points.len()];
         self.classify_batch_into(points, &mut all);
@@ -146,7 +148,7 @@ impl<S: BvhScalar> Solid<S> {
     /// [`Solid::classify_batch`] into a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn classify_batch_into(&self, points: &[[S; 3]], all: &mut [Containment]) {
         classify_batch(&self.bvh, points, all, |point, crossed| self.counted(point, crossed));
     }
@@ -161,7 +163,7 @@ impl<S: BvhScalar> Solid<S> {
     /// [`Solid::contains_batch`] into a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn contains_batch_into(&self, points: &[[S; 3]], contains: &mut [bool]) {
         classify_batch(&self.bvh, points, contains, |point, crossed| {
             self.counted(point, crossed) != Containment::Outside
@@ -169,11 +171,12 @@ impl<S: BvhScalar> Solid<S> {
     }
 }
 
-/// Why a mesh is no solid.
+/// Why a mesh is not a solid.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SolidError<S = f32> {
-    /// Edges are run along more often one way than the other: they are open, or triangles are turned or doubled.
+    /// Triangles traverse edges more often in one direction than in the other: these edges are open, or
+    /// triangles are flipped or duplicates.
     Open(Box<MeshReport<S>>),
     /// A corner is not finite.
     NotFinite {

@@ -1,4 +1,4 @@
-//! The loops of a boundary cut into small ones, so that those far from a point need not be looked at.
+//! Divides the loops of a boundary into small ones, so that those far from a point can be skipped.
 //!
 //! ```text
 //!    ·──▶──·──▶──·            ·──▶──·──▶──·
@@ -12,19 +12,19 @@ use intertri::Scalar;
 
 use crate::util::memory::{NoMemory, room};
 
-/// Edges of a piece without its chord.
+/// Edges of a piece, without its chord.
 const PIECE: usize = 8;
 
-/// More than the roundings of a radius and of a length.
+/// A margin above the rounding of a radius and of a length.
 const ROOM: f64 = 1.0 + 1.0e-9;
 
-/// Balls of other sizes are looked at from everywhere.
+/// Balls of other sizes are never skipped.
 const SIZES: [f64; 2] = [1e-100, 1e100];
 
-/// A loop, and the ball around its middle that holds it.
+/// A loop, and a ball around its centre that contains it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
-    /// Where its corners begin and end.
+    /// The range of its corners.
     pub(super) corners: [usize; 2],
     middle: [f64; 3],
     radius: f64,
@@ -41,11 +41,11 @@ pub(super) struct Parts<S> {
 impl<S: Scalar> Parts<S> {
     pub(super) const NONE: Self = Self { corners: Vec::new(), parts: Vec::new() };
 
-    /// The parts of some loops; each loop has its first corner at its end again.
+    /// The parts of loops; each loop repeats its first corner at its end.
     pub(super) fn of<'a>(
         loops: impl Iterator<Item = &'a [[S; 3]]> + Clone,
     ) -> Result<Self, NoMemory> {
-        // Each level has an eighth of the pieces of the one below, and ten corners a piece.
+        // Each level has an eighth of the pieces of the level below, with ten corners per piece.
         let mut all = Self {
             corners: room(loops.clone().map(|corners| 2 * corners.len() + 8).sum())?,
             parts: room(loops.clone().map(|corners| corners.len() / 7 + 8).sum())?,
@@ -100,14 +100,14 @@ impl<S: Scalar> Parts<S> {
 }
 
 impl Part {
-    /// What the solid angle of the loop, seen from a point, is at most of the whole, where the ray from there passes by its
-    /// ball; infinite where it may not.
+    /// A bound on the solid angle of the loop seen from a point, relative to the sphere, if the ray from
+    /// there passes its ball; infinite if it may not.
     #[inline(always)]
     pub(super) fn most(&self, point: [f64; 3], dir: [f64; 3]) -> f64 {
         let v = [0, 1, 2].map(|k| self.middle[k] - point[k]);
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let (along, far) = (dot(v, dir), dot(v, v));
-        // Roundings are far below a ten-thousandth of the distance.
+        // Rounding is far below a ten-thousandth of the distance.
         let radius = self.radius + 1e-4 * far.sqrt();
         let passes_by = along < 0.0 || far - along * along > radius * radius;
         let gap = far.sqrt() - radius;

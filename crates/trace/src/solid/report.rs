@@ -1,4 +1,4 @@
-//! The defects of a mesh that should be closed: which edges and triangles, and how many.
+//! The defects of a mesh that should be closed: which edges and triangles have them, and how many.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::util::stop;
 /// Edges of a mesh that have the same defect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeDefect<S> {
-    /// How many.
+    /// Their number.
     pub count: usize,
     /// The first triangle with such an edge, and the two ends of the edge in that triangle's direction.
     pub first: Option<(usize, [[S; 3]; 2])>,
@@ -20,14 +20,15 @@ pub struct EdgeDefect<S> {
 /// Triangles of a mesh that have the same defect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TriangleDefect {
-    /// How many.
+    /// Their number.
     pub count: usize,
-    /// The first of them, and the triangle that it repeats.
+    /// The first of them, and the triangle that it duplicates.
     pub first: Option<(usize, usize)>,
 }
 
-/// The open, turned and doubled parts of a mesh, as [`Solid::inspect`](super::Solid::inspect) finds them. Edges and
-/// triangles are the same if the coordinates of their corners are.
+/// The open edges, and the flipped and duplicate triangles, of a mesh, as found by
+/// [`Solid::inspect`](super::Solid::inspect). Edges and triangles are the same if the coordinates of their
+/// corners are.
 ///
 /// ```
 /// use intertri_trace::{Solid, intertri::Triangle};
@@ -44,15 +45,15 @@ pub struct TriangleDefect {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshReport<S = f32> {
-    /// Edges of one triangle alone.
+    /// Edges of only one triangle.
     pub open: EdgeDefect<S>,
-    /// Edges of two triangles that run along them the same way: one of the two is turned.
+    /// Edges that two triangles traverse in the same direction: one of the two is flipped.
     pub turned: EdgeDefect<S>,
-    /// Edges of three triangles or more, more of which run along them one way than the other.
+    /// Edges of three triangles or more that are traversed more often in one direction than in the other.
     pub uneven: EdgeDefect<S>,
-    /// Triangles that have the corners of an earlier one, the same way round.
+    /// Triangles with the corners of an earlier one, in the same orientation.
     pub doubled: TriangleDefect,
-    /// Triangles that have the corners of an earlier one, the other way round: both cancel.
+    /// Triangles with the corners of an earlier one, in the opposite orientation: the two cancel.
     pub opposed: TriangleDefect,
 }
 
@@ -72,7 +73,8 @@ impl<S: Scalar> MeshReport<S> {
         Ok(Self { open, turned, uneven, doubled, opposed })
     }
 
-    /// Whether every edge is run along as often one way as the other, so that winding numbers are whole.
+    /// Whether every edge is traversed equally often in both directions, so that winding numbers are
+    /// integers.
     pub fn is_closed(&self) -> bool {
         self.open.count + self.turned.count + self.uneven.count == 0
     }
@@ -92,15 +94,15 @@ impl TriangleDefect {
     }
 }
 
-/// Triangles that repeat others, the same way round and the other.
+/// Triangles that duplicate others, in the same orientation and in the opposite one.
 fn repeated<S: Scalar>(triangles: &[TriangleOf<S>]) -> Result<[TriangleDefect; 2], NoMemory> {
-    // The corners in order, and whether an odd number of swaps brings them there.
+    // The sorted corners, and whether sorting took an odd number of swaps.
     type Key<S> = ([Corner<S>; 3], usize, bool);
     let key = |(i, triangle): (usize, &TriangleOf<S>)| -> Key<S> {
         let [mut a, mut b, mut c] = triangle.0.map(corner::<S>);
         let mut is_odd = false;
-        // Sorts three corners in two passes and keeps the parity of the swaps: the same corners with another parity are
-        // the triangle turned over.
+        // Sort three corners in two passes and keep the parity of the swaps: the same corners with the other
+        // parity are the flipped triangle.
         for _ in 0..2 {
             if b < a {
                 (a, b, is_odd) = (b, a, !is_odd);
@@ -205,7 +207,7 @@ mod tests {
                 .starts_with("3 edges belong to one triangle alone, the first at triangle 0 from ")
         );
 
-        // A face twice: its edges have three triangles, two of which run the same way.
+        // A duplicated face: its edges have three triangles, two of them in the same direction.
         let doubled = report(&[&CORNER[..], &[[Y, X, O]]].concat());
         assert_eq!(
             (doubled.uneven.count, doubled.doubled.first, doubled.opposed.count),
@@ -217,7 +219,7 @@ mod tests {
                 .ends_with("; 1 triangle repeats another the same way round, triangle 4 that of 0")
         );
 
-        // A face and its opposite cancel: closed, but worth a word.
+        // A face and its opposite cancel: the mesh is closed, but this is worth reporting.
         let opposed = report(&[&CORNER[..], &[[X, Y, O], [O, Y, X]]].concat());
         assert!(opposed.is_closed());
         assert_eq!((opposed.doubled.first, opposed.opposed.first), (Some((5, 0)), Some((4, 0))));

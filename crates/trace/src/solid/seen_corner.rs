@@ -1,31 +1,32 @@
-//! A corner as it is seen from a point: across the rays along which crossings are counted, and along them.
+//! A corner relative to a point: perpendicular to the rays along which crossings are counted, and along them.
 
 use intertri::Scalar;
 use intertri::internal::exact::moment;
 
 use super::classify::WINDING_DIR;
 
-/// A corner whose distance from the ray is less than this, squared, of how far it is along the ray is seen exactly.
+/// If the squared ratio of a corner's distance from the ray to its distance along the ray is below this, it
+/// is computed exactly.
 const NEAR_RAY: f64 = 1.0 / (1_u64 << 60) as f64;
 
-/// Sizes between which products have no exponent too small or too large.
+/// Magnitudes whose products neither overflow nor underflow.
 const TAME: [f64; 2] = [pow2(-300), pow2(300)];
 
-/// `2^e` for an e of normal numbers.
+/// `2^e`, a normal number.
 const fn pow2(e: i32) -> f64 {
     f64::from_bits(((1023 + e) as u64) << 52)
 }
 
-/// The direction of the rays, and two across it.
+/// The direction of the rays, and two perpendicular ones.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axes(pub(super) [[f64; 3]; 3]);
 
-/// A corner as it is seen from a point.
+/// A corner relative to a point.
 #[derive(Clone, Copy)]
 pub(super) struct SeenCorner {
-    /// Across the ray.
+    /// Its position perpendicular to the ray.
     pub(super) across: [f64; 2],
-    /// How much longer its distance is than its part along the ray.
+    /// The difference between its distance and its position along the ray.
     pub(super) excess: f64,
     /// Its distance.
     pub(super) size: f64,
@@ -34,12 +35,12 @@ pub(super) struct SeenCorner {
 impl Axes {
     pub(super) fn new() -> Self {
         let d = unit(WINDING_DIR.map(f64::from));
-        // Any that is not parallel.
+        // Any direction that is not parallel.
         let e = unit(cross(d, [1.0, 0.0, 0.0]));
         Self([d, e, cross(d, e)])
     }
 
-    /// A corner seen from a point.
+    /// The corner relative to a point.
     #[inline(always)]
     pub(super) fn seen<S: Scalar>(&self, point: [S; 3], corner: [S; 3]) -> SeenCorner {
         let [p, c] = [point, corner].map(|v| v.map(Into::<f64>::into));
@@ -58,7 +59,7 @@ impl Axes {
         SeenCorner { across: [x, y], excess, size }
     }
 
-    /// A corner near the ray, or on it: the direction across it exactly, and half the angle that is between them.
+    /// A corner near the ray, or on it: the perpendicular direction exactly, and half the angle between them.
     #[cold]
     #[inline(never)]
     fn near<S: Scalar>(&self, point: [S; 3], corner: [S; 3], half: f64) -> SeenCorner {
@@ -69,14 +70,14 @@ impl Axes {
     }
 }
 
-/// The same direction as `c - p`, of a size that products have room for; 0 if they are equal.
+/// A vector in the direction of `c - p`, with a magnitude that suits products; 0 if they are equal.
 #[cold]
 fn scaled(c: [f64; 3], p: [f64; 3]) -> [f64; 3] {
     let small = [0, 1, 2].map(|k| c[k] - p[k]);
     if small.iter().all(|x| x.abs() < 1.0) {
         return small.map(|x| x * pow2(690));
     }
-    // The largest numbers differ by more than there is; quarters of them do not.
+    // The difference of the largest numbers overflows; that of their quarters does not.
     [0, 1, 2].map(|k| (0.25 * c[k] - 0.25 * p[k]) * pow2(-660))
 }
 

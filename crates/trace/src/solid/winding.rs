@@ -1,4 +1,4 @@
-//! Winding numbers of any mesh: signed crossings of a ray, and the solid angle of the boundary.
+//! Winding numbers of any mesh: signed crossings of a ray, plus the solid angle of the boundary.
 
 use intertri::TriangleOf;
 
@@ -10,18 +10,18 @@ use crate::build::BuildError;
 use crate::containment::Containment;
 use crate::scalar::BvhScalar;
 
-/// More than the roundings of a rough winding number, of a point that is not next to an open edge.
+/// A bound on the rounding of an approximate winding number, for a point that is not next to an open edge.
 const SURE: f64 = 1e-9;
 
 impl<S: BvhScalar> Solid<S> {
-    /// A solid from any mesh, which may be open, have holes, and have faces that are turned, doubled or without area. A point
-    /// is inside if its winding number, rounded to a whole number, is not 0. A closed mesh gives the answers of
-    /// [`Solid::new`].
+    /// Makes a solid from any mesh, which may be open, have holes, and have faces that are flipped,
+    /// duplicates or without area. A point is inside if its winding number, rounded to an integer, is not 0.
+    /// For a closed mesh the answers are those of [`Solid::new`].
     ///
     /// Triangles that are not finite are left out.
     ///
     /// # Errors
-    /// If the hierarchy cannot be built, or there is too little memory.
+    /// Fails if the hierarchy cannot be built, or there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Containment, Solid, intertri::Triangle};
@@ -42,10 +42,10 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { boundary, ..Self::assume_closed(triangles)? })
     }
 
-    /// This mesh as [`Solid::from_soup`] makes it: the hierarchy is shared, and open edges are taken into account.
+    /// This mesh as by [`Solid::from_soup`]: shares the hierarchy, and takes open edges into account.
     ///
     /// # Errors
-    /// If there is too little memory.
+    /// Fails if there is too little memory.
     ///
     /// ```
     /// use intertri_trace::{Bvh, Solid, intertri::Triangle};
@@ -60,23 +60,24 @@ impl<S: BvhScalar> Solid<S> {
         Ok(Self { bvh: self.bvh.clone(), boundary: boundary(&triangles)? })
     }
 
-    /// The number of open edges; an edge counts as often as more triangles run along it one way than the other. It is 0 for a
-    /// closed mesh, and for one that is assumed to be closed.
+    /// The number of open edges; an edge counts as often as it is traversed more in one direction than in the
+    /// other. It is 0 for a closed mesh, and for one that is assumed to be closed.
     pub fn open_edges(&self) -> usize {
         self.boundary.edges()
     }
 
-    /// How often the mesh winds around a point: the solid angles of its triangles over 4π, those that are seen from
-    /// behind counted as positive. `None` on a triangle, 0 if the point is not finite.
+    /// The winding number of a point: the sum of the solid angles of all triangles divided by 4π, where
+    /// triangles seen from behind count as positive. `None` on a triangle, 0 if the point is not finite.
     ///
-    /// It is the sum of the signed crossings of a ray, which are exact, and of the solid angle of the boundary, which is
-    /// rounded. So it is a whole number if the mesh is closed. Otherwise the error is at most `2^-47` for each open edge,
-    /// times the ratio of the edge's length to its distance from the point if that ratio is above 1.
+    /// It is the sum of the signed crossings of a ray, which are exact, and of the solid angle of the
+    /// boundary, which is rounded. So it is an integer if the mesh is closed. Otherwise the error is at most
+    /// `2^-47` for each open edge, times the ratio of the edge's length to its distance from the point if
+    /// that ratio is above 1.
     pub fn winding_number(&self, point: [S; 3]) -> Option<f64> {
         self.number(point, classify(&self.bvh, point))
     }
 
-    /// [`Solid::winding_number`] of many points, on all threads.
+    /// [`Solid::winding_number`] for many points, on all threads.
     ///
     /// ```
     /// use intertri_trace::{Solid, intertri::Triangle};
@@ -96,12 +97,12 @@ impl<S: BvhScalar> Solid<S> {
     /// [`Solid::winding_number_batch`] into a slice.
     ///
     /// # Panics
-    /// If the slices differ in length.
+    /// Panics if the slices differ in length.
     pub fn winding_number_batch_into(&self, points: &[[S; 3]], numbers: &mut [Option<f64>]) {
         classify_batch(&self.bvh, points, numbers, |point, crossed| self.number(point, crossed));
     }
 
-    /// The winding number of a point whose crossings give this containment.
+    /// The winding number of a point, given the containment from its crossings.
     fn number(&self, point: [S; 3], crossed: Containment) -> Option<f64> {
         let times = match crossed {
             Containment::Outside => 0,
@@ -114,7 +115,7 @@ impl<S: BvhScalar> Solid<S> {
         Some(f64::from(times) + turns(&self.boundary, point))
     }
 
-    /// The containment of a point whose crossings alone give this one.
+    /// The containment of a point, given the one from its crossings alone.
     pub(super) fn counted(&self, point: [S; 3], crossed: Containment) -> Containment {
         if self.boundary.edges() == 0 {
             return crossed;
@@ -127,12 +128,12 @@ impl<S: BvhScalar> Solid<S> {
         if !point.iter().all(|x| x.is_finite()) {
             return crossed;
         }
-        // Distant small loops rarely matter.
+        // Small distant loops rarely matter.
         let (some, off) = rough_turns(&self.boundary, point);
         let rough = times + some;
         let is_sure = 0.5 - (rough - rough.round()).abs() > off + SURE;
         let number = if is_sure { rough } else { times + turns(&self.boundary, point) };
-        // Halves count as 0.
+        // A half rounds to 0.
         match (number.abs() - 0.5).ceil().copysign(number) as i32 {
             0 => Containment::Outside,
             times => Containment::Inside(times),

@@ -1,12 +1,11 @@
-//! Boxes with sides along the axes.
+//! Axis-aligned boxes.
 //!
-//! Four lanes instead of three, so that a union is two vector instructions. The fourth lane means
-//! nothing.
+//! Four lanes instead of three, so that a union takes two vector instructions. The fourth lane is unused.
 
 use bytemuck::Zeroable;
 use intertri::Triangle;
 
-/// The closed box `lo <= p <= hi`, exact: the smallest and largest of what it was made of.
+/// The closed box `lo <= p <= hi`, exact: the minimum and maximum of the points it was made from.
 #[derive(Clone, Copy, Debug, PartialEq, Zeroable)]
 #[repr(C, align(16))]
 pub(crate) struct Aabb {
@@ -18,15 +17,15 @@ impl Aabb {
     /// The box around nothing; its union with another is the other.
     pub(crate) const EMPTY: Self = Self { lo: [f32::INFINITY; 4], hi: [f32::NEG_INFINITY; 4] };
 
-    /// The box of a triangle, or `None` where a corner is not finite: such a triangle is never hit.
+    /// The box of a triangle, or `None` if a corner is not finite: such a triangle is never hit.
     pub(crate) fn of(triangle: &Triangle) -> Option<Self> {
         let [a, b, c] = triangle.0.map(|p| [p[0], p[1], p[2], 0.0]);
-        // Times zero, a NaN or an infinity is NaN and stays so in the sum.
+        // Times zero, a NaN or an infinity is NaN, and the sum stays NaN.
         let sum: f32 = triangle.0.iter().flatten().map(|x| x * 0.0).sum();
         (sum == 0.0).then(|| Self { lo: min(min(a, b), c), hi: max(max(a, b), c) })
     }
 
-    /// The box with this much more on every side.
+    /// The box extended by this much on every side.
     pub(crate) fn padded(self, by: f32) -> Self {
         // The sum and the padding both round; a step outward covers that.
         let by = by.next_up();
@@ -38,7 +37,7 @@ impl Aabb {
         self.lo.iter().chain(&self.hi).all(|x| x.is_finite())
     }
 
-    /// The box with each side of ±2^-149 moved outward to the smallest normal number.
+    /// The box with each side at ±2^-149 moved outward to the smallest normal number.
     #[inline(always)]
     pub(crate) fn without_least_sides(&self) -> Self {
         let outward = |x: f32, to: f32| if x.abs() == f32::from_bits(1) { to } else { x };
@@ -55,7 +54,7 @@ impl Aabb {
         self.hi = max(self.hi, other.hi);
     }
 
-    /// Twice the middle of the box, in units of `1 / scale`.
+    /// Twice the centre of the box, in units of `1 / scale`.
     #[inline(always)]
     pub(crate) fn centre(&self, scale: f32) -> [f32; 4] {
         let (a, b, s) = (self.lo, self.hi, scale);
@@ -71,9 +70,9 @@ impl Aabb {
         d[0] * (d[1] + d[2]) + d[1] * d[2]
     }
 
-    /// A power of two that brings the longest side near 1, so that no area overflows or vanishes,
-    /// whatever the unit of the scene. Nor does a coordinate overflow, if the box is small for
-    /// where it is.
+    /// A power of two that scales the longest side to about 1, so that no area overflows or vanishes,
+    /// whatever the unit of the scene. Coordinates do not overflow either, unless the box is small relative
+    /// to its position.
     pub(crate) fn scale(&self) -> f32 {
         let side = |k: usize| self.hi[k] as f64 - self.lo[k] as f64;
         let away =
@@ -83,8 +82,8 @@ impl Aabb {
     }
 }
 
-// Comparisons instead of `f32::min`: one instruction each, and no NaN ever gets here. If two values are equal (zeros of
-// either sign), the later wins, which keeps the operation associative.
+// Comparisons instead of `f32::min`: one instruction each, and NaN does not occur. If two values are equal
+// (zeros of either sign), the later wins, which keeps the operation associative.
 #[inline(always)]
 fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })

@@ -5,12 +5,12 @@ use super::node::{EMPTY, Node};
 use crate::util::memory::NoMemory;
 use crate::util::threads;
 
-/// Nodes summed up in a row, so that the sum is the same on any number of threads.
+/// Nodes that are summed in sequence, so that the sum is the same for any number of threads.
 const BLOCK: usize = 1 << 10;
 
 impl Tree {
-    /// The expected visits of nodes and leaves of a random line through the root's box; leaves without a box are
-    /// always visited.
+    /// The expected number of nodes and leaves that a random line through the root's box visits; leaves
+    /// without a box are always visited.
     pub(crate) fn cost(&self) -> Result<f64, NoMemory> {
         let mut sums = Vec::new();
         let block = |i: usize| {
@@ -24,7 +24,7 @@ impl Tree {
     }
 }
 
-/// The sum of the areas of a node's children, and the area around all of them: of halves of the surfaces. Never 0.
+/// The sum of the areas of a node's children, and the area around all of them, in half surfaces. Never 0.
 fn areas(node: &Node) -> [f64; 2] {
     let (mut lo, mut hi, mut sum) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3], 0.0);
     let half_area = |lo: &[f64; 3], hi: &[f64; 3]| {
@@ -35,7 +35,7 @@ fn areas(node: &Node) -> [f64; 2] {
     for slot in (0..8).filter(|&slot| node.children()[slot] != EMPTY) {
         let side = |upper| [0, 1, 2].map(|axis| f64::from(node.sides(axis, upper)[slot]));
         let (child_lo, child_hi) = (side(false), side(true));
-        // After a refit nothing below a child may be hit; then its box is inverted and has no area.
+        // After a refit nothing below a child may be hittable; its box is then inverted and has no area.
         if child_lo[0] <= child_hi[0] {
             sum += half_area(&child_lo, &child_hi);
             lo = [0, 1, 2].map(|k| lo[k].min(child_lo[k]));

@@ -20,9 +20,9 @@ use crate::util::memory::{NoMemory, copied, room};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
 pub struct MeshTriangle {
-    /// The triangle's number within its mesh, as in [`Hit::triangle`]; [`Hit::NO_TRIANGLE`] for a miss.
+    /// The triangle's index in its mesh, as in [`Hit::triangle`]; [`Hit::NO_TRIANGLE`] for a miss.
     pub triangle: u32,
-    /// The number of the mesh, as in [`Hit::geometry`].
+    /// The index of the mesh, as in [`Hit::geometry`].
     pub geometry: u32,
 }
 
@@ -37,9 +37,9 @@ impl MeshTriangle {
     }
 }
 
-/// What names a triangle by its position in the whole until it is renamed.
+/// An answer that names a triangle by its position among all until it is renamed.
 pub(crate) trait NamesTriangle {
-    /// The triangle's number and its geometry.
+    /// The fields with the triangle's index and its geometry.
     fn name_mut(&mut self) -> (&mut u32, &mut u32);
 }
 
@@ -61,28 +61,28 @@ names_triangle!(Hit, Hit32, MeshTriangle);
 pub(crate) struct Geometries {
     /// The position of each geometry's first triangle; empty for a single mesh.
     firsts: Vec<u32>,
-    /// The geometry of each triangle by its position in the whole; empty for a single mesh.
+    /// The geometry of each triangle by its position among all; empty for a single mesh.
     of: Vec<u32>,
-    /// The mask of each.
+    /// The mask of each geometry.
     masks: Vec<u32>,
     /// The bits that all masks have.
     common: u32,
 }
 
 impl Geometries {
-    /// How many there are.
+    /// The number of geometries.
     pub(crate) fn count(&self) -> usize {
         self.masks.len()
     }
 
-    /// Sets the mask of one.
+    /// Sets the mask of one geometry.
     pub(crate) fn set_mask(&mut self, geometry: usize, mask: u32) {
         self.masks[geometry] = mask;
-        // A query whose mask shares a bit with all geometries need not filter anything.
+        // A query whose mask shares a bit with all geometries does not have to filter.
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
-    /// Sets the masks of all.
+    /// Sets the masks of all geometries.
     pub(crate) fn set_masks(&mut self, masks: impl ExactSizeIterator<Item = u32>) {
         for (geometry, mask) in masks.enumerate() {
             self.masks[geometry] = mask;
@@ -90,7 +90,7 @@ impl Geometries {
         self.common = self.masks.iter().fold(u32::MAX, |all, mask| all & mask);
     }
 
-    /// How many triangles each has, of `all` in the whole, and its mask.
+    /// The number of triangles of each geometry, out of `all`, and its mask.
     pub(crate) fn counts_and_masks(&self, all: usize) -> impl Iterator<Item = (u32, u32)> {
         let ends = self.firsts.iter().skip(1).copied().chain([all as u32]);
         let firsts = self.firsts.iter().copied().chain(self.firsts.is_empty().then_some(0));
@@ -125,20 +125,20 @@ impl Geometries {
         Ok(Self { firsts, of, masks, common: u32::MAX })
     }
 
-    /// A copy, if there is memory for it.
+    /// A copy, or an error if there is too little memory.
     pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
         let Self { firsts, of, masks, common } = self;
         let (firsts, of, masks) = (copied(firsts)?, copied(of)?, copied(masks)?);
         Ok(Self { firsts, of, masks, common: *common })
     }
 
-    /// Whether there are several, or none: then hits are renamed by geometry.
+    /// Whether hits must be renamed, because there is not exactly one mesh.
     #[inline(always)]
     fn are_told(&self) -> bool {
         !self.of.is_empty()
     }
 
-    /// The geometry of a triangle by its position, and the triangle's number within it.
+    /// The geometry of a triangle, given its position, and its index in the geometry.
     #[inline(always)]
     pub(crate) fn name(&self, TriangleId(position): TriangleId) -> MeshTriangle {
         match self.of.get(position as usize) {
@@ -149,10 +149,10 @@ impl Geometries {
         }
     }
 
-    /// The position of a triangle in the whole, if there is such a triangle among all of them.
+    /// The position of a triangle among all, if it exists.
     pub(crate) fn position(&self, name: MeshTriangle, all: usize) -> Option<TriangleId> {
         let MeshTriangle { triangle, geometry } = name;
-        // Adds up the counts to the geometry; `Err` ends the loop with the result.
+        // Sum the counts up to the geometry; `Err` ends the loop with the result.
         let (first, _) = self
             .counts_and_masks(all)
             .try_fold((0, 0), |(first, at), (count, _)| {
@@ -170,7 +170,7 @@ impl Geometries {
         self.masks[geometry as usize]
     }
 
-    /// Whether every geometry surely has a bit of a mask. `false` is only a guess.
+    /// Whether every geometry certainly shares a bit with a mask. `false` is only a guess.
     #[inline(always)]
     pub(crate) fn all_have(&self, mask: u32) -> bool {
         self.common & mask != 0

@@ -15,7 +15,7 @@ use crate::util::memory::{NoMemory, copied, room};
 #[repr(C, align(64))]
 pub(crate) struct Leaf {
     pub(crate) block: TriangleBlock<8>,
-    /// Their indices in the order given.
+    /// Their indices in the original order.
     pub(crate) indices: [u32; 8],
 }
 
@@ -24,34 +24,35 @@ const _: () = assert!(size_of::<Leaf>() == 384);
 /// Nodes and leaves, of triangles or of their copies.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// The root is the first; a leaf of a node is the index of a block. Nodes above the leaves from `boxed` on come
-    /// last.
+    /// The first is the root; a leaf of a node is the index of a block. Nodes above the leaves from `boxed`
+    /// on come last.
     pub(crate) nodes: Vec<Node>,
-    /// The triangles, eight by eight.
+    /// The triangles, in groups of eight.
     pub(crate) leaves: Vec<Leaf>,
-    /// For each leaf, the lanes of triangles without area. They are dead to rays, but closest points count them. Empty
-    /// if there are none.
+    /// For each leaf, the lanes of triangles without area. Rays ignore them, but closest points consider
+    /// them. Empty if there are none.
     pub(crate) degenerate: Vec<u8>,
-    /// How many leaves, from the first, are below the root. The others hold needles, whose hits by the reference may lie
-    /// anywhere outside of them, and triangles that were not finite when the tree was built.
+    /// The number of leaves, from the first, that are below the root. The others contain needles, whose hits
+    /// by the reference may be anywhere outside them, and triangles that were not finite when the tree was
+    /// built.
     pub(crate) boxed: usize,
-    /// The root of a second tree, over those others; [`EMPTY`] if there are none.
+    /// The root of a second tree over these other leaves; [`EMPTY`] if there are none.
     pub(crate) thin_root: u32,
     /// The largest coordinate of any triangle.
     pub(crate) reach: f32,
-    /// How far outside of its triangle's box a hit of the reference may lie, apart from a share of the ray's origin.
+    /// How far outside a triangle's box the reference may hit it, apart from a fraction of the ray's origin.
     pub(crate) lean: f32,
-    /// A stack size that always suffices.
+    /// A stack size that is always sufficient.
     pub(crate) stack: usize,
     pub(crate) triangles: usize,
     /// The geometries of the triangles.
     pub(crate) geometries: Geometries,
-    /// Its cost when it was built, once it was refitted.
+    /// The cost of the tree as built, if it was refitted.
     pub(crate) cost_as_built: Option<f64>,
 }
 
 impl Tree {
-    /// A copy, if there is memory for it.
+    /// A copy, or an error if there is too little memory.
     pub(crate) fn try_clone(&self) -> Result<Self, NoMemory> {
         Ok(Self {
             nodes: copied(&self.nodes)?,
@@ -62,7 +63,8 @@ impl Tree {
         })
     }
 
-    /// The triangles that are not in the tree, ascending: when it was built they were not finite, or had no box.
+    /// The triangles that are not in the tree, ascending: those that were not finite, or had no box, when it
+    /// was built.
     pub(crate) fn left_out(&self) -> Result<Vec<u32>, NoMemory> {
         let in_tree = || {
             let indices = self.leaves[..self.boxed].iter().flat_map(|leaf| leaf.indices);
@@ -80,7 +82,7 @@ impl Tree {
         Ok(left_out)
     }
 
-    /// The lanes of a leaf that have a triangle of their own, which is finite.
+    /// The lanes of a leaf with a finite triangle of their own.
     #[inline(always)]
     pub(crate) fn present(&self, leaf: usize) -> u32 {
         let degenerate = self.degenerate.get(leaf).map_or(0, |&lanes| u32::from(lanes));
@@ -106,8 +108,8 @@ impl Tree {
         )
     }
 
-    /// The first of the leaves that are tested with every ray. If hits lie on their triangles there are none, and
-    /// traversal begins at both roots.
+    /// The first of the leaves that are tested with every ray. If hits lie on their triangles there are none,
+    /// and traversal begins at both roots.
     #[inline(always)]
     pub(crate) fn first_unboxed(&self, resolver: Resolver<'_>) -> usize {
         if resolver.hits_lie_on_triangles() { self.leaves.len() } else { self.boxed }
@@ -119,10 +121,10 @@ impl Tree {
         if unboxed == self.leaves.len() { self.thin_root } else { EMPTY }
     }
 
-    /// Builds the second tree over the leaves from `boxed` on, with these boxes: eight neighbours become a node, and
-    /// eight of these again.
+    /// Builds the second tree over the leaves from `boxed` on, with these boxes: eight neighbours form a
+    /// node, and eight nodes form another.
     pub(crate) fn add_thin_nodes(&mut self, boxes: &[Aabb]) -> Result<(), NoMemory> {
-        // How many nodes each level has, from the leaves up.
+        // The number of nodes on each level, from the leaves up.
         let mut levels = Vec::new();
         let mut width = boxes.len();
         // Up to a single root. Even one leaf gets a node above it.

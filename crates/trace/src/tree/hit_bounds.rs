@@ -1,5 +1,5 @@
-//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles outside of it. A triangle
-//! without area is never hit, but is in the tree for closest points.
+//! The box in which a triangle can be hit. The reference may also hit the thinnest triangles outside it. A
+//! triangle without area is never hit, but is in the tree for closest points.
 //!
 //! The reference computes the normal in f64, with an error relative to the product of two edges. The thinner the
 //! triangle, the further that normal can lean, and the further outside of the triangle it accepts points.
@@ -13,23 +13,23 @@ use super::aabb::Aabb;
 /// The box in which a triangle can be hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HitBounds {
-    /// Nowhere: it is not finite.
+    /// Nowhere: the triangle is not finite.
     Nowhere,
-    /// Nowhere: it has no area. For closest points it is a segment or a point in this box.
+    /// Nowhere: the triangle has no area. For closest points it is a segment or a point in this box.
     Degenerate(Aabb),
-    /// In its box; by the reference, up to `lean` outside of it.
+    /// In its box; for the reference, up to `lean` outside it.
     Box { bounds: Aabb, lean: f32 },
-    /// In its box; by the reference anywhere, because the error of the normal has no useful bound.
+    /// In its box; for the reference anywhere, because the error of the normal has no useful bound.
     Thin(Aabb),
 }
 
-/// Up to this thinness (2^25) the margin is so small that it can widen all boxes of the tree.
+/// Up to this thinness (2^25) the margin is small enough to widen all boxes of the tree.
 const THIN: f64 = (1_u64 << 25) as f64;
 
-/// Beyond this thinness (2^44) nothing is known of where the reference accepts a point.
+/// Beyond this thinness (2^44) there is no bound on where the reference accepts a point.
 const NEEDLE: f64 = (1_u64 << 44) as f64;
 
-/// How far outside of a triangle of thinness 1 and longest edge 1 a point is accepted: 64 · 2^-53.
+/// How far outside a triangle of thinness 1 with longest edge 1 a point is accepted: 64 · 2^-53.
 const LEAN: f64 = 1.0 / (1_u64 << 47) as f64;
 
 /// Finds the [`HitBounds`] of a triangle.
@@ -51,7 +51,7 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     let thinness = square / dot(n, n).sqrt();
 
     if n == [0.0; 3] {
-        // The reference never hits it. `exact` hits it in its box if f64 has rounded its area to 0.
+        // The reference never hits it. `exact` hits it in its box if its area was rounded to 0 in f64.
         let lean = 0.0;
         if has_area(triangle) {
             HitBounds::Box { bounds, lean }
@@ -61,8 +61,8 @@ pub(crate) fn hit_bounds(triangle: &Triangle) -> HitBounds {
     } else {
         let lean = ((LEAN * thinness * square.sqrt()) as f32).next_up();
         let padded = bounds.padded(lean);
-        // A small lean is added to every box at query time, by `Margin`. A large one would make all boxes wide, so only
-        // this triangle's is padded.
+        // `Margin` adds a small lean to every box at query time. A large one would make all boxes wide, so
+        // only this triangle's is padded.
         if thinness <= THIN {
             HitBounds::Box { bounds, lean }
         } else if thinness <= NEEDLE && padded.is_finite() {

@@ -1,7 +1,7 @@
 //! The boxes in which the triangles of a leaf can be hit, eight at once.
 //!
-//! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the boxes of their corners,
-//! which f32 lanes compute. [`hit_bounds`] handles triangles that are not surely plain, one by one.
+//! Nearly all triangles are plain: finite, and far from being needles. Their hit bounds are the boxes of
+//! their corners, which f32 lanes compute. [`hit_bounds`] handles the other triangles one by one.
 
 use bytemuck::Zeroable;
 use intertri::simd::{Lanes, Mask, Simd, Vec3, WithSimd};
@@ -12,15 +12,16 @@ use super::hit_bounds::{HitBounds, hit_bounds};
 use crate::util::lane_ops::{lanes_of, smallest_of_eight};
 use crate::util::memory::{NoMemory, room};
 
-/// A triangle is plain if its normal is surely longer than this share (2^-8) of the square of its longest edge, in
-/// 1-norms. Then its thinness is below `2^12`, which is far from needing padding: f32 is off by `2^-19` at most.
+/// A triangle is plain if its normal is certainly longer than this fraction (2^-8) of the square of its
+/// longest edge, in 1-norms. Then its thinness is below `2^12`, far from needing padding, because the error
+/// of f32 is at most `2^-19`.
 const PLAIN: f32 = 1.0 / 256.0;
 
-/// How far outside of its box the reference hits a plain triangle, times longest edge and thinness, both in 1-norms:
-/// 2^-43, which is 16 times that of [`hit_bounds`].
+/// How far outside its box the reference hits a plain triangle, divided by longest edge and thinness, both in
+/// 1-norms: 2^-43, which is 16 times that of [`hit_bounds`].
 const LEAN: f32 = 1.0 / (1_u64 << 43) as f32;
 
-/// f32 does not decide for squares of edges outside of `2^-90..2^100`.
+/// For squares of edges outside `2^-90..2^100`, f32 does not decide.
 const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127 + 100) << 23)];
 
 /// The boxes in which up to eight triangles can be hit.
@@ -28,7 +29,7 @@ const SQUARES: [f32; 2] = [f32::from_bits((127 - 90) << 23), f32::from_bits((127
 pub(crate) struct LeafBounds {
     /// The box around all triangles that have one, with or without area.
     pub bounds: Aabb,
-    /// How far outside of their boxes the reference may hit those that are `boxed`.
+    /// How far outside their boxes the reference may hit the `boxed` triangles.
     pub lean: f32,
     /// The lanes that are hit in or near their boxes.
     pub boxed: u32,
@@ -38,7 +39,7 @@ pub(crate) struct LeafBounds {
     pub thin: u32,
 }
 
-/// Finds the [`LeafBounds`] of some of eight lanes.
+/// Finds the [`LeafBounds`] of several of eight lanes.
 pub(crate) struct LaneBounds<'a> {
     pub corners: &'a [[[f32; 8]; 3]; 3],
     pub lanes: u32,
@@ -59,7 +60,7 @@ impl WithSimd for LaneBounds<'_> {
         let [c1, c2, c3] = self.corners;
         let [a, b, c] = [Vec3::<S::F32x8>::load(c1), Vec3::load(c2), Vec3::load(c3)];
 
-        // A sum of sizes that is finite has no NaN and no infinity in it.
+        // A finite sum of magnitudes contains no NaN and no infinity.
         let finite = (a.norm1() + b.norm1() + c.norm1()).lt(S::F32x8::splat(f32::INFINITY));
         // 1-norms instead of lengths: they need no square root, and are off by a small constant factor at most.
         let (h4, h5) = (b - a, c - a);
@@ -77,7 +78,7 @@ impl WithSimd for LaneBounds<'_> {
         for (axis, (a, b, c)) in axes.into_iter().enumerate() {
             let outside = S::F32x8::splat(f32::INFINITY);
             let lo = Lanes::select(taken, a.min(b).min(c), outside);
-            // The upper side is negated, so that one reduction, the minimum, serves both.
+            // The upper side is negated, so that one reduction, the minimum, serves for both.
             let hi = Lanes::select(taken, -a.max(b).max(c), outside);
             bounds.lo[axis] = smallest_of_eight::<S>(lo);
             bounds.hi[axis] = -smallest_of_eight::<S>(hi);
@@ -94,7 +95,7 @@ impl WithSimd for LaneBounds<'_> {
     }
 }
 
-/// The largest margin of any of these leaves.
+/// The largest margin of these leaves.
 pub(crate) fn lean_of(leaves: &[LeafBounds]) -> f32 {
     leaves.iter().fold(0.0, |lean, leaf| lean.max(leaf.lean))
 }
@@ -116,7 +117,7 @@ impl LeafBounds {
         self.boxed | self.degenerate
     }
 
-    /// Adds the triangles of some lanes that have no area.
+    /// Adds the triangles in lanes without area.
     pub(crate) fn add_degenerate(&mut self, corners: &[[[f32; 8]; 3]; 3], lanes: u32) {
         for lane in lanes_of(lanes) {
             if let HitBounds::Degenerate(bounds) = hit_bounds(&in_lane(corners, lane)) {
@@ -162,12 +163,12 @@ mod tests {
 
     use super::*;
 
-    /// Numbers of every kind in every corner, against one triangle at a time.
+    /// Numbers of every kind in every corner, compared with one triangle at a time.
     #[test]
     fn lanes_have_the_bounds_of_their_triangles() {
         let (m, tiny) = (f32::MAX, f32::MIN_POSITIVE);
         let wild = [f32::NAN, f32::INFINITY, m, -m, 0.0, -0.0, 1e-45, -tiny, 1e-20, -1e15, 1.0];
-        // Needles, up to those of which nothing is known.
+        // Needles, including some for which there is no bound.
         let thin = [1e-3, 1e-7, 1e-9, 3e-13, 1e-14, 1e-18];
         let plain = Triangle([[0.0, 0.1, 0.2], [1.0, 0.3, 0.1], [0.4, 2.0, 0.7]]);
         let (mut seen, mut needles) = ([0; 4], 0);

@@ -1,11 +1,11 @@
 //! How far traversal widens boxes.
 //!
-//! A box is pure geometry: it contains its triangles, and the rounding of traversal is a share of the ray's numbers. Only
-//! the reference, which rounds, may accept hits outside of a triangle. `docs/numerics/hierarchy.md`, section 1, bounds
-//! how far.
+//! A box is pure geometry: it contains its triangles, and the rounding of traversal is a fraction of the
+//! ray's numbers. Only the reference, which rounds, may accept hits outside a triangle.
+//! `docs/numerics/hierarchy.md`, section 1, has the bound.
 
-/// How far outside of a triangle the reference may accept hits, as a share of the largest coordinate of the origin and of
-/// the scene, apart from the part that the triangle's shape causes: 2^-46.
+/// How far outside a triangle the reference may accept hits, as a fraction of the largest coordinate of the
+/// origin and of the scene, apart from the part that depends on the triangle's shape: 2^-46.
 const BESIDE: f32 = 1.0 / (1_u64 << 46) as f32;
 
 /// The padding of a tree's boxes.
@@ -15,7 +15,7 @@ pub(crate) struct Margin {
     pub(crate) reach: f32,
     /// The padding of boxes for every ray.
     lean: f32,
-    /// The additional padding, as a share of the origin's largest coordinate.
+    /// The additional padding, as a fraction of the origin's largest coordinate.
     beside: f32,
 }
 
@@ -23,7 +23,7 @@ impl Margin {
     /// For a tree whose coordinates reach to ±`reach`; with `lean`, for hits that may lie that far outside of boxes.
     #[inline(always)]
     pub(crate) fn new(reach: f32, lean: Option<f32>) -> Self {
-        // Exact hits lie on their triangles, so their boxes need no margin at all.
+        // Exact hits lie on their triangles, so their boxes need no margin.
         let (lean, beside) = lean.map_or((0.0, 0.0), |lean| (lean + BESIDE * reach, BESIDE));
         Self { reach, lean, beside }
     }
@@ -42,8 +42,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// The reference accepts hits outside of an edge that lies in a side of the box. The ray starts in that side and
-    /// leaves the box at once; its own numbers along that axis are too small to widen the box enough.
+    /// The reference accepts hits outside an edge that lies in a side of the box. The ray starts in that side
+    /// and leaves the box at once; its own numbers along that axis are too small to widen the box enough.
     #[test]
     fn hits_beside_a_box_are_found() {
         let (mut random, mode) = (random(), Mode::certified());

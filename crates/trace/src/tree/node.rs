@@ -10,45 +10,46 @@ pub(crate) const EMPTY: u32 = u32::MAX;
 /// Marks a child that is a block of triangles; the other bits are the block's index.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// More would need 170 GB.
+/// More leaves would need 170 GB.
 pub(crate) const MOST_LEAVES: usize = 1 << 29;
 
 /// Triangles in a block.
 pub(crate) const BLOCK: usize = 8;
 
-/// The index of no triangle, in the empty lanes of a block.
+/// The index in the empty lanes of a block.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Eight children in structure-of-arrays order: four cache lines, of which a slab test reads three.
+/// Eight children in structure-of-arrays order: four cache lines, three of which a slab test reads.
 ///
-/// Children sit in slots by octant: for a ray whose octant `o` has bit `k` set where `dir[k] < 0`,
-/// the slots in ascending order of `slot ^ o` go roughly from front to back.
+/// Children are in slots by octant: for a ray whose octant `o` has bit `k` set if `dir[k] < 0`, ascending
+/// order of `slot ^ o` is roughly front to back.
 #[derive(Clone, Copy, Debug, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Lower sides by axis and slot, infinite for a missing child; upper sides, minus infinity for one;
-    /// the children, by their bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a
-    /// node; and [`EMPTY`] again.
+    /// Lower sides by axis and slot, infinite for a missing child; upper sides, minus infinity for one; the
+    /// children, as bits: [`EMPTY`], or [`LEAF`] with the index of a block, or the index of a node; and
+    /// [`EMPTY`] again.
     rows: [[f32; 8]; 8],
 }
 
-/// The row of the upper sides along x, and that of the children.
+/// The row of the upper sides along x, and the row of the children.
 const UPPER: usize = 3;
 const CHILDREN: usize = 6;
 
 impl Node {
-    /// No child at all.
+    /// A node without children.
     pub(crate) const NO_CHILDREN: Self = {
-        // An inverted infinite box: every ray enters it after it has left it, so empty slots need no test of their own.
+        // An inverted infinite box: every ray leaves it before it enters, so empty slots need no test of
+        // their own.
         let (lo, hi) = ([f32::INFINITY; 8], [f32::NEG_INFINITY; 8]);
         let empty = [f32::from_bits(EMPTY); 8];
         Self { rows: [lo, lo, lo, hi, hi, hi, empty, empty] }
     };
 
-    /// The lower sides along an axis, or the upper.
+    /// The lower or upper sides along an axis.
     #[inline(always)]
     pub(crate) fn sides(&self, axis: usize, upper: bool) -> &[f32; 8] {
-        // No axis is so large that this could be beyond the rows.
+        // The remainder keeps any axis within the rows.
         &self.rows[(axis + if upper { UPPER } else { 0 }) % 8]
     }
 
@@ -65,29 +66,30 @@ impl Node {
         self.rows.as_flattened()[8 * CHILDREN..][usize::from(slot % 16)].to_bits()
     }
 
-    /// All of it, by rows of eight.
+    /// All rows of eight.
     pub(crate) fn rows(&self) -> &[[f32; 8]; 8] {
         &self.rows
     }
 
-    /// The node of such rows.
+    /// The node with these rows.
     pub(crate) fn of_rows(rows: [[f32; 8]; 8]) -> Self {
         Self { rows }
     }
 
-    /// [`Node::children`] as lanes take them.
+    /// [`Node::children`] as floats, for lanes.
     #[inline(always)]
     pub(crate) fn child_lanes(&self) -> &[f32; 8] {
         &self.rows[CHILDREN]
     }
 
-    /// The children, to be changed.
+    /// The children, to modify.
     pub(crate) fn children_mut(&mut self) -> &mut [u32; 8] {
         bytemuck::cast_mut(&mut self.rows[CHILDREN])
     }
 
-    /// Puts a child into a slot. Replaces sides of ±2^-149 by the smallest normal number: a CPU takes some hundred cycles
-    /// to multiply a subnormal one, and in f64 scenes every corner at the centre would have such sides.
+    /// Puts a child into a slot. Replaces sides at ±2^-149 by the smallest normal number: multiplying a
+    /// subnormal one takes a CPU hundreds of cycles, and in f64 scenes every corner at the centre would have
+    /// such sides.
     pub(crate) fn set(&mut self, slot: usize, bounds: &Aabb, child: u32) {
         let bounds = bounds.without_least_sides();
         for k in 0..3 {
@@ -122,7 +124,7 @@ mod tests {
         (0..3).flat_map(sides).flatten().any(|x| x.is_subnormal())
     }
 
-    /// A sheet in f64 whose centre is a corner of triangles, built and refitted.
+    /// An f64 sheet with triangle corners at its centre, built and refitted.
     #[test]
     fn sides_are_not_subnormal() {
         let cell = |i: i32, j: i32| -> Triangle64 {

@@ -1,18 +1,18 @@
-//! In which order the children of a node come: for rays of an octant, roughly by where they sit.
+//! The order in which the children of a node are visited: for rays of an octant, roughly by position.
 
-/// The slots of a mask, for an octant's rays the last to come first, in bytes from the lowest.
+/// The slots of a mask for an octant's rays, last to first, in bytes from the lowest.
 #[inline(always)]
 pub(crate) fn far_to_near(mask: u32, octant: usize) -> u64 {
     FAR_TO_NEAR[octant % 8][mask as usize % 256]
 }
 
-/// The slot of a mask that comes first for an octant's rays; 8 for no slot.
+/// The first slot of a mask for an octant's rays; 8 for no slot.
 #[inline(always)]
 pub(crate) fn first_slot(mask: u32, octant: usize) -> u8 {
     FIRST[octant % 8][mask as usize % 256]
 }
 
-/// For each octant and mask the mask's slot that comes first; 8 for no slot.
+/// For each octant and mask, the first slot of the mask; 8 for no slot.
 static FIRST: [[u8; 256]; 8] = {
     let mut all = [[8; 256]; 8];
     let mut at = 0;
@@ -31,7 +31,7 @@ static FIRST: [[u8; 256]; 8] = {
     all
 };
 
-/// For each octant and mask the mask's slots, the first that comes last, in bytes from the lowest.
+/// For each octant and mask, the slots of the mask, last to first, in bytes from the lowest.
 static FAR_TO_NEAR: [[u64; 256]; 8] = {
     let mut all = [[0; 256]; 8];
     let mut at = 0;

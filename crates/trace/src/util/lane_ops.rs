@@ -3,7 +3,7 @@
 pub(crate) use intertri::internal::lanes_of;
 use intertri::simd::{Lanes, Simd};
 
-/// Sixteen lanes as four times four.
+/// Splits sixteen lanes into four groups of four.
 #[inline(always)]
 pub(crate) fn fours<S: Simd>(lanes: S::F32x16) -> [S::F32x4; 4] {
     let mut n = [0.0; 16];
@@ -37,7 +37,7 @@ pub(crate) fn total<F: Lanes<Scalar = f32>>(lanes: F) -> f32 {
 /// The smallest of eight lanes.
 #[inline(always)]
 pub(crate) fn smallest_of_eight<S: Simd>(lanes: S::F32x8) -> f32 {
-    // Exchanging halves, then pairs, then neighbours: after three steps every lane holds the minimum.
+    // Exchange halves, then pairs, then neighbours: after three steps every lane holds the minimum.
     let lanes = lanes.min(S::permute(lanes, 0x03_02_01_00_07_06_05_04));
     let lanes = lanes.min(S::permute(lanes, 0x05_04_07_06_01_00_03_02));
     let mut numbers = [0.0; 8];

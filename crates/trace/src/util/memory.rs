@@ -56,6 +56,6 @@ pub(crate) fn copied<T: Clone>(all: &[T]) -> Result<Vec<T>, NoMemory> {
 
 /// Zeros, from pages that the system zeroes only when they are touched.
 pub(crate) fn zeros<T: bytemuck::Zeroable>(count: usize) -> Result<Box<[T]>, NoMemory> {
-    // `vec![0; n]` would abort where there is no memory.
+    // `vec![0; n]` would abort if memory runs out.
     bytemuck::allocation::try_zeroed_slice_box(count).map_err(|()| NoMemory)
 }

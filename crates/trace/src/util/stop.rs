@@ -1,4 +1,4 @@
-//! Work that a caller can stop at any time: it unwinds from where it checks a token.
+//! Work that a caller can stop at any time: it checks a token occasionally, and unwinds.
 //!
 //! ```text
 //!   StopToken::run ──► work ──► in_parallel, join ──► the token goes along to other threads
@@ -19,29 +19,31 @@ std::thread_local! {
     static TURNS: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Calls of [`heed`] that come to one [`check`].
+/// [`heed`] calls [`check`] once per this many calls.
 const EVERY: u32 = 32;
 
-/// The payload with which stopped work unwinds.
+/// The payload of the unwinding.
 #[derive(Debug)]
 pub struct Stopped;
 
-/// Stops the work that runs under it. Without a function it never does.
+/// Stops the work that runs under it. Without a function it never stops.
 #[derive(Clone, Default)]
 pub struct StopToken(Option<ShouldStop>);
 
 impl StopToken {
-    /// Stops work as soon as a function returns true. Any working thread may call it, some ten thousand times a second.
+    /// Stops work as soon as a function returns true. Any working thread may call it, about ten thousand
+    /// times a second.
     pub fn new(should_stop: Arc<dyn Fn() -> bool + Send + Sync>) -> Self {
         Self(Some(should_stop))
     }
 
-    /// The one under which this thread works.
+    /// The token under which this thread works.
     pub fn current() -> Self {
         CURRENT.with_borrow(Clone::clone)
     }
 
-    /// Runs work under this token. When it stops the work, the work unwinds with [`Stopped`], and no panic is reported.
+    /// Runs work under this token. If the token stops it, the work unwinds with [`Stopped`], and no panic is
+    /// reported.
     pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
         struct Before(StopToken);
         impl Drop for Before {
@@ -49,7 +51,7 @@ impl StopToken {
                 CURRENT.set(std::mem::take(&mut self.0));
             }
         }
-        // The drop restores the token of the caller, also when the work unwinds.
+        // Dropping it restores the caller's token, also when the work unwinds.
         let _before = Before(CURRENT.replace(self.clone()));
         work()
     }
@@ -64,7 +66,7 @@ pub(crate) fn check() {
     }
 }
 
-/// The same for inner loops: checks only once in a while.
+/// The same for inner loops: checks only occasionally.
 #[inline]
 pub(crate) fn heed() {
     // A counter of the thread's own: cheap enough for inner loops.
@@ -83,7 +85,7 @@ mod tests {
     use super::*;
     use crate::util::threads;
 
-    /// How many pieces are done by a token that stops work the `stop_after`-th time it is checked.
+    /// How many pieces are completed under a token that stops work the `stop_after`-th time it is checked.
     fn pieces_done(stop_after: usize, pieces: usize) -> (usize, bool) {
         let (asked, done) = (Arc::new(AtomicUsize::new(0)), AtomicUsize::new(0));
         let should_stop = move || asked.fetch_add(1, Ordering::Relaxed) >= stop_after;

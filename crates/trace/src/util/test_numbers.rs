@@ -1,6 +1,6 @@
-//! Numbers for tests, the same each time.
+//! Numbers for tests, the same on every run.
 
-/// Numbers from 0 on, below 1.
+/// Numbers in `0..1`.
 pub(crate) fn random() -> impl FnMut() -> f32 {
     let mut state = 1_u32;
     move || {

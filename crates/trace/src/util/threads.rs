@@ -1,6 +1,6 @@
 //! Runs work on all threads, or on the calling one without the feature `parallel`.
 //!
-//! All work is passed on as pieces for one function, so that the code that distributes it is compiled once:
+//! All work is split into pieces for one function, so that the code that distributes it is compiled once:
 //!
 //! ```text
 //!   each, extend, write, update, fill, all ──► pieces ──► in_parallel ──► rayon
@@ -33,17 +33,17 @@ pub fn on_this_thread<T>(work: impl FnOnce() -> T) -> T {
             IS_ALONE.set(self.0);
         }
     }
-    // Restored when dropped, so that a panic does not leave the thread alone for ever.
+    // Restored when dropped, so that a panic does not change the thread permanently.
     let _before = Before(IS_ALONE.replace(true));
     work()
 }
 
-/// Calls a function for 0 to `count`, on all threads.
+/// Calls a function for `0..count`, on all threads.
 fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
         use rayon::prelude::*;
-        // The pool's threads know nothing of the caller's token, so it travels with each piece.
+        // The pool's threads do not have the caller's token, so it travels with each piece.
         let token = StopToken::current();
         (0..count).into_par_iter().for_each(|i| {
             token.run(|| {
@@ -59,9 +59,9 @@ fn in_parallel(count: usize, each: &(dyn Fn(usize) + Sync)) {
     });
 }
 
-/// Calls a function for each of some pieces and its index, on all threads.
+/// Calls a function for each piece and its index, on all threads.
 pub(crate) fn pieces<P: Send>(pieces: impl Iterator<Item = P>, each: impl Fn(usize, P) + Sync) {
-    // A piece is taken once, by whichever thread comes to it.
+    // Each piece is taken once, by whichever thread reaches it first.
     let all: Vec<Mutex<Option<P>>> = pieces.map(|piece| Mutex::new(Some(piece))).collect();
     in_parallel(all.len(), &|i| {
         let piece = all[i].lock().ok().and_then(|mut piece| piece.take());
@@ -76,18 +76,19 @@ pub(crate) fn piece_of(count: usize, least: usize) -> usize {
     count.div_ceil(PIECES * self::count()).max(least)
 }
 
-/// The results of a function for 0 to `count`, on all threads.
+/// The results of a function for `0..count`, on all threads.
 pub(crate) fn each<T: Zeroable + Send>(
     count: usize,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, NoMemory> {
     let mut all = zeros(count)?.into_vec();
-    // At least 512 results in a row, so that passing on a piece costs little beside it.
+    // At least 512 results in sequence, so that handing over a piece is comparatively cheap.
     write(&mut all, 1 << 9, of);
     Ok(all)
 }
 
-/// Appends the results of a function for 0 to `count`, on all threads; each computes at least `least` in a row.
+/// Appends the results of a function for `0..count`, on all threads; each computes at least `least` in
+/// sequence.
 pub(crate) fn extend<T: Zeroable + Clone + Send>(
     all: &mut Vec<T>,
     count: usize,
@@ -102,7 +103,7 @@ pub(crate) fn extend<T: Zeroable + Clone + Send>(
     Ok(())
 }
 
-/// Writes the results of a function, on all threads; each computes at least `least` in a row.
+/// Writes the results of a function, on all threads; each computes at least `least` in sequence.
 pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> T + Sync) {
     let size = piece_of(all.len(), least);
     pieces(all.chunks_mut(size), |piece, all| {
@@ -112,7 +113,7 @@ pub(crate) fn write<T: Send>(all: &mut [T], least: usize, of: impl Fn(usize) -> 
     });
 }
 
-/// Changes all items, on all threads, and returns the function's results.
+/// Modifies all items, on all threads, and returns the function's results.
 pub(crate) fn update<T: Send, R: Zeroable + Send>(
     all: &mut [T],
     change: impl Fn(&mut T) -> R + Sync,
@@ -147,7 +148,7 @@ pub(crate) fn fill<E: Send>(
 pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool {
     let all = AtomicBool::new(true);
     pieces(of.chunks(piece_of(of.len(), 1 << 9)), |_, of| {
-        // Once one piece has failed, the others need not be looked at.
+        // Once one piece has failed, the others need not be checked.
         if all.load(Ordering::Relaxed) && !of.iter().all(&holds) {
             all.store(false, Ordering::Relaxed);
         }
@@ -155,7 +156,7 @@ pub(crate) fn all<T: Sync>(of: &[T], holds: impl Fn(&T) -> bool + Sync) -> bool 
     all.into_inner()
 }
 
-/// How many threads there are.
+/// The number of threads.
 pub(crate) fn count() -> usize {
     #[cfg(feature = "parallel")]
     if !IS_ALONE.get() {
@@ -164,7 +165,7 @@ pub(crate) fn count() -> usize {
     1
 }
 
-/// Runs both, in parallel if there are threads.
+/// Runs both functions, in parallel if there are threads.
 pub(crate) fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
