@@ -1,11 +1,12 @@
-//! The points of grids: every answer is that of the point alone.
+//! The points of grids: every answer must equal that of the single point.
 
 use intertri_trace::intertri::{Triangle64, TriangleOf};
 use intertri_trace::{BvhScalar, Containment, Solid};
 
 type Mesh = Vec<[[f64; 3]; 3]>;
 
-/// A prism over a convex polygon in the xy-plane, with needles and triangles without area along its edges if `is_cracked`.
+/// A prism over a convex polygon in the xy-plane; if `is_cracked`, with needles and triangles without area
+/// along its edges.
 fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh {
     let at = |i: usize, z: f64| [corners[i][0], corners[i][1], z];
     let count = corners.len();
@@ -17,7 +18,7 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     for (i, j) in (0..count).map(|i| (i, (i + 1) % count)) {
         let [a, b, c, d] = [at(i, low), at(j, low), at(j, high), at(i, high)];
         if is_cracked {
-            // The upper edge is cut near its middle, and a needle fills the gap.
+            // The upper edge is split near its middle, and a needle fills the gap.
             let mut m = [0, 1, 2].map(|k| 0.5 * c[k] + 0.5 * d[k]);
             m[0] += 1e-9;
             mesh.extend([[a, b, c], [a, c, m], [a, m, d], [m, c, d]]);
@@ -28,7 +29,7 @@ fn prism(corners: &[[f64; 2]], [low, high]: [f64; 2], is_cracked: bool) -> Mesh 
     mesh
 }
 
-/// A globe of some rings.
+/// A globe of `rings` rings of triangles.
 fn globe(rings: usize, centre: f64) -> Mesh {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -45,12 +46,12 @@ fn globe(rings: usize, centre: f64) -> Mesh {
     halves.collect()
 }
 
-/// The same seen along other axes.
+/// The same mesh with its axes permuted.
 fn rolled(mesh: &Mesh, by: usize) -> Mesh {
     mesh.iter().map(|t| t.map(|p| [0, 1, 2].map(|k| p[(k + by) % 3]))).collect()
 }
 
-/// Compares a grid with its points, and counts where they are: inside, outside and on triangles.
+/// Compares a grid with its points. Returns how many are inside, outside and on triangles.
 fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     let [x, y, z] = axes;
     let all = solid.classify_grid(axes);
@@ -69,7 +70,7 @@ fn check<S: BvhScalar>(solid: &Solid<S>, axes: [&[S]; 3]) -> [usize; 3] {
     counts
 }
 
-/// Grids of halves, of thirds, of steps that get smaller, and of corners and what is next to them.
+/// Grids of halves, of thirds, of decreasing steps, and of corners and their neighbouring numbers.
 fn check_all<S: BvhScalar>(mesh: &Mesh, offset: [f64; 3]) -> [usize; 3] {
     let corner = |p: [f64; 3]| [0, 1, 2].map(|k| S::nearest(p[k] + offset[k]));
     let triangles: Vec<TriangleOf<S>> = mesh.iter().map(|t| TriangleOf(t.map(corner))).collect();
@@ -136,7 +137,8 @@ fn grids_are_their_points() {
     assert!(counts.iter().all(|&count| count > 10_000), "{counts:?}");
 }
 
-/// Open meshes, coordinates that go down or are not finite, and empty grids have the answers of their points, too.
+/// Open meshes, coordinates that descend or are not finite, and empty grids also give the answers of their
+/// points.
 #[test]
 fn other_grids_are_their_points() {
     let square = [[1.0, 1.0], [5.0, 1.0], [5.0, 5.0], [1.0, 5.0]];

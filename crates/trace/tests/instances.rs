@@ -1,6 +1,6 @@
-//! Scenes of instances answer as the flattened `Bvh<f64>` does, bit for bit.
+//! Scenes of instances must answer as the flattened `Bvh<f64>` does, bit for bit.
 //!
-//! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared, by default 200,000.
+//! `INTERTRI_INSTANCE_RAYS` sets how many rays are compared; the default is 200,000.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use intertri_trace::{Bvh, InstanceId, Scene, SceneError, SceneHit, SceneMesh, Sc
 
 type Matrix = [f64; 12];
 
-/// Numbers that are always the same.
+/// Numbers that are the same on every run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -45,7 +45,7 @@ fn add(a: [f64; 3], b: [f64; 3], by: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| a[k] + by * b[k])
 }
 
-/// A sphere of some rings; its corners run counter-clockwise as seen from outside.
+/// A sphere made of rings; its corners run counter-clockwise as seen from outside.
 fn globe(rings: usize) -> Vec<Triangle64> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f64 / rings as f64, (i % rings) as f64 / rings as f64);
@@ -62,7 +62,7 @@ fn globe(rings: usize) -> Vec<Triangle64> {
     halves.collect()
 }
 
-/// A cube of small squares, with walls along the axes.
+/// A cube of small squares with axis-aligned walls.
 fn cube(cells: i32) -> Vec<Triangle64> {
     let mut all = Vec::new();
     for side in 0..6 {
@@ -98,7 +98,7 @@ fn soup(numbers: &mut Numbers, count: usize) -> Vec<Triangle64> {
     (0..count).map(|_| triangle(numbers)).collect()
 }
 
-/// A mesh as instances have it, and its geometries as they are flattened.
+/// A mesh for instances, and its geometries for flattening.
 #[derive(Clone)]
 struct Mesh {
     shared: SceneMesh,
@@ -159,7 +159,7 @@ fn rotation(numbers: &mut Numbers) -> [[f64; 3]; 3] {
     ]
 }
 
-/// `a · diagonal`, and a place.
+/// `a · diagonal`, with a translation.
 fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matrix {
     let mut m = [0.0; 12];
     for i in 0..3 {
@@ -173,14 +173,14 @@ fn matrix(a: [[f64; 3]; 3], diagonal: [f64; 3], at: [f64; 3]) -> Matrix {
 
 const ONE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// The kinds of placements: how large they are, and where.
+/// The kinds of placements: their size and position.
 const KINDS: usize = 14;
 
 fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     let near = numbers.point().map(|x| 3.0 * x);
     let turned = rotation(numbers);
     match kind {
-        // On a grid, so that walls lie upon each other.
+        // On a grid, so that walls coincide.
         0 => matrix(ONE, [1.0; 3], near.map(f64::round)),
         1 => matrix(turned, [1.0; 3], near),
         2 => {
@@ -195,7 +195,7 @@ fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
             let sheared = [numbers.point(), numbers.point(), numbers.point()];
             matrix(sheared, [2.0; 3], near)
         }
-        // Tiny, far out: corners are rounded by a share of the mesh.
+        // Tiny and far out: corners are rounded by a noticeable fraction of the mesh.
         5 => matrix(turned, [1e-6; 3], add([1e7, -1e7, 3e6], near, 1e-6)),
         6 => matrix(turned, [1e6; 3], near.map(|x| 1e6 * x)),
         // Condition numbers up to 1e12.
@@ -215,7 +215,7 @@ fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
         }
         9 => matrix(turned, [1.0; 3], add([1e7, 2e7, -3e7], near, 1.0)),
         10 => matrix(turned, [1e-3, 1e-3, 1e-3], add([1e12, 0.0, 1e12], near, 1e-3)),
-        // Beyond what lanes decide, and corners that overflow.
+        // Beyond the range of the lanes, and with corners that overflow.
         11 => matrix(turned, [1e-150; 3], near.map(|x| 1e-150 * x)),
         12 => matrix(turned, [numbers.one_of(&[1e120, 1e301, 1e308]); 3], near.map(|x| 1e120 * x)),
         _ => {
@@ -225,18 +225,18 @@ fn placement(numbers: &mut Numbers, kind: usize) -> Matrix {
     }
 }
 
-/// The definition.
+/// A placed point, by definition.
 fn placed(m: &Matrix, [x, y, z]: [f64; 3]) -> [f64; 3] {
     [0, 4, 8].map(|i| ((m[i] * x + m[i + 1] * y) + m[i + 2] * z) + m[i + 3])
 }
 
-/// A scene beside the triangles that it stands for.
+/// A scene, and its flattened triangles.
 struct Pair {
     scene: Scene,
     placed: BTreeMap<InstanceId, (Mesh, Matrix, bool)>,
 }
 
-/// A flattened scene: the geometries' instances and numbers.
+/// A flattened scene: the instance and index of each geometry.
 struct Flat {
     bvh: Bvh<f64>,
     names: Vec<(InstanceId, u32)>,
@@ -303,7 +303,7 @@ fn bits(hit: &SceneHit) -> (InstanceId, [u64; 3], u32, u32) {
     (*instance, [hit.t, hit.u, hit.v].map(f64::to_bits), hit.geometry, hit.triangle)
 }
 
-/// A ray at a scene: anyhow, or at a corner, at an edge, along an edge or a wall.
+/// A ray toward a scene: arbitrary, or toward a corner or an edge, or along an edge or a wall.
 fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     let Triangle64([a, b, c]) = numbers.one_of(triangles);
     let Triangle64([d, ..]) = numbers.one_of(triangles);
@@ -341,7 +341,7 @@ fn ray(numbers: &mut Numbers, triangles: &[Triangle64]) -> Ray64 {
     }
 }
 
-/// Compares every verb for some rays, and returns how many hit.
+/// Compares every query for several rays. Returns how many hit.
 fn check(pair: &mut Pair, numbers: &mut Numbers, rays: usize, what: &str) -> usize {
     let (snapshot, flat) = (pair.scene.commit().unwrap(), pair.flat());
     if flat.triangles.is_empty() {
@@ -374,13 +374,14 @@ fn compare(snapshot: &SceneSnapshot, flat: &Flat, rays: &[Ray64], what: &str) ->
     hits
 }
 
-/// How many rays to compare in all.
+/// The total number of rays to compare.
 fn rays() -> usize {
     let rays = std::env::var("INTERTRI_INSTANCE_RAYS").ok();
     rays.map_or(200_000, |rays| rays.parse().expect("INTERTRI_INSTANCE_RAYS is a number"))
 }
 
-/// Scenes of each kind of placement; then some instances move, some are hidden or removed, and others come.
+/// Scenes with each kind of placement; then some instances move, some are hidden or removed, and others are
+/// added.
 #[test]
 fn answers_are_those_of_the_flattened_scene() {
     let mut numbers = Numbers(1);
@@ -391,7 +392,7 @@ fn answers_are_those_of_the_flattened_scene() {
             break;
         }
         let kind = round % KINDS;
-        // Numbers of extreme sizes go to integers, which take a thousand times as long.
+        // Extreme numbers are left to integers, which take a thousand times as long.
         let each = if (11..13).contains(&kind) { 20 } else { 2000 };
         let mut pair = Pair::new();
         let count = numbers.one_of(&[1, 2, 9, 40]);
@@ -420,7 +421,7 @@ fn answers_are_those_of_the_flattened_scene() {
     assert!(hits * 3 > done, "{hits} of {done}");
 }
 
-/// At every level of instructions, and beside a plain loop over the triangles.
+/// At every instruction level, and compared with a plain loop over the triangles.
 #[test]
 fn answers_do_not_depend_on_the_level() {
     let mut numbers = Numbers(2);
@@ -442,7 +443,7 @@ fn answers_do_not_depend_on_the_level() {
     }
 }
 
-/// A snapshot keeps its state while the scene goes on, and equal hits belong to the lower instance.
+/// A snapshot keeps its state while the scene changes, and of equal hits the lower instance wins.
 #[test]
 fn a_snapshot_is_one_state() {
     let at = |z: f64| matrix(ONE, [1.0; 3], [0.0, 0.0, z]);
@@ -466,11 +467,11 @@ fn a_snapshot_is_one_state() {
     scene.remove(ids[2]).unwrap();
     assert_eq!(seen(&first), expected);
     assert_eq!((seen(&scene.commit().unwrap()), scene.len()), (vec![(ids[1], 10.0)], 2));
-    // A mirrored wall turns its face.
+    // A mirrored wall flips its face.
     let front = first.closest(&ray).unwrap().leaves;
     scene.place(ids[1], matrix(ONE, [-1.0, 1.0, 1.0], [0.0; 3])).unwrap();
     assert_eq!(scene.commit().unwrap().closest(&ray).unwrap().leaves, !front);
-    // The number of the one that was removed is free.
+    // The number of the removed instance is free.
     assert_eq!(scene.add(mesh, at(0.0)), Ok(ids[2]));
 }
 

@@ -1,4 +1,4 @@
-//! Too little memory is an error where one is promised, and never an abort: every call is made again and again, and each
+//! Too little memory is an error where one is promised, and never an abort: every call is repeated, and each
 //! time another of its allocations fails.
 #![allow(unsafe_code)]
 
@@ -11,14 +11,14 @@ use intertri_trace::internal::on_this_thread;
 use intertri_trace::intertri::{Hit, Ray, Ray64, Triangle, Triangle64};
 use intertri_trace::{Bvh, ClosestPoint, Containment, Media, Solid};
 
-/// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to be missing.
+/// Smaller allocations do not fail: a thread's own memory has a fixed size, and is too small to run out.
 const LEAST: usize = 1 << 19;
 
 /// The system's allocator, which can be set to fail one allocation of a thread.
 struct Failing;
 
 std::thread_local! {
-    /// How many large allocations succeed until one fails; below 0 all do.
+    /// How many large allocations succeed before one fails; if negative, all do.
     static LEFT: Cell<i64> = const { Cell::new(-1) };
     static HAS_FAILED: Cell<bool> = const { Cell::new(false) };
 }
@@ -34,25 +34,25 @@ fn fails(size: usize) -> bool {
     fails
 }
 
-// SAFETY: what it hands out is the system's allocator's, or null, as an allocator may that has no memory.
+// SAFETY: it returns what the system's allocator returns, or null, which is allowed when memory runs out.
 unsafe impl GlobalAlloc for Failing {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller keeps the same contract.
+        // SAFETY: the caller upholds the same contract.
         if fails(layout.size()) { null_mut() } else { unsafe { System.alloc(layout) } }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller keeps the same contract.
+        // SAFETY: the caller upholds the same contract.
         if fails(layout.size()) { null_mut() } else { unsafe { System.alloc_zeroed(layout) } }
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        // SAFETY: the caller keeps the same contract.
+        // SAFETY: the caller upholds the same contract.
         if fails(size) { null_mut() } else { unsafe { System.realloc(memory, layout, size) } }
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the same contract.
+        // SAFETY: the caller upholds the same contract.
         unsafe { System.dealloc(memory, layout) }
     }
 }
@@ -60,11 +60,11 @@ unsafe impl GlobalAlloc for Failing {
 #[global_allocator]
 static ALLOCATOR: Failing = Failing;
 
-/// Makes a call until no allocation fails, and says how many failed. `call` says whether it has an answer, the right one,
-/// or an error.
+/// Repeats a call until no allocation fails, and returns how many failed. `call` returns whether it got the
+/// right answer, or an error.
 fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     for allocation in 0.. {
-        // What aborts, aborts behind this line.
+        // If the program aborts, this is the last line.
         println!("{name}: allocation {allocation} fails");
         LEFT.set(allocation);
         HAS_FAILED.set(false);
@@ -78,7 +78,7 @@ fn exhaust(name: &str, mut call: impl FnMut() -> bool) -> usize {
     unreachable!("some call has no more allocations")
 }
 
-/// A closed bumpy ball of `rings` rings, with some needles and a triangle without area beside it.
+/// A closed bumpy ball of `rings` rings, with a few needles and a triangle without area next to it.
 fn ball(rings: usize) -> Vec<Triangle64> {
     let point = |i: usize, j: usize| {
         let (a, b) = (i as f64 / rings as f64, (j % (2 * rings)) as f64 / rings as f64);
@@ -102,7 +102,8 @@ fn in_f32(triangles: &[Triangle64]) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle(t.0.map(|corner| corner.map(|x| x as f32)))).collect()
 }
 
-/// Every call that makes or changes a hierarchy, or lists hits: an error, or what it is without want of memory.
+/// Every call that creates or changes a hierarchy, or lists hits: returns an error, or the result that it has
+/// with enough memory.
 macro_rules! calls {
     ($scalar:ty, $ray:ident, $triangles:expr) => {{
         let triangles = $triangles;
@@ -234,7 +235,7 @@ macro_rules! calls {
             Err(_) => false,
         });
 
-        // These have no error: they do with less memory, where there is too little.
+        // These have no error: if there is too little memory, they make do with less.
         check("classify_batch_into", &mut || {
             let mut all = without_failing(|| vec![Containment::Outside; points.len()]);
             solid.classify_batch_into(&points, &mut all);
@@ -274,7 +275,7 @@ macro_rules! calls {
     }};
 }
 
-/// Does what belongs to the check: its allocations do not fail.
+/// Runs code of the check itself, whose allocations do not fail.
 fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     let left = LEFT.replace(-1);
     let made = work();
@@ -282,7 +283,7 @@ fn without_failing<T>(work: impl FnOnce() -> T) -> T {
     made
 }
 
-/// What [`no_allocation_that_fails_aborts`] runs, so that it may abort.
+/// Run by [`no_allocation_that_fails_aborts`], so that it may abort.
 #[test]
 #[ignore = "aborts where the other test fails"]
 fn all_calls() {

@@ -1,4 +1,4 @@
-//! Batches in the orders in which rays come: each answer is that of its ray alone, bit for bit.
+//! Batches in typical orders of rays: each answer must be that of the single ray, bit for bit.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use intertri::internal::exact::attributes32;
 use intertri::{Crossings, Hit, Hit32, Mode, Ray, Ray64, RayOf, Triangle, TriangleOf};
 use intertri_trace::{Bvh, BvhScalar, MeshTriangle};
 
-/// A number in -1..1 from any two.
+/// A number in -1..1 from two indices.
 fn number(i: usize, k: usize) -> f32 {
     let x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(k as u32 * 7 + 11);
     (x.wrapping_mul(0xbf58_476d_1ce4_e5b9) >> 40) as f32 / 8_388_608.0 - 1.0
@@ -28,11 +28,11 @@ fn scene() -> &'static Bvh {
     })
 }
 
-/// Pixels of the widest picture here, and its rows.
+/// The width of the widest picture here in pixels, and its rows.
 const WIDEST: usize = 1100;
 const HIGHEST: usize = 41;
 
-/// The ray through a pixel from a camera, off the pixel's middle by so much at most.
+/// The ray through a pixel from a camera, moved from the pixel's centre by at most `jitter`.
 fn pixel(camera: usize, x: usize, y: usize, jitter: f32) -> Ray {
     let off = |k: usize| jitter * number(y * WIDEST + x, 20 + k) / 600.0;
     let [u, v] = [x as f32 / 600.0 - 0.9 + off(0), y as f32 / 25.0 - 0.8 + off(1)];
@@ -44,7 +44,7 @@ fn rows(camera: usize, width: usize, height: usize, jitter: f32) -> Vec<Ray> {
     (0..width * height).map(|i| pixel(camera, i % width, i / width, jitter)).collect()
 }
 
-/// A closest hit in f32: that in f64 rounded, or if the mode is exact, the true one.
+/// A closest hit in f32: the f64 one rounded, or in the exact mode, the true one.
 fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hit>) -> Hit32 {
     let Some(hit) = hit else { return Hit32::MISS };
     match bvh.triangle(&hit) {
@@ -56,7 +56,7 @@ fn in_f32<S: BvhScalar>(bvh: &Bvh<S>, mode: Mode, ray: &RayOf<S>, hit: Option<Hi
     }
 }
 
-/// Compares every verb with what it says of each ray alone.
+/// Compares every query with the answers for single rays.
 fn check(name: &str, rays: &[Ray]) {
     let bvh = scene();
     for mode in [Mode::certified(), Mode::exact(), Mode::once()] {
@@ -116,7 +116,7 @@ fn check(name: &str, rays: &[Ray]) {
     }
 }
 
-/// The scene in f64, off from what f32 holds.
+/// The scene in f64, with coordinates that are not exact in f32.
 fn scene64() -> &'static Bvh<f64> {
     static SCENE: OnceLock<Bvh<f64>> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -135,7 +135,7 @@ fn rows_of_every_width_get_what_each_ray_gets_alone() {
     let alone: Vec<Hit> = whole.iter().map(|ray| bvh.closest(ray).unwrap_or(Hit::MISS)).collect();
     assert!(alone.iter().filter(|hit| hit.is_hit()).count() > alone.len() / 8);
     for width in 1..=WIDEST {
-        // The last row is cut.
+        // The last row is cut off.
         let height = 8 + width % (HIGHEST - 8);
         let count = width * height + width / 3;
         let at = |i: usize| i / width * WIDEST + i % width;
@@ -169,7 +169,7 @@ fn several_cameras_in_a_batch_get_what_each_ray_gets_alone() {
 
 #[test]
 fn rows_that_end_early_get_what_each_ray_gets_alone() {
-    // Row 12 lacks its end, row 20 has a gap.
+    // Row 12 is incomplete at its end, row 20 has a gap.
     let mut rays = rows(0, 129, 36, 0.0);
     rays.drain(20 * 129 + 40..20 * 129 + 60);
     rays.drain(12 * 129 + 100..13 * 129);
@@ -199,7 +199,7 @@ fn columns_and_tiles_get_what_each_ray_gets_alone() {
     check("tiles", &tiles);
 }
 
-/// A batch is cut into chunks, and its skip lists with it.
+/// A batch is split into chunks, and its skip lists with it.
 #[test]
 fn each_ray_of_a_large_batch_skips_its_own_triangles() {
     let (bvh, mut passed) = (scene(), 0);

@@ -1,9 +1,9 @@
-//! Points inside, outside, on and near the surface: batches and single points agree.
+//! Points inside, outside, on and near the surface: batches and single points must agree.
 
 use intertri::Triangle;
 use intertri_trace::{Bvh, Containment, Solid};
 
-/// A sphere of some rings, the mesh of a globe; its corners run counter-clockwise as seen from outside.
+/// A sphere made of rings; its corners run counter-clockwise as seen from outside.
 fn globe(rings: usize, centre: f32) -> Vec<Triangle> {
     let corner = |ring: usize, i: usize| {
         let (a, b) = (ring as f32 / rings as f32, (i % rings) as f32 / rings as f32);
@@ -31,7 +31,7 @@ fn a_batch_tells_what_single_points_are_told() {
         globe(16, 0.0).into_iter().chain(globe(20, 1.0)).chain(small).collect();
     let solid = Solid::new(&mesh).unwrap();
 
-    // Corners, middles of edges and points beside them, a grid through all, and nonsense.
+    // Corners, midpoints of edges and nearby points, a grid through everything, and invalid points.
     let mut points: Vec<[f32; 3]> = mesh.iter().flat_map(|t| t.0).collect();
     points.extend(mesh.iter().map(|t| [0, 1, 2].map(|k| 0.5 * (t.0[0][k] + t.0[1][k]))));
     points.extend(mesh.iter().map(|t| [t.0[0][0].next_up(), t.0[0][1], t.0[0][2].next_down()]));
@@ -52,13 +52,13 @@ fn a_batch_tells_what_single_points_are_told() {
     assert!(count(Containment::Surface) >= 3 * mesh.len());
     let counts = [1, 2].map(|times| count(Containment::Inside(times)));
     assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
-    // Within the one that is turned inside out nothing winds around a point.
+    // Inside the inverted one, nothing winds around a point.
     assert_eq!(solid.classify([0.1, -0.02, 0.01]), Containment::Inside(1));
     assert_eq!(solid.classify([-0.1, -0.02, 0.01]), Containment::Outside);
     assert_eq!(solid.classify([0.5, 0.01, 0.02]), Containment::Inside(2));
 }
 
-/// Masks are the rays': one mesh of two cannot be taken from what they wind around together.
+/// Masks only affect rays: they cannot take one of two meshes out of a solid.
 #[test]
 fn masks_do_not_open_a_solid() {
     let (one, other) = (globe(12, 0.0), globe(12, 5.0));

@@ -1,30 +1,30 @@
-//! Pairs of a ray and a triangle that it hits, as they are found.
+//! Pairs of a ray and a triangle that it hits, in the order in which they are found.
 
 use std::collections::BinaryHeap;
 
 use intertri::{Hit, LeafSlot, RayId};
 
-/// Pairs in any order. Their memory grows with what is found.
+/// Pairs in any order. Their memory grows with the number of hits.
 #[derive(Default)]
 pub struct HitPairs {
     pub(crate) pairs: Vec<(RayId, LeafSlot)>,
     /// The hits of the first pairs, if known; a miss stands for one that is not computed yet.
     pub(crate) hits: Vec<Hit>,
-    /// How many hits of a ray are wanted, the nearest; all without a limit.
+    /// How many of the nearest hits of a ray to keep; all without a limit.
     pub(crate) limit: Option<usize>,
-    /// Whether some pair found no room. Then no answer is right.
+    /// Whether memory ran out for a pair. The answers are invalid then.
     pub(crate) is_full: bool,
 }
 
 impl HitPairs {
-    /// Clears everything; `limit` is the number of hits wanted for each ray.
+    /// Clears everything; `limit` is the number of hits to keep for each ray.
     pub(crate) fn clear(&mut self, limit: Option<usize>) {
         self.pairs.clear();
         self.hits.clear();
         (self.limit, self.is_full) = (limit, false);
     }
 
-    /// Reserves room for some more. Returns whether there is enough memory.
+    /// Reserves memory for more pairs. Returns whether there is enough.
     #[inline(always)]
     pub(crate) fn reserve(&mut self, more: usize) -> bool {
         if self.pairs.capacity() - self.pairs.len() < more {
@@ -37,20 +37,20 @@ impl HitPairs {
     #[inline(never)]
     fn grow(&mut self, more: usize) {
         let found = self.pairs.try_reserve(more).and_then(|()| {
-            // `hits` gets the capacity of `pairs`, so that one check of the room is enough for both.
+            // `hits` gets the capacity of `pairs`, so that one check is enough for both.
             let more = self.pairs.capacity() - self.hits.len();
             self.hits.try_reserve(more)
         });
         self.is_full |= found.is_err();
     }
 
-    /// Adds a pair, for which there is room.
+    /// Adds a pair, for which memory is reserved.
     #[inline(always)]
     pub(crate) fn push(&mut self, ray: RayId, slot: LeafSlot) {
         self.pairs.push((ray, slot));
     }
 
-    /// Adds a pair whose hit is known, for which there is room. Returns where to write the hit.
+    /// Adds a pair whose hit is known, for which memory is reserved. Returns where to write the hit.
     #[inline(always)]
     pub(crate) fn push_hit(&mut self, ray: RayId, slot: LeafSlot) -> &mut Hit {
         self.push(ray, slot);
@@ -59,18 +59,18 @@ impl HitPairs {
         &mut self.hits[last]
     }
 
-    /// Makes the hits as many as the pairs: what is not known yet, is a miss.
+    /// Extends the hits to the number of pairs; a hit that is not known yet is a miss.
     #[inline(always)]
     pub(crate) fn level(&mut self) {
         self.hits.resize(self.pairs.len(), Hit::MISS);
     }
 }
 
-/// The nearest hits of a ray so far, as many as are wanted: the largest t that each can have. Beyond the
-/// largest of them nothing counts.
+/// The nearest hits of a ray so far, up to the limit, as the largest t that each can have. Nothing counts
+/// beyond the largest of them.
 #[derive(Default)]
 pub(crate) struct NearestFew {
-    /// As bits, whose order is that of positive numbers.
+    /// As bits, which have the order of positive numbers.
     t_hi: BinaryHeap<u32>,
 }
 
@@ -79,14 +79,14 @@ impl NearestFew {
         self.t_hi.clear();
     }
 
-    /// Adds a hit whose t is positive and no larger than this. Gives the far end of the query; `None` where
-    /// there is too little memory.
+    /// Adds a hit whose t is positive and at most this. Returns the far end of the query; `None` if there is
+    /// too little memory.
     pub(crate) fn add(&mut self, t_hi: f32, most: usize, far: f32) -> Option<f32> {
         if self.t_hi.len() < most {
             self.t_hi.try_reserve(1).ok()?;
             self.t_hi.push(t_hi.to_bits());
         } else if let Some(mut last) = self.t_hi.peek_mut() {
-            // The heap's top is the largest of the wanted ones: a nearer hit takes its place.
+            // The heap's top is the largest one kept; a nearer hit replaces it.
             *last = (*last).min(t_hi.to_bits());
         }
         // Before there are enough hits, any t still counts.

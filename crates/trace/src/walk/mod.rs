@@ -1,5 +1,5 @@
-//! One traversal in four forms: a ray a call (`single`), streams of rays that have little in common (`stream`), bundles
-//! of coherent rays (`bundle`), beams of parallel ones (`beam`).
+//! One traversal in four forms: single rays (`single`), streams of incoherent rays (`stream`), bundles of
+//! coherent rays (`bundle`), and beams of parallel ones (`beam`).
 
 pub(crate) mod beam;
 pub(crate) mod bundle;

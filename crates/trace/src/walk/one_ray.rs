@@ -1,5 +1,5 @@
-//! Queries about one ray. They are compiled in this crate, once: a generic function would be compiled again in every
-//! crate that calls it.
+//! Queries for one ray. They are compiled once, in this crate; generic functions would be compiled again in
+//! every crate that calls them.
 
 use intertri::internal::exact::Side;
 use intertri::{ClosestHit, Crossing, Filter, Hit, LeafSlot, Ray, RayId};
@@ -19,14 +19,14 @@ pub(crate) fn closest(single: SingleRay<'_>) -> Option<Hit> {
 /// The triangle of the closest hit.
 pub(crate) fn closest_triangle(single: SingleRay<'_>) -> Option<MeshTriangle> {
     let geometries = &single.tree.geometries;
-    // The search alone: t, u and v, which take exact divisions, are not computed.
+    // Only the search: t, u and v, which take exact divisions, are not computed.
     let (position, _) = search::<false>(single).triangle()?;
     Some(geometries.name(position))
 }
 
 /// Whether anything is hit.
 pub(crate) fn any(single: SingleRay<'_>) -> bool {
-    // The traversal ends at the first sure hit, wherever on the ray it is.
+    // The traversal ends at the first certain hit, wherever it is on the ray.
     search::<true>(single).is_hit()
 }
 
@@ -34,34 +34,34 @@ pub(crate) fn any(single: SingleRay<'_>) -> bool {
 pub(crate) fn all(single: SingleRay<'_>) -> Vec<Hit> {
     let geometries = &single.tree.geometries;
     let mut hits: Vec<Hit> = in_order(single).into_iter().map(|(hit, _)| hit).collect();
-    // Last, because ties are broken by the position among all triangles, which the names of mesh and triangle replace.
+    // Renaming comes last, because ties are decided by the position among all triangles.
     geometries.rename(&mut hits);
     hits
 }
 
-/// Every hit and its side, by t, then by index: the crossings, if the filter's rule is *once*.
+/// Every hit and its side, by t, then by index; these are the crossings if the filter's rule is *once*.
 pub(crate) fn crossings(single: SingleRay<'_>) -> Vec<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
     let hits = in_order(single).into_iter();
     hits.map(|(hit, slot)| crossing(tree, filter, ray, hit, slot)).collect()
 }
 
-/// The closest hit and its side: the next crossing, if the filter's rule is *once*.
+/// The closest hit and its side; this is the next crossing if the filter's rule is *once*.
 pub(crate) fn next_crossing(single: SingleRay<'_>) -> Option<Crossing> {
     let SingleRay { tree, filter, ray, .. } = single;
-    // The mode is *once* here, in which every hit is a crossing. So the closest hit is the next crossing.
+    // The mode is *once* here, in which every hit is a crossing, so the closest hit is the next crossing.
     let closest = search::<false>(single);
     let (_, slot) = closest.triangle()?;
     let hit = filter.hit(ray, &closest, |slot| tree.triangle_in(slot))?;
     Some(crossing(tree, filter, ray, hit, slot))
 }
 
-/// Where a ray starts that starts on no triangle.
+/// The containment of the start of a ray, which must not be on a triangle.
 pub(crate) fn winding(single: SingleRay<'_>) -> Containment {
     let SingleRay { tree, filter, ray, .. } = single;
     let slots = filter.level().run(All(single)).into_iter();
     let leaves = slots.map(|slot| leaves(tree, filter, ray, slot));
-    // Leaving counts 1 and entering -1: their sum is the winding number of the origin, whatever the direction.
+    // Leaving counts 1 and entering -1; their sum is the winding number of the origin, for any direction.
     leaves.fold(Containment::Outside, Containment::crossed)
 }
 
@@ -81,7 +81,7 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
         (resolver.hit_attributes(ray, &triangle, index, (id, slot)), slot)
     };
     let mut hits: Vec<_> = filter.level().run(All(single)).into_iter().map(hit).collect();
-    // By the exact t where rounded ones are equal, then by the index: a total order, so an unstable sort will do.
+    // By the exact t if rounded ones are equal, then by index: a total order, so an unstable sort is enough.
     hits.sort_unstable_by(|(a, one), (b, other)| {
         let [at, bt] = [one, other].map(|slot| tree.triangle_in(*slot));
         resolver.first((ray, id), (a, &at, *one), (b, &bt, *other))
@@ -89,7 +89,7 @@ fn in_order(single: SingleRay<'_>) -> Vec<(Hit, LeafSlot)> {
     hits
 }
 
-/// A hit as a crossing, with its triangle named within its geometry.
+/// Converts a hit to a crossing, with its triangle's index in its geometry.
 fn crossing(tree: &Tree, filter: &Filter<'_>, ray: &Ray, mut hit: Hit, slot: LeafSlot) -> Crossing {
     tree.geometries.rename([&mut hit]);
     Crossing { hit, leaves: leaves(tree, filter, ray, slot) }

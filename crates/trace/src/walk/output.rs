@@ -1,4 +1,5 @@
-//! Where a traversal of many rays writes its answers: closest hits, closest triangles, whether they hit, every hit.
+//! Where a traversal of many rays writes its answers: closest hits, closest triangles, any hits, or every
+//! hit.
 
 use intertri::internal::prefetch;
 use intertri::{ClosestHit, Crossings, Hit, Hit32, TriangleId};
@@ -7,21 +8,21 @@ use super::HitPairs;
 use crate::containment::Containment;
 use crate::tree::{MeshTriangle, Tree};
 
-/// A slice of answers, one a ray.
+/// A slice of answers, one per ray.
 pub enum BatchOutput<'a> {
     /// The closest hits.
     Hits(&'a mut [Hit]),
     /// The closest hits in f32.
     Hits32(&'a mut [Hit32]),
-    /// The triangles of the closest hits; their positions in the whole until they are renamed.
+    /// The triangles of the closest hits; given by their positions among all until they are renamed.
     Triangles(&'a mut [MeshTriangle]),
     /// Whether anything is hit.
     Any(&'a mut [bool]),
     /// Every hit.
     Pairs(&'a mut HitPairs),
-    /// How often rays cross.
+    /// The numbers of crossings.
     Crossings(&'a mut [Crossings]),
-    /// Where rays start.
+    /// The containments of the rays' origins.
     Containments(&'a mut [Containment]),
 }
 
@@ -32,13 +33,13 @@ impl BatchOutput<'_> {
         matches!(self, Self::Any(_))
     }
 
-    /// Whether every hit is asked for, and not only the closest or any.
+    /// Whether every hit is wanted, not only the closest or any.
     #[inline(always)]
     pub(crate) fn every(&self) -> bool {
         matches!(self, Self::Pairs(_) | Self::Crossings(_) | Self::Containments(_))
     }
 
-    /// The answers from one ray to before another.
+    /// The answers for a range of rays.
     #[inline(always)]
     pub(crate) fn part(&mut self, from: usize, to: usize) -> BatchOutput<'_> {
         match self {
@@ -52,7 +53,7 @@ impl BatchOutput<'_> {
         }
     }
 
-    /// Asks for the memory of an answer, which is hardly ever in the cache.
+    /// Prefetches the memory of an answer, which is rarely in the cache.
     #[inline(always)]
     pub(crate) fn prefetch(&self, ray: usize) {
         match self {
@@ -66,7 +67,7 @@ impl BatchOutput<'_> {
         }
     }
 
-    /// Writes the answer of a ray, if it is known without its t and weights; whether it was.
+    /// Writes the answer of a ray, if it needs no t and weights. Returns whether it was written.
     #[inline(always)]
     pub(crate) fn write(&mut self, ray: usize, closest: &ClosestHit) -> bool {
         match self {
@@ -86,7 +87,8 @@ impl BatchOutput<'_> {
             Self::Triangles(triangles) => {
                 let position =
                     closest.triangle().map_or(TriangleId::NONE, |(position, _)| position);
-                // The position in the whole, for now; `rename` turns it into a geometry and a number at the end.
+                // The position among all triangles for now; `rename` turns it into a geometry and an index at
+                // the end.
                 triangles[ray] = MeshTriangle { triangle: position.0, geometry: 0 };
             }
             Self::Any(any) => any[ray] = closest.is_hit(),
@@ -95,7 +97,7 @@ impl BatchOutput<'_> {
         true
     }
 
-    /// Renames triangles from their positions in the whole to geometry and number.
+    /// Renames triangles from their positions among all to geometry and index.
     pub(crate) fn rename(self, tree: &Tree) {
         match self {
             Self::Hits(hits) => tree.geometries.rename(hits),

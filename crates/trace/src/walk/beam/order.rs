@@ -1,4 +1,4 @@
-//! Points in an order by which the lines through neighbours are close together.
+//! Sorts points so that the lines through neighbours in the order are close together.
 //!
 //! ```text
 //!   ╷ │ ╵ │      strips of the plane across the direction, up and down,
@@ -12,13 +12,13 @@ use super::tube::Across;
 use crate::util::memory::{NoMemory, zeros};
 use crate::util::threads;
 
-/// Points of a row of a strip, about.
+/// The approximate number of points in a row of a strip.
 const ROW: usize = 2;
 
-/// Points that a thread looks at in a row, at least.
+/// The least number of points that a thread processes at a time.
 const LEAST: usize = 1 << 12;
 
-/// The numbers of points.
+/// The indices of the points in that order.
 pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     points: &[[P; 3]],
     dir: [f64; 3],
@@ -27,7 +27,7 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     let mut cells = zeros(count)?;
     threads::write(&mut cells, LEAST, |i| strips.cell(points[i]));
 
-    // How many each cell has, then where they begin; placing them moves that to where they end.
+    // Count the points in each cell, and sum the counts to starts; placing the points advances these to ends.
     let mut ends = zeros::<u32>(strips.cells())?;
     for &cell in &cells {
         ends[cell as usize] += 1;
@@ -45,7 +45,7 @@ pub(crate) fn order<P: Copy + Into<f64> + Sync>(
     Ok(order)
 }
 
-/// Strips of a rectangle, and rows of each.
+/// A rectangle divided into strips, and each strip into rows.
 struct Strips {
     across: Across,
     lo: [f64; 2],
@@ -55,7 +55,7 @@ struct Strips {
 }
 
 impl Strips {
-    /// For some points.
+    /// The strips for a set of points.
     fn of<P: Copy + Into<f64>>(points: &[[P; 3]], dir: [f64; 3]) -> Self {
         let across = Across::new(dir);
         let (mut lo, mut hi) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -69,7 +69,7 @@ impl Strips {
             }
         }
         let [width, height] = [0, 1].map(|k| (hi[k] - lo[k]).max(f64::MIN_POSITIVE));
-        // Points may be so far apart that a width is infinite and the ratio NaN: then the maximum.
+        // Points may be so far apart that a width is infinite and the ratio NaN: then use the maximum.
         let some = |count: f64, most: f64| count.ceil().min(most).max(1.0);
         let count = points.len() as f64;
         let strips = some((count / 16.0 * (width / height)).sqrt(), 4096.0);
@@ -82,14 +82,14 @@ impl Strips {
         (self.last[0] as usize + 1) * (self.last[1] as usize + 1)
     }
 
-    /// The number of a point's cell: up one strip, and down the next.
+    /// The cell of a point, counting up one strip and down the next.
     #[inline(always)]
     fn cell<P: Copy + Into<f64>>(&self, point: [P; 3]) -> u32 {
         let at = self.across.place(point.map(Into::into));
         // A NaN counts as 0.
         let cell = |k: usize| (((at[k] - self.lo[k]) * self.scale[k]) as u32).min(self.last[k]);
         let (strip, row) = (cell(0), cell(1));
-        // Up one strip and down the next: neighbours in the order are then neighbours in the plane.
+        // Up one strip and down the next, so that neighbours in the order are neighbours in the plane.
         let row = if strip % 2 == 0 { row } else { self.last[1] - row };
         strip * (self.last[1] + 1) + row
     }
@@ -100,7 +100,8 @@ mod tests {
     use super::order;
     use crate::util::test_numbers::random;
 
-    /// Every point once, and neighbours close to each other across the direction; whatever is among them.
+    /// Every point occurs once, and neighbours are close perpendicular to the direction, whatever the points
+    /// are.
     #[test]
     fn neighbours_are_close_across_the_direction() {
         let mut random = random();
@@ -126,7 +127,7 @@ mod tests {
         assert!(near > 39_900, "{near}");
     }
 
-    /// Few points, all at one position, or too far apart for any number.
+    /// Few points, all at one position, or too far apart for the range of numbers.
     #[test]
     fn any_points_have_an_order() {
         for count in [0, 1, 2, 17] {

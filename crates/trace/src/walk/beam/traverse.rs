@@ -1,4 +1,4 @@
-//! The walk of one beam after another.
+//! Traverses the hierarchy with one beam after another.
 
 use intertri::internal::AlongAxis;
 use intertri::simd::{Simd, WithSimd};
@@ -11,10 +11,10 @@ use crate::tree::Tree;
 use crate::util::stop;
 use crate::walk::single::{SlabLanes, TraversalScratch, Walk, octant};
 
-/// After a beam that was too much work, this many are not tried.
+/// After a beam that took too much work, this many are skipped.
 const PATIENCE: usize = 32;
 
-/// Finds where rays start, those that go the same way as beams.
+/// Classifies the origins of rays; those with the same direction are traced as beams.
 pub(crate) struct Beams<'a, 'b> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,

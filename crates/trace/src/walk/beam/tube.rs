@@ -1,4 +1,4 @@
-//! The tube of a beam: what is around the lines of its rays.
+//! The tube of a beam: a volume around the lines of its rays.
 //!
 //! ```text
 //!         ┌─┐                     each line meets a plane across the axis along which it goes farthest;
@@ -14,21 +14,21 @@ use crate::tree::Margin;
 use crate::util::lane_ops::smallest;
 use crate::walk::single::Slabs;
 
-/// Rays of a beam.
+/// The rays of a beam.
 pub(super) const RAYS: usize = 16;
 
-/// Points on the plane are off by this share of the origins' coordinates: 8u.
+/// The error of points on the plane, as a fraction of the origins' coordinates: 8u.
 const OFF: f32 = 1.0 / (1 << 21) as f32;
 
-/// No sum of coordinates is larger: 2^100.
+/// No sum of coordinates may be larger: 2^100.
 const FAR_OUT: f32 = f32::from_bits((127 + 100) << 23);
 
-/// A plane across a direction: through 0, with one coordinate the same.
+/// A plane across a direction, through 0 and perpendicular to a coordinate axis.
 #[derive(Clone, Copy)]
 pub(super) struct Across {
-    /// The axis along which the direction goes farthest, and the others.
+    /// The axis of the direction's largest component, and the others.
     axes: [usize; 3],
-    /// How far it goes along those meanwhile.
+    /// The direction's slope along the other two axes.
     slope: [f64; 2],
 }
 
@@ -54,26 +54,27 @@ impl Across {
     }
 }
 
-/// The volume around the lines of some parallel rays.
+/// The volume around the lines of parallel rays.
 pub(super) struct Tube<S: Simd> {
-    /// A ray along them from the middle of where they meet the plane.
+    /// A ray along the tube from the centre of where the lines meet the plane.
     pub(super) axis: Ray,
     pub(super) slabs: Slabs,
-    /// How far a line is beside the axis, and that of each ray.
+    /// How far a line may be from the axis, along each coordinate, and the position of each ray's line.
     pub(super) reach: [f32; 3],
     pub(super) beside: Vec3<S::F32x16>,
-    /// No sum of an origin's coordinates is larger.
+    /// A bound on the sum of an origin's coordinates.
     pub(super) away: f32,
 }
 
 impl<S: Simd> Tube<S> {
-    /// The tube of rays that have one direction, `t_min` 0 and no end; `None` if they do not, or are too far out.
+    /// The tube of rays with the same direction, `t_min` 0 and no end; `None` if they do not have these, or
+    /// are too far out.
     #[inline(always)]
     pub(super) fn new(packet: &RayPacket<RAYS>, margin: &Margin) -> Option<Self> {
         let (splat, load) = (S::F32x16::splat, |row: &[f32; RAYS]| S::F32x16::load(row));
         let dir = packet.ray(0).dir;
         let norm = Vec3::<S::F32x16>::load(&packet.origin).norm1();
-        // Equal in all lanes, by two comparisons, which a NaN fails.
+        // Equal in all lanes, by two comparisons, which are false for NaN.
         let is = |row: &[f32; RAYS], x: f32| load(row).le(splat(x)) & load(row).ge(splat(x));
         let alike = is(&packet.dir[0], dir[0])
             & is(&packet.dir[1], dir[1])
@@ -92,7 +93,7 @@ impl<S: Simd> Tube<S> {
         let (mut lo, mut hi, mut middle, mut reach) = ([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]);
         let mut beside = [[0.0; RAYS]; 3];
         for (axis, slope) in [a, b].into_iter().zip(slope) {
-            // Slides each origin along its ray into the plane, as a point of its line.
+            // Move each origin along its ray into the plane, to a point of its line.
             let at = from.mul_add(splat(-slope as f32), load(&packet.origin[axis]));
             (lo[axis], hi[axis]) = (smallest::<S>(at) - off, off - smallest::<S>(-at));
             middle[axis] = 0.5 * lo[axis] + 0.5 * hi[axis];
@@ -101,7 +102,7 @@ impl<S: Simd> Tube<S> {
             (at - splat(middle[axis])).store(&mut beside[axis]);
         }
 
-        // From the plane on, t counts for a ray from where it starts.
+        // After the plane, t counts for a ray from its start.
         let start = smallest::<S>(from * splat(1.0 / dir[along]));
         let axis = Ray::new(middle, dir).between(start - start.abs() * OFF, f32::INFINITY);
         let slabs = Slabs::around::<S>([lo, hi], dir, start, margin)?;
@@ -117,7 +118,7 @@ mod tests {
     use intertri::simd::{Lanes, Level, Simd, WithSimd};
     use intertri::{Ray, RayPacket};
 
-    /// By how many roundings of an origin places are off: along both axes together, and along one.
+    /// The errors of positions in roundings of an origin: along both axes together, and along one.
     struct Off<'a>(&'a [Ray], Margin);
     impl WithSimd for Off<'_> {
         type Output = [f64; 2];
@@ -147,13 +148,15 @@ mod tests {
         }
     }
 
-    /// Within 6 and 4 roundings, and not within half of what the filter adds for that: `AWAY` of `exact.md`, 7u.
+    /// At most 6 and 4 roundings, and more than half of what the filter allows for them: `AWAY` in
+    /// `exact.md`, 7u.
     #[test]
     fn places_on_the_plane_are_known_so_well() {
         let margin = Margin::new(1.0, None);
         let (mut random, mut most) = (random(), [0.0_f64; 2]);
         for _ in 0..100_000 {
-            // All that is off is in proportion to one coordinate, and the last digit of most numbers is a large share.
+            // The whole error is in proportion to one coordinate, and the last digit of most numbers is a
+            // large fraction.
             let dir = [0.9999 - 1e-3 * random(), 0.9999 - 1e-3 * random(), 1.0];
             let ray = |_| {
                 let origin = [1e-3 * random(), 1e-3 * random(), 1.0 + 1e-2 * random()];

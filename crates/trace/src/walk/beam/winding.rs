@@ -1,4 +1,4 @@
-//! What winds around the points where the rays of a beam start: the crossings at the leaves.
+//! The containment of the points where the rays of a beam start: counts crossings at the leaves.
 
 use intertri::internal::exact::Side;
 use intertri::internal::{AlongAxis, Axis};
@@ -11,13 +11,13 @@ use crate::tree::Tree;
 use crate::util::lane_ops::lanes_of;
 use crate::walk::single::Visit;
 
-/// So much work, and rays are faster one by one: in triangles that the tube reaches.
+/// If a beam takes more work than this, rays are faster one by one; in triangles that the tube reaches.
 const BUDGET: usize = 256;
 
-/// So much work is a leaf.
+/// The work of a leaf.
 const LEAF: usize = 4;
 
-/// The rays of a beam on their way.
+/// The rays of a beam being traced.
 pub(super) struct Winding<'a, 'b, S: Simd> {
     tree: &'a Tree,
     filter: Filter<'a>,
@@ -27,9 +27,9 @@ pub(super) struct Winding<'a, 'b, S: Simd> {
     axis: Axis,
     beside: Vec3<S::F32x16>,
     along: &'b mut AlongAxis,
-    /// Those that are on no triangle so far.
+    /// The rays whose origins are on no triangle so far.
     live: u32,
-    /// What the filter is certain of, and what the resolver says.
+    /// The crossings that the filter is certain of, and those that the resolver decides.
     sure: S::F32x16,
     settled: [Containment; RAYS],
     work: usize,
@@ -77,13 +77,13 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         let work = 0;
         Self { tree, filter, rays, packet, axis, beside, along, live, sure, settled, work, counts }
     }
-    /// Whether it is too much work for a beam.
+    /// Whether the beam takes too much work.
     #[inline(always)]
     fn is_too_much(&self) -> bool {
         self.work > BUDGET
     }
 
-    /// The rays that the filter leaves undecided with the triangle in a slot.
+    /// Settles the rays that the filter leaves undecided for the triangle in a slot.
     #[cold]
     #[inline(never)]
     fn settle(&mut self, undecided: u32, slot: LeafSlot) {
@@ -101,7 +101,7 @@ impl<'a, 'b, S: Simd> Winding<'a, 'b, S> {
         }
     }
 
-    /// Writes where the rays start, unless that was too much work; whether it was not.
+    /// Writes the containments, unless the beam took too much work. Returns whether it wrote them.
     #[inline(always)]
     pub(super) fn write(&self, containments: &mut [Containment]) -> bool {
         if self.is_too_much() {

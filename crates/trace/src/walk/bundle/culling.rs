@@ -1,4 +1,4 @@
-//! Nodes culled by the frustum of a bundle's rays, front to back.
+//! Culls nodes with the frustum of a bundle's rays, front to back.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Lanes, Simd};
@@ -8,20 +8,20 @@ use super::frustum::Frustum;
 use crate::tree::{LEAF, Tree, far_to_near};
 use crate::util::stop;
 
-/// Nodes and leaves that are still to be visited, the nearest on top, each with its depth.
+/// Nodes and leaves still to visit, the nearest on top, each with its depth.
 pub(super) type Pending = Vec<(u32, f32)>;
 
-/// What bounds the rays that are asked now.
+/// Bounds of the current rays.
 pub(super) struct Culling<'a> {
     pub(super) frustum: Frustum,
-    /// Where it is known before which plane the rays end.
+    /// A plane before which all rays end, if one is known.
     pub(super) end_plane: Option<&'a EndPlane>,
-    /// Whether what is found near spares what lies behind: where the closest hit is looked for.
+    /// Whether hits make the rest of the traversal shorter, as in closest-hit queries.
     pub(super) closest: bool,
 }
 
 impl Culling<'_> {
-    /// The next leaves that some ray may meet before the depth `far`; as many as there is room for.
+    /// The next leaves that some ray may meet before the depth `far`, as many as fit.
     #[inline(always)]
     pub(super) fn next_leaves<S: Simd>(
         &self,
@@ -44,7 +44,7 @@ impl Culling<'_> {
     fn next_leaf<S: Simd>(&self, tree: &Tree, stack: &mut Pending, far: f32) -> Option<u32> {
         loop {
             let (child, near) = stack.pop()?;
-            // Pushed when the rays still looked farther than now.
+            // It was pushed when the rays still looked farther.
             if near > far {
                 continue;
             }
@@ -55,11 +55,12 @@ impl Culling<'_> {
             let (met, near) = self.frustum.meet::<S::F32x8>(node, far, self.end_plane);
             let mut depth = [0.0; 8];
             near.store(&mut depth);
-            // The stack is popped from its end, so what is pushed last is visited first.
+            // The last entry pushed is visited first.
             let mut order = far_to_near(met, self.frustum.octant).to_le_bytes();
             if self.closest && met.count_ones() > 1 {
                 let mut middles = [0.0; 8];
-                // Twice the depth of each box's centre. For a wide frustum this is a better order than the octant's.
+                // Twice the depth of each box's centre. For a wide frustum this is a better order than the
+                // octant's.
                 (near + self.frustum.far::<S::F32x8>(node)).store(&mut middles);
                 by_middle(&mut order[..met.count_ones() as usize], &middles);
             }
@@ -76,14 +77,14 @@ impl Culling<'_> {
     }
 }
 
-/// Sorts slots from the farthest middle to the nearest. A long box, such as a wall's, begins near and says little by
-/// that, nor by its slot. Most come in this order, which is why they are sorted one by one.
+/// Sorts slots from the farthest centre to the nearest. A long box, such as a wall's, begins near, so neither
+/// its near depth nor its slot says much. Most slots are already in order, so insertion sort is used.
 #[inline(always)]
 fn by_middle(slots: &mut [u8], middles: &[f32; 8]) {
     let middle = |slot: u8| middles[usize::from(slot % 8)];
     for i in 1..slots.len() {
         let (slot, mut to) = (slots[i], i);
-        // Insertion sort: of eight slots at most, which are nearly in order.
+        // Insertion sort of at most eight slots that are almost in order.
         while to > 0 && middle(slots[to - 1]) < middle(slot) {
             slots[to] = slots[to - 1];
             to -= 1;

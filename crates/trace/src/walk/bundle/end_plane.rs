@@ -1,4 +1,4 @@
-//! The end plane: before it all rays of a bundle end, so boxes beyond it hold nothing that they can hit.
+//! The end plane: all rays of a bundle end before it, so boxes beyond it contain nothing that they can hit.
 //!
 //! ```text
 //!         ╱ │ │      what a light sees of a table ends its rays there, and the floor below is
@@ -15,11 +15,11 @@ use super::projection::Projection;
 use crate::tree::{Margin, Node};
 use crate::util::lane_ops::{smallest, total};
 
-/// What rounding can make of the form, relative to its coefficients: 20u, derived in
+/// A bound on the rounding of the form, relative to its coefficients: 20u, derived in
 /// `docs/numerics/hierarchy.md`, section 5.
 const ROUNDING: f32 = 20.0 / (1 << 24) as f32;
 
-/// No ray is longer than this many times its depth, with a little more for the rounding of inverse depths.
+/// A bound on a ray's length divided by its depth, including the rounding of inverse depths.
 const LEAN: f32 = 1.25;
 
 /// Slopes are fitted to the rays of at most this many packets.
@@ -28,21 +28,21 @@ const SAMPLE: usize = 16;
 /// No coefficient may be larger: 2^40.
 const LARGEST: f32 = (1_u64 << 40) as f32;
 
-/// A plane before which rays end.
+/// A plane before which the rays end.
 pub(crate) struct EndPlane {
-    /// Beyond 1 along its normal all of them have ended.
+    /// Where the signed distance along its normal exceeds 1, all of them have ended.
     plane: CullingPlane,
 }
 
 impl EndPlane {
-    /// The end plane of the live rays of a bundle in a tree.
+    /// The end plane of a bundle's live rays in a tree.
     #[inline(always)]
     pub(crate) fn new<S: Simd>(projection: &Projection<S>, margin: &Margin) -> Self {
         let frame = &projection.frame;
         let (form, least) = form(projection);
         let plane = CullingPlane::new(normal(frame, form), frame, margin);
 
-        // Hits lie before the farthest end of a ray, and in the scene.
+        // Hits are before the farthest end of a ray, and inside the scene.
         let away = frame.origin().iter().fold(0.0, |m: f32, x| m.max(x.abs()));
         let distance = (LEAN / least).min(away + margin.reach);
         Self { plane: plane.for_places_within(distance) }
@@ -55,20 +55,20 @@ impl EndPlane {
     }
 }
 
-/// The normal of the plane that a form is on a frame's projection.
+/// The normal of the plane that has a given form on a frame's projection.
 fn normal(frame: &Frame, [one, x, y]: [f32; 3]) -> [f32; 3] {
     let (depth, [right, up]) = (frame.depth(), frame.across());
     [0, 1, 2].map(|k| one * depth[k] + x * right[k] + y * up[k])
 }
 
-/// A form of the projection's points that is below the inverse depths at which all live rays end, and near to
-/// them if they end about at a plane; 0, which is below all, where numbers are too large. And the least of those
-/// inverse depths.
+/// A linear form on the projection that is below the inverse depths at which all live rays end, and close to
+/// them if they end near a plane; 0, which is below all, if numbers are too large. Also returns the smallest
+/// of those inverse depths.
 #[inline(always)]
 fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let splat = S::F32x16::splat;
-    // The slopes of a least-squares fit, lowered until it is below the inverse end of every ray: any such plane is
-    // right, and a good fit culls more.
+    // The slopes of a least-squares fit, lowered until it is below the inverse end of every ray. Any such
+    // plane is correct; a good fit culls more.
     let [along_x, along_y] = slopes(projection);
     let (mut least, mut ends) = (splat(f32::INFINITY), splat(f32::INFINITY));
     for packet in 0..projection.used {
@@ -81,13 +81,13 @@ fn form<S: Simd>(projection: &Projection<S>) -> ([f32; 3], f32) {
     let (least, ends) = (smallest::<S>(least), smallest::<S>(ends));
     let size = least.abs() + along_x.abs() + along_y.abs();
     let is_known = size < LARGEST;
-    // A form of 0 lies at an infinite depth and culls nothing.
+    // A form of 0 is at infinite depth and culls nothing.
     let form = if is_known { [least - ROUNDING * size, along_x, along_y] } else { [0.0; 3] };
     (form, ends)
 }
 
-/// How the inverse depths at which rays end change along x and y, by least squares; not at all where that is
-/// not known.
+/// How the inverse depths at which rays end change along x and y, by least squares; zero if that is not
+/// known.
 #[inline(always)]
 fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
     let (zero, one) = (S::F32x16::splat(0.0), S::F32x16::splat(1.0));
@@ -105,13 +105,13 @@ fn slopes<S: Simd>(projection: &Projection<S>) -> [f32; 2] {
         products = [xx, xy, yy, x.mul_add(s, xs), y.mul_add(s, ys)];
     }
 
-    // About their mean.
+    // Relative to their mean.
     let [n, x, y, s] = [total(sums[0]), total(sums[1]), total(sums[2]), total(sums[3])];
     let [xx, xy, yy, xs, ys] = products;
     let (xx, xy, yy) = (total(xx) - x * x / n, total(xy) - x * y / n, total(yy) - y * y / n);
     let (xs, ys) = (total(xs) - x * s / n, total(ys) - y * s / n);
 
-    // Points in a row, or nearly, have no slope across it.
+    // Points in a row, or nearly so, have no slope across it.
     let size = xx * yy - xy * xy;
     if size > 1e-3 * xx * yy {
         [(xs * yy - ys * xy) / size, (ys * xx - xs * xy) / size]
@@ -131,7 +131,7 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// The form of rays from one origin, and the frame's axes: depth, right, up.
+    /// The form for rays from one origin, and the frame's axes: depth, right, up.
     struct Form<'a>(&'a [Ray]);
 
     impl WithSimd for Form<'_> {
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    /// A ray that ends near a slanted wall, `off` of its length before it.
+    /// A ray that ends at a slanted wall, a fraction `off` of its length before it.
     fn to_wall(i: usize, off: f32) -> Ray {
         let (packet, lane) = (i / 16, i % 16);
         let [x, y] = [4 * (packet % 8) + lane % 4, 4 * (packet / 8) + lane / 4];
@@ -158,12 +158,12 @@ mod tests {
         Ray::new([1.0, 2.0, 3.0], dir).between(0.0, 1.0 - off)
     }
 
-    /// How far a ray goes along an axis.
+    /// The extent of a ray along an axis.
     fn along(axis: [f32; 3], ray: &Ray) -> f64 {
         (0..3).map(|k| f64::from(axis[k]) * f64::from(ray.dir[k])).sum()
     }
 
-    /// By how much less than the inverse depth at which a ray ends the form is, relative to it.
+    /// The relative difference between the inverse depth at which a ray ends and the form.
     fn room(ray: &Ray, (form, axes): ([f32; 3], [[f32; 3]; 3])) -> f64 {
         let [z, x, y] = axes.map(|axis| along(axis, ray));
         let form = form.map(f64::from);
@@ -176,7 +176,7 @@ mod tests {
         // At a plane, or up to 0.7 % before it.
         let off = |i: usize| (i * 13 % 8) as f32 * 1e-3;
         let mut rays: Vec<Ray> = (0..1024).map(|i| to_wall(i, off(i))).collect();
-        // One that is dead from the start may end elsewhere.
+        // A ray that is dead from the start may end elsewhere.
         rays[100] = rays[100].between(3.0, 2.0);
         for count in [16, 100, 1000, 1024] {
             let rays = &rays[..count];
@@ -192,8 +192,8 @@ mod tests {
         }
     }
 
-    /// How much of the room for rounding is used, at most, where it counts: between the plane's own normal and
-    /// what is known of a ray's end.
+    /// How much of the margin for rounding is used, where it counts: between the plane's own normal and the
+    /// computed end of a ray.
     struct Used<'a>(&'a [Ray]);
 
     impl WithSimd for Used<'_> {
@@ -232,7 +232,7 @@ mod tests {
         let levels: Vec<Level> = Level::all().collect();
         let mut most = 0.0_f64;
         for bundle in 0..200 {
-            // A few rays around some direction that end at a plane, steeply or not.
+            // A few rays near some direction that end at a plane, at any angle.
             let [axis, plane] = [(); 2].map(|()| [random(), random(), random()]);
             let ray = |dir: [f32; 3]| {
                 let slope = (0..3).map(|k| plane[k] * dir[k]).sum::<f32>().abs().max(1e-3);
@@ -243,7 +243,7 @@ mod tests {
                 .map(|_| ray([0, 1, 2].map(|k: usize| axis[k] + 0.4 * random())))
                 .collect();
 
-            // Whatever uses more is kept.
+            // Keep any change that uses more of it.
             let (level, mut used) = (levels[bundle % levels.len()], 0.0);
             for step in 0..600 {
                 let (number, before) = (step % count, rays[step % count]);

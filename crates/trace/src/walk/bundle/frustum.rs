@@ -1,4 +1,4 @@
-//! The frustum around rays that share an origin, against the eight boxes of a node.
+//! The frustum around rays that share an origin, tested against the eight boxes of a node.
 //!
 //! After Reshetov, Soupikov and Hurley, *Multi-Level Ray Tracing Algorithm* (2005): a node is culled for all
 //! rays at once.
@@ -11,7 +11,7 @@
 //!            ╲
 //! ```
 //!
-//! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that nothing is lost.
+//! No ray is tested against any box. `docs/numerics/hierarchy.md` proves that no hit is lost.
 
 use intertri::internal::Frame;
 use intertri::simd::{Lanes, Mask};
@@ -20,10 +20,10 @@ use super::end_plane::EndPlane;
 use super::plane::CullingPlane;
 use crate::tree::{Margin, Node};
 
-/// The sides stand this much further out than any ray, as slopes: 2^-18.
+/// The sides are this much farther out than any ray, as slopes: 2^-18.
 const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-/// Four planes around rays from one origin, and the axis along which they go.
+/// Four planes around rays from one origin, and the axis along which they run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frustum {
     sides: [CullingPlane; 4],
@@ -52,8 +52,8 @@ impl Frustum {
         Self { sides, axis: CullingPlane::new(depth, frame, margin), octant }
     }
 
-    /// Which of a node's boxes a ray may meet before the depth `far` and, where they are known, before rays end;
-    /// and from which depth on.
+    /// Which of a node's boxes a ray may meet before the depth `far` and, if known, before rays end; and the
+    /// depth at which each begins.
     #[inline(always)]
     pub(crate) fn meet<F: Lanes<Scalar = f32>>(
         &self,
@@ -67,13 +67,13 @@ impl Frustum {
             met = met & ends.may_meet::<F>(node);
         }
         for side in &self.sides {
-            // The corner that lies farthest on the inner side: if even that is outside, so is the box.
+            // The corner farthest inside: if even that one is outside, so is the box.
             met = met & side.of_boxes::<F>(node, false).ge(F::splat(-side.pad));
         }
         (met.bits(), near)
     }
 
-    /// How deep the boxes of a node reach.
+    /// The far depths of the boxes of a node.
     #[inline(always)]
     pub(crate) fn far<F: Lanes<Scalar = f32>>(&self, node: &Node) -> F {
         self.axis.of_boxes::<F>(node, false)
@@ -92,7 +92,7 @@ mod tests {
     use crate::walk::bundle::projection::Projection;
     use crate::walk::bundle::rays::BundleRays;
 
-    /// The first ray whose point at t = 1 is lost: outside of the rays' frustum, or beyond its own depth.
+    /// The first ray whose point at t = 1 is lost: outside the rays' frustum, or beyond its own depth.
     struct Lost<'a>(&'a [Ray]);
 
     impl WithSimd for Lost<'_> {
@@ -111,7 +111,7 @@ mod tests {
                 let [x, y, z] = [0, 1, 2].map(|k| o[k] + d[k]);
                 let mut node = Node::NO_CHILDREN;
                 node.set(5, &Aabb { lo: [x, y, z, 0.0], hi: [x, y, z, 0.0] }, 0);
-                // The largest depth at which it still counts, as bundles have it.
+                // The largest depth at which it still counts, as in bundles.
                 let far = (0..3).map(|k| f64::from(depth[k]) * f64::from(d[k])).sum::<f64>() as f32;
                 let far = far + far * (1.0 / (1 << 18) as f32);
                 !projection.is_outlier(number)
@@ -127,7 +127,7 @@ mod tests {
         let mut random = random();
         let levels: Vec<Level> = Level::all().collect();
         for i in 0..40_000 {
-            // Near to the origin beside how far that is out, or far from it.
+            // Close to the origin compared with its coordinates, or far from it.
             let [away, long] = [22.0, 21.0].map(|most| (most * random()).exp2());
             let mut whole = |size: f32| (size * (2.0 * random() - 1.0)).round();
             let [origin, middle] = [away, long].map(|size| [(); 3].map(|()| whole(size)));

@@ -1,4 +1,4 @@
-//! Some leaves at once, as the rays of a bundle see them: which packets are tested against which of their
+//! Several leaves at once for the rays of a bundle: which packets are tested against which of their
 //! triangles.
 //!
 //! ```text
@@ -6,7 +6,7 @@
 //!     8     of two blocks 4    up to 64 for each of four            up to 16 each         a list
 //! ```
 //!
-//! Each arrow is one loop over all of them: a branch a block or triangle would mispredict.
+//! Each arrow is one loop over all of them, because a branch per block or triangle would mispredict.
 
 use intertri::internal::{Outline, Outlines};
 use intertri::simd::{Lanes, Simd};
@@ -16,39 +16,39 @@ use super::projection::{GROUPS, PACKETS, Projection};
 use crate::tree::{Tree, far_to_near};
 use crate::util::prefetch::Prefetch;
 
-/// Leaves at once, at most.
+/// The most leaves at once.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// Triangles, pairs of a triangle and a group, and tests, at most.
+/// The most triangles, pairs of a triangle and a group, and tests.
 const TRIANGLES: usize = 8 * AT_ONCE;
 const PAIRS: usize = GROUPS * TRIANGLES;
 const TESTS: usize = 16 * PAIRS;
 
-/// A test of a packet: whose, and of which of the triangles seen.
+/// A test of a packet against one of the listed triangles.
 #[derive(Clone, Copy)]
 pub(crate) struct PacketTest {
     pub(crate) packet: usize,
-    /// The number of the triangle and the packet's group among the pairs of these leaves.
+    /// The index of the pair of the triangle and the packet's group, among the pairs of these leaves.
     pub(crate) number: usize,
 }
 
-/// How much is listed.
+/// The number of listed pairs and tests.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct ListedTests {
-    /// Pairs of a triangle and a group, by group.
+    /// The pairs of a triangle and a group, by group.
     pub(crate) pairs: [usize; GROUPS],
     pub(crate) tests: usize,
 }
 
-/// Leaves and what is to be tested of them.
+/// Several leaves and the tests for them.
 pub(crate) struct Leaves {
     /// Their blocks.
     pub(crate) blocks: [u32; AT_ONCE],
-    /// Of two blocks each.
+    /// Each for two blocks.
     outlines: [Outlines; AT_ONCE / 2],
-    /// For each pair, the triangle's position among all of the blocks.
+    /// For each pair, the triangle's position in all blocks.
     places: [u8; PAIRS],
-    /// For each test, the packet and the pair's number; a write of eight may reach beyond the last.
+    /// For each test, the packet and the index of the pair; a write of eight may reach beyond the last.
     packets: [u8; TESTS + 8],
     numbers: [u8; TESTS + 8],
 }
@@ -66,7 +66,7 @@ impl Default for Leaves {
 }
 
 impl Leaves {
-    /// Lists the tests of the first `used` blocks; for each pair, `seen` grows by the slot of its triangle.
+    /// Lists the tests of the first `used` blocks; for each pair, appends the slot of its triangle to `seen`.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -99,8 +99,8 @@ impl Leaves {
                 large |= u64::from(outlines.larger::<S::F32x16>(group.large)) << (16 * i);
             }
 
-            // A list of the packets that reach them. For small triangles the rectangle decides nearly as well as the
-            // edges.
+            // List the packets that reach them. For small triangles the rectangle decides nearly as well as
+            // the edges.
             let (first, windows) = (known, &group.windows);
             listed.pairs[number] = inside.count_ones() as usize;
             known += listed.pairs[number];
@@ -121,8 +121,8 @@ impl Leaves {
                     let slots =
                         far_to_near(half, 0) + 0x0101_0101_0101_0101 * (16 * number + first) as u64;
                     let at = listed.tests;
-                    // Eight numbers are written at once, of which only those that are set in the mask count: the next
-                    // write begins behind them.
+                    // Always write eight numbers, of which only those set in the mask count: the next write
+                    // begins after those.
                     packets[at..at + 8].copy_from_slice(&slots.to_le_bytes());
                     numbers[at..at + 8].fill(pair as u8);
                     listed.tests += half.count_ones() as usize;
@@ -133,7 +133,7 @@ impl Leaves {
         listed
     }
 
-    /// The triangles of the first `used` blocks that were listed last.
+    /// The triangles of the first `used` blocks of the last list.
     pub(crate) fn outlines(&self, used: usize) -> &[Outlines] {
         &self.outlines[..used.div_ceil(2)]
     }
@@ -145,7 +145,7 @@ impl Leaves {
         PacketTest { packet: self.packets[i] as usize % PACKETS, number: self.numbers[i] as usize }
     }
 
-    /// The outline of the triangle of the pair of that number.
+    /// The outline of the triangle of a pair.
     #[inline(always)]
     pub(crate) fn outline(&self, number: usize) -> Outline {
         let place = self.places[number % PAIRS] as usize % TRIANGLES;
@@ -155,7 +155,7 @@ impl Leaves {
     /// Moves a test to index i, which is before its own.
     #[inline(always)]
     pub(crate) fn put(&mut self, i: usize, PacketTest { packet, number }: PacketTest) {
-        // Without a check, which would part the loads of a test from what they feed.
+        // Without a bounds check, which would separate the loads of a test from their use.
         let i = i % TESTS;
         (self.packets[i], self.numbers[i]) = (packet as u8, number as u8);
     }

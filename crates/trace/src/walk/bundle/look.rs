@@ -1,4 +1,4 @@
-//! Where a bundle looks: the frame onto which its rays are projected.
+//! Chooses the frame onto which the rays of a bundle are projected.
 
 use intertri::internal::Frame;
 use intertri::simd::Lanes;
@@ -8,11 +8,11 @@ use super::principal_axis::Spread;
 /// No coordinate of an origin may be larger: 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
-/// Nor one of the scene, so that no distance from a plane overflows: 2^80.
+/// Nor may one of the scene, so that no distance from a plane overflows: 2^80.
 const LARGEST_REACH: f32 = (1_u128 << 80) as f32;
 
-/// A frame that looks along `sum`, level with the way in which rays spread most or, if none stands out, with
-/// `step`. `None` where there is no direction, or coordinates are too large.
+/// A frame that looks along `sum`, with one axis along the direction in which rays spread most or, if none
+/// stands out, along `step`. `None` if there is no direction, or coordinates are too large.
 #[inline(always)]
 pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     origin: [f32; 3],
@@ -26,18 +26,19 @@ pub(crate) fn frame<F: Lanes<Scalar = f32>>(
     }
     let depth = unit(sum)?;
     let mut across = across(depth, step)?;
-    // Along the spread, the rectangles of packets are tight (`principal_axis`).
+    // With an axis along the spread, the rectangles of packets are tight (`principal_axis`).
     if let Some(axis) = spread.principal_axis(across) {
         across = self::across(depth, axis)?;
     }
     Some(Frame::new(origin, depth, across[0], across[1]))
 }
 
-/// Two axes at right angles to `depth`, the first level with `step`.
+/// Two orthogonal axes perpendicular to `depth`, the first as parallel to `step` as possible.
 fn across(depth: [f32; 3], step: [f32; 3]) -> Option<[[f32; 3]; 2]> {
     let along = dot(step, depth);
     let right = unit([0, 1, 2].map(|k| step[k] - along * depth[k]))
-        // Where the step is nearly along the depth, little is left of it, and its direction is mostly rounding.
+        // If the step is almost along the depth, little is left of it, and its direction is mostly rounding
+        // error.
         .filter(|right| dot(*right, depth).abs() < 1e-6)
         .or_else(|| unit(cross(depth, [1.0, 0.0, 0.0])))
         .or_else(|| unit(cross(depth, [0.0, 1.0, 0.0])))?;
@@ -52,7 +53,7 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The vector of length 1, or `None` where the length is nearly nothing or not finite.
+/// The normalized vector, or `None` if the length is almost zero or not finite.
 fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
     let square = dot(v, v);
     let sane = square > f32::MIN_POSITIVE * LARGEST && square < f32::MAX;

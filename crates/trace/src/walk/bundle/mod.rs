@@ -1,7 +1,7 @@
 //! Bundles of coherent rays: up to 1024 that share an origin, or end at one point, traced together.
 //!
-//! They are projected onto a frame ([`projection`]), so that a test is that of a rasterizer; nodes are culled
-//! by the frustum around all of them ([`culling`]), and triangles by windows ([`leaf_tests`]).
+//! They are projected onto a frame ([`projection`]), so that a test is like a rasterizer's; nodes are culled
+//! by the frustum around all rays ([`culling`]), and triangles by windows ([`leaf_tests`]).
 
 mod culling;
 mod density;

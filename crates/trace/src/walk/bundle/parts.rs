@@ -1,15 +1,15 @@
-//! The parts of a bundle: what is too much work for one goes on in smaller ones.
+//! The parts of a bundle: if one takes too much work, it is split into smaller ones.
 
 use super::projection::{GROUPS, PACKETS};
 
-/// A bundle that is too much work goes on in parts of this many packets, and those in smaller ones.
+/// A bundle that takes too much work is split into parts of this many packets, and those into smaller ones.
 pub(super) const WIDTHS: [usize; 3] = [PACKETS, 16, 4];
 
-/// So much work a ray, in tests of a packet, and a part is split.
+/// A part is split once it takes this much work per ray, in packet tests.
 const SPLIT: usize = 8;
 
-/// So much, and one of the smallest parts is given up: its rays have too little in common. A quarter of it for any-hit
-/// queries, which a single ray answers sooner, too.
+/// One of the smallest parts is given up after this much work, because its rays have too little in common. A
+/// quarter of it for any-hit queries, which single rays also answer sooner.
 const PATIENCE: usize = 32;
 
 /// How much work a part may take, at the level of its width.
@@ -20,7 +20,7 @@ pub(super) fn budget(level: usize, any: bool) -> usize {
     a_ray * 16 * WIDTHS[level]
 }
 
-/// The parts of a bundle that wait, the smaller ones first: at most all of the smallest kinds.
+/// The waiting parts of a bundle, the smaller ones first: at most all of the smallest kinds.
 #[derive(Default)]
 pub(super) struct Waiting {
     parts: [(u64, usize); 2 * (WIDTHS.len() - 1) * GROUPS],
@@ -28,10 +28,10 @@ pub(super) struct Waiting {
 }
 
 impl Waiting {
-    /// Adds what a part consists of, at the level of the smaller ones.
+    /// Adds the smaller parts that make up a part.
     pub(super) fn add(&mut self, part: u64, level: usize) {
         let width = WIDTHS[level];
-        // In reverse, as the last one added is the next to go on.
+        // In reverse, because the last one added continues next.
         for first in (0..PACKETS).step_by(width).rev() {
             let smaller = part & (u64::MAX >> (PACKETS - width)) << first;
             if smaller != 0 {
@@ -41,7 +41,7 @@ impl Waiting {
         }
     }
 
-    /// The next part with live packets: those, and its level.
+    /// The next part with live packets: these packets, and its level.
     pub(super) fn next(&mut self, alive: u64) -> Option<(u64, usize)> {
         loop {
             self.len = self.len.checked_sub(1)?;

@@ -1,4 +1,4 @@
-//! The principal axis: in which way the rays of a bundle spread.
+//! The principal axis: the direction in which the rays of a bundle spread most.
 //!
 //! ```text
 //!   ┌──────────┐
@@ -12,7 +12,7 @@ use intertri::simd::Lanes;
 
 use crate::util::lane_ops::total;
 
-/// Sums over directions, each less one of them, so that little is lost by rounding.
+/// Sums over directions, relative to one of them, so that little is lost by rounding.
 pub(crate) struct Spread<F> {
     about: [f32; 3],
     count: usize,
@@ -22,19 +22,20 @@ pub(crate) struct Spread<F> {
 }
 
 impl<F: Lanes<Scalar = f32>> Spread<F> {
-    /// No directions yet; those to come are near this one.
+    /// No directions yet; those to come should be near this one.
     #[inline(always)]
     pub(crate) fn about(dir: [f32; 3]) -> Self {
         let zero = F::splat(0.0);
         Self { about: dir, count: 0, sum: [zero; 3], squares: [[zero; 3]; 3] }
     }
 
-    /// With some more of them.
+    /// Adds directions.
     #[inline(always)]
     pub(crate) fn add(&mut self, dirs: [F; 3]) {
         let mut off = dirs;
         for k in 0..3 {
-            // About one of the directions: sums of squares of large numbers would lose a small spread.
+            // Relative to one of the directions, because sums of squares of large numbers would lose a small
+            // spread.
             off[k] = dirs[k] - F::splat(self.about[k]);
             self.sum[k] = self.sum[k] + off[k];
         }
@@ -46,11 +47,11 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
         self.count += F::N;
     }
 
-    /// The axis across along which they spread at least twice as far as at right angles to it, if there is
-    /// one and it is neither `right` nor `up`.
+    /// The axis perpendicular to the view along which they spread at least twice as far as at right angles to
+    /// it, if there is one and it is neither `right` nor `up`.
     #[inline(always)]
     pub(crate) fn principal_axis(&self, [right, up]: [[f32; 3]; 2]) -> Option<[f32; 3]> {
-        // The sums of x x, x y and y y about the middle, of what the directions come to along the axes.
+        // The sums of x x, x y and y y relative to the mean, where x and y are the components along the axes.
         let sum = [total(self.sum[0]), total(self.sum[1]), total(self.sum[2])];
         let count = self.count as f32;
         let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -64,7 +65,7 @@ impl<F: Lanes<Scalar = f32>> Spread<F> {
             }
         }
 
-        // The larger of the two eigenvectors.
+        // The eigenvector of the larger eigenvalue.
         if 16.0 * xy * xy <= xx * yy || !(xx + yy).is_finite() {
             return None;
         }
@@ -93,7 +94,7 @@ mod tests {
         let line =
             |x: f32, y: f32| (0..9).map(|i| [i as f32 * x, i as f32 * y, 5.0]).collect::<Vec<_>>();
 
-        // Along a slope of 2, wherever they lie and however long they are in depth.
+        // Along a slope of 2, wherever the rays are and whatever their length.
         let [x, y, z] = axis(&line(0.1, 0.2)).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-4 * y.abs() && z == 0.0, "{x} {y} {z}");
         let far: Vec<_> =
@@ -101,7 +102,7 @@ mod tests {
         let [x, y, z] = axis(&far).unwrap();
         assert!((y - 2.0 * x).abs() < 1e-2 * y.abs() && z == 0.0, "{x} {y} {z}");
 
-        // Level already, or as far one way as the other.
+        // Parallel to an axis already, or equally spread in both directions.
         assert_eq!(axis(&line(0.1, 0.0)), None);
         assert_eq!(axis(&line(0.0, 0.3)), None);
         assert_eq!(

@@ -1,4 +1,4 @@
-//! The rays of a bundle side by side, projected onto a frame.
+//! The rays of a bundle in lanes, projected onto a frame.
 //!
 //! ```text
 //!   four rays in memory      four registers      sixteen rays a packet,
@@ -20,23 +20,23 @@ use super::reversed_shadow::Reversal;
 use crate::util::lane_ops::{fours, smallest, total};
 use crate::util::prefetch::Prefetch;
 
-/// Rays of a bundle, at most.
+/// The most rays of a bundle.
 pub(crate) const RAYS: usize = 1024;
 
-/// Sixteen rays each.
+/// Packets of sixteen rays each.
 pub(crate) const PACKETS: usize = RAYS / 16;
 
-/// Sixteen packets each, so that a triangle is tested against all windows of a group at once.
+/// Groups of sixteen packets each, so that a triangle is tested against all windows of a group at once.
 pub(crate) const GROUPS: usize = PACKETS / 16;
 
 /// The frame is chosen by a sample of at most this many rays.
 const SAMPLE: usize = 64;
 
-/// At most one ray in this many may be an outlier of a bundle.
+/// At most one in this many rays may be an outlier of a bundle.
 const OUTLIERS: usize = 2;
 
-/// Triangles larger than this share of a group's window, along x or y, are tested against the windows of packets by
-/// their edges, too.
+/// Triangles larger than this fraction of a group's window, along x or y, are also tested against the windows
+/// of packets by their edges.
 const LARGE: f32 = 0.5;
 
 /// Origin and `t_min` of a ray, or its direction and `t_max`.
@@ -46,28 +46,28 @@ fn half(ray: &Ray, half: usize) -> &[f32; 4] {
     &halves[half]
 }
 
-/// The rays of a bundle side by side, as points of a projection, and what they have hit so far. Made once for
-/// many bundles: making it takes longer than some bundles do.
+/// The rays of a bundle in lanes, as points of a projection, and what they have hit so far. Reused for many
+/// bundles, because creating it takes longer than some bundles.
 pub(crate) struct Projection<S: Simd> {
     pub(crate) frame: Frame,
     pub(crate) points: [Points<S::F32x16>; PACKETS],
     pub(crate) nearest: [Nearest<S::F32x16, 16>; PACKETS],
     rows: Rows,
     pub(crate) groups: [Group<S>; GROUPS],
-    /// How many packets there are.
+    /// The number of packets.
     pub(crate) used: usize,
-    /// No z is smaller.
+    /// A lower bound on z.
     pub(crate) slowest: f32,
     /// The near ends of the rays of all packets.
     pub(crate) ranges: Ranges<S::F32x16>,
     /// Bit i of `live[p]`: ray `16 p + i` looks for a hit.
     pub(crate) live: [u32; PACKETS],
-    /// Bit i of `outliers[p]`: ray `16 p + i` does not meet the projection, and is not asked.
+    /// Bit i of `outliers[p]`: ray `16 p + i` does not meet the projection, and is not traced here.
     outliers: [u32; PACKETS],
     pub(crate) has_outliers: bool,
 }
 
-/// The smallest and largest x and y of each packet, by group: sixteen a cache line.
+/// The smallest and largest x and y of each packet, by group: sixteen per cache line.
 #[repr(C, align(64))]
 struct Rows {
     lo: [[[f32; 16]; 2]; GROUPS],
@@ -77,16 +77,17 @@ struct Rows {
 /// Sixteen packets.
 #[derive(Clone, Copy)]
 pub(crate) struct Group<S: Simd> {
-    /// A window a packet.
+    /// One window per packet.
     pub(crate) windows: Windows<S::F32x16>,
-    /// The one around those that are asked now.
+    /// The window around the current packets.
     pub(crate) window: Windows<S::F32x16>,
-    /// Triangles that are larger than this, along x or y, reach several packets.
+    /// Triangles larger than this, along x or y, reach several packets.
     pub(crate) large: [f32; 2],
-    /// The least inverse depth at which a hit still counts, of each packet and of those asked now.
+    /// The smallest inverse depth at which a hit still counts, for each packet, and for the current ones
+    /// together.
     pub(crate) least: [f32; 16],
     pub(crate) least_of_all: f32,
-    /// Bit p is set where packet p is asked now.
+    /// Bit p is set if packet p is current.
     pub(crate) asked: u32,
 }
 
@@ -125,8 +126,8 @@ impl<S: Simd> Projection<S> {
         self.outliers[ray / 16] >> (ray % 16) & 1 != 0
     }
 
-    /// Projects rays and marks all of them as live; meanwhile, some of the next rays are prefetched. Returns the window
-    /// around them; `None` where too many go too far apart, or numbers are too large or too small.
+    /// Projects rays and marks all of them as live; meanwhile, prefetches some of the next rays. Returns the
+    /// window around them; `None` if too many diverge too much, or numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn project(
         &mut self,
@@ -139,7 +140,7 @@ impl<S: Simd> Projection<S> {
         let count = rays.rays.len();
         self.used = count.div_ceil(16);
 
-        // Reversed, they have the threshold at their far ends.
+        // Reversed, the threshold applies to their far ends.
         let (mut reversal, mut starts_by) = (None, *filter);
         if let Some(end) = rays.reversed {
             reversal = Some(Reversal::<S::F32x16>::new(end, filter.is_of_copies()));
@@ -151,14 +152,15 @@ impl<S: Simd> Projection<S> {
         let mut filled = [rays.rays[count - 1]; 16];
         filled[..rest.len()].copy_from_slice(rest);
 
-        // Camera rays have no end: their least inverse depth is 0, and need not be looked for packet by packet.
+        // Camera rays have no end: their smallest inverse depth is 0, and need not be computed packet by
+        // packet.
         let endless = rays.rays[0].t_max >= f32::INFINITY;
         let (mut slowest, mut starts) = (S::F32x16::splat(f32::INFINITY), Starts::none());
         let mut outliers = 0;
         for packet in 0..self.used {
             prefetch.lines(4);
 
-            // Side by side.
+            // Sixteen rays in lanes.
             let mut columns = side_by_side::<S>(full.get(packet).unwrap_or(&filled));
             let mut sure = None;
             if let Some(reversal) = &mut reversal {
@@ -170,10 +172,10 @@ impl<S: Simd> Projection<S> {
             outliers += self.outliers[packet].count_ones() as usize;
             slowest = slowest.min(met.z);
 
-            // Nothing is hit yet.
+            // Nothing has been hit yet.
             let given = (1 << (count - 16 * packet).min(16)) - 1;
             let asked = sixteen_bits::<S>(given) & on_screen;
-            // Comparisons, so that a NaN at either end leaves the lane dead.
+            // Comparisons that are false for NaN at either end, which leaves the lane dead.
             let live = near.lt(far) & far.gt(S::F32x16::splat(0.0)) & asked;
             self.live[packet] = live.bits();
             starts = starts_by.starts_in(&starts, &met, [near, sure.unwrap_or(near)], live);
@@ -183,11 +185,11 @@ impl<S: Simd> Projection<S> {
                 if endless { 0.0 } else { least::<S>(&nearest, live.bits()) };
         }
         self.has_outliers = outliers > 0;
-        // Where many rays do not fit the projection, a narrower bundle may.
+        // If many rays do not fit the projection, a narrower bundle may.
         if outliers > count / OUTLIERS {
             return None;
         }
-        // Rounded down: a bound of the smallest z, by which a threshold is turned into an inverse depth.
+        // Rounded down: a lower bound on z, with which a threshold is converted to an inverse depth.
         self.slowest = smallest::<S>(slowest) * (1.0 - 1e-6);
         self.ranges = starts.ranges();
 
@@ -196,7 +198,7 @@ impl<S: Simd> Projection<S> {
         }
         let (lo, hi) = self.ask(self.all());
 
-        // Reversed, they may pass the origin; and so may those of which these are copies.
+        // Reversed rays may miss the origin, and so may originals whose copies these are.
         let off = match &reversal {
             Some(reversal) => reversal.off()?,
             None => 0.0,
@@ -217,7 +219,7 @@ impl<S: Simd> Projection<S> {
         let on_screen = met.on_screen();
         let outliers = !on_screen.bits() & 0xffff;
         if outliers != 0 {
-            // Outliers get the point of another ray, so that they do not widen the window of their packet.
+            // Outliers use the point of another ray, so that they do not widen the window of their packet.
             met = instead::<S>(met, on_screen);
         }
         self.outliers[packet] = outliers;
@@ -235,13 +237,13 @@ impl<S: Simd> Projection<S> {
         self.rows.lo.iter().zip(&self.rows.hi)
     }
 
-    /// The windows of a group; where it has fewer packets, windows that nothing reaches.
+    /// Sets the windows of a group; missing packets get windows that nothing reaches.
     #[inline(always)]
     fn window_packets(&mut self, group: usize) {
         let used = (self.used - 16 * group).min(16);
         let (mut lo, mut hi) = (self.rows.lo[group], self.rows.hi[group]);
         for k in 0..2 {
-            // Packets that are not used have an empty window, which no triangle reaches.
+            // Unused packets have an empty window, which no triangle reaches.
             lo[k][used..].fill(f32::INFINITY);
             hi[k][used..].fill(f32::NEG_INFINITY);
         }
@@ -252,13 +254,13 @@ impl<S: Simd> Projection<S> {
         self.groups[group].large = [0, 1].map(|k| LARGE * (hi[k] - lo[k]));
     }
 
-    /// All packets, a bit each.
+    /// All packets, one bit each.
     #[inline(always)]
     pub(crate) fn all(&self) -> u64 {
         u64::MAX >> (PACKETS - self.used)
     }
 
-    /// Asks only these packets from now on. Gives the window around them.
+    /// Makes only these packets current from now on. Returns the window around them.
     #[inline(always)]
     pub(crate) fn ask(&mut self, packets: u64) -> Rectangle {
         let (mut lo, mut hi) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -276,7 +278,7 @@ impl<S: Simd> Projection<S> {
         (lo, hi)
     }
 
-    /// The least inverse depth at which a hit of those asked now still counts.
+    /// The smallest inverse depth at which a hit of the current packets still counts.
     #[inline(always)]
     pub(crate) fn least(&mut self) -> f32 {
         let mut of_all = f32::INFINITY;
@@ -290,7 +292,7 @@ impl<S: Simd> Projection<S> {
         of_all
     }
 
-    /// The smallest and largest x and y of some packets of a group.
+    /// The smallest and largest x and y of the given packets of a group.
     #[inline(always)]
     fn window(&self, group: usize, packets: u32) -> Rectangle {
         let ([x_lo, y_lo], [x_hi, y_hi]) = (&self.rows.lo[group], &self.rows.hi[group]);
@@ -303,7 +305,7 @@ impl<S: Simd> Projection<S> {
     }
 }
 
-/// The least inverse depth at which a hit of some live ray still counts.
+/// The smallest inverse depth at which a hit of some live ray still counts.
 #[inline(always)]
 pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32 {
     let none = S::F32x16::splat(f32::INFINITY);
@@ -313,14 +315,14 @@ pub(crate) fn least<S: Simd>(nearest: &Nearest<S::F32x16, 16>, live: u32) -> f32
 /// The lowest and the highest x and y.
 pub(crate) type Rectangle = ([f32; 2], [f32; 2]);
 
-/// A window for sixteen triangles at once.
+/// The same window sixteen times, to test triangles in lanes.
 #[inline(always)]
 fn around<S: Simd>((lo, hi): Rectangle) -> Windows<S::F32x16> {
     let splat = S::F32x16::splat;
     Windows::new([splat(lo[0]), splat(lo[1])], [splat(hi[0]), splat(hi[1])])
 }
 
-/// Sixteen numbers, or `none` where their bit is not set.
+/// Sixteen numbers, or `none` where the bit is not set.
 #[inline(always)]
 fn chosen<S: Simd>(bits: u32, numbers: &[f32; 16], none: f32) -> S::F32x16 {
     S::F32x16::select(sixteen_bits::<S>(bits), Lanes::load(numbers), S::F32x16::splat(none))
@@ -331,12 +333,12 @@ fn sixteen_bits<S: Simd>(bits: u32) -> <S::F32x16 as Lanes>::Mask {
     Mask::from_bits(bits)
 }
 
-/// A frame that looks where a sample of the rays goes.
+/// A frame in the mean direction of a sample of the rays.
 #[inline(always)]
 fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     let all = rays.rays;
     let [first, second] = [all[0].dir, all[1].dir];
-    // A sample shows the middle and the spread well enough: the frame only has to be good, the bounds hold for any.
+    // A sample is enough to find centre and spread: any frame is correct, a good one is faster.
     let (apart, mut sum) = (all.len().div_ceil(SAMPLE), [S::F32x16::splat(0.0); 3]);
     let mut spread = Spread::about(first);
     for begin in (0..all.len()).step_by(16 * apart) {
@@ -351,14 +353,13 @@ fn frame<S: Simd>(rays: &BundleRays<'_>, reach: f32) -> Option<Frame> {
     look::frame(rays.origin(), sum, step, &spread, reach)
 }
 
-/// The numbers of sixteen rays by column: of origin and `t_min`, and of direction and `t_max`.
+/// The numbers of sixteen rays by column: origin and `t_min`, and direction and `t_max`.
 #[inline(always)]
 fn side_by_side<S: Simd>(rays: &[Ray; 16]) -> [[S::F32x16; 4]; 2] {
     [S::columns(|i| half(&rays[i], 0)), S::columns(|i| half(&rays[i], 1))]
 }
 
-/// Points with the first of those on the projection in the place of those that are not; its middle if all
-/// are not.
+/// Replaces points that are not on the projection by the first that is; by its centre if none are.
 #[inline(always)]
 fn instead<S: Simd>(
     mut met: Points<S::F32x16>,

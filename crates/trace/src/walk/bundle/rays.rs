@@ -1,18 +1,18 @@
-//! The rays of a bundle: in a row, from one origin or toward one point.
+//! The rays of a bundle: consecutive rays from one origin or toward one point.
 
 use intertri::{Ray, RayId};
 
 use super::reversed_shadow::CommonEnd;
 
-/// Rays of one origin, or toward one point.
+/// Rays from one origin, or toward one point.
 #[derive(Clone, Copy)]
 pub(crate) struct BundleRays<'a> {
     pub(crate) rays: &'a [Ray],
     /// The id of the first.
     pub(crate) first: RayId,
-    /// Those that come later.
+    /// The rays that come later.
     pub(crate) next: &'a [Ray],
-    /// The point toward which they go: then they are traced from there.
+    /// The point toward which they go, if they are traced backward from there.
     pub(crate) reversed: Option<CommonEnd>,
 }
 
@@ -24,7 +24,7 @@ impl BundleRays<'_> {
     }
 }
 
-/// Whether all rays start at the same point, to the bit.
+/// Whether all rays start at the same point, bit for bit.
 #[inline(always)]
 pub(crate) fn shares_origin(rays: &[Ray]) -> bool {
     let [first, second, .., last] = rays else { return false };
@@ -46,7 +46,7 @@ fn bits(ray: &Ray) -> &[u32; 8] {
     bytemuck::cast_ref(ray)
 }
 
-/// Notes in which bits the first four numbers of two rays differ.
+/// Records the bits in which the first four numbers of two rays differ.
 #[inline(always)]
 fn differ(a: &[u32; 8], b: &[u32; 8], other: &mut [u32; 4]) {
     for k in 0..4 {

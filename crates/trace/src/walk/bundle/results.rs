@@ -1,4 +1,4 @@
-//! What the trace of a bundle found, and what is asked of that: whether, which, where.
+//! The results of tracing a bundle, converted to the requested answers: whether, which, where.
 
 use intertri::internal::{HitCoefficients, Resolver, SharedOriginHit, exact, prefetch};
 use intertri::simd::Simd;
@@ -11,42 +11,42 @@ use crate::walk::HitPairs;
 /// The number of no triangle.
 pub(super) const NOTHING: u32 = u32::MAX;
 
-/// The memory of a hit is prefetched this many hits before it is written: it is hardly ever in the cache, and the CPU
-/// can hold back the stores of a few dozen hits at most.
+/// The memory of a hit is prefetched this many hits before it is written: it is rarely in the cache, and the
+/// CPU can buffer the stores of at most a few dozen hits.
 const AHEAD: usize = 40;
 
-/// Where fewer rays than this hit a triangle, what they share is not worth its while.
+/// If fewer rays than this hit a triangle, it is not worth computing the values that they share.
 const SHARED: u32 = 3;
 
 /// The rays of a packet that hit a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct PacketHits {
-    /// The triangle's number in `seen`.
+    /// The index of the triangle in `seen`.
     pub(super) number: u32,
     pub(super) packet: u16,
     pub(super) lanes: u16,
 }
 
-/// What a bundle's rays hit.
+/// The hits of a bundle's rays.
 #[derive(Default)]
 pub(crate) struct Results {
     /// The slots of the triangles that rays were tested against.
     pub(super) seen: Vec<LeafSlot>,
-    /// For each ray the number in `seen` of the triangle that it hits, or [`NOTHING`].
+    /// For each ray the index in `seen` of the triangle that it hits, or [`NOTHING`].
     pub(super) found: Vec<u32>,
-    /// Where every hit is wanted: triangles, each with a packet of whose rays these hit it. Then only triangles
-    /// that are hit are in `seen`.
+    /// For queries for every hit: triangles, each with a packet and the rays of it that hit. Then `seen`
+    /// contains only triangles that are hit.
     pub(super) every: Vec<PacketHits>,
-    /// For each of `seen` its index, or its number in `hit`; and one more, for none.
+    /// For each entry of `seen` its triangle's index, or its position in `hit`; and one more entry for none.
     number: Vec<u32>,
-    /// The slots of those that are hit.
+    /// The slots of the triangles that are hit.
     hit: Vec<LeafSlot>,
     coefficients: Vec<[HitCoefficients; 8]>,
-    /// Rays of originals, each with the number of the triangle that it hits.
+    /// Rays of originals, each with the position of the triangle that it hits.
     pairs: Vec<(u32, u32)>,
     exact: Vec<[exact::HitCoefficients; 8]>,
     exact32: Vec<[exact::HitCoefficients32; 8]>,
-    /// The hits of originals, before they are rounded to f32.
+    /// The hits of originals, before rounding to f32.
     hits64: Vec<Hit>,
 }
 
@@ -54,7 +54,7 @@ pub(crate) struct Results {
 trait HitRecord: Copy {
     const MISS: Self;
 
-    /// Where a ray meets the triangle in a slot.
+    /// The hit of a ray on the triangle in a slot.
     fn met_alone(tree: &Tree, resolver: Resolver<'_>, ray: &Ray, ids: (RayId, LeafSlot)) -> Self;
 }
 
@@ -77,7 +77,7 @@ impl HitRecord for Hit32 {
 }
 
 impl Results {
-    /// Whether a ray is one of the last bundle and hits something.
+    /// Whether a ray belongs to the last bundle and hits something.
     pub(crate) fn is_hit(&self, ray: usize) -> bool {
         self.found.get(ray).is_some_and(|&found| found != NOTHING)
     }
@@ -89,7 +89,7 @@ impl Results {
         self.every.clear();
     }
 
-    /// Lists every hit of the last bundle, whose first ray has this number, but for the packets that are left.
+    /// Lists every hit of the last bundle, whose first ray has this id, except for the packets that are left.
     #[inline(always)]
     pub(crate) fn list<S: Simd>(
         &mut self,
@@ -124,7 +124,7 @@ impl Results {
                 originals.shared_origin_hits(rays, &self.seen, &known, hits);
                 self.pairs = known;
             }
-            // Where these meet, is found later.
+            // Where these hits are is computed later.
             _ => {
                 self.each_hit(left, pairs, |pairs, ray, number| {
                     pairs.push(RayId(first.0 + ray as u32), self.seen[number]);
@@ -133,7 +133,7 @@ impl Results {
         }
     }
 
-    /// The same with where the rays meet the triangles: from what depends on the triangle and the shared origin,
+    /// The same with the positions of the hits, from values of the triangle and the shared origin that are
     /// computed once.
     #[inline(always)]
     fn list_met<S: Simd, C: SharedOriginHit>(
@@ -148,7 +148,7 @@ impl Results {
         let coefficients = coefficients::<S, C, Hit>(tree, slots, rays[0].origin, eights);
         pairs.level();
         self.each_hit(left, pairs, |pairs, ray, number| {
-            // Assembled where it is stored: copying it right after it was written would stall the CPU.
+            // Built in place: copying it right after writing it would stall the CPU.
             let ids = (RayId(first.0 + ray as u32), slots[number]);
             let hit = pairs.push_hit(ids.0, ids.1);
             if !coefficients[number].hit_in::<S>(rays[ray].dir, hit) {
@@ -157,8 +157,8 @@ impl Results {
         });
     }
 
-    /// Every hit of the last bundle but for the packets that are left: the ray among its rays, and the number of the
-    /// triangle in `seen`. There is room for it.
+    /// Every hit of the last bundle except for the packets that are left: the ray's position in the bundle,
+    /// and the triangle's in `seen`. There is enough capacity for them.
     #[inline(always)]
     fn each_hit(
         &self,
@@ -206,7 +206,7 @@ impl Results {
         }
     }
 
-    /// Writes where the rays meet what they hit.
+    /// Writes the positions of the hits.
     #[inline(always)]
     fn write_hits<S: Simd>(
         &mut self,
@@ -273,10 +273,10 @@ impl Results {
         }
     }
 
-    /// The position of the triangle that each ray hits, or none.
+    /// Writes the position of the triangle that each ray hits, or none.
     #[inline(always)]
     fn triangles(&mut self, tree: &Tree, triangles: &mut [MeshTriangle]) {
-        // Without a branch, which would mispredict: the last number stands for none.
+        // Without a branch, which would be mispredicted: the last entry stands for none.
         let Self { seen, number, found, .. } = self;
         number.clear();
         number.extend(seen.iter().map(|&slot| tree.index_of(slot).0));
@@ -287,12 +287,12 @@ impl Results {
         }
     }
 
-    /// Numbers the triangles that rays hit, each once, however many rays hit it: `hit` becomes their slots, and
-    /// `number` for each of `seen` its number among them.
+    /// Collects the distinct triangles that rays hit: `hit` becomes their slots, and `number` for each entry
+    /// of `seen` its position among them.
     #[inline(always)]
     fn distinct(&mut self) {
         let Self { seen, number, hit, found, .. } = self;
-        // Those that are hit are marked, then listed, without a branch. The last stands for none.
+        // Mark those that are hit, then list them, without a branch. The last stands for none.
         let none = seen.len();
         number.clear();
         number.resize(none + 1, 0);
@@ -310,8 +310,8 @@ impl Results {
         hit.truncate(count);
     }
 
-    /// Where the rays meet what they hit: from what depends on the triangle and the shared origin, computed
-    /// once.
+    /// Computes the positions of the hits, from values of the triangle and the shared origin that are
+    /// computed once.
     #[inline(always)]
     fn hits<S: Simd, C: SharedOriginHit<H>, H: HitRecord>(
         &self,
@@ -341,7 +341,7 @@ impl Results {
     }
 }
 
-/// What the triangles in these slots share in telling where rays from one origin meet them.
+/// The values that all hits of the triangles in these slots share, for rays from one origin.
 #[inline(always)]
 fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     tree: &Tree,
@@ -359,7 +359,7 @@ fn coefficients<'a, S: Simd, C: SharedOriginHit<H>, H>(
     eights.as_flattened()
 }
 
-/// The corners of eight triangles side by side, and their indices.
+/// The corners of eight triangles in lanes, and their indices.
 #[inline(always)]
 fn eight(tree: &Tree, slots: &[LeafSlot]) -> ([[[f32; 8]; 3]; 3], [u32; 8]) {
     let (mut corners, mut indices) = ([[[0.0; 8]; 3]; 3], [0; 8]);

@@ -1,4 +1,4 @@
-//! Reversed shadow rays: rays toward one point, such as a light, as rays from there.
+//! Reversed shadow rays: rays toward one point, such as a light, are traced as rays from there.
 //!
 //! ```text
 //!   o ────────► d          o ◄──────── -d
@@ -6,40 +6,42 @@
 //!   o ────────►            o ◄────────
 //! ```
 //!
-//! Each misses L by rounding, for which `docs/numerics/projection.md`, section 6, widens all bounds. Whether a ray hits
-//! anything is then the reference's answer; where it hits is not computed.
+//! Each ray misses L by rounding; `docs/numerics/projection.md`, section 6, widens all bounds accordingly.
+//! Whether a ray hits anything is then the reference's answer; the position of the hit is not computed.
 
 use intertri::simd::{Lanes, Mask};
 use intertri::{Ray, Threshold};
 
-/// Rays that miss their common end by more than this share of its distance have none: 2^-20.
+/// Rays that miss the point by more than this fraction of its distance do not share it as their end: 2^-20.
 const APART: f32 = 1.0 / (1 << 20) as f32;
 
-/// What rounding adds to the distance at which a ray passes, as a share of its length: 4u; of a copy, 8u.
+/// The contribution of rounding to the distance by which a ray misses, as a fraction of its length: 4u; for a
+/// copy, 8u.
 const ROUNDING: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy ends at most this much farther out than the ray's own, as a share of the whole: 4u.
+/// The interval of a copy ends at most this much farther out than the ray's own, as a fraction of the whole:
+/// 4u.
 const ENDS: f32 = 4.0 / (1 << 24) as f32;
 
-/// The interval of a copy begins no later than this, as a share of the whole: then rounding its start hardly changes
-/// what is left (f64.md, section 6).
+/// The interval of a copy begins no later than this, as a fraction of the whole; then rounding its start
+/// hardly changes the rest (f64.md, section 6).
 const BEGINS: f32 = 1.0 / 8.0;
 
-/// No ray may be shorter or longer, or start or end farther out: 2^-30 and 2^30.
+/// No ray may be shorter or longer, or start or end farther out, than these: 2^-30 and 2^30.
 const LARGEST: f32 = (1 << 30) as f32;
 
 /// The point toward which rays go.
 #[derive(Clone, Copy)]
 pub(crate) struct CommonEnd {
     pub(crate) point: [f32; 3],
-    /// Whether they reach it at their far ends; else at t = 1.
+    /// Whether they reach it at their far ends; otherwise at t = 1.
     at_far: bool,
     /// No t up to this counts.
     threshold: f32,
 }
 
 impl CommonEnd {
-    /// The point toward which rays seem to go, judged by three of them.
+    /// The point toward which rays appear to go, estimated from three of them.
     #[inline(always)]
     pub(crate) fn of(rays: &[Ray], threshold: Threshold) -> Option<Self> {
         let [first, second, .., last] = rays else { return None };
@@ -48,7 +50,7 @@ impl CommonEnd {
             let tau = |ray: &Ray| if at_far { ray.t_max } else { 1.0 };
             let end = |ray: &Ray| [0, 1, 2].map(|k| ray.origin[k] + tau(ray) * ray.dir[k]);
             let point = end(first);
-            // Three rays are enough for a guess; `off` measures how far every ray misses the point.
+            // Three rays are enough for an estimate; `off` measures by how much every ray misses the point.
             let ends_there = |ray: &Ray| {
                 let (apart, way) = (apart(end(ray), point), apart(ray.origin, point));
                 ray.t_max <= tau(ray) && apart <= APART * (largest(point) + way)
@@ -66,7 +68,7 @@ fn largest([x, y, z]: [f32; 3]) -> f32 {
     x.abs().max(y.abs()).max(z.abs())
 }
 
-/// How far points are apart along an axis, at most.
+/// The largest distance between two points along an axis.
 fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
     largest([a[0] - b[0], a[1] - b[1], a[2] - b[2]])
 }
@@ -74,7 +76,7 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
 /// Sixteen lanes.
 const ALL: u32 = 0xffff;
 
-/// Rays on their way to be reversed, sixteen at a time.
+/// Rays that are being reversed, sixteen at a time.
 pub(crate) struct Reversal<F: Lanes> {
     end: CommonEnd,
     /// How far from the point they start and end: the largest distance along each axis, and the sum.
@@ -83,7 +85,7 @@ pub(crate) struct Reversal<F: Lanes> {
     sum: F,
     shortest: F,
     sane: F::Mask,
-    /// Whether they are copies of what is given in f64.
+    /// Whether they are copies of f64 rays.
     copies: bool,
 }
 
@@ -95,15 +97,15 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         Self { end, way: [zero; 3], off: [zero; 3], sum: zero, shortest, sane, copies }
     }
 
-    /// Reverses rays: their origins and `t_min`, directions and `t_max`, side by side; and beyond which `t_min` a hit
-    /// surely lies.
+    /// Reverses rays: takes origins and `t_min`, directions and `t_max`, in lanes; also returns the `t_min`
+    /// beyond which a hit certainly lies.
     #[inline(always)]
     pub(crate) fn reverse(&mut self, [origin, dir]: [[F; 4]; 2]) -> ([[F; 4]; 2], F) {
         let CommonEnd { point, at_far, threshold } = self.end;
         let ([.., t_min], [x, y, z, t_max]) = (origin, dir);
         let tau = if at_far { t_max } else { F::splat(1.0) };
 
-        // How far they are off. A sum keeps a NaN, which a largest number may lose.
+        // How much they miss by. A sum keeps a NaN, which a maximum may lose.
         for k in 0..3 {
             let way = origin[k] - F::splat(point[k]);
             let off = dir[k].mul_add(tau, way).abs();
@@ -113,7 +115,7 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         }
         self.shortest = self.shortest.min(tau);
 
-        // What lies within the threshold is beyond the far end now. No interval may be lost.
+        // Hits within the threshold are beyond the far end now. No interval may be lost.
         let start = F::select(t_min.lt(F::splat(threshold)), F::splat(threshold), t_min);
         let (near, far) = (tau - t_max, tau - start);
         let (before, after) = (t_min.lt(t_max), near.lt(far));
@@ -126,8 +128,8 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
         ([[origin[0], origin[1], origin[2], near], [-x, -y, -z, far]], sure)
     }
 
-    /// The largest distance at which they pass the point; `None` if one goes elsewhere or looks beyond the point, or if
-    /// numbers are too large or too small.
+    /// The largest distance by which they miss the point; `None` if one goes elsewhere or looks beyond the
+    /// point, or if numbers are too large or too small.
     #[inline(always)]
     pub(crate) fn off(&self) -> Option<f32> {
         let Self { end: CommonEnd { point, threshold, .. }, way, off, sum, shortest, sane, .. } =
@@ -145,7 +147,7 @@ impl<F: Lanes<Scalar = f32>> Reversal<F> {
     }
 }
 
-/// The length of a vector of the largest lane of each axis.
+/// The length of a vector made of the largest lane of each axis.
 #[inline(always)]
 fn length<F: Lanes<Scalar = f32>>(v: &[F; 3]) -> f32 {
     let mut sum = 0.0;

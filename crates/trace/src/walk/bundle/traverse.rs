@@ -1,4 +1,4 @@
-//! Bundles: many rays from one origin at once, of a picture or of what a light sees.
+//! Traces bundles: many rays from one origin, such as those of a picture, or from a light.
 //!
 //! ```text
 //!   frustum ──► boxes of nodes ──► triangles of a leaf, eight as they are projected
@@ -26,40 +26,39 @@ use super::results::{NOTHING, PacketHits, Results};
 use crate::tree::{EMPTY, Tree};
 use crate::util::prefetch::Prefetch;
 
-/// How bundles are traced: the closest hit of each ray; with `any`, some hit, as it must be of reversed
-/// rays.
+/// What bundles look for: the closest hit of each ray; with `any`, some hit, which reversed rays require.
 #[derive(Clone, Copy)]
 pub(crate) struct Bundle<'a> {
     pub(crate) tree: &'a Tree,
     pub(crate) filter: Filter<'a>,
     pub(crate) any: bool,
-    /// Every hit of each ray.
+    /// Whether every hit of each ray is listed.
     pub(crate) every: bool,
 }
 
-/// What became of some rays in a row.
+/// What happened to several consecutive rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outcome {
-    /// They make no bundle.
+    /// They do not form a bundle.
     NotCoherent,
-    /// They go too far apart for one, or their numbers are too large or too small.
+    /// They diverge too much for one, or their numbers are too large or too small.
     TooWide,
-    /// They are traced. Bit p of `left` is set where the rays of packet p are left to be asked one by
-    /// one, because that is less work; `work` counts tests of packets, and what costs about as much.
+    /// They were traced. Bit p of `left` is set if the rays of packet p are left to be traced one by one,
+    /// because that is less work; `work` counts packet tests and comparable work.
     Traced { left: u64, work: usize },
 }
 
-/// What tracing needs and need not make anew for each bundle.
+/// Scratch memory for tracing, reused from bundle to bundle.
 #[derive(Default)]
 pub(crate) struct Scratch {
     stack: Pending,
     leaves: Leaves,
-    /// What was left of the stack when a bundle was split, and a part of it.
+    /// The rest of the stack when a bundle was split, and a part of it.
     split: [Pending; 2],
 }
 
 impl Bundle<'_> {
-    /// Traces some rays. What the filter leaves open the resolver settles.
+    /// Traces several rays. The resolver settles what the filter leaves undecided.
     #[inline(always)]
     pub(crate) fn trace<S: Simd>(
         self,
@@ -89,7 +88,7 @@ impl Bundle<'_> {
                 stack.push((root, f32::NEG_INFINITY));
             }
         }
-        // Bundles that look past the scene end here, before anything is made for them.
+        // Bundles that look past the scene end here, before anything is set up for them.
         let count = culling.next_leaves::<S>(tree, stack, f32::INFINITY, &mut leaves.blocks);
         if count == 0 && unboxed == tree.leaves.len() {
             results.found.resize(rays.rays.len(), NOTHING);
@@ -120,7 +119,7 @@ impl Bundle<'_> {
     }
 }
 
-/// The rays of a bundle on their way.
+/// The rays of a bundle being traced.
 struct Tracing<'a, S: Simd, T, I> {
     bundle: Bundle<'a>,
     settle: Settle<'a, T, I>,
@@ -128,15 +127,15 @@ struct Tracing<'a, S: Simd, T, I> {
     prefetch: Prefetch<'a>,
     seen: &'a mut Vec<LeafSlot>,
     every: &'a mut Vec<PacketHits>,
-    /// Tests of packets, and what costs about as much.
+    /// The number of packet tests, and comparable work.
     work: usize,
-    /// Whether the first leaves told how dense triangles are.
+    /// Whether the density of triangles is known from the first leaves.
     density_known: bool,
 }
 
 impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S, T, I> {
-    /// Traces all rays, of whose leaves the first `count` are listed; in parts, where that is too much work.
-    /// Gives the packets that are left, and the work.
+    /// Traces all rays, for which the first `count` leaves are listed; in parts, if that takes too much work.
+    /// Returns the packets that are left, and the work.
     #[inline(always)]
     fn parts(
         &mut self,
@@ -156,8 +155,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             part &= !dense;
             work += std::mem::take(&mut self.work);
 
-            // A part that takes too much work goes on as smaller parts, from where it stands. If one of the smallest
-            // still takes too much, its rays are left to a stream.
+            // A part that takes too much work continues as smaller parts, from its current position. If one
+            // of the smallest still takes too much, its rays are left to a stream.
             if rest && !stack.is_empty() {
                 match split.get_mut(level) {
                     None => left |= part,
@@ -168,7 +167,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 }
             }
 
-            // The next part whose rays still look for hits, with a frustum of its own.
+            // The next part with rays that still look for hits, with a frustum of its own.
             let Some(next) = waiting.next(self.alive()) else { return (left, work) };
             (part, level) = next;
             self.ask(part, culling);
@@ -179,7 +178,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         }
     }
 
-    /// The leaves that every ray may hit, whatever their boxes.
+    /// Visits the leaves that every ray may hit, whatever their boxes.
     #[inline(always)]
     fn visit_unboxed(&mut self, leaves: &mut Leaves, counts: &mut Counts) {
         let tree = self.bundle.tree;
@@ -195,7 +194,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         leaves.blocks = first;
     }
 
-    /// Visits the leaves that a part meets, front to back, as long as that is not too much work. Gives the
+    /// Visits the leaves that a part meets, front to back, unless that takes too much work. Returns the
     /// packets for which there are too many triangles, and whether some leaves are left.
     #[inline(always)]
     fn part(
@@ -212,7 +211,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             if self.visit((leaves, count), counts) {
                 far = self.far();
             }
-            // Too many tests for a ray: smaller parts have narrower frustums and meet fewer triangles.
+            // Too many tests per ray: smaller parts have narrower frustums and meet fewer triangles.
             if self.work > budget {
                 return (dense, true);
             }
@@ -235,7 +234,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         (dense, false)
     }
 
-    /// Asks only these packets from now on.
+    /// Makes only these packets current from now on.
     #[inline(always)]
     fn ask(&mut self, packets: u64, culling: &mut Culling<'_>) {
         let window = self.projection.ask(packets);
@@ -243,7 +242,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         culling.frustum = Frustum::new(&self.projection.frame, window, &margin);
     }
 
-    /// Tests the triangles of some leaves, each with those packets whose window it reaches. Whether
+    /// Tests the triangles of several leaves, each with the packets whose windows it reaches. Returns whether
     /// the far end of a packet changed.
     #[inline(always)]
     fn visit(&mut self, (leaves, used): (&mut Leaves, usize), counts: &mut Counts) -> bool {
@@ -264,8 +263,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
             return false;
         }
 
-        // Rays that end in front of a surface pass near most of the triangles that they miss: so all tests are
-        // prechecked first, without a branch.
+        // Rays that end in front of a surface pass close to most of the triangles that they miss, so all
+        // tests are prechecked first, without a branch.
         if any {
             let mut left = 0;
             for i in 0..tests {
@@ -275,7 +274,7 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
                 let nearest = &projection.nearest[test.packet];
                 let outline = leaves.outline(test.number);
                 let maybe = nearest.maybe(&outline, points, &projection.ranges, live);
-                // Written in any case, and overwritten by the next one unless `left` moves on.
+                // Always written; overwritten by the next one unless `left` advances.
                 leaves.put(left, test);
                 left += usize::from(maybe);
             }
@@ -299,8 +298,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         update::<S>(projection, changed, any)
     }
 
-    /// Lists every hit of the tests of some leaves, whose triangles were seen from the `first` on. Those that are hit
-    /// stay among the seen.
+    /// Lists every hit in the tests of several leaves, whose triangles are in `seen` from `first` on. Those
+    /// that are hit stay there.
     #[inline(always)]
     fn visit_every(
         &mut self,
@@ -309,7 +308,8 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         counts: &mut Counts,
     ) {
         let Self { settle, projection, seen, every, .. } = self;
-        // Tests come in the order of their pairs, so what stays is written before what is still read.
+        // Tests are in the order of their pairs, so the ones kept are written before the positions still to
+        // be read.
         let (mut stay, mut last) = (first, usize::MAX);
         for i in 0..tests {
             let PacketTest { packet, number } = leaves.test(i);
@@ -334,26 +334,27 @@ impl<S: Simd, T: Fn(LeafSlot) -> Triangle, I: Fn(LeafSlot) -> u32> Tracing<'_, S
         seen.truncate(stay);
     }
 
-    /// Bit p is set where rays of packet p still look for a hit.
+    /// Bit p is set if rays of packet p still look for a hit.
     fn alive(&self) -> u64 {
         let is_alive = |packet: usize| u64::from(self.projection.live[packet] != 0) << packet;
         (0..self.projection.used).map(is_alive).sum()
     }
 
-    /// No hit of those asked now can count beyond this depth.
+    /// No hit of the current packets can count beyond this depth.
     #[inline(always)]
     fn far(&mut self) -> f32 {
-        // The farthest depth at which any ray still looks for a hit; a little more covers the rounding of the inverse.
+        // The farthest depth at which any ray still looks for a hit, with a margin for the rounding of the
+        // inverse.
         let depth = 1.0 / self.projection.least();
         depth + depth * (1.0 / (1 << 18) as f32)
     }
 }
 
-/// What changed for packets that hit something: where any hit will do, their rays are done. Whether a far end
-/// is known better.
+/// Updates packets that hit something: in any-hit queries, their rays are done. Returns whether a far end is
+/// known better.
 #[inline(always)]
 fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) -> bool {
-    // As long as some ray has hit nothing, little is known.
+    // As long as some ray has hit nothing, the far end stays.
     let mut known = false;
     while changed != 0 {
         let packet = changed.trailing_zeros() as usize % PACKETS;
@@ -364,7 +365,7 @@ fn update<S: Simd>(projection: &mut Projection<S>, mut changed: u64, any: bool) 
             projection.live[packet] &= !nearest.hits();
         }
         let live = projection.live[packet];
-        // Only when all of a packet's rays have hit something does the packet look less far.
+        // Only when all of a packet's rays have hit something does its far end come nearer.
         if live & !nearest.hits() == 0 {
             projection.groups[packet / 16].least[packet % 16] = least::<S>(nearest, live);
             known = true;

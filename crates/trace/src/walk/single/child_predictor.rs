@@ -1,4 +1,4 @@
-//! Child prediction: the child that the last ray visited from a node, as a guess for the next ray.
+//! Child prediction: the child that the last ray visited from a node is a guess for the next ray.
 //!
 //! ```text
 //!   node ──► its eight boxes tested ──► the nearest that is met      some 40 cycles, node after node
@@ -6,17 +6,17 @@
 //!                                        which it predicts, finds out later whether it was right
 //! ```
 //!
-//! A guess never decides anything: the child returned is always the one that the box tests chose. Ray streams need
-//! none, because other rays are tested while one waits.
+//! A guess never decides anything: the child returned is always the one that the box tests chose. Ray streams
+//! need no guesses, because other rays are tested while one waits.
 
 /// The number of guesses kept; nodes with the same remainder overwrite each other's.
 const NODES: usize = 1024;
 
-/// Guesses about one hierarchy after another.
+/// Guesses, for one hierarchy at a time.
 #[derive(Debug)]
 pub(crate) struct ChildPredictor {
-    /// For each node the child that the last ray visited, twice: one is compared, the other returned. The compiler must
-    /// not know that they are equal, or it would return the value that they are compared with.
+    /// For each node the child that the last ray visited, twice: one is compared, the other returned. The
+    /// compiler must not know that they are equal, or it would return the value that was compared.
     last: [[u32; 2]; NODES],
 }
 
@@ -31,8 +31,8 @@ impl ChildPredictor {
     #[inline(always)]
     pub(crate) fn follow(&mut self, node: u32, next: u32) -> u32 {
         let last = &mut self.last[node as usize % NODES];
-        // These come from memory at once. `next` arrives only when the boxes are tested, but the comparison is
-        // predicted.
+        // These are loaded from memory immediately. `next` arrives only after the box tests, but the
+        // comparison is predicted.
         let [guess, check] = *last;
         if next == check {
             return guess;
@@ -46,7 +46,7 @@ impl ChildPredictor {
 mod tests {
     use super::{ChildPredictor, NODES};
 
-    /// Right or wrong, of the node or of another with the same remainder: a guess changes nothing.
+    /// A guess changes nothing, whether right or wrong, for this node or another with the same remainder.
     #[test]
     fn what_is_given_is_what_was_asked_for() {
         let mut predictor = ChildPredictor::default();

@@ -1,4 +1,4 @@
-//! A ray a call: the closest hit, any hit, or all hits of one ray.
+//! Single rays: the closest hit, any hit, or all hits of one ray.
 
 mod child_predictor;
 mod on_surface;

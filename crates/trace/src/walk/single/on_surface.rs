@@ -5,7 +5,7 @@ use intertri::LeafSlot;
 use crate::tree::{EMPTY, LEAF, Tree};
 use crate::util::lane_ops::lanes_of;
 
-/// Whether the point lies on a triangle, among those whose boxes contain it.
+/// Whether the point lies on a triangle, tested for those whose boxes contain it.
 pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> bool) -> bool {
     let leaf = |i: usize| {
         let mut lanes = lanes_of(tree.leaves[i].block.live());
@@ -17,7 +17,7 @@ pub(crate) fn is_held(tree: &Tree, point: [f32; 3], is_on: impl Fn(LeafSlot) -> 
     while let Some(node) = stack.pop() {
         let Some(node) = tree.nodes.get(node as usize) else { continue };
         for (slot, &child) in node.children().iter().enumerate() {
-            // Closed on both sides: a point on a side of the box may lie on a triangle in it.
+            // Closed on both sides, because a point on a side of the box may lie on a triangle in it.
             let holds = |axis: usize| {
                 let (lo, hi) = (node.sides(axis, false)[slot], node.sides(axis, true)[slot]);
                 lo <= point[axis] && point[axis] <= hi

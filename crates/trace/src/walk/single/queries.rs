@@ -11,15 +11,15 @@ use super::traverse::{Visit, traverse};
 use crate::selection::{ActiveSelection, closest_in_leaf, selected};
 use crate::tree::Tree;
 
-/// One ray, and what its traversal needs.
+/// One ray, and the data for its traversal.
 pub(crate) struct SingleRay<'a> {
     pub(crate) tree: &'a Tree,
     /// By reference: it is larger than what the traversal reads of it.
     pub(crate) filter: &'a Filter<'a>,
     pub(crate) ray: &'a Ray,
-    /// The ray's number in its query.
+    /// The ray's index in its query.
     pub(crate) id: RayId,
-    /// Which triangles count.
+    /// Which triangles are considered.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) scratch: &'a mut TraversalScratch,
 }
@@ -76,7 +76,7 @@ impl<S: Simd, const ANY: bool> Visit for VisitClosest<'_, S, ANY> {
     fn visit(&mut self, leaf: usize) -> Option<f32> {
         let Self { tree, filter, ray, selection, closest, counts, .. } = self;
         closest_in_leaf::<S>(selection, tree, filter, ray, leaf, closest, counts);
-        // Any hit answers the query; else nothing beyond the best hit is of interest.
+        // In an any-hit query, any hit ends the traversal; otherwise nothing beyond the best hit matters.
         if ANY && closest.is_hit() { None } else { Some(closest.t_hi()) }
     }
 }
@@ -120,7 +120,7 @@ impl<S: Simd> Visit for VisitAll<'_, S> {
             let bits = selected(selection, tree, ray, leaf, hits.bits, resolver);
             self.slots.extend(lanes_of(bits).map(|lane| LeafSlot(first + lane as u32)));
         }
-        // Every hit counts, so the far end stays.
+        // Every hit counts, so the far end does not change.
         Some(self.ray.t_max)
     }
 }

@@ -1,4 +1,4 @@
-//! The slab test: one ray against the eight boxes of a node, so that no hit is ever lost.
+//! The slab test: one ray against the eight boxes of a node, without losing a hit.
 //!
 //! ```text
 //!        lo      hi               near = lo·r - (o·r + pad·|rd|)      r a little less than rd = 1/d
@@ -6,10 +6,10 @@
 //!      pad     pad                and the other way round where d < 0
 //! ```
 //!
-//! A node costs one multiply-add a plane: what depends on the ray alone is in its constants. What rounding can
-//! take is either a share of the origin, which `pad` covers, or a share of t, which r and R cover. No
-//! other triangle of the scene plays a part, so a large ground or a stray triangle makes no box wider.
-//! `docs/numerics/hierarchy.md` has the proof.
+//! A node costs one multiply-add per plane, because everything that depends only on the ray is in its
+//! constants. The rounding error is either a fraction of the origin, which `pad` covers, or a fraction of t,
+//! which r and R cover. Other triangles of the scene have no effect, so a large ground or a stray triangle
+//! widens no box. `docs/numerics/hierarchy.md` has the proof.
 
 use intertri::Ray;
 use intertri::simd::Vec3;
@@ -20,27 +20,27 @@ use crate::tree::{Margin, Node};
 /// The rounding unit of f32: 2^-24.
 const U: f32 = f32::EPSILON / 2.0;
 
-/// The padding of an axis, as a share of the origin's coordinate on it.
+/// The padding along an axis, as a fraction of the origin's coordinate.
 const PAD: f32 = 5.0 * U;
 
-/// Near planes are taken to be nearer by this factor, far planes to be farther by the other.
+/// Near planes are treated as nearer by this factor, far planes as farther by the other.
 const NEARER: f32 = 1.0 - 6.0 * U;
 const FARTHER: f32 = 1.0 + 6.0 * U;
 
-/// A computed t below 0 may be off by this share of it.
+/// The error of a computed negative t, as a fraction of it.
 const BEFORE: f32 = 12.0 * U;
 
-/// No direction component counts as smaller than this share of the largest: 2^-65.
+/// Direction components are clamped to at least this fraction of the largest: 2^-65.
 const STEEPEST: f32 = power_of_two(-65);
 
-/// Nor as smaller than this share of the origin's largest coordinate or of the margin, or than this: 2^-120. So their
-/// products with an inverse direction do not overflow.
+/// Also to at least this fraction of the origin's largest coordinate and of the margin, and at least this:
+/// 2^-120. So their products with an inverse direction do not overflow.
 const LEAST: f32 = power_of_two(-120);
 
-/// What underflow can take: 2^-120.
+/// A bound on the effect of underflow: 2^-120.
 const TINY: f32 = power_of_two(-120);
 
-/// Coordinates and lengths of directions up to here need no scale of their own: 2^50.
+/// Coordinates and lengths of directions up to this need no scaling: 2^50.
 const PLAIN: f32 = power_of_two(50);
 
 /// No coordinate may be larger: 2^124.
@@ -70,13 +70,13 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// A ray as the slab test wants it: x, y, z, and one that does not count.
+/// A ray prepared for the slab test: x, y, z, and an unused fourth lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slabs {
-    /// One over the direction, for near planes and for far ones.
+    /// The inverse direction, for near planes and for far ones.
     near_rd: [f32; 4],
     far_rd: [f32; 4],
-    /// The ray's part of the planes' t, which is taken from a side's, with the other sign.
+    /// The ray's part of a plane's t, negated, to be added to the side's.
     minus_near: [f32; 4],
     minus_far: [f32; 4],
 }
@@ -85,22 +85,22 @@ pub(crate) struct Slabs {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PackedSlabs([[f32; 3]; 4]);
 
-/// Lines as slabs are made of them: all of one direction.
+/// Parallel lines, from which slabs are made.
 struct Lines {
-    /// Where they start.
+    /// The box in which they start.
     from: [[f32; 3]; 2],
     dir: [f32; 3],
-    /// The largest component of the direction, and the largest coordinate of where they start.
+    /// The largest component of the direction, and the largest coordinate of the start.
     length: f32,
     away: f32,
-    /// No component of a direction counts as smaller.
+    /// The least magnitude of a direction component.
     least: f32,
-    /// What t counts from, at most 0.
+    /// The start of t, at most 0.
     start: f32,
 }
 
 impl Slabs {
-    /// A ray in a tree. `None` where numbers are so large or so small that it needs a scale of its own: see
+    /// A ray in a tree. `None` if numbers are so large or so small that it must be scaled: see
     /// [`Slabs::scaled`].
     #[inline(always)]
     pub(crate) fn new<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
@@ -116,18 +116,18 @@ impl Slabs {
         margin: &Margin,
     ) -> Option<Self> {
         let (length, away) = (largest(dir), larger(largest(from[0]), largest(from[1])));
-        // Written with a negation, so that a NaN needs a scale of its own, too.
+        // Written with a negation, so that a NaN also requires scaling.
         if !(length < PLAIN && length > 1.0 / PLAIN && away + margin.reach < PLAIN) {
             return None;
         }
-        // 1/d of a component near 0 would overflow. One below `least` counts as `least`, for which `level` makes up
-        // below.
+        // 1/d of a component near 0 would overflow. One below `least` is replaced by `least`, which `level`
+        // compensates for below.
         let least = length * STEEPEST + (away + margin.room(away) + 1.0) * LEAST;
         Some(Self::of::<S>(&Lines { from, dir, length, away, least, start }, margin))
     }
 
-    /// A ray of any length, as seen with a direction that is about 1 long: its t says nothing about the ray's own.
-    /// `None` where coordinates are at the end of f32: then only a plain loop is safe.
+    /// A ray of any length, scaled to a direction of length about 1; its t is unrelated to the ray's own.
+    /// `None` if coordinates are at the limits of f32; then only a plain loop is safe.
     #[cold]
     #[inline(never)]
     pub(crate) fn scaled<S: Simd>(ray: &Ray, margin: &Margin) -> Option<Self> {
@@ -135,7 +135,7 @@ impl Slabs {
         if !(away + margin.reach < LARGEST && length > 0.0 && length < f32::INFINITY) {
             return None;
         }
-        // Twice, for a power of two that is itself no f32. What becomes 0 is far below what counts.
+        // In two steps, because the power of two may not be an f32. Numbers that become 0 are negligible.
         let by = -f64::from(length).log2().floor() as i32;
         let half = |e: i32| power_of_two(e.clamp(-126, 127));
         let dir = ray.dir.map(|x| x * half(by) * half(by - by.clamp(-126, 127)));
@@ -154,30 +154,31 @@ impl Slabs {
         let (size, least) = (dir.abs(), splat(least));
         // `flip` keeps the sign of a zero component: -0 enters boxes through their upper sides.
         let rd = splat(1.0) / size.max(least).flip(dir);
-        // Near planes are taken to be a little nearer and far ones farther, so that rounding never loses a box.
+        // Near planes are moved slightly nearer and far ones farther, so that rounding never loses a box.
         let (near_rd, far_rd) = (rd * splat(NEARER), rd * splat(FARTHER));
 
-        // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length in t.
+        // Rounding of the origin's coordinate is a length in space; divided by the direction it is a length
+        // in t.
         let off = lo.abs().max(hi.abs()) * splat(PAD) + splat(margin.room(away) + TINY);
         let mut pad = off * rd.abs() + splat(start.abs() * BEFORE + TINY);
         let level = size.lt(least);
         if level.any() {
-            // A component that is nearly 0 counts as a little. Nothing is hit beyond this t, and until there a plane
-            // is met at a t that differs by less.
+            // A component near 0 was replaced. Nothing is hit beyond this t, and up to it the t of a plane
+            // differs by less than this.
             let last = splat(2.0 * (away + margin.reach) / length);
             pad = pad + S::F32x4::select(level, last, splat(0.0));
         }
         let mut slabs = Self::default();
         near_rd.store(&mut slabs.near_rd);
         far_rd.store(&mut slabs.far_rd);
-        // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in a box, the
-        // start that makes a plane nearest or farthest counts.
+        // `side * rd + minus` is then one multiply-add for each plane of a node. For a beam, which starts in
+        // a box, the start with the nearest or farthest plane counts.
         (-((lo * near_rd).max(hi * near_rd) + pad)).store(&mut slabs.minus_near);
         (pad - (lo * far_rd).min(hi * far_rd)).store(&mut slabs.minus_far);
         slabs
     }
 
-    /// The same with less room.
+    /// The same in less memory.
     #[inline(always)]
     pub(crate) fn packed(&self) -> PackedSlabs {
         let three = |v: &[f32; 4]| [v[0], v[1], v[2]];
@@ -215,8 +216,8 @@ impl<F: Lanes<Scalar = f32>> SlabLanes<F> {
         }
     }
 
-    /// Which of a node's boxes the ray meets within `t_min..=t_max`, and from which t on, at the latest. No box that
-    /// holds a hit in that interval is missing.
+    /// Which of a node's boxes the ray meets within `t_min..=t_max`, and a lower bound on the t at which each
+    /// begins. No box with a hit in that interval is missing.
     #[inline(always)]
     pub(crate) fn meet(&self, node: &Node, t_min: f32, t_max: f32) -> (F::Mask, F) {
         // Along each axis the ray enters through one plane and leaves through the other.
@@ -242,7 +243,7 @@ mod tests {
     use crate::tree::{Aabb, Margin, Node};
     use crate::util::test_numbers::random;
 
-    /// Whether a ray meets a box before some t, and after another.
+    /// Whether a ray meets a box before a given t, and after another.
     struct Meets<'a>(&'a Ray, Aabb, [f32; 2]);
 
     impl WithSimd for Meets<'_> {
@@ -259,8 +260,8 @@ mod tests {
         }
     }
 
-    /// An integer of 24 bits; often a little above a power of two, where rounding takes the largest share, or a little
-    /// below, where it takes the largest share of the inverse.
+    /// An integer of 24 bits, often slightly above a power of two, where rounding is relatively largest, or
+    /// slightly below, where that of the inverse is.
     fn digits(random: &mut impl FnMut() -> f32) -> f32 {
         let size = (23.0 * random()).floor().exp2();
         let off = (size * random()).floor();
@@ -268,7 +269,7 @@ mod tests {
         if random() < 0.5 { power + off } else { 2.0 * power - 1.0 - off }
     }
 
-    /// An origin, a component of a direction, and a plane that is met at a t above 0.
+    /// An origin, a component of a direction, and a plane that is met at a positive t.
     fn origin_direction_plane(random: &mut impl FnMut() -> f32) -> [f32; 3] {
         loop {
             let (dir, mut origin) = (digits(random), digits(random));
@@ -285,14 +286,15 @@ mod tests {
         }
     }
 
-    /// The padding and the factors hold what rounding takes. A fifth of `PAD` does not, nor does a third of what
-    /// `NEARER` and `FARTHER` differ from 1.
+    /// The padding and the factors cover the rounding. A fifth of `PAD` does not, nor does a third of the
+    /// difference of `NEARER` and `FARTHER` from 1.
     #[test]
     fn no_plane_is_met_too_late_or_left_too_early() {
         let mut random = random();
         for i in 0..300_000 {
             let [origin, dir, plane] = origin_direction_plane(&mut random);
-            // The f32 below the exact t and the one above it. Products of two f32 are exact in f64, and so is the way.
+            // The f32 below the exact t and the one above it. Products of two f32 are exact in f64, and so is
+            // the distance.
             let way = f64::from(plane) - f64::from(origin);
             let reached = |t: f32| f64::from(t) * f64::from(dir);
             let near = (way / f64::from(dir)) as f32;

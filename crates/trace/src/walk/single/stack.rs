@@ -6,8 +6,8 @@
 //!   t     -∞ … each begins    │ the t of its box        │ · · ·
 //! ```
 //!
-//! A node's boxes are pushed far to near by one permutation of lanes, and what begins beyond the best hit is dropped by
-//! one comparison of lanes.
+//! A node's boxes are pushed far to near by one permutation of lanes, and those that begin beyond the best
+//! hit are dropped by one comparison of lanes.
 
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
@@ -17,7 +17,7 @@ use intertri::simd::{Lanes, Mask, Simd};
 use super::child_predictor::ChildPredictor;
 use crate::tree::{Node, Tree, far_to_near, first_slot};
 
-/// The entry at the bottom: nothing more to visit.
+/// The entry at the bottom: nothing is left to visit.
 pub(crate) const BOTTOM: u32 = u32::MAX;
 
 /// Entries at the bottom: as many as one pop compares at once.
@@ -26,11 +26,11 @@ const LOOK: usize = 8;
 /// The stacks of one or several rays.
 #[derive(Debug, Default)]
 pub(crate) struct Stack {
-    /// For each ray its children, by their bits.
+    /// For each ray its children, as bits.
     child: Vec<f32>,
     /// The t of their boxes.
     t: Vec<f32>,
-    /// Room for one ray's children.
+    /// The capacity for one ray.
     each: usize,
 }
 
@@ -46,11 +46,11 @@ thread_local! {
     static LAST: Cell<Option<Box<TraversalScratch>>> = const { Cell::new(None) };
 }
 
-/// The thread's scratch, lent to a query; until that ends the thread has none.
+/// The thread's scratch, lent to a query; the thread has none until the query ends.
 pub(crate) struct LentScratch(Option<Box<TraversalScratch>>);
 
 impl TraversalScratch {
-    /// For single rays through hierarchies that need a stack of this size.
+    /// Scratch for single rays in hierarchies that need a stack of this size.
     pub(crate) fn new(size: usize) -> Box<Self> {
         Box::new(Self { stack: Stack::new(1, size), predictor: ChildPredictor::default() })
     }
@@ -60,7 +60,7 @@ impl TraversalScratch {
         self.stack.each >= Stack::room(size)
     }
 
-    /// What the thread keeps, for single rays through a hierarchy.
+    /// The thread's scratch, for single rays in a hierarchy.
     pub(crate) fn lend(tree: &Tree) -> LentScratch {
         let last = LAST.try_with(Cell::take).ok().flatten();
         // A stack made for a shallower tree is too small and is dropped.
@@ -94,26 +94,26 @@ impl Drop for LentScratch {
 }
 
 impl Stack {
-    /// Room for a ray's children. A push writes eight, however few are meant, and an odd number of
-    /// cache lines a ray keeps the stacks' ends from competing for the same places in the cache.
+    /// The capacity for a ray's children. A push always writes eight, however many are valid, and an odd
+    /// number of cache lines per ray keeps the stacks' ends from competing for the same cache sets.
     fn room(size: usize) -> usize {
         // Sixteen floats are a cache line.
         (LOOK + size + 8).next_multiple_of(16) | 16
     }
 
-    /// Empty stacks for some rays, none of which ever has more than `size` to visit.
+    /// Empty stacks for several rays, none of which ever has more than `size` entries.
     fn new(rays: usize, size: usize) -> Self {
         let each = Self::room(size);
         let mut stack = Self { child: vec![0.0; rays * each], t: vec![0.0; rays * each], each };
         for (child, t) in stack.child.chunks_mut(each).zip(stack.t.chunks_mut(each)) {
-            // t = -∞ is before any far end, so a pop always ends here, and needs no check for an empty stack.
+            // t = -∞ is before any far end, so a pop always ends here, without a check for an empty stack.
             child[..LOOK].fill(f32::from_bits(BOTTOM));
             t[..LOOK].fill(f32::NEG_INFINITY);
         }
         stack
     }
 
-    /// Empty stacks for some rays through a hierarchy.
+    /// Empty stacks for several rays in a hierarchy.
     pub(crate) fn for_rays(rays: usize, tree: &Tree) -> Self {
         Self::new(rays, tree.stack)
     }
@@ -124,7 +124,7 @@ impl Stack {
         (ray * self.each + LOOK) as u32
     }
 
-    /// Their contents.
+    /// The contents of the stacks.
     #[inline(always)]
     pub(crate) fn entries(&mut self) -> Entries<'_> {
         // Cut to one length, so that one bounds check covers both.
@@ -140,14 +140,14 @@ pub(crate) struct Entries<'a> {
 }
 
 impl Entries<'_> {
-    /// Takes the last entry that begins before `far` from the stack that ends at `top`.
+    /// Pops the topmost entry that begins before `far` from the stack that ends at `top`.
     #[inline(always)]
     pub(crate) fn pop<S: Simd>(&self, top: &mut u32, far: f32) -> u32 {
         let mut at = *top as usize;
         loop {
             let near = S::F32x8::load(&self.t[at - LOOK..]).le(S::F32x8::splat(far)).bits();
-            // The eight entries below `top`, the topmost in the highest bit: leading zeros count those that begin too
-            // late. The bit below ends the count if all eight do.
+            // The eight entries below `top`, the topmost in the highest bit: the leading zeros count those
+            // that begin too late. The bit below ends the count if all eight do.
             let beyond = (near << 24 | 1 << 23).leading_zeros();
             at -= beyond as usize;
             if near != 0 {
@@ -158,8 +158,8 @@ impl Entries<'_> {
         }
     }
 
-    /// [`Stack::pop`] for a ray that waits for it: one entry at a time need not wait for what was just
-    /// put there to arrive in memory.
+    /// [`Stack::pop`] for a ray that waits for the result: reading one entry at a time need not wait for
+    /// recent writes to reach memory.
     #[inline(always)]
     pub(crate) fn pop_at_once(&self, top: &mut u32, far: f32) -> u32 {
         loop {
@@ -170,16 +170,16 @@ impl Entries<'_> {
         }
     }
 
-    /// Takes the last entry, on stacks where none is ever dropped.
+    /// Pops the topmost entry, for stacks from which none is ever dropped.
     #[inline(always)]
     pub(crate) fn pop_last(&self, top: &mut u32) -> u32 {
         *top -= 1;
         self.child[*top as usize].to_bits()
     }
 
-    /// Puts the boxes of a node that a ray meets onto its stack, which ends at `top`, but for the
-    /// first, whose child is returned; [`BOTTOM`] where there is none. `near` are the boxes' t. They go by
-    /// the ray's octant, which is nearly always near to far.
+    /// Pushes the boxes of a node that a ray meets onto its stack, which ends at `top`, except for the first,
+    /// whose child is returned; [`BOTTOM`] if there is none. `near` is where the boxes begin. The order is
+    /// that of the ray's octant, which is usually near to far.
     #[inline(always)]
     pub(crate) fn push<S: Simd>(
         &mut self,
@@ -189,7 +189,7 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // All are put there, but the first lies beyond the top.
+        // All are written, but the first is beyond the top.
         let met = met.bits();
         let first = first_slot(met, octant);
         self.put::<S>(*top, node, far_to_near(met, octant), near);
@@ -197,7 +197,7 @@ impl Entries<'_> {
         node.child_or_none(first)
     }
 
-    /// Puts a root down that is visited last.
+    /// Pushes a root that is visited last.
     #[inline(always)]
     pub(crate) fn push_root(&mut self, top: &mut u32, root: u32) {
         let at = *top as usize;
@@ -205,7 +205,7 @@ impl Entries<'_> {
         *top += 1;
     }
 
-    /// [`Stack::push`] without t, of boxes of which some are met, for [`Entries::pop_last`].
+    /// [`Stack::push`] without t, for boxes of which some are met, for use with [`Entries::pop_last`].
     #[inline(always)]
     pub(crate) fn push_children<S: Simd>(
         &mut self,
@@ -221,8 +221,8 @@ impl Entries<'_> {
         node.child_or_none(first_slot(met, octant))
     }
 
-    /// [`Stack::push`] of boxes of which some are met; what is returned is the nearest, and the others go by
-    /// the octant.
+    /// [`Stack::push`] for boxes of which some are met; the nearest is returned, and the others are ordered
+    /// by the octant.
     #[inline(always)]
     pub(crate) fn push_nearest_first<S: Simd>(
         &mut self,
@@ -232,7 +232,8 @@ impl Entries<'_> {
         met: <S::F32x8 as Lanes>::Mask,
         near: S::F32x8,
     ) -> u32 {
-        // Only the first is chosen by t. The order of the others matters less, and the octant's comes from a table.
+        // Only the first is chosen by t. The order of the others matters less, and the octant's comes from a
+        // table.
         let nearest = S::lane_of_least(near, met) % 8;
         let others = met.bits() & !(1 << nearest);
         self.put::<S>(*top, node, far_to_near(others, octant), near);
@@ -240,11 +241,12 @@ impl Entries<'_> {
         node.children()[nearest]
     }
 
-    /// Puts a node's children and the t of their boxes down in some order.
+    /// Writes a node's children and the t of their boxes in a given order.
     #[inline(always)]
     fn put<S: Simd>(&mut self, top: u32, node: &Node, order: u64, near: S::F32x8) {
         let top = top as usize;
-        // Eight lanes are always written; those beyond the new `top` are garbage that the next push overwrites.
+        // Eight lanes are always written; those beyond the new `top` are garbage that the next push
+        // overwrites.
         S::permute(Lanes::load(node.child_lanes()), order).store(&mut self.child[top..]);
         S::permute(near, order).store(&mut self.t[top..]);
     }
@@ -273,7 +275,7 @@ mod tests {
             let mut stack = Stack::new(2, 24);
             let mut top = stack.bottom(1);
 
-            // Three levels of all eight children, then everything that begins before 2.5.
+            // Three levels of eight children each, then everything that begins before 2.5.
             let mut stack = stack.entries();
             for _ in 0..3 {
                 let all = Mask::from_bits(0xff);
@@ -314,14 +316,14 @@ mod tests {
                         found.push(stack.pop_at_once(&mut top, f32::INFINITY));
                     }
 
-                    // Without t, all by the octant.
+                    // Without t, all in the octant's order.
                     let mut by_octant = vec![stack.push_children::<S>(&mut 8, &node, octant, met)];
                     let mut top = 7 + bits.count_ones();
                     by_octant.extend((0..bits.count_ones()).map(|_| stack.pop_last(&mut top)));
                     let all = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     assert!(all.map(|slot| 10 + slot as u32).chain([BOTTOM]).eq(by_octant));
 
-                    // The nearest, then the others by the octant.
+                    // The nearest first, then the others in the octant's order.
                     let slots = (0..8).map(|i| i ^ octant).filter(|slot| bits >> slot & 1 != 0);
                     let mut slots: Vec<usize> = slots.collect();
                     let nearest =

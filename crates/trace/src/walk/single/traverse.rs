@@ -1,4 +1,4 @@
-//! One ray through the hierarchy, front to back.
+//! Traces one ray through the hierarchy, front to back.
 
 use intertri::Ray;
 use intertri::simd::{Lanes, Mask, Simd};
@@ -11,19 +11,19 @@ use crate::tree::{EMPTY, LEAF, Node, Tree};
 
 /// What a query does with the leaves that a ray reaches.
 ///
-/// A trait and not a closure: its method must be inlined into the traversal, or it is compiled without the
-/// level's instructions.
+/// A trait, not a closure, because its method must be inlined into the traversal; otherwise it is compiled
+/// without the level's instructions.
 pub(crate) trait Visit {
     /// Tests the triangles of a leaf. Returns the new far end of the query, or `None` to stop.
     fn visit(&mut self, leaf: usize) -> Option<f32>;
 }
 
-/// The origin and the direction among the numbers of a ray.
+/// The lanes of a ray with the origin and the direction.
 const ORIGIN_AND_DIR: u32 = 0b0111_0111;
 
-/// Visits the leaves whose triangles a ray may hit, roughly front to back. For a `closest` query the nearest box of a
-/// node always comes first, so that fewer leaves are visited before the hit. Other queries must not bring the far end
-/// nearer, because for them nothing on the stack is dropped.
+/// Visits the leaves whose triangles a ray may hit, roughly front to back. For a `closest` query the nearest
+/// box of a node always comes first, so that fewer leaves are visited before the hit. Other queries must not
+/// bring the far end nearer, because they drop nothing from the stack.
 #[inline(always)]
 pub(super) fn traverse<S: Simd>(
     tree: &Tree,
@@ -32,7 +32,7 @@ pub(super) fn traverse<S: Simd>(
     closest: bool,
     visitor: &mut impl Visit,
 ) {
-    // A ray that is not finite hits nothing, nor does one without an interval.
+    // A ray that is not finite hits nothing, nor does one with an empty interval.
     // A ray is eight floats, so one comparison covers them all.
     let numbers = S::F32x8::load(bytemuck::cast_ref::<Ray, [f32; 8]>(ray));
     let finite = numbers.abs().le(S::F32x8::splat(f32::MAX)).bits();
@@ -50,10 +50,10 @@ pub(super) fn traverse<S: Simd>(
         // A ray without a direction hits nothing.
         None if ray.dir == [0.0; 3] => return,
         None => {
-            // A ray with extreme numbers is traversed in a scale of its own, in which no hit shortens it, or tested
-            // with every triangle.
+            // A ray with extreme numbers is scaled for the traversal, and no hit shortens it; or it is tested
+            // against every triangle.
             let scaled = Slabs::scaled::<S>(ray, &margin);
-            // Its t in that scale says nothing about the ray's own, so the interval is open.
+            // Its t after scaling is unrelated to the ray's own, so the interval is open.
             let unboxed = if scaled.is_some() { unboxed } else { 0 };
             let walk_all = Walk::new(tree, octant, [0.0, f32::INFINITY], unboxed);
             walk = Walk { closest, ..walk_all };
@@ -63,17 +63,17 @@ pub(super) fn traverse<S: Simd>(
     walk.run::<S>(&SlabLanes::splat(&slabs, octant), kept, visitor);
 }
 
-/// A walk along slabs: what it visits, and how.
+/// A traversal along slabs: what it visits, and how.
 #[derive(Clone, Copy)]
 pub(crate) struct Walk<'a> {
     pub(crate) nodes: &'a [Node],
-    /// How many leaves there are. From `unboxed` on they are visited whatever their boxes.
+    /// The number of leaves. From `unboxed` on they are visited whatever their boxes.
     pub(crate) leaves: usize,
     pub(crate) unboxed: usize,
     /// The root of a second tree, or [`EMPTY`].
     pub(crate) thin_root: u32,
     pub(crate) octant: usize,
-    /// The interval; whether its far end comes nearer with what visitors find.
+    /// The interval, and whether visitors may bring its far end nearer.
     pub(crate) t_min: f32,
     pub(crate) far: f32,
     pub(crate) shortens: bool,
@@ -82,8 +82,8 @@ pub(crate) struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    /// A walk through a tree, in which the leaves from `unboxed` on are visited whatever their boxes. Its interval does
-    /// not become shorter.
+    /// A traversal of a tree in which the leaves from `unboxed` on are visited whatever their boxes. Its
+    /// interval does not become shorter.
     #[inline(always)]
     pub(crate) fn new(
         tree: &'a Tree,
@@ -110,13 +110,13 @@ impl Walk<'_> {
         let Self { t_min, mut far, shortens, closest, .. } = self;
         let TraversalScratch { stack, predictor } = kept;
         let (mut top, mut stack) = (stack.bottom(0), stack.entries());
-        // Where every leaf is visited anyway, there is nothing to traverse.
+        // If every leaf is visited anyway, there is nothing to traverse.
         let mut next = if unboxed > 0 { 0 } else { BOTTOM };
         if thin_root != EMPTY {
             stack.push_root(&mut top, thin_root);
         }
         loop {
-            // The next leaf: one without a box, or the next that begins before the best hit.
+            // The next leaf: one without a box, or the next one that begins before the best hit.
             let leaf = if unboxed < leaves {
                 unboxed += 1;
                 unboxed - 1
@@ -148,13 +148,13 @@ impl Walk<'_> {
                     let first = if closest {
                         stack.push_nearest_first::<S>(&mut top, node, octant, met, near)
                     } else if bits.is_power_of_two() {
-                        // Often it is one alone. Where the closest is looked for, that is too often a surprise.
+                        // Often there is only one. For closest-hit queries, that is too hard to predict.
                         node.child_or_none(bits.trailing_zeros() as u8)
                     } else {
                         stack.push_children::<S>(&mut top, node, octant, met)
                     };
-                    // Equals `first`. But where the guess is right, the CPU can fetch that node before the box test is
-                    // done.
+                    // Equals `first`. But if the guess is right, the CPU can fetch that node before the box
+                    // tests are done.
                     next = predictor.follow(next, first);
                 }
             };

@@ -1,21 +1,21 @@
-//! The active rays: sixty-four alternate.
+//! The active rays: sixty-four take turns.
 
 use intertri::{ClosestHit, PreparedRay};
 
 use crate::walk::single::PackedSlabs;
 
-/// Rays that are active at once.
+/// The number of rays that are active at once.
 pub(super) const ACTIVE: usize = 64;
 
-/// The state of a ray's traversal, in a cache line.
+/// The state of a ray's traversal, in one cache line.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub(super) struct RayState {
     pub(super) slabs: PackedSlabs,
     pub(super) t_min: f32,
-    /// No hit beyond it counts.
+    /// Hits beyond it do not count.
     pub(super) far: f32,
-    /// What it visits next.
+    /// The node or leaf to visit next.
     pub(super) next: u32,
     /// The end of its stack.
     pub(super) top: u32,
@@ -30,7 +30,7 @@ pub(super) struct AtLeaves {
     pub(super) closest: ClosestHit,
 }
 
-/// A set of active slots whose rays do the same next, one bit each.
+/// A set of active slots whose rays take the same kind of step next, one bit each.
 #[derive(Clone, Copy)]
 pub(super) struct Set(pub(super) u64);
 
@@ -46,17 +46,17 @@ impl Set {
     /// Adds a slot if `put` is true.
     #[inline(always)]
     pub(super) fn put(&mut self, place: usize, put: bool) {
-        // Without a branch: which ray goes where is as good as random, and would be mispredicted.
+        // Without a branch: which ray goes where is practically random, and would be mispredicted.
         self.0 |= u64::from(put) << (place % ACTIVE);
     }
 
-    /// Those that are in neither of two others.
+    /// Those that are in neither of two other sets.
     #[inline(always)]
     pub(super) fn without(self, a: Self, b: Self) -> Self {
         Self(self.0 & !(a.0 | b.0))
     }
 
-    /// Those that are in either.
+    /// Those that are in either set.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)

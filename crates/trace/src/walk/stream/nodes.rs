@@ -1,4 +1,4 @@
-//! The nodes that active rays are at: their boxes, and where each ray goes on.
+//! The nodes that active rays are at: tests their boxes, and decides where each ray goes next.
 
 use intertri::internal::prefetch;
 use intertri::simd::{Level, Simd, WithSimd};
@@ -7,8 +7,8 @@ use super::active::{ACTIVE, RayState, Set};
 use crate::tree::{LEAF, Tree};
 use crate::walk::single::{BOTTOM, SlabLanes, Stack};
 
-/// Tests the boxes of the nodes that rays of an octant are at. Returns the rays now at an inner node and the rays that
-/// hit no child.
+/// Tests the boxes of the nodes that rays of an octant are at. Returns the rays now at an inner node and the
+/// rays that hit no child.
 #[inline(always)]
 pub(super) fn visit_nodes(
     level: Level,
@@ -30,8 +30,8 @@ pub(super) fn visit_nodes(
     }
 }
 
-/// The nodes that rays of an octant are at: which side of a box is the near one is known when this is
-/// compiled.
+/// The nodes that rays of an octant are at. The octant is a constant, so which side of a box is the near one
+/// is known at compile time.
 struct Nodes<'a, const OCTANT: usize> {
     tree: &'a Tree,
     states: &'a mut [RayState; ACTIVE],
@@ -52,7 +52,7 @@ impl<const OCTANT: usize> WithSimd for Nodes<'_, OCTANT> {
             let node = &tree.nodes[state.next as usize];
             let lanes = SlabLanes::<S::F32x8>::unpack(&state.slabs, OCTANT);
             let (met, near) = lanes.meet(node, state.t_min, state.far);
-            // All children that are met go on the stack except for the first, which the ray visits next.
+            // All children that are met go onto the stack except for the first, which the ray visits next.
             let next = stacks.push::<S>(&mut state.top, node, OCTANT, met, near);
             state.next = next;
             at_node.put(place, next & LEAF == 0);

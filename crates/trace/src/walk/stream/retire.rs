@@ -1,5 +1,4 @@
-//! Rays of a stream that are done: hits wait for their t and weights until there are eight of
-//! them.
+//! Rays of a stream that are done: hits wait until t and weights can be computed for eight of them at once.
 
 use intertri::internal::{Pairs, Resolver};
 use intertri::simd::Simd;
@@ -8,7 +7,7 @@ use intertri::{ClosestHit, LeafSlot, Ray, RayId};
 use crate::tree::Tree;
 use crate::walk::BatchOutput;
 
-/// Hits that wait.
+/// Waiting hits.
 pub(super) struct Retired<'a> {
     resolver: Resolver<'a>,
     pairs: Pairs,
@@ -42,14 +41,15 @@ impl<'a> Retired<'a> {
             self.ids[self.len] = (id, slot);
             self.resolver.prefetch((id, slot));
             self.len += 1;
-            // Eight pairs fill the lanes in which t, u and v are computed; a single one would leave most of them idle.
+            // Eight pairs fill the lanes in which t, u and v are computed; a single one would leave most of
+            // them idle.
             if self.len == 8 {
                 self.flush::<S>(output);
             }
         }
     }
 
-    /// Answers those that still wait.
+    /// Answers the hits that still wait.
     #[inline(always)]
     pub(super) fn flush<S: Simd>(&mut self, output: &mut BatchOutput<'_>) {
         let Self { resolver, ref pairs, ref ids, len } = *self;
@@ -68,7 +68,7 @@ impl<'a> Retired<'a> {
     }
 }
 
-/// Writes hits to where their rays' are.
+/// Writes hits to the positions of their rays.
 #[inline(always)]
 fn write<H: Copy>(to: &mut [H], ids: &[(RayId, LeafSlot)], hits: &[H]) {
     for (hit, &(id, _)) in hits.iter().zip(ids) {

@@ -1,7 +1,7 @@
 //! The traversal of a ray stream.
 //!
-//! A single ray waits at every step for the one before. Here 64 rays alternate, and while one waits, the CPU does the
-//! others' steps.
+//! A single ray waits at every step for the one before. Here 64 rays take turns, and while one waits, the CPU
+//! executes the others' steps.
 //!
 //! ```text
 //!   rays of an octant ──► start ◄────────── retire
@@ -15,8 +15,8 @@
 //!                    └──────┴──────────────────────────┘
 //! ```
 //!
-//! Where the hierarchy is larger than caches are, what a ray visits next is prefetched at the end of its
-//! turn. Which ray does what next is written into lists without a branch, so none mispredicts.
+//! If the hierarchy is larger than the caches, what a ray visits next is prefetched at the end of its turn.
+//! Which ray does what next is written into lists without a branch, so nothing is mispredicted.
 
 use intertri::simd::{Simd, WithSimd};
 use intertri::{ClosestHit, Counts, Filter, Ray, RayId};
@@ -35,8 +35,8 @@ use crate::walk::single::{
     All, BOTTOM, Closest, SingleRay, Slabs, Stack, TraversalScratch, octant,
 };
 
-/// A hierarchy of more bytes than this is not expected to stay in the caches. Those of tests are small, and
-/// are to be prefetched, too.
+/// A hierarchy with more bytes than this is not expected to stay in the caches. In tests the limit is small,
+/// so that prefetching is tested, too.
 const LARGE: usize = if cfg!(test) { 1 << 16 } else { 1 << 26 };
 
 /// Answers the rays with these ids.
@@ -46,7 +46,7 @@ pub(crate) struct Stream<'a, 'b> {
     pub(crate) rays: &'a [Ray],
     pub(crate) ids: &'a [RayId],
     pub(crate) output: &'a mut BatchOutput<'b>,
-    /// Which triangles count.
+    /// Which triangles are considered.
     pub(crate) selection: &'a ActiveSelection<'a>,
     pub(crate) counts: &'a mut Counts,
 }
@@ -59,7 +59,7 @@ impl WithSimd for Stream<'_, '_> {
         let Self { tree, filter, rays, ids, output, selection, counts } = self;
         let (any, few) = (output.any(), nearest_few(output));
         let Some(first) = rays.first() else { return };
-        // Slots that no ray has taken yet need some value; they are never looked at.
+        // Slots that no ray has taken yet need some value; it is never used.
         let idle = AtLeaves { ray: filter.prepare_ray(first), closest: ClosestHit::new(0.0) };
         // The rays that come after this stream's are prefetched while these are traced.
         let next = ids.last().map_or(0, |&last| last.0 as usize + 1);
@@ -83,7 +83,8 @@ impl WithSimd for Stream<'_, '_> {
             retired: Retired::new(filter.resolver()),
             prefetch: Prefetch::of(memory, ids.len()),
         };
-        // Rays of one octant enter every box through the same three sides, so these need not be chosen ray by ray.
+        // Rays of one octant enter every box through the same three sides, so these need not be selected for
+        // each ray.
         for (octant, waiting) in by_octant(rays, ids).iter().enumerate() {
             active.traverse::<S>(octant, waiting);
         }
@@ -91,14 +92,14 @@ impl WithSimd for Stream<'_, '_> {
     }
 }
 
-/// The nearest hits of each active ray, where their number is limited.
+/// The nearest hits of each active ray, if their number is limited.
 fn nearest_few(output: &BatchOutput<'_>) -> Vec<NearestFew> {
     let is_limited = matches!(output, BatchOutput::Pairs(pairs) if pairs.limit.is_some());
     let few = if is_limited { ACTIVE } else { 0 };
     (0..few).map(|_| NearestFew::default()).collect()
 }
 
-/// The ids of rays by octant.
+/// The ids of the rays, grouped by octant.
 fn by_octant(rays: &[Ray], ids: &[RayId]) -> [Vec<RayId>; 8] {
     let mut octants = [const { Vec::new() }; 8];
     for &id in ids {
@@ -116,10 +117,10 @@ struct Active<'a, 'b> {
     selection: &'a ActiveSelection<'a>,
     counts: &'a mut Counts,
     any: bool,
-    /// The nearest hits of each, where their number is limited.
+    /// The nearest hits of each ray, if their number is limited.
     few: Vec<NearestFew>,
     margin: Margin,
-    /// Whether a walk finds all triangles by their boxes.
+    /// Whether traversal finds all triangles by their boxes.
     all_boxed: bool,
     large: bool,
     stacks: Stack,
@@ -130,7 +131,7 @@ struct Active<'a, 'b> {
 }
 
 impl Active<'_, '_> {
-    /// All rays of an octant.
+    /// Traces all rays of an octant.
     #[inline(always)]
     fn traverse<S: Simd>(&mut self, octant: usize, waiting: &[RayId]) {
         let mut waiting = waiting.iter();
@@ -154,12 +155,12 @@ impl Active<'_, '_> {
                 visit_nodes(filter.level(), octant, tree, states, stacks, nodes);
             let at_leaf = nodes.without(at_node, met_nothing);
 
-            // The next from the stack.
-            // A ray pops if it met no child, or if it has tested a leaf and still looks for more.
+            // Pop the next from the stack.
+            // A ray pops if it met no child, or if it has tested a leaf and is not done.
             let popping = met_nothing.union(leaves.without(free, Set::EMPTY));
             let (popped_node, done) = self.pop::<S>(popping);
             free = free.union(done);
-            // What was popped is a node, a leaf, or the bottom of the stack, which makes the ray free.
+            // The popped entry is a node, a leaf, or the bottom of the stack, which frees the slot.
             leaves = at_leaf.union(popping.without(popped_node, free));
             nodes = at_node.union(popped_node);
             if self.large {
@@ -184,8 +185,8 @@ impl Active<'_, '_> {
         for place in free.places() {
             for &id in waiting.by_ref() {
                 let ray = &self.rays[id.0 as usize];
-                // A ray with an empty interval or extreme numbers is traced alone, and so is every ray of a tree that
-                // has leaves without a box: their traversal differs.
+                // A ray with an empty interval or extreme numbers is traced alone, and so is every ray of a
+                // tree that has leaves without a box, because their traversal differs.
                 let starts = self.all_boxed && ray.t_min < ray.t_max;
                 let Some(slabs) = Slabs::new::<S>(ray, &self.margin).filter(|_| starts) else {
                     if self.output.every() {
@@ -217,7 +218,7 @@ impl Active<'_, '_> {
         started
     }
 
-    /// Traces a ray that must not start alone.
+    /// Traces alone a ray that must not start in a stream.
     #[cold]
     fn alone(&mut self, ray: &Ray, id: RayId) -> ClosestHit {
         let Self { tree, ref filter, selection, any, .. } = *self;
@@ -245,7 +246,7 @@ impl Active<'_, '_> {
         collector.take_alone(&slots, self.output);
     }
 
-    /// Tests the triangles of the leaves that rays are at. Returns the rays that need no more.
+    /// Tests the triangles of the leaves that rays are at. Returns the rays that are done.
     #[inline(always)]
     fn visit_leaves<S: Simd>(&mut self, leaves: Set) -> Set {
         let Self { tree, filter, any, selection, states, at_leaves, counts, .. } = self;
@@ -279,7 +280,7 @@ impl Active<'_, '_> {
             let id = at.ray.id();
             let ray = &rays[id.0 as usize];
             let lanes = hits.sure | hits.undecided;
-            // Only candidate lanes are filtered, so a mask or a predicate is asked about few triangles.
+            // Only candidate lanes are filtered, so masks and predicates are evaluated for few triangles.
             let lanes = selected(selection, tree, (id, ray), leaf, lanes, filter.resolver());
             (hits.sure, hits.undecided) = (hits.sure & lanes, hits.undecided & lanes);
             let (tree, filter, few, far) = (*tree, *filter, few.get_mut(place), state.far);
@@ -290,8 +291,8 @@ impl Active<'_, '_> {
         done
     }
 
-    /// Takes what rays visit next from their stacks. Returns the rays now at an inner node, and those that have nothing
-    /// left.
+    /// Pops what rays visit next from their stacks. Returns the rays now at an inner node, and those that
+    /// have nothing left.
     #[inline(always)]
     fn pop<S: Simd>(&mut self, popping: Set) -> (Set, Set) {
         let (mut at_node, mut done) = (Set::EMPTY, Set::EMPTY);
@@ -300,7 +301,7 @@ impl Active<'_, '_> {
             let state = &mut self.states[place];
             let next = entries.pop::<S>(&mut state.top, state.far);
             state.next = next;
-            // `BOTTOM` has the leaf's bit set, so a finished ray is not taken for one at a node.
+            // `BOTTOM` has the leaf bit set, so a finished ray does not count as being at a node.
             at_node.put(place, next & LEAF == 0);
             done.put(place, next == BOTTOM);
         }
@@ -325,7 +326,8 @@ mod tests {
     use crate::Bvh;
     use crate::util::test_numbers::random;
 
-    /// Rays of every direction and origin, and a few that must not start, one by one and in a stream.
+    /// Rays of every direction and origin, and a few that must not start in a stream, one by one and in a
+    /// stream.
     #[test]
     fn in_a_stream_each_ray_gets_its_own_answer() {
         let mut random = random();
@@ -349,7 +351,7 @@ mod tests {
         rays[22].dir = [1e-40, 0.0, -1e-40];
         rays[23].dir = [0.0, -0.0, -1.0];
 
-        // With a triangle that has no box, none starts.
+        // With a triangle without a box, none starts in a stream.
         for huge in [false, true] {
             if huge {
                 triangles.push(Triangle([[3e38; 3], [-3e38, 0.0, 3e38], [0.0, 3e38, -3e38]]));
